@@ -1,0 +1,5 @@
+"""Python package of sewing_cell, for catkin_python_setup (not to be run by hand)."""
+from catkin_pkg.python_setup import generate_distutils_setup
+from setuptools import setup
+
+setup(**generate_distutils_setup(packages=['sewing_cell'], package_dir={'': 'src'}))
