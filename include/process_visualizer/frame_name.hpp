@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+
+namespace process_visualizer {
+
+/// A frame's name as tf2 wants it: old drivers and recordings write a slash in front of it.
+inline std::string withoutLeadingSlash(const std::string& frame) {
+  return frame.substr(!frame.empty() && frame.front() == '/' ? 1 : 0);
+}
+
+}  // namespace process_visualizer

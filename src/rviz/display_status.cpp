@@ -1,0 +1,62 @@
+#include "display_status.hpp"
+
+#include <diagnostic_msgs/DiagnosticArray.h>
+#include <rviz/display_context.h>
+#include <rviz/display_group.h>
+#include <rviz/render_panel.h>
+#include <rviz/view_manager.h>
+
+#include <pluginlib/class_list_macros.hpp>
+
+#include "display_report.hpp"
+
+namespace process_visualizer {
+namespace {
+
+constexpr float kPeriod = 0.5;  ///< between two reports, s
+
+template <typename Value>
+diagnostic_msgs::KeyValue keyValue(const std::string& key, Value value) {
+  diagnostic_msgs::KeyValue entry;
+  entry.key = key;
+  entry.value = std::to_string(value);
+  return entry;
+}
+
+}  // namespace
+
+void DisplayStatus::onInitialize() {
+  publisher_ = ros::NodeHandle("~").advertise<diagnostic_msgs::DiagnosticArray>("display_status", 1,
+                                                                                /*latch=*/true);
+}
+
+void DisplayStatus::update(float wall_dt, float /*ros_dt*/) {
+  seconds_since_report_ += wall_dt;
+  if (seconds_since_report_ < kPeriod) return;
+  publishReport();
+  frames_at_report_ = context_->getFrameCount();
+  seconds_since_report_ = 0;
+}
+
+void DisplayStatus::publishReport() {
+  diagnostic_msgs::DiagnosticArray report;
+  report.header.stamp = ros::Time::now();
+  report.status = reportDisplays(*context_->getRootDisplayGroup());
+  report.status.insert(report.status.begin(), reportRviz());
+  publisher_.publish(report);
+}
+
+diagnostic_msgs::DiagnosticStatus DisplayStatus::reportRviz() const {
+  auto report = reportDisplay(*context_->getRootDisplayGroup(), "rviz");
+  const rviz::RenderPanel& panel = *context_->getViewManager()->getRenderPanel();
+  const std::uint64_t frames = context_->getFrameCount();
+  report.values.push_back(keyValue("frames", frames));
+  report.values.push_back(keyValue("fps", (frames - frames_at_report_) / seconds_since_report_));
+  report.values.push_back(keyValue("width", panel.width()));
+  report.values.push_back(keyValue("height", panel.height()));
+  return report;
+}
+
+}  // namespace process_visualizer
+
+PLUGINLIB_EXPORT_CLASS(process_visualizer::DisplayStatus, rviz::Display)

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <diagnostic_msgs/DiagnosticStatus.h>
+#include <ros/publisher.h>
+#include <rviz/display.h>
+
+#include <cstdint>
+
+namespace process_visualizer {
+
+/// RViz display that draws nothing. Twice a second it publishes what RViz shows of its displays on
+/// `~display_status` of the RViz node (diagnostic_msgs/DiagnosticArray, latched): first an entry
+/// "rviz" with the global status, the count of rendered `frames`, `fps`, and the `width` and
+/// `height` of the 3D view in pixels, then one entry for each display.
+class DisplayStatus : public rviz::Display {
+ public:
+  void update(float wall_dt, float ros_dt) override;
+
+ protected:
+  void onInitialize() override;
+
+ private:
+  void publishReport();
+  diagnostic_msgs::DiagnosticStatus reportRviz() const;
+
+  ros::Publisher publisher_;
+  float seconds_since_report_ = 0;
+  std::uint64_t frames_at_report_ = 0;
+};
+
+}  // namespace process_visualizer
