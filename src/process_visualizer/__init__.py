@@ -1,0 +1,1 @@
+"""Shows a robot cell in RViz from one XML file, in real time and in playback."""

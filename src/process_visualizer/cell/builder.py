@@ -1,0 +1,142 @@
+"""Builds the model from elements that were read without problems."""
+from __future__ import annotations
+
+from typing import Any, Dict, List, Optional, Tuple, cast
+
+from process_visualizer.cell.element_reader import Parsed
+from process_visualizer.cell.model import (
+    Arrow, BaseFrame, Device, DeviceType, Display, ForceFrame, LaunchFile, Mode, Model, Node, Pose,
+    Property, RegionOfInterest, RoslaunchElement, Topic, TopicFunction, Variable, Vector3)
+
+_ROSLAUNCH_NODE_ATTRIBUTES = ('args', 'machine', 'respawn', 'respawn_delay', 'required',
+                              'launch-prefix', 'clear_params', 'cwd')
+_CONDITIONS = ('if', 'unless')
+
+
+def build_device(parsed: Parsed, global_frame: str) -> Device:
+    """The device of a sound ``<device>`` element."""
+    name = parsed.values['name']
+    return Device(
+        type=DeviceType(parsed.values['type']),
+        name=name,
+        location=parsed.location,
+        base=_base(parsed.first('base')),
+        model=_model(parsed.first('model')),
+        force=_force(parsed.first('force')),
+        roi=_roi(parsed.first('roi'), global_frame),
+        nodes=tuple(_node(child, name) for child in parsed.all('node')),
+        launch_files=tuple(_launch_file(child) for child in parsed.all('launch')),
+        topics=tuple(_topic(child) for child in parsed.all('topic')),
+        displays=tuple(_display(child) for child in parsed.all('rviz')),
+        arrows=tuple(_arrow(child) for child in parsed.all('arrow')),
+        variables=tuple(_variable(child) for child in parsed.all('variable')),
+        parameters=tuple(build_roslaunch_element(child) for child in parsed.children
+                         if child.tag in ('param', 'rosparam')),
+    )
+
+
+def build_roslaunch_element(parsed: Parsed) -> RoslaunchElement:
+    """An element that is handed on to roslaunch, its substitution arguments resolved."""
+    attributes = {name: text for name, text in parsed.given.items() if name not in _CONDITIONS}
+    return RoslaunchElement(parsed.tag, attributes, parsed.text, parsed.location)
+
+
+def _pose(values: Dict[str, Any]) -> Pose:
+    return Pose(values['xyz'], values['ypr'] or values['rpy'])
+
+
+def _base(parsed: Optional[Parsed]) -> Optional[BaseFrame]:
+    if parsed is None:
+        return None
+    return BaseFrame(parsed.values['frame'], _pose(parsed.values), parsed.location)
+
+
+def _model(parsed: Optional[Parsed]) -> Optional[Model]:
+    if parsed is None:
+        return None
+    return Model(parsed.values['pkg'], parsed.values['path'], parsed.location)
+
+
+def _force(parsed: Optional[Parsed]) -> Optional[ForceFrame]:
+    if parsed is None:
+        return None
+    values = parsed.values
+    return ForceFrame(values['parentframe'], values['frame'], _pose(values), parsed.location)
+
+
+def _roi(parsed: Optional[Parsed], global_frame: str) -> Optional[RegionOfInterest]:
+    if parsed is None:
+        return None
+    values = parsed.values
+    return RegionOfInterest(values['frame'] or global_frame, values['xyz'], values['size'],
+                            parsed.location)
+
+
+def _mode(text: Optional[str]) -> Optional[Mode]:
+    return None if text is None else Mode(text)
+
+
+def _node(parsed: Parsed, device_name: str) -> Node:
+    values = parsed.values
+    attributes = {name: values[name] for name in _ROSLAUNCH_NODE_ATTRIBUTES
+                  if values[name] is not None}
+    attributes['output'] = values['output']
+    namespace = values['ns'] if values['ns'] is not None else device_name
+    return Node(values['pkg'], values['type'], values['name'], namespace,
+                _mode(values['ifstate']), attributes,
+                tuple(build_roslaunch_element(child) for child in parsed.children),
+                parsed.location)
+
+
+def _launch_file(parsed: Parsed) -> LaunchFile:
+    values = parsed.values
+    arguments = tuple((child.values['name'], child.values['value'] or '')
+                      for child in parsed.all('arg'))
+    return LaunchFile(values['pkg'], values['type'], _mode(values['ifstate']), arguments,
+                      parsed.location)
+
+
+def absolute_topic(namespace: str, name: str) -> str:
+    """The name with its namespace, from the root."""
+    return '/' + '/'.join(part.strip('/') for part in (namespace, name) if part.strip('/'))
+
+
+def _topic(parsed: Parsed) -> Topic:
+    values = parsed.values
+    function = None if values['type'] is None else TopicFunction(values['type'])
+    return Topic(absolute_topic(values['ns'], values['name']), function, values['msg'],
+                 values['record'], parsed.location)
+
+
+def _display(parsed: Parsed) -> Display:
+    values = parsed.values
+    topic = values['topic']
+    return Display(values['type'], values['name'],
+                   None if topic is None else absolute_topic('', topic), _properties(parsed),
+                   tuple(_display(child) for child in parsed.all('rviz')), parsed.location)
+
+
+def _properties(parsed: Parsed) -> Tuple[Property, ...]:
+    return tuple(Property(child.values['name'], child.values['value'], _properties(child))
+                 for child in parsed.all('property'))
+
+
+def _arrow(parsed: Parsed) -> Arrow:
+    values = parsed.values
+    return Arrow(values['quantity'], values['scale'], values['min'], values['max'],
+                 values['color'], parsed.location)
+
+
+def _variable(parsed: Parsed) -> Variable:
+    values = parsed.values
+    label = values['label']
+    if label is None:
+        label = values['topic'].split('/')[-1]
+    return Variable(absolute_topic('', values['topic']), values['field'], values['frame'],
+                    cast(Vector3, values['axis']), values['color'], values['unit'],
+                    values['scale'], values['offset'], label, parsed.location)
+
+
+def build_machines(parsed: Parsed) -> List[RoslaunchElement]:
+    """The ``<machine>`` elements of a configuration."""
+    return [build_roslaunch_element(child) for child in parsed.all('machine')]

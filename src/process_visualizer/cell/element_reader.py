@@ -1,0 +1,124 @@
+"""Checks XML elements against the language and turns their attributes into values."""
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Dict, List, Mapping, Optional
+
+from process_visualizer.cell.errors import Location, ProblemList
+from process_visualizer.cell.language import TAGS, Attribute, Tag
+from process_visualizer.cell.substitution import substitute
+from process_visualizer.cell.suggestions import advice
+from process_visualizer.cell.values import CONVERTERS
+from process_visualizer.cell.xml_reader import Element
+
+
+@dataclass
+class Parsed:
+    """An element with its typed values.
+
+    ``readable`` is False when its own attributes are wrong, ``sound`` also when something below
+    it is. ``values`` has every attribute of the tag; None for one that is neither given nor has a
+    default. ``given`` has the substituted text of those that stand in the file.
+    """
+
+    tag: str
+    location: Location
+    values: Dict[str, Any] = field(default_factory=dict)
+    given: Dict[str, str] = field(default_factory=dict)
+    text: str = ''
+    children: List['Parsed'] = field(default_factory=list)
+    readable: bool = True
+    sound: bool = True
+
+    def all(self, tag: str) -> List['Parsed']:
+        """The sound children with this tag, in file order."""
+        return [child for child in self.children if child.tag == tag and child.sound]
+
+    def first(self, tag: str) -> Optional['Parsed']:
+        """The first sound child with this tag."""
+        return next(iter(self.all(tag)), None)
+
+
+class ElementReader:
+    """Reads elements of one file, with the values of its ``<arg>`` elements."""
+
+    def __init__(self, arguments: Mapping[str, str], problems: ProblemList) -> None:
+        self._arguments = arguments
+        self._problems = problems
+
+    def read(self, element: Element) -> Optional[Parsed]:
+        """The element with all below it, or None when its condition (if, unless) drops it."""
+        before = len(self._problems)
+        tag = TAGS[element.tag]
+        parsed = Parsed(element.tag, element.location)
+        self._read_attributes(element, tag, parsed)
+        parsed.readable = len(self._problems) == before
+        if parsed.values.get('if') is False or parsed.values.get('unless') is True:
+            return None
+        self._read_text(element, tag, parsed)
+        self._read_children(element, tag, parsed)
+        parsed.sound = len(self._problems) == before
+        return parsed
+
+    def _read_attributes(self, element: Element, tag: Tag, parsed: Parsed) -> None:
+        for name in element.attributes:
+            if name not in tag.attributes:
+                self._problem(element, f'unknown attribute "{name}"; '
+                              + (advice(name, tag.attributes) if tag.attributes
+                                 else 'it takes none'))
+        for name, attribute in tag.attributes.items():
+            text = element.attributes.get(name)
+            if text is None and attribute.required:
+                self._problem(element, f'the attribute "{name}" is missing ({attribute.help})')
+            parsed.values[name] = self._value(element, name, attribute, text, parsed)
+
+    def _value(self, element: Element, name: str, attribute: Attribute, text: Optional[str],
+               parsed: Parsed) -> Any:
+        try:
+            if text is not None:
+                text = substitute(text, self._arguments, element.location.file)
+                parsed.given[name] = text
+            else:
+                text = attribute.default
+            return None if text is None else _convert(attribute, text)
+        except ValueError as error:
+            self._problem(element, f'attribute "{name}": {error}')
+            return None
+
+    def _read_text(self, element: Element, tag: Tag, parsed: Parsed) -> None:
+        parsed.text = element.text
+        if not tag.text and element.text.strip():
+            self._problem(element, f'unexpected text "{element.text.strip()[:40]}"; write values '
+                                   'as attributes')
+
+    def _read_children(self, element: Element, tag: Tag, parsed: Parsed) -> None:
+        for child in element.children:
+            if child.tag not in tag.children:
+                self._unknown_child(child, element, tag)
+                continue
+            read = self.read(child)
+            if read is None:
+                continue
+            if child.tag in tag.single and any(it.tag == child.tag for it in parsed.children):
+                self._problem(child, f'stands more than once in <{element.tag}>; keep one')
+            parsed.children.append(read)
+
+    def _unknown_child(self, child: Element, parent: Element, tag: Tag) -> None:
+        if not tag.children:
+            self._problem(child, f'<{parent.tag}> takes no elements; remove it')
+        elif child.tag in TAGS:
+            self._problem(child, f'is not allowed in <{parent.tag}>; '
+                          + 'possible are: ' + ', '.join(sorted(tag.children)))
+        else:
+            self._problem(child, f'unknown element in <{parent.tag}>; '
+                          + advice(child.tag, tag.children))
+
+    def _problem(self, element: Element, message: str) -> None:
+        self._problems.add(element.location, element.tag, message)
+
+
+def _convert(attribute: Attribute, text: str) -> Any:
+    value = CONVERTERS[attribute.kind](text)
+    if attribute.choices and value not in attribute.choices:
+        raise ValueError(f'"{value}" is not possible; ' + advice(str(value), attribute.choices))
+    return value

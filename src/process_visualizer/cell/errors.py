@@ -1,0 +1,67 @@
+"""Problems of a configuration file, each with the place where it stands."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Iterable, List, Sequence
+
+
+@dataclass(frozen=True, order=True)
+class Location:
+    """A line of a file; ``line`` counts from 1."""
+
+    file: str
+    line: int
+
+    def __str__(self) -> str:
+        return f'{self.file}:{self.line}'
+
+
+@dataclass(frozen=True, order=True)
+class Problem:
+    """One thing that is wrong, where it stands, and what to write instead."""
+
+    location: Location
+    element: str
+    message: str
+
+    def __str__(self) -> str:
+        element = f'<{self.element}>: ' if self.element else ''
+        return f'{self.location}: {element}{self.message}'
+
+
+class ConfigurationError(Exception):
+    """Raised with every problem found in a configuration, in the order of the file."""
+
+    def __init__(self, problems: Iterable[Problem]) -> None:
+        self.problems: Sequence[Problem] = tuple(dict.fromkeys(problems))
+        super().__init__('\n'.join(str(problem) for problem in self.problems))
+
+
+class ProblemList:
+    """Collects problems so that all of them can be reported at once."""
+
+    def __init__(self) -> None:
+        self._problems: List[Problem] = []
+
+    def __len__(self) -> int:
+        return len(self._problems)
+
+    def add(self, location: Location, element: str, message: str) -> None:
+        """Remember one problem of an element (its tag, without brackets)."""
+        self._problems.append(Problem(location, element, message))
+
+    def extend(self, problems: Iterable[Problem]) -> None:
+        """Remember problems found elsewhere."""
+        self._problems.extend(problems)
+
+    def sorted(self) -> List[Problem]:
+        """All problems by file and line; the first file seen comes first."""
+        files = list(dict.fromkeys(problem.location.file for problem in self._problems))
+        return sorted(self._problems,
+                      key=lambda problem: (files.index(problem.location.file),
+                                           problem.location.line))
+
+    def raise_if_any(self) -> None:
+        """Raise ConfigurationError when something was found."""
+        if self._problems:
+            raise ConfigurationError(self.sorted())

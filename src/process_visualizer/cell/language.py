@@ -1,0 +1,200 @@
+"""The configuration language as a table: which tags there are, and what each may hold.
+
+The parser, the XML schema and the reference in the documentation are all made from it.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Dict, Mapping, Optional, Sequence, Tuple
+
+from process_visualizer.cell.displays import DISPLAY_TYPES
+
+MESSAGE_TYPES: Mapping[str, Tuple[str, ...]] = {
+    'joint_states': ('std_msgs/Float32MultiArray', 'sensor_msgs/JointState'),
+    'tool_center_frame': ('std_msgs/Float32MultiArray', 'geometry_msgs/PoseStamped',
+                          'tf2_msgs/TFMessage'),
+    'force_sensor': ('std_msgs/Float32MultiArray', 'geometry_msgs/WrenchStamped'),
+    'pointcloud': ('sensor_msgs/PointCloud2',),
+}
+"""What a topic with a function may carry."""
+
+
+@dataclass(frozen=True)
+class Attribute:
+    """An attribute: ``kind`` names a converter of the module ``values``."""
+
+    kind: str
+    help: str
+    default: Optional[str] = None
+    required: bool = False
+    choices: Tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Tag:
+    """An element: its attributes and children; ``single`` children may stand once only."""
+
+    help: str
+    attributes: Mapping[str, Attribute]
+    children: Tuple[str, ...] = ()
+    single: Tuple[str, ...] = ()
+    text: bool = False
+
+
+def _required(kind: str, text: str, choices: Sequence[str] = ()) -> Attribute:
+    return Attribute(kind, text, required=True, choices=tuple(choices))
+
+
+def _optional(kind: str, text: str, default: Optional[str] = None,
+              choices: Sequence[str] = ()) -> Attribute:
+    return Attribute(kind, text, default, choices=tuple(choices))
+
+
+def _texts(*names: str) -> Dict[str, Attribute]:
+    return {name: _optional('text', "as in roslaunch") for name in names}
+
+
+_CONDITION = {
+    'if': _optional('boolean', 'use the element only if this is true'),
+    'unless': _optional('boolean', 'use the element only if this is false'),
+}
+_IFSTATE = _optional('choice', 'start in this mode only; without it in both',
+                     choices=('realtime', 'playback'))
+_POSE = {
+    'xyz': _optional('vector', 'position in m', '0 0 0'),
+    'rpy': _optional('vector', "yaw pitch roll in rad, intrinsic z-y'-x'', whatever its name "
+                               'says', '0 0 0'),
+    'ypr': _optional('vector', 'the plain name of the same; write one of the two'),
+}
+
+_STRUCTURE: Dict[str, Tag] = {
+    'visualizer': Tag(
+        'The root of a configuration.',
+        {'frame': _optional('frame', 'name of the global frame', 'world')},
+        children=('arg', 'include', 'machine', 'device')),
+    'arg': Tag(
+        'A value for `$(arg name)`; given on the command line as `name:=value`.',
+        {'name': _required('name', 'name of the argument'),
+         'default': _optional('text', 'value when none is given'),
+         'value': _optional('text', 'value that cannot be overridden')}),
+    'include': Tag(
+        'Devices from another file.',
+        {'file': _required('text', 'path of the file, relative to this one or with '
+                                   '`$(find pkg)`'), **_CONDITION},
+        children=('arg',)),
+    'device': Tag(
+        'A device of the cell.',
+        {'type': _required('choice', 'what it is', ('robot', 'depth_sensor', 'other')),
+         'name': _required('name', 'its name, and the namespace of its nodes'),
+         **_CONDITION},
+        children=('base', 'model', 'node', 'launch', 'topic', 'rviz', 'force', 'arrow',
+                  'variable', 'roi', 'param', 'rosparam'),
+        single=('base', 'model', 'force', 'roi')),
+    'base': Tag(
+        "The device's base frame, posed in the global frame.",
+        {'frame': _required('frame', 'name of the base frame'), **_POSE}),
+    'model': Tag(
+        'The model of the device: a URDF or xacro file.',
+        {'pkg': _required('package', 'package that holds the file'),
+         'path': _required('path', 'path below the package; ends in .urdf or .xacro')}),
+    'force': Tag(
+        'The frame of the force sensor; without it the tool frame is used.',
+        {'parentframe': _required('frame', 'frame it is posed in, such as the tool frame'),
+         'frame': _required('frame', 'name of the force frame'), **_POSE}),
+    'roi': Tag(
+        "The box that a depth sensor's cloud is cropped to.",
+        {'frame': _optional('frame', 'frame the box is aligned with; the global frame without '
+                                     'it'),
+         'xyz': _optional('vector', 'centre of the box in m', '0 0 0'),
+         'size': _required('size', 'edge lengths of the box in m')}),
+}
+
+_PROCESSES: Dict[str, Tag] = {
+    'node': Tag(
+        'A node to start with the device.',
+        {'pkg': _required('package', 'package of the node'),
+         'type': _required('text', 'its executable'),
+         'name': _required('name', 'name of the node, without a namespace'),
+         'ns': _optional('namespace', "namespace; the device's name without it"),
+         'args': _optional('text', 'arguments of the executable'),
+         'output': _optional('choice', 'where its output goes', 'screen', ('screen', 'log')),
+         'ifstate': _IFSTATE,
+         **_texts('machine', 'respawn', 'respawn_delay', 'required', 'launch-prefix',
+                  'clear_params', 'cwd'),
+         **_CONDITION},
+        children=('param', 'rosparam', 'remap', 'env')),
+    'launch': Tag(
+        'A launch file to include with the device.',
+        {'pkg': _required('package', 'package of the launch file'),
+         'type': _required('text', "the file's name, looked for in the package's folder "
+                                   '`launch` and in the package'),
+         'ifstate': _IFSTATE, **_CONDITION},
+        children=('arg',)),
+    'param': Tag(
+        'A parameter, as in roslaunch; below a device in its namespace.',
+        {'name': _required('namespace', 'name of the parameter'),
+         **_texts('value', 'type', 'textfile', 'binfile', 'command'), **_CONDITION}),
+    'rosparam': Tag(
+        'Parameters in YAML, as in roslaunch.',
+        {**_texts('command', 'file', 'param', 'ns', 'subst_value'), **_CONDITION}, text=True),
+    'remap': Tag(
+        'A remapping of the node, as in roslaunch.',
+        {'from': _required('namespace', 'name to remap'),
+         'to': _required('namespace', 'name to use instead'), **_CONDITION}),
+    'env': Tag(
+        'An environment variable of the node, as in roslaunch.',
+        {'name': _required('text', 'name'), 'value': _required('text', 'value'), **_CONDITION}),
+    'machine': Tag(
+        'Another computer that nodes can run on, as in roslaunch.',
+        {'name': _required('text', 'name, used by the attribute `machine` of a node'),
+         'address': _required('text', 'host name or address'),
+         **_texts('env-loader', 'default', 'user', 'password', 'timeout', 'ssh-port'),
+         **_CONDITION}),
+}
+
+_DRAWN: Dict[str, Tag] = {
+    'topic': Tag(
+        'A topic of the device: what its driver publishes.',
+        {'name': _required('name', 'name of the topic, without a namespace'),
+         'ns': _optional('namespace', 'namespace of the topic', ''),
+         'type': _optional('choice', 'what the topic is used for beside being recorded',
+                           choices=tuple(MESSAGE_TYPES)),
+         'msg': _optional('message', 'message type; without it what the topic turns out to '
+                                     'carry'),
+         'record': _optional('boolean', 'whether the topic is recorded', 'True')}),
+    'rviz': Tag(
+        'An RViz display of the device.',
+        {'type': _required('choice', 'display type of RViz', sorted(DISPLAY_TYPES)),
+         'topic': _optional('topic', 'topic or parameter it shows; without it the default of '
+                                     'the type, below the name of the device'),
+         'name': _optional('text', 'name in the list of displays')},
+        children=('property', 'rviz')),
+    'property': Tag(
+        'A property of the display, named as in RViz; may hold further ones.',
+        {'name': _required('text', 'name of the property'),
+         'value': _optional('text', 'its value; colours are `r; g; b` from 0 to 255')},
+        children=('property',)),
+    'arrow': Tag(
+        "How one of a robot's arrows is drawn.",
+        {'quantity': _required('choice', 'which arrow', ('velocity', 'force')),
+         'scale': _optional('positive', 'length in m per m/s or per N'),
+         'min': _optional('length', 'shortest length in m'),
+         'max': _optional('length', 'longest length in m'),
+         'color': _optional('color', 'a colour name, `#rrggbb`, or `r g b` from 0 to 1')}),
+    'variable': Tag(
+        'Any number of any topic as an arrow with its value.',
+        {'topic': _required('topic', 'the topic'),
+         'field': _optional('field', 'the number in the message, such as `data` or `data[2]`',
+                            'data'),
+         'frame': _required('frame', 'frame whose origin is the foot of the arrow'),
+         'axis': _optional('axis', 'direction in that frame: `x`, `-z`, or three numbers', 'x'),
+         'color': _optional('color', 'as for `<arrow>`', 'orange'),
+         'unit': _optional('text', 'unit to write behind the value', ''),
+         'scale': _optional('number', 'length in m per unit of the value', '1'),
+         'offset': _optional('number', 'value (setpoint) at which the arrow has no length', '0'),
+         'label': _optional('text', 'text before the value; the name of the topic without it')}),
+}
+
+ROOT = 'visualizer'
+
+TAGS: Dict[str, Tag] = {**_STRUCTURE, **_PROCESSES, **_DRAWN}

@@ -1,0 +1,224 @@
+"""The cell as data: what a configuration file says, with all defaults filled in.
+
+Lengths are in m, angles in rad.
+Frame names have no leading slash; topic names are absolute.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Mapping, Optional, Tuple
+
+from process_visualizer.cell.errors import Location
+
+Vector3 = Tuple[float, float, float]
+Color = Tuple[float, float, float]
+
+
+class Mode(Enum):
+    """How the system runs."""
+
+    REALTIME = 'realtime'
+    PLAYBACK = 'playback'
+
+
+class DeviceType(Enum):
+    """What a device is; decides which nodes and displays it gets by default."""
+
+    ROBOT = 'robot'
+    DEPTH_SENSOR = 'depth_sensor'
+    OTHER = 'other'
+
+
+class TopicFunction(Enum):
+    """What a topic is used for, beside being recorded."""
+
+    JOINT_STATES = 'joint_states'
+    TOOL_CENTER_FRAME = 'tool_center_frame'
+    FORCE_SENSOR = 'force_sensor'
+    POINTCLOUD = 'pointcloud'
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A pose in a parent frame: xyz in m; yaw, pitch, roll in rad, intrinsic z-y'-x''."""
+
+    xyz: Vector3 = (0.0, 0.0, 0.0)
+    ypr: Vector3 = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class BaseFrame:
+    """The base frame of a device, posed in the global frame."""
+
+    frame: str
+    pose: Pose
+    location: Location
+
+
+@dataclass(frozen=True)
+class ForceFrame:
+    """The frame of a force sensor, posed in its parent frame."""
+
+    parent_frame: str
+    frame: str
+    pose: Pose
+    location: Location
+
+
+@dataclass(frozen=True)
+class Model:
+    """A URDF or xacro file of a package."""
+
+    package: str
+    path: str
+    location: Location
+
+
+@dataclass(frozen=True)
+class RoslaunchElement:
+    """An element in roslaunch's own words (param, rosparam, remap, env, machine)."""
+
+    tag: str
+    attributes: Mapping[str, str]
+    text: str
+    location: Location
+
+
+@dataclass(frozen=True)
+class Node:
+    """A node to start with a device; ``attributes`` are roslaunch's remaining ones."""
+
+    package: str
+    type: str
+    name: str
+    namespace: str
+    mode: Optional[Mode]
+    attributes: Mapping[str, str]
+    children: Tuple[RoslaunchElement, ...]
+    location: Location
+
+
+@dataclass(frozen=True)
+class LaunchFile:
+    """A launch file to include with a device."""
+
+    package: str
+    type: str
+    mode: Optional[Mode]
+    arguments: Tuple[Tuple[str, str], ...]
+    location: Location
+
+
+@dataclass(frozen=True)
+class Topic:
+    """A topic of a device; ``message_type`` such as ``sensor_msgs/JointState`` or None."""
+
+    name: str
+    function: Optional[TopicFunction]
+    message_type: Optional[str]
+    record: bool
+    location: Location
+
+
+@dataclass(frozen=True)
+class Property:
+    """A property of an RViz display, with the properties below it."""
+
+    name: str
+    value: Optional[str]
+    children: Tuple['Property', ...] = ()
+
+
+@dataclass(frozen=True)
+class Display:
+    """An RViz display; ``topic`` is None where the type's default holds."""
+
+    type: str
+    name: Optional[str]
+    topic: Optional[str]
+    properties: Tuple[Property, ...]
+    children: Tuple['Display', ...]
+    location: Location
+
+
+@dataclass(frozen=True)
+class Arrow:
+    """How an arrow is drawn: ``scale`` in m per m/s or m per N, length limits in m.
+
+    What is None keeps the default of the quantity.
+    """
+
+    quantity: str
+    scale: Optional[float]
+    minimum_m: Optional[float]
+    maximum_m: Optional[float]
+    color: Optional[Color]
+    location: Location
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A number of a topic, drawn as an arrow of length ``scale * (value - offset)`` m."""
+
+    topic: str
+    field: str
+    frame: str
+    axis: Vector3
+    color: Color
+    unit: str
+    scale: float
+    offset: float
+    label: str
+    location: Location
+
+
+@dataclass(frozen=True)
+class RegionOfInterest:
+    """A box, its centre and edge lengths in m in ``frame``, that a cloud is cropped to."""
+
+    frame: str
+    center: Vector3
+    size: Vector3
+    location: Location
+
+
+@dataclass(frozen=True)
+class Device:
+    """A device of the cell with all that belongs to it."""
+
+    type: DeviceType
+    name: str
+    location: Location
+    base: Optional[BaseFrame] = None
+    model: Optional[Model] = None
+    force: Optional[ForceFrame] = None
+    roi: Optional[RegionOfInterest] = None
+    nodes: Tuple[Node, ...] = ()
+    launch_files: Tuple[LaunchFile, ...] = ()
+    topics: Tuple[Topic, ...] = ()
+    displays: Tuple[Display, ...] = ()
+    arrows: Tuple[Arrow, ...] = ()
+    variables: Tuple[Variable, ...] = ()
+    parameters: Tuple[RoslaunchElement, ...] = ()
+
+    def topic_for(self, function: TopicFunction) -> Optional[Topic]:
+        """The topic that has this function, if there is one."""
+        return next((topic for topic in self.topics if topic.function is function), None)
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A whole configuration: the devices and the name of the global frame."""
+
+    file: str
+    frame: str
+    devices: Tuple[Device, ...]
+    machines: Tuple[RoslaunchElement, ...] = ()
+
+    def device(self, name: str) -> Device:
+        """The device of that name; raises KeyError."""
+        for device in self.devices:
+            if device.name == name:
+                return device
+        raise KeyError(name)

@@ -1,0 +1,23 @@
+"""Finds the name that somebody probably meant."""
+from __future__ import annotations
+
+import difflib
+from typing import Iterable, Optional
+
+_LIKENESS = 0.6
+
+
+def nearest(word: str, names: Iterable[str]) -> Optional[str]:
+    """The name most like ``word`` (upper and lower case count alike), or None."""
+    by_lower_case = {name.lower(): name for name in names}
+    found = difflib.get_close_matches(word.lower(), list(by_lower_case), n=1, cutoff=_LIKENESS)
+    return by_lower_case[found[0]] if found else None
+
+
+def advice(word: str, names: Iterable[str]) -> str:
+    """What to write instead of ``word``: the nearest name, or else all of them."""
+    known = sorted(names)
+    name = nearest(word, known)
+    if name is not None:
+        return f'did you mean "{name}"?'
+    return 'possible are: ' + ', '.join(known)
