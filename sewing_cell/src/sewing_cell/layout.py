@@ -1,0 +1,30 @@
+"""Where things stand in the simulated sewing cell: frame ``world``, z up, lengths in m."""
+
+from __future__ import annotations
+
+import numpy as np
+
+FLOOR_Z = -1.0
+
+#: Origin of sewing_machine/base: the (+x, +y) top corner of the machine's bed.
+MACHINE_BASE = np.array([-0.667, -0.499, 0.05])
+SEWING_PLANE_Z = 0.05
+NEEDLE = MACHINE_BASE + np.array([-0.08, -0.08, 0.0])
+
+#: The covers' extent about the point under the grippers: x_min, x_max, y_min, y_max.
+COVER_BOX = (-0.14, 0.26, -0.84, 0.04)
+COVER_THICKNESS = 0.003
+
+#: Where the grippers fetch the next covers, and where the seam begins and ends.
+FETCH_XY = (-0.54, 0.45)
+SEAM_START_XY = (-0.62, 0.25)
+SEAM_END_XY = (-0.62, -0.25)
+
+#: The tools' distance from the sewing plane: holding a cover, and free of it.
+GRIP_HEIGHT = 0.11
+LIFT_HEIGHT = 0.08
+
+#: The Kinect: camera_link, its pitch [rad], and the colour camera in camera_link (as in openni).
+CAMERA_XYZ = np.array([-0.53, 0.09, 1.90])
+CAMERA_PITCH = 1.55
+COLOUR_CAMERA_OFFSET = np.array([0.0, -0.045, 0.0])

@@ -1,0 +1,78 @@
+"""What happens when in one sewing cycle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+REFERENCE_PERIOD_S = 20.0
+SHORTEST_PERIOD_S = 12.0
+LONGEST_PERIOD_S = 120.0
+
+
+@dataclass(frozen=True)
+class Phase:
+    """A part of the cycle, in s from the cycle's start."""
+
+    begin: float
+    end: float
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """The phases of a cycle of ``period_s`` seconds; all of them scale with the period.
+
+    Raises ValueError for a period outside 12 to 120 s.
+    """
+
+    period_s: float = REFERENCE_PERIOD_S
+
+    def __post_init__(self) -> None:
+        if not SHORTEST_PERIOD_S <= self.period_s <= LONGEST_PERIOD_S:
+            raise ValueError(
+                f"period is {self.period_s} s; give one from {SHORTEST_PERIOD_S:.0f} "
+                f"to {LONGEST_PERIOD_S:.0f} s"
+            )
+
+    def _phase(self, begin: float, end: float) -> Phase:
+        scale = self.period_s / REFERENCE_PERIOD_S
+        return Phase(begin * scale, end * scale)
+
+    @property
+    def grip(self) -> Phase:
+        """The grippers close on the covers waiting at the fetch position."""
+        return self._phase(0.0, 1.2)
+
+    @property
+    def bring(self) -> Phase:
+        """The covers' front edges go to the needle."""
+        return self._phase(1.2, 4.2)
+
+    @property
+    def sew(self) -> Phase:
+        """The machine feeds, the robots steer."""
+        return self._phase(4.2, 13.4)
+
+    @property
+    def release(self) -> Phase:
+        """The grippers open and leave the covers."""
+        return self._phase(13.4, 14.8)
+
+    @property
+    def go_back(self) -> Phase:
+        """The robots return to the fetch position; what is left of the period they wait."""
+        return self._phase(14.4, 18.8)
+
+    @property
+    def take_away(self) -> Phase:
+        """The sewn covers leave the cell."""
+        return self._phase(13.6, 17.6)
+
+    @property
+    def stage(self) -> Phase:
+        """The next covers come onto the supply table."""
+        return self._phase(6.0, 10.0)
+
+    @property
+    def present(self) -> Phase:
+        """The next covers move from the supply table to the fetch position."""
+        return self._phase(14.6, 19.0)
