@@ -1,0 +1,189 @@
+"""The sewing machine in RViz: its model, the feed rate, and where the edges of the covers are."""
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from typing import List, Optional, Tuple
+
+import numpy as np
+import rospy
+from std_msgs.msg import Float32, UInt16
+from visualization_msgs.msg import Marker, MarkerArray
+
+from process_visualizer.motion.arrows import line_of_block
+from process_visualizer.nodes.markers import (VectorSample, mesh_marker, text_color, text_marker,
+                                              value_text, vector_arrow)
+from process_visualizer.nodes.parameters import (ArrowStyle, ParameterError, Parameters,
+                                                 live_number, private_parameters)
+
+MESH = 'package://sewing_cell/meshes/sewing_machine.dae'
+DEFAULT_SETPOINT = 255.0  # of 512 (thesis section 6.2.3)
+
+# In the needle frame, which is yawed by +90 degrees: x is against the feed, y is to the right as
+# seen along the feed.
+FEED_DIRECTION = np.array([-1.0, 0.0, 0.0])
+RIGHT = np.array([0.0, 1.0, 0.0])
+
+FEED_ARROW = ArrowStyle('feed', 'm/s', 3, scale_m=3.0, min_m=0.05, max_m=0.3, threshold=0.001,
+                        color=(0.65, 0.2, 0.9, 1.0))
+LOWER_ARROW = ArrowStyle('lower edge', '', 0, scale_m=0.003, min_m=0.05, max_m=0.3, threshold=1.0,
+                         color=(1.0, 0.9, 0.0, 1.0))
+UPPER_ARROW = ArrowStyle('upper edge', '', 0, scale_m=0.003, min_m=0.05, max_m=0.3, threshold=1.0,
+                         color=(0.0, 0.9, 1.0, 1.0))
+
+
+@dataclass(frozen=True)
+class SewingParameters:
+    """The node's private parameters; positions are in the needle frame [m]."""
+
+    mesh: str
+    base_frame: str
+    needle_frame: str
+    feed_arrow: ArrowStyle
+    upper_arrow: ArrowStyle
+    lower_arrow: ArrowStyle
+    text_position: Tuple[float, float, float]
+    text_height_m: float
+    marker_rate_hz: float
+
+    @staticmethod
+    def read(parameters: Parameters) -> 'SewingParameters':
+        """Return the checked parameters.
+
+        Raises:
+            ParameterError: a value is wrong.
+        """
+        arrows, text = parameters.group('arrows'), parameters.group('text')
+        return SewingParameters(
+            mesh=parameters.text('mesh', MESH),
+            base_frame=parameters.frame('base_frame', 'sewing_machine/base'),
+            needle_frame=parameters.frame('needle_frame', 'sewing_machine/needle'),
+            feed_arrow=ArrowStyle.read(arrows.group('feed_rate'), FEED_ARROW),
+            upper_arrow=ArrowStyle.read(arrows.group('edge_upper'), UPPER_ARROW),
+            lower_arrow=ArrowStyle.read(arrows.group('edge_lower'), LOWER_ARROW),
+            text_position=text.vector('position', (0.0, 0.0, 0.55)),
+            text_height_m=text.number('height', 0.045, above=0.0),
+            marker_rate_hz=parameters.number('marker_rate', 30.0, above=0.0),
+        )
+
+
+def edge_vector(value: float, setpoint: float) -> np.ndarray:
+    """Return how far an edge is off its setpoint, (3,) in the needle frame, in sensor counts.
+
+    A value above the setpoint means that the workpiece is too far to the right as seen along the
+    feed (thesis figure 6.13), which is where the arrow points.
+    """
+    return RIGHT * (value - setpoint)
+
+
+def edge_text(style: ArrowStyle, value: float, setpoint: float, age_s: float,
+              stale_after_s: float) -> str:
+    """Return, for instance, 'upper edge 263 (+8)': the value and its distance from the setpoint."""
+    text = value_text(style, value, age_s, stale_after_s)
+    return text if age_s > stale_after_s else f'{text} ({value - setpoint:+.0f})'
+
+
+@dataclass(frozen=True)
+class Reading:
+    """The last number of a sensor and when it came."""
+
+    value: float
+    time_s: float
+
+
+class SewingTransformer:
+    """Turns the sewing machine's measurements into markers (thesis section 6.2.3)."""
+
+    STALE_AFTER_S = 1.0
+    # Where the arrows begin, in the needle frame: beside the needle and before the machine's bed,
+    # the upper edge above the covers and the lower edge below them.
+    FEED_FOOT = np.array([0.12, -0.10, 0.04])
+    UPPER_FOOT = np.array([0.12, 0.0, 0.05])
+    LOWER_FOOT = np.array([0.18, 0.0, -0.05])
+
+    def __init__(self, parameters: SewingParameters) -> None:
+        """Advertise, subscribe, and show the machine."""
+        self._parameters = parameters
+        self._feed: Optional[Reading] = None
+        self._upper: Optional[Reading] = None
+        self._lower: Optional[Reading] = None
+        self._publisher = rospy.Publisher('marker_array', MarkerArray, queue_size=1, latch=True)
+        self._publish()
+        rospy.Subscriber('/feed_rate_est', Float32, self._on_feed)
+        rospy.Subscriber('/edge_finder_upper', UInt16, self._on_upper)
+        rospy.Subscriber('/edge_finder_lower', UInt16, self._on_lower)
+        self._timer = rospy.Timer(rospy.Duration(1.0 / parameters.marker_rate_hz),
+                                  self._on_timer, reset=True)
+
+    def _on_feed(self, message: Float32) -> None:
+        if not np.isfinite(message.data):
+            rospy.logwarn_throttle(5.0, 'sewing_machine: /feed_rate_est is NaN or infinite; '
+                                        'the last good value stays')
+            return
+        self._feed = Reading(message.data, rospy.get_time())
+
+    def _on_upper(self, message: UInt16) -> None:
+        self._upper = Reading(float(message.data), rospy.get_time())
+
+    def _on_lower(self, message: UInt16) -> None:
+        self._lower = Reading(float(message.data), rospy.get_time())
+
+    def _on_timer(self, _event: rospy.timer.TimerEvent) -> None:
+        if self._publisher.get_num_connections() > 0:
+            self._publish()
+
+    def _publish(self) -> None:
+        self._publisher.publish(MarkerArray(self._build_markers(rospy.get_time())))
+
+    def _build_markers(self, now_s: float) -> List[Marker]:
+        parameters = self._parameters
+        markers: List[Marker] = []
+        if parameters.mesh:
+            markers.append(mesh_marker('machine', parameters.base_frame, parameters.mesh))
+        if self._feed:
+            markers += self._show_feed(self._feed, now_s)
+        if self._upper:
+            markers += self._show_edge('upper', 1, self._upper, now_s)
+        if self._lower:
+            markers += self._show_edge('lower', 2, self._lower, now_s)
+        return markers
+
+    def _show_feed(self, feed: Reading, now_s: float) -> List[Marker]:
+        style = self._parameters.feed_arrow
+        sample = VectorSample(FEED_DIRECTION * feed.value, self._parameters.needle_frame,
+                              feed.time_s, self.FEED_FOOT)
+        text = value_text(style, feed.value, sample.age_s(now_s), self.STALE_AFTER_S)
+        return self._show('feed_rate', 0, style, sample, text, now_s)
+
+    def _show_edge(self, which: str, line: int, edge: Reading, now_s: float) -> List[Marker]:
+        parameters = self._parameters
+        upper = which == 'upper'
+        style = parameters.upper_arrow if upper else parameters.lower_arrow
+        setpoint = live_number(rospy.resolve_name(f'setpoint_{which}'), DEFAULT_SETPOINT)
+        sample = VectorSample(edge_vector(edge.value, setpoint), parameters.needle_frame,
+                              edge.time_s, self.UPPER_FOOT if upper else self.LOWER_FOOT)
+        text = edge_text(style, edge.value, setpoint, sample.age_s(now_s), self.STALE_AFTER_S)
+        return self._show(f'edge_{which}', line, style, sample, text, now_s)
+
+    def _show(self, namespace: str, line: int, style: ArrowStyle, sample: VectorSample, text: str,
+              now_s: float) -> List[Marker]:
+        """Return an arrow, and its text in one line of the machine's three."""
+        parameters = self._parameters
+        stale = sample.age_s(now_s) > self.STALE_AFTER_S
+        return [
+            vector_arrow(namespace, style, sample, stale),
+            text_marker(namespace, parameters.needle_frame, np.array(parameters.text_position),
+                        line_of_block(text, line, 3), parameters.text_height_m,
+                        text_color(None if stale else style.color)),
+        ]
+
+
+def main() -> None:
+    """Run the node; it ends with status 1 when a parameter is wrong."""
+    rospy.init_node('sewing_machine')
+    try:
+        SewingTransformer(SewingParameters.read(private_parameters()))
+    except ParameterError as error:
+        rospy.logfatal('%s', error)
+        sys.exit(1)
+    rospy.spin()

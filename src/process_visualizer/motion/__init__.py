@@ -1,0 +1,1 @@
+"""Rotations, velocity estimation and arrows (pure: numpy only, no ROS node, no Qt)."""

@@ -1,0 +1,59 @@
+"""How long an arrow is, where its number stands, and how the number is written."""
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+
+def arrow_length(magnitude: float, scale: float, min_m: float, max_m: float) -> float:
+    """Return the length [m] of an arrow: linear, within two limits (thesis section 5.3.2).
+
+    Args:
+        magnitude: what the arrow shows, at least 0, in its own unit (m/s, N).
+        scale: metres of arrow per unit.
+        min_m, max_m: the limits of the length [m].
+    """
+    return min(max(magnitude * scale, min_m), max_m)
+
+
+def format_value(label: str, value: float, unit: str, decimals: int) -> str:
+    """Return, for instance, 'v 0.052 m/s'; a value that rounds to zero has no minus sign."""
+    number = round(value, decimals) + 0.0  # -0.0 + 0.0 is 0.0
+    return ' '.join(part for part in (label, f'{number:.{decimals}f}', unit) if part)
+
+
+def format_age(label: str, age_s: float) -> str:
+    """Return, for instance, 'v no data for 3.2 s'."""
+    return f'{label} no data for {age_s:.1f} s'.lstrip()
+
+
+def line_of_block(text: str, line: int, line_count: int) -> str:
+    """Return a block of line_count lines that is blank but for the text in one of them.
+
+    RViz turns a text to the viewer and centres it on its position. Blocks of as many lines at
+    one position show one under the other from every side, each with its own colour.
+    """
+    lines = [' '] * line_count
+    lines[line] = text
+    return '\n'.join(lines)
+
+
+def label_position(tool_position: np.ndarray, tool_rotation: np.ndarray,
+                   outward_m: float, up_m: float) -> np.ndarray:
+    """Return where a robot's numbers stand, (3,) [m] in the tool frame.
+
+    They stand beyond the tool as seen from the robot's foot, and along the foot's z axis: a
+    hanging robot has them below its tool, where they do not meet those of a standing one.
+
+    Args:
+        tool_position: of the tool in the base frame, (3,) [m].
+        tool_rotation: of the tool in the base frame, (3, 3).
+        outward_m, up_m: distances from the tool along the two directions.
+    """
+    x, y = tool_position[0], tool_position[1]
+    distance = math.hypot(x, y)
+    outward = (x / distance, y / distance) if distance > 1e-6 else (1.0, 0.0)
+    offset = np.array([outward_m * outward[0], outward_m * outward[1], up_m])
+    position: np.ndarray = tool_rotation.T @ offset
+    return position

@@ -1,0 +1,125 @@
+"""Rotations of vectors in three dimensions.
+
+A rotation is a matrix (3, 3) that turns column vectors, a unit quaternion (4,) in ROS's order
+x y z w, yaw pitch roll (3,) in radians, or a rotation vector (3,) in radians (axis times angle).
+"""
+from __future__ import annotations
+
+import math
+from typing import Sequence, Union
+
+import numpy as np
+
+Vector = Union[Sequence[float], np.ndarray]
+
+
+def matrix_from_ypr(ypr: Vector) -> np.ndarray:
+    """Return the matrix (3, 3) of yaw pitch roll [rad], intrinsic z-y'-x'' (REP 103)."""
+    (sy, sp, sr), (cy, cp, cr) = np.sin(ypr), np.cos(ypr)
+    return np.array([
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ])
+
+
+def ypr_from_matrix(matrix: np.ndarray) -> np.ndarray:
+    """Return yaw pitch roll (3,) [rad], pitch in [-pi/2, pi/2]; roll is 0 where pitch is +-pi/2."""
+    cos_pitch = math.hypot(matrix[0, 0], matrix[1, 0])
+    pitch = math.atan2(-matrix[2, 0], cos_pitch)
+    if cos_pitch < 1e-9:  # only yaw - roll (or their sum) is defined here
+        return np.array([math.atan2(-matrix[0, 1], matrix[1, 1]), pitch, 0.0])
+    yaw = math.atan2(matrix[1, 0], matrix[0, 0])
+    return np.array([yaw, pitch, math.atan2(matrix[2, 1], matrix[2, 2])])
+
+
+def quaternion_from_ypr(ypr: Vector) -> np.ndarray:
+    """Return the quaternion (4,) x y z w of yaw pitch roll [rad], intrinsic z-y'-x''."""
+    half = 0.5 * np.asarray(ypr, dtype=float)
+    (sy, sp, sr), (cy, cp, cr) = np.sin(half), np.cos(half)
+    return np.array([
+        cy * cp * sr - sy * sp * cr,
+        cy * sp * cr + sy * cp * sr,
+        sy * cp * cr - cy * sp * sr,
+        cy * cp * cr + sy * sp * sr,
+    ])
+
+
+def matrix_from_quaternion(quaternion: Vector) -> np.ndarray:
+    """Return the matrix (3, 3) of a quaternion (4,) x y z w of any length.
+
+    Raises:
+        ValueError: the quaternion is zero, which is no rotation.
+    """
+    array = np.asarray(quaternion, dtype=float)
+    length = np.linalg.norm(array)
+    if length < 1e-9:
+        raise ValueError('the quaternion is zero, which is no rotation')
+    x, y, z, w = array / length
+    return np.array([
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ])
+
+
+def quaternion_from_matrix(matrix: np.ndarray) -> np.ndarray:
+    """Return the quaternion (4,) x y z w, w >= 0, of a rotation matrix (3, 3).
+
+    The eigenvector of the greatest eigenvalue of a symmetric matrix: one formula, accurate for
+    every rotation (I. Y. Bar-Itzhack, New method for extracting the quaternion from a rotation
+    matrix, Journal of Guidance, Control, and Dynamics 23(6), 2000).
+    """
+    (a, b, c), (d, e, f), (g, h, i) = matrix
+    symmetric = np.array([
+        [a - e - i, 0, 0, 0],
+        [b + d, e - a - i, 0, 0],
+        [c + g, f + h, i - a - e, 0],
+        [h - f, c - g, d - b, a + e + i],
+    ])
+    quaternion: np.ndarray = np.linalg.eigh(symmetric)[1][:, 3]  # eigh reads the lower half
+    return quaternion * math.copysign(1.0, quaternion[3])
+
+
+def matrix_from_rotation_vector(rotation_vector: Vector) -> np.ndarray:
+    """Return the matrix (3, 3) of a rotation vector (3,) [rad] (Rodrigues' formula)."""
+    x, y, z = rotation_vector
+    angle = math.sqrt(x * x + y * y + z * z)
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]], dtype=float)
+    if angle < 1e-6:  # the two quotients at their limits
+        sine, cosine = 1.0, 0.5
+    else:
+        sine, cosine = math.sin(angle) / angle, (1 - math.cos(angle)) / angle ** 2
+    matrix: np.ndarray = np.eye(3) + sine * cross + cosine * (cross @ cross)
+    return matrix
+
+
+def rotation_vector_from_matrix(matrix: np.ndarray) -> np.ndarray:
+    """Return the rotation vector (3,) [rad], of length at most pi, of a matrix (3, 3)."""
+    quaternion = quaternion_from_matrix(matrix)
+    sine = float(np.linalg.norm(quaternion[:3]))
+    scale = 2.0 if sine < 1e-9 else 2.0 * math.atan2(sine, quaternion[3]) / sine
+    vector: np.ndarray = quaternion[:3] * scale
+    return vector
+
+
+def quaternion_turning_x_onto(vector: Vector) -> np.ndarray:
+    """Return the shortest rotation, as a quaternion (4,) x y z w, of the x axis onto a vector (3,).
+
+    It is defined for every finite vector: half a turn about z for the opposite direction, the
+    identity for zero. (The thesis' equations 5.2 and 5.3 exchange axis and angle and are
+    undefined there.) With the unit vector u and the x axis e, the quaternion is (e x u, 1 + e.u)
+    over its length.
+    """
+    array = np.asarray(vector, dtype=float)
+    largest = np.abs(array).max()
+    if largest == 0.0:
+        return np.array([0.0, 0.0, 0.0, 1.0])
+    array = array / largest  # so that no square under- or overflows
+    x, y, z = array / np.linalg.norm(array)
+    # 1 + x loses its digits near the opposite direction; there it is (y^2 + z^2) / (1 - x).
+    w = 1.0 + x if x > -0.5 else (y * y + z * z) / (1.0 - x)
+    length = math.sqrt(2.0 * w)
+    if length < 1e-150:
+        return np.array([0.0, 0.0, 1.0, 0.0])
+    return np.array([0.0, -z, y, w]) / length

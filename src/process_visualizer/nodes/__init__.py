@@ -1,0 +1,1 @@
+"""The ROS nodes (rospy), one class per module; the executables in nodes/ call their main."""

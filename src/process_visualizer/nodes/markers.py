@@ -1,0 +1,98 @@
+"""Markers for RViz: arrows and numbers that are locked to the frame they act in.
+
+A marker with frame_locked is drawn with its frame's transform of every rendered frame, the same
+as the robot's, and so never lags behind it (thesis figure 6.11). Its stamp is zero: the latest
+transform.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Optional
+
+import numpy as np
+from geometry_msgs.msg import Point, Quaternion
+from std_msgs.msg import ColorRGBA
+from visualization_msgs.msg import Marker
+
+from process_visualizer.motion.arrows import arrow_length, format_age, format_value
+from process_visualizer.motion.rotations import quaternion_turning_x_onto
+from process_visualizer.nodes.parameters import ArrowStyle, Color
+
+STALE_COLOR: Color = (0.55, 0.55, 0.55, 1.0)
+ARROW_ID, TEXT_ID = 0, 1
+
+
+@dataclass(frozen=True)
+class VectorSample:
+    """The last value of a quantity, when it came, and where it acts."""
+
+    vector: np.ndarray  # (3,) in the frame, in the quantity's unit
+    frame: str
+    time_s: float
+    foot: np.ndarray  # (3,) [m] in the frame: where the arrow begins
+
+    def age_s(self, now_s: float) -> float:
+        """Return the time [s] since the value came."""
+        return max(0.0, now_s - self.time_s)
+
+
+def value_text(style: ArrowStyle, value: float, age_s: float, stale_after_s: float) -> str:
+    """Return the value with its unit, or since when there is none."""
+    if age_s > stale_after_s:
+        return format_age(style.label, age_s)
+    return format_value(style.label, value, style.unit, style.decimals)
+
+
+def vector_arrow(namespace: str, style: ArrowStyle, sample: VectorSample, stale: bool) -> Marker:
+    """Return the arrow of a vector, grey if stale; below the threshold the deletion of it."""
+    marker = _marker(namespace, ARROW_ID, sample.frame)
+    magnitude = float(np.linalg.norm(sample.vector))
+    if magnitude <= max(style.threshold, 0.0):
+        marker.action = Marker.DELETE
+        return marker
+    marker.type = Marker.ARROW
+    length = arrow_length(magnitude, style.scale_m, style.min_m, style.max_m)
+    marker.scale.x, marker.scale.y, marker.scale.z = length, style.diameter_m, style.diameter_m
+    marker.pose.position = Point(*sample.foot)
+    marker.pose.orientation = Quaternion(*quaternion_turning_x_onto(sample.vector))
+    marker.color = ColorRGBA(*(STALE_COLOR if stale else style.color))
+    return marker
+
+
+def text_marker(namespace: str, frame: str, position: np.ndarray, text: str, height_m: float,
+                color: Color) -> Marker:
+    """Return a text that faces the viewer, centred on a position (3,) [m] in a frame."""
+    marker = _marker(namespace, TEXT_ID, frame)
+    marker.type = Marker.TEXT_VIEW_FACING
+    marker.text = text
+    marker.scale.z = height_m
+    marker.pose.position = Point(*position)
+    marker.color = ColorRGBA(*color)
+    return marker
+
+
+def mesh_marker(namespace: str, frame: str, resource: str) -> Marker:
+    """Return a mesh with its own materials at a frame's origin; resource is its URL."""
+    marker = _marker(namespace, 0, frame)
+    marker.type = Marker.MESH_RESOURCE
+    marker.mesh_resource = resource
+    marker.mesh_use_embedded_materials = True
+    marker.scale.x = marker.scale.y = marker.scale.z = 1.0
+    return marker
+
+
+def text_color(color: Optional[Color]) -> Color:
+    """Return a light variant of an arrow's colour, readable on a dark background."""
+    red, green, blue, _ = STALE_COLOR if color is None else color
+    light = [0.65 + 0.35 * part for part in (red, green, blue)]
+    return light[0], light[1], light[2], 1.0
+
+
+def _marker(namespace: str, number: int, frame: str) -> Marker:
+    marker = Marker()
+    marker.header.frame_id = frame
+    marker.ns = namespace
+    marker.id = number
+    marker.frame_locked = True
+    marker.pose.orientation.w = 1.0
+    return marker

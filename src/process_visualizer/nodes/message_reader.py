@@ -1,0 +1,67 @@
+"""Reads a quantity from a topic whatever supported message type carries it."""
+from __future__ import annotations
+
+import threading
+import time
+from typing import Any, Callable, Dict, Generic, Optional, TypeVar
+
+import genpy
+import rospy
+
+Quantity = TypeVar('Quantity')
+Decoder = Callable[[bytes], Quantity]
+
+WARNING_PERIOD_S = 5.0
+
+
+class TopicReader(Generic[Quantity]):
+    """Subscribes a topic and hands its decoded content to a callback, one message at a time.
+
+    The type is taken from the publisher's connection, so that one node reads the thesis' arrays
+    and standard messages alike. A message that cannot be used is left out with a throttled
+    warning that names device and topic; the last good one stays.
+    """
+
+    def __init__(self, device: str, topic: str, message_type: str,
+                 decoders: Dict[str, Decoder[Quantity]],
+                 callback: Callable[[Quantity], None]) -> None:
+        """Subscribe.
+
+        Args:
+            device: the device's name, for messages to the user.
+            topic: the topic's name.
+            message_type: the only type that is taken ('package/Type'), or '' for each of decoders.
+            decoders: for each type, a function of the serialised message; it raises ValueError
+                (with what is wrong) for content that cannot be used.
+            callback: called in the thread of the subscription; may raise ValueError likewise.
+        """
+        self._device = device
+        self._topic = rospy.resolve_name(topic)
+        self._decoders = decoders
+        self._message_type = message_type
+        self._callback = callback
+        self._lock = threading.Lock()  # two publishers of a topic are two threads
+        self._next_warning_s = 0.0
+        rospy.Subscriber(topic, rospy.AnyMsg, self._receive, tcp_nodelay=True)
+
+    def _receive(self, message: rospy.AnyMsg) -> None:
+        with self._lock:
+            try:
+                self._callback(self._decode(message))
+            except (ValueError, genpy.DeserializationError) as error:
+                self._warn(str(error))
+
+    def _decode(self, message: Any) -> Quantity:
+        carried: str = message._connection_header['type']
+        decoder: Optional[Decoder[Quantity]] = self._decoders.get(carried)
+        if decoder is None or (self._message_type and carried != self._message_type):
+            expected = self._message_type or ' or '.join(self._decoders)
+            raise ValueError(f'it carries {carried}, and {expected} is expected')
+        return decoder(message._buff)
+
+    def _warn(self, problem: str) -> None:
+        now_s = time.monotonic()
+        if now_s >= self._next_warning_s:
+            self._next_warning_s = now_s + WARNING_PERIOD_S
+            rospy.logwarn('%s: a message on %s is left out: %s',
+                          self._device, self._topic, problem)

@@ -1,0 +1,220 @@
+"""Private parameters of the nodes: read once, checked, with defaults and units in the names."""
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any, List, Mapping, Optional, Tuple
+
+import rospy
+
+Color = Tuple[float, float, float, float]  # red green blue alpha, 0 to 1
+
+
+class ParameterError(ValueError):
+    """A parameter has a value that cannot be used; the text says which and what is right."""
+
+
+class Parameters:
+    """Typed reading of a (nested) dictionary of parameters; errors name the full parameter."""
+
+    def __init__(self, values: Any, path: str) -> None:
+        """Take the parameters of a namespace as a dictionary, and the namespace."""
+        if not isinstance(values, Mapping):
+            raise ParameterError(f'parameter {path}: a group of parameters is expected, '
+                                 f'not {values!r}')
+        self._values = values
+        self._path = path
+
+    def group(self, name: str) -> 'Parameters':
+        """Return the parameters below a name; none of them where the name is not set."""
+        return Parameters(self._values.get(name, {}), f'{self._path}/{name}')
+
+    def text(self, name: str, default: str) -> str:
+        """Return a string."""
+        value = self._values.get(name, default)
+        if not isinstance(value, str):
+            raise self._error(name, 'a text', value)
+        return value
+
+    def frame(self, name: str, default: str) -> str:
+        """Return a frame's name without leading slash (tf2)."""
+        return self.text(name, default).lstrip('/')
+
+    def number(self, name: str, default: float, above: float = -math.inf) -> float:
+        """Return a finite number that is greater than a bound."""
+        value = self._values.get(name, default)
+        if not is_number(value) or value <= above:
+            bound = '' if above == -math.inf else f' above {above:g}'
+            raise self._error(name, f'a number{bound}', value)
+        return float(value)
+
+    def vector(self, name: str, default: Tuple[float, float, float]) -> Tuple[float, float, float]:
+        """Return three finite numbers."""
+        value = self._values.get(name, list(default))
+        if not isinstance(value, list) or len(value) != 3 or not all(map(is_number, value)):
+            raise self._error(name, 'a list of three numbers', value)
+        return float(value[0]), float(value[1]), float(value[2])
+
+    def texts(self, name: str) -> List[str]:
+        """Return a list of strings; none by default."""
+        value = self._values.get(name, [])
+        if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
+            raise self._error(name, 'a list of texts', value)
+        return value
+
+    def color(self, name: str, default: Color) -> Color:
+        """Return a colour given as 'r g b', 'r g b a', or such a list, each from 0 to 1."""
+        value = self._values.get(name, list(default))
+        try:
+            numbers = [float(part) for part in (value.split() if isinstance(value, str) else value)]
+        except (TypeError, ValueError):
+            numbers = []
+        if len(numbers) not in (3, 4) or not all(0.0 <= number <= 1.0 for number in numbers):
+            raise self._error(name, 'three or four numbers from 0 to 1, as in 0 0.8 0.1', value)
+        red, green, blue = numbers[:3]
+        return red, green, blue, numbers[3] if len(numbers) == 4 else 1.0
+
+    def _error(self, name: str, expected: str, value: Any) -> ParameterError:
+        return ParameterError(f'parameter {self._path}/{name}: {expected} is expected, '
+                              f'not {value!r}')
+
+
+def is_number(value: Any) -> bool:
+    """Tell whether a parameter's value is a finite number."""
+    return (isinstance(value, (int, float)) and not isinstance(value, bool)
+            and math.isfinite(value))
+
+
+def private_parameters() -> Parameters:
+    """Return all private parameters of this node, in one call to the master."""
+    return Parameters(rospy.get_param('~', {}), rospy.get_name())
+
+
+def live_number(name: str, default: float) -> float:
+    """Return a parameter that may change while the node runs, without asking the master again."""
+    # rospy's cache answers {} for a parameter that is not set.
+    value = rospy.get_param_cached(name, default)
+    if is_number(value):
+        return float(value)
+    if value != {}:
+        rospy.logwarn_throttle_identical(
+            10.0, f'parameter {name}: a number is expected, not {value!r}; {default:g} is used')
+    return default
+
+
+@dataclass(frozen=True)
+class ArrowStyle:
+    """How a quantity is shown: an arrow with its value and unit beside it."""
+
+    label: str
+    unit: str
+    decimals: int
+    scale_m: float  # length of the arrow per unit
+    min_m: float  # limits of the length
+    max_m: float
+    threshold: float  # in the quantity's unit; below it there is no arrow
+    color: Color
+    diameter_m: float = 0.018  # of the shaft; the head has twice as much
+
+    @staticmethod
+    def read(parameters: Parameters, default: 'ArrowStyle') -> 'ArrowStyle':
+        """Return a style with the parameters scale, min, max, threshold, color and diameter.
+
+        Raises:
+            ParameterError: a value is wrong.
+        """
+        style = ArrowStyle(
+            label=default.label, unit=default.unit, decimals=default.decimals,
+            scale_m=parameters.number('scale', default.scale_m, above=0.0),
+            min_m=parameters.number('min', default.min_m, above=0.0),
+            max_m=parameters.number('max', default.max_m, above=0.0),
+            threshold=parameters.number('threshold', default.threshold),
+            color=parameters.color('color', default.color),
+            diameter_m=parameters.number('diameter', default.diameter_m, above=0.0),
+        )
+        if style.min_m > style.max_m:
+            raise ParameterError(f'an arrow for {default.label}: min {style.min_m:g} m '
+                                 f'is above max {style.max_m:g} m')
+        return style
+
+
+VELOCITY_ARROW = ArrowStyle('v', 'm/s', 3, scale_m=3.0, min_m=0.05, max_m=0.4,
+                            threshold=0.002, color=(0.0, 0.8, 0.1, 1.0))
+FORCE_ARROW = ArrowStyle('F', 'N', 1, scale_m=0.01, min_m=0.05, max_m=0.4,
+                         threshold=0.5, color=(0.9, 0.05, 0.05, 1.0), diameter_m=0.014)
+
+
+@dataclass(frozen=True)
+class TopicParameters:
+    """A topic that a node reads; without a name the quantity is not there."""
+
+    name: str = ''
+    message_type: str = ''  # package/Type; empty: what the topic turns out to carry
+
+    @staticmethod
+    def read(parameters: Parameters) -> 'TopicParameters':
+        """Return the topic of a group of parameters."""
+        return TopicParameters(parameters.text('name', ''), parameters.text('msg', ''))
+
+
+@dataclass(frozen=True)
+class TextParameters:
+    """Where a robot's numbers stand (see motion.arrows.label_position), and how large."""
+
+    height_m: float = 0.045
+    outward_m: float = 0.12
+    up_m: float = 0.14
+
+
+@dataclass(frozen=True)
+class RobotParameters:
+    """The private parameters of the robot processor."""
+
+    robot_name: str
+    base_frame: str
+    tool_frame: str
+    force_frame: str
+    joint_names: List[str]
+    joint_states: TopicParameters = TopicParameters()
+    tool_center_frame: TopicParameters = TopicParameters()
+    force_sensor: TopicParameters = TopicParameters()
+    velocity_arrow: ArrowStyle = VELOCITY_ARROW
+    force_arrow: ArrowStyle = FORCE_ARROW
+    text: TextParameters = field(default_factory=TextParameters)
+    marker_rate_hz: float = 30.0
+    velocity_window_s: float = 0.1
+    stale_after_s: float = 1.0
+
+
+def read_robot_parameters(parameters: Parameters, robot_name: str,
+                          model_joints: Optional[List[str]] = None) -> RobotParameters:
+    """Return the checked parameters of the robot processor.
+
+    Args:
+        parameters: the node's private ones.
+        robot_name: the device's name, which is the node's namespace.
+        model_joints: the joints of the robot's model, for a node without joint_names.
+
+    Raises:
+        ParameterError: a value is wrong.
+    """
+    topics, arrows, text = (parameters.group(name) for name in ('topics', 'arrows', 'text'))
+    tool_frame = parameters.frame('tool_frame', f'{robot_name}/tool')
+    return RobotParameters(
+        robot_name=robot_name,
+        base_frame=parameters.frame('base_frame', f'{robot_name}/link0'),
+        tool_frame=tool_frame,
+        force_frame=parameters.frame('force_frame', tool_frame),
+        joint_names=parameters.texts('joint_names') or model_joints or [],
+        joint_states=TopicParameters.read(topics.group('joint_states')),
+        tool_center_frame=TopicParameters.read(topics.group('tool_center_frame')),
+        force_sensor=TopicParameters.read(topics.group('force_sensor')),
+        velocity_arrow=ArrowStyle.read(arrows.group('velocity'), VELOCITY_ARROW),
+        force_arrow=ArrowStyle.read(arrows.group('force'), FORCE_ARROW),
+        text=TextParameters(text.number('height', TextParameters.height_m, above=0.0),
+                            text.number('outward', TextParameters.outward_m),
+                            text.number('up', TextParameters.up_m)),
+        marker_rate_hz=parameters.number('marker_rate', 30.0, above=0.0),
+        velocity_window_s=parameters.number('velocity_window', 0.1, above=0.0),
+        stale_after_s=parameters.number('stale_after', 1.0, above=0.0),
+    )

@@ -1,0 +1,174 @@
+"""The robot processor: from a robot's measurements to joint states, arrows and numbers."""
+from __future__ import annotations
+
+import sys
+from typing import Callable, Dict, List, NamedTuple, Optional
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import TwistStamped, Vector3, WrenchStamped
+from sensor_msgs.msg import JointState
+from visualization_msgs.msg import Marker, MarkerArray
+
+from process_visualizer.motion.arrows import label_position, line_of_block
+from process_visualizer.motion.joints import match_joints, movable_joints
+from process_visualizer.motion.velocity import ScaledClock, VelocityEstimator
+from process_visualizer.nodes.markers import (VectorSample, text_color, text_marker, value_text,
+                                              vector_arrow)
+from process_visualizer.nodes.message_reader import Decoder, Quantity, TopicReader
+from process_visualizer.nodes.parameters import (ArrowStyle, ParameterError, RobotParameters,
+                                                 TopicParameters, live_number, private_parameters,
+                                                 read_robot_parameters)
+from process_visualizer.nodes.robot_messages import (JOINT_DECODERS, POSE_DECODERS, WRENCH_DECODERS,
+                                                     JointPositions, ToolPose, Wrench)
+
+PLAYBACK_RATE = '/process_visualizer/playback_rate'
+
+
+class ToolMotion(NamedTuple):
+    """The tool's last pose and velocity (3,) [m/s] in the base frame, and when the pose came.
+
+    There is no velocity before the first positions span a time.
+    """
+
+    pose: ToolPose
+    velocity: Optional[np.ndarray]
+    time_s: float
+
+
+class RobotProcessor:
+    """Republishes a robot's measurements as standard messages and shows them (thesis section 5.3).
+
+    Each quantity whose topic is configured: joint states for robot_state_publisher, as received;
+    the tool's velocity as TwistStamped in the base frame (its angular part is not estimated and
+    zero); the force as WrenchStamped in the force frame; arrows and numbers for RViz at the rate
+    of a screen.
+    """
+
+    def __init__(self, parameters: RobotParameters) -> None:
+        """Advertise, subscribe, and start the timer of the markers."""
+        self._parameters = parameters
+        self._clock = ScaledClock()
+        window_s = parameters.velocity_window_s
+        self._estimator = VelocityEstimator(window_s, gap_s=max(1.0, 2.0 * window_s))
+        self._motion: Optional[ToolMotion] = None
+        self._force: Optional[VectorSample] = None
+        self._joint_states = rospy.Publisher('joint_states', JointState, queue_size=10,
+                                             tcp_nodelay=True)
+        self._tool_velocity = rospy.Publisher('tool_velocity', TwistStamped, queue_size=10)
+        self._tool_force = rospy.Publisher('tool_force', WrenchStamped, queue_size=10)
+        self._markers = rospy.Publisher('marker_array', MarkerArray, queue_size=1)
+        self._subscribe(parameters.joint_states, JOINT_DECODERS, self._on_joints)
+        self._subscribe(parameters.tool_center_frame, POSE_DECODERS, self._on_tool_pose)
+        self._subscribe(parameters.force_sensor, WRENCH_DECODERS, self._on_wrench)
+        self._timer = rospy.Timer(rospy.Duration(1.0 / parameters.marker_rate_hz),
+                                  self._on_timer, reset=True)
+
+    def _subscribe(self, topic: TopicParameters, decoders: Dict[str, Decoder[Quantity]],
+                   callback: Callable[[Quantity], None]) -> None:
+        if topic.name:
+            TopicReader(self._parameters.robot_name, topic.name, topic.message_type,
+                        decoders, callback)
+
+    def _on_joints(self, joints: JointPositions) -> None:
+        message = JointState()
+        message.name, message.position = match_joints(
+            self._parameters.robot_name, self._parameters.joint_names,
+            joints.names, joints.positions)
+        message.header.stamp = rospy.Time.now()
+        self._joint_states.publish(message)
+
+    def _on_tool_pose(self, pose: ToolPose) -> None:
+        if pose.frame not in ('', self._parameters.base_frame):
+            raise ValueError(f'its frame is {pose.frame}, and the base frame '
+                             f'{self._parameters.base_frame} is expected')
+        now = rospy.Time.now()
+        time_s = self._clock.advance(now.to_sec(), live_number(PLAYBACK_RATE, 1.0))
+        self._estimator.add(time_s, pose.position)
+        velocity = self._estimator.velocity()
+        self._motion = ToolMotion(pose, velocity, now.to_sec())
+        if velocity is not None:
+            self._publish_velocity(now, velocity)
+
+    def _publish_velocity(self, stamp: rospy.Time, velocity: np.ndarray) -> None:
+        message = TwistStamped()
+        message.header.stamp = stamp
+        message.header.frame_id = self._parameters.base_frame
+        message.twist.linear = Vector3(*velocity)
+        self._tool_velocity.publish(message)
+
+    def _on_wrench(self, wrench: Wrench) -> None:
+        message = WrenchStamped()
+        message.header.stamp = rospy.Time.now()
+        message.header.frame_id = wrench.frame or self._parameters.force_frame
+        message.wrench.force = Vector3(*wrench.force)
+        message.wrench.torque = Vector3(*wrench.torque)
+        self._force = VectorSample(wrench.force, message.header.frame_id,
+                                   message.header.stamp.to_sec(), np.zeros(3))
+        self._tool_force.publish(message)
+
+    def _on_timer(self, _event: rospy.timer.TimerEvent) -> None:
+        if self._markers.get_num_connections() == 0:
+            return
+        markers = self._build_markers(self._motion, self._force, rospy.get_time())
+        if markers:
+            self._markers.publish(MarkerArray(markers))
+
+    def _build_markers(self, motion: Optional[ToolMotion], force: Optional[VectorSample],
+                       now_s: float) -> List[Marker]:
+        """Return arrow and number of what is known; motion and force do not change meanwhile."""
+        parameters = self._parameters
+        markers: List[Marker] = []
+        if motion and motion.velocity is not None:
+            in_tool_frame = motion.pose.rotation.T @ motion.velocity
+            velocity = VectorSample(in_tool_frame, parameters.tool_frame, motion.time_s,
+                                    np.zeros(3))
+            markers += self._show('velocity', 0, parameters.velocity_arrow, velocity, motion, now_s)
+        if force:
+            markers += self._show('force', 1, parameters.force_arrow, force, motion, now_s)
+        return markers
+
+    def _show(self, namespace: str, line: int, style: ArrowStyle, sample: VectorSample,
+              motion: Optional[ToolMotion], now_s: float) -> List[Marker]:
+        """Return an arrow, and its number in one line of the robot's two."""
+        parameters, text = self._parameters, self._parameters.text
+        age_s = sample.age_s(now_s)
+        stale = age_s > parameters.stale_after_s
+        value = value_text(style, float(np.linalg.norm(sample.vector)), age_s,
+                           parameters.stale_after_s)
+        if motion:
+            frame = parameters.tool_frame
+            position = label_position(motion.pose.position, motion.pose.rotation,
+                                      text.outward_m, text.up_m)
+        else:
+            frame, position = sample.frame, np.array([text.outward_m, 0.0, text.up_m])
+        return [
+            vector_arrow(namespace, style, sample, stale),
+            text_marker(namespace, frame, position, line_of_block(value, line, 2), text.height_m,
+                        text_color(None if stale else style.color)),
+        ]
+
+
+def model_joints() -> List[str]:
+    """Return the joints of the model in robot_description; none where there is no model."""
+    urdf = rospy.get_param('robot_description', '')
+    if not urdf:
+        return []
+    try:
+        return movable_joints(urdf)
+    except ValueError as error:
+        raise ParameterError(
+            f'parameter {rospy.resolve_name("robot_description")}: {error}') from None
+
+
+def main() -> None:
+    """Run the node; it ends with status 1 when a parameter is wrong."""
+    rospy.init_node('robot_proc')
+    robot_name = rospy.get_namespace().strip('/')
+    try:
+        RobotProcessor(
+            read_robot_parameters(private_parameters(), robot_name, model_joints()))
+    except ParameterError as error:
+        rospy.logfatal('%s', error)
+        sys.exit(1)
+    rospy.spin()
