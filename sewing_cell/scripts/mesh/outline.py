@@ -24,7 +24,7 @@ def rounded_polygon(corners: Sequence[Point], radii: Sequence[float], steps: int
     return np.array(points), np.array(normals)
 
 
-def rounded_profile(corners: Sequence[Point], radius: float, steps: int = 3) -> Path:
+def rounded_profile(corners: Sequence[Point], radius: float, steps: int = 2) -> Path:
     """An open polygon whose inner corners are rounded with one radius (m)."""
     points, normals = [corners[0]], [_right_of(_heading(corners[0], corners[1]))]
     for before, corner, after in zip(corners, corners[1:], corners[2:]):

@@ -57,7 +57,7 @@ def extrude(outline: Path, start: float, end: float, edge: float = 0.002) -> Sur
 
 def box(size: Vector, centre: Vector, edge: float = 0.003) -> Surface:
     """A box with rounded edges; size and centre in metres."""
-    outline = rectangle(size[0], size[1], edge, steps=1 if edge < 0.004 else 3)
+    outline = rectangle(size[0], size[1], edge, steps=1 if edge < 0.004 else 2)
     return extrude(outline, -size[2] / 2, size[2] / 2, edge).moved(*centre)
 
 
@@ -78,7 +78,7 @@ def _raised(flat: np.ndarray, height: float) -> np.ndarray:
 
 def _rim(level: float, edge: float, side: float) -> List[Ring]:
     """The rings that round a rim, from the lid to the wall."""
-    steps = 1 if edge < 0.004 else 3
+    steps = 1 if edge < 0.004 else 2
     rings = []
     for step in range(steps + 1):
         angle = math.pi / 2 * step / steps
