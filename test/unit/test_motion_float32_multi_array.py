@@ -1,0 +1,59 @@
+"""Numbers out of the bytes of a Float32MultiArray."""
+import struct
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from process_visualizer.motion.float32_multi_array import float32_values
+
+
+def serialised(values, dimensions=(), offset=0):
+    """Return the bytes of a message; dimensions are (label, size, stride)."""
+    message = struct.pack('<I', len(dimensions))
+    for label, size, stride in dimensions:
+        text = label.encode()
+        message += struct.pack(f'<I{len(text)}sII', len(text), text, size, stride)
+    return message + struct.pack(f'<II{len(values)}f', offset, len(values), *values)
+
+
+dimension = st.tuples(st.text(max_size=8), st.integers(0, 2**32 - 1), st.integers(0, 2**32 - 1))
+float32s = st.lists(st.floats(width=32, allow_nan=False), max_size=20)
+
+
+@given(float32s, st.lists(dimension, max_size=3))
+def test_values_come_back(values, dimensions):
+    assert float32_values(serialised(values, dimensions)).tolist() == values
+
+
+@given(float32s, st.integers(0, 20))
+def test_padding_is_left_out(values, offset):
+    message = serialised(values, [('joints', len(values), len(values))], min(offset, len(values)))
+    assert float32_values(message).tolist() == values[offset:]
+
+
+def test_result_is_a_writable_copy_in_double_precision():
+    values = float32_values(serialised([0.5, -1.5]))
+    values[0] = 2.0
+    assert values.dtype == np.float64
+
+
+@given(st.binary(max_size=200))
+def test_other_bytes_are_an_error_or_numbers(message):
+    try:
+        assert float32_values(message).ndim == 1
+    except ValueError as error:
+        assert str(error)
+
+
+@pytest.mark.parametrize('message, problem', [
+    (b'', 'cut off'),
+    (serialised([1.0, 2.0])[:-1], 'another size'),
+    (serialised([1.0]) + b'\0', 'another size'),
+    (serialised([1.0], offset=2), 'data_offset'),
+    (struct.pack('<I', 2**32 - 1), 'cut off'),
+])
+def test_wrong_bytes_say_what_is_wrong(message, problem):
+    with pytest.raises(ValueError, match=problem):
+        float32_values(message)
