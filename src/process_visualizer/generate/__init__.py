@@ -1,0 +1,1 @@
+"""From a cell and a choice to launch file, RViz file and robot descriptions (pure)."""

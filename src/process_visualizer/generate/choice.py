@@ -1,0 +1,53 @@
+"""What the operator chose: devices, mode, and how RViz is started."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Iterable, Optional, Tuple
+
+from process_visualizer.cell.model import Cell, Device, LaunchFile, Mode, Node
+from process_visualizer.cell.suggestions import advice
+
+
+class RvizStart(Enum):
+    """Whether RViz is started, and whether closing it ends the run."""
+
+    NONE = 'none'
+    OPTIONAL = 'optional'
+    REQUIRED = 'required'
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Devices of a cell and how to run them; ``bag`` is an absolute path (playback only)."""
+
+    cell: Cell
+    mode: Mode
+    devices: Tuple[Device, ...]
+    rviz: RvizStart = RvizStart.REQUIRED
+    bag: Optional[str] = None
+
+    def nodes(self, device: Device) -> Tuple[Node, ...]:
+        """The device's own nodes that run in this mode."""
+        return tuple(node for node in device.nodes if node.mode in (None, self.mode))
+
+    def launch_files(self, device: Device) -> Tuple[LaunchFile, ...]:
+        """The device's launch files that are included in this mode."""
+        return tuple(file for file in device.launch_files if file.mode in (None, self.mode))
+
+
+def choose_devices(cell: Cell, names: Optional[Iterable[str]] = None) -> Tuple[Device, ...]:
+    """The named devices in the order of the configuration; all of them without names.
+
+    Raises ValueError with advice when a name is unknown or none is given.
+    """
+    if names is None:
+        return cell.devices
+    wanted = list(names)
+    known = [device.name for device in cell.devices]
+    for name in wanted:
+        if name not in known:
+            raise ValueError(f'there is no device "{name}"; {advice(name, known)}')
+    if not wanted:
+        raise ValueError('no device is chosen; possible are: ' + ', '.join(known))
+    return tuple(device for device in cell.devices if device.name in wanted)

@@ -1,0 +1,93 @@
+"""Which RViz displays a device gets: those of its type, and those its configuration adds."""
+from __future__ import annotations
+
+from typing import Any, Dict, List, Optional, Tuple
+
+import yaml
+
+from process_visualizer.cell.displays import DISPLAY_TYPES
+from process_visualizer.cell.model import Device, DeviceType, Display, Property
+
+DisplayConfig = Dict[str, Any]
+
+_DEFAULT_NAMES = {
+    'RobotModel': 'Model',
+    'MarkerArray': 'Arrows and numbers',
+    'Marker': 'Marker',
+    'PointCloud2': 'Points',
+}
+
+
+def device_displays(device: Device) -> List[DisplayConfig]:
+    """The displays of a device in RViz's terms; an explicit one replaces the default like it."""
+    explicit = [_config(display, device) for display in device.displays]
+    defaults = [_config(display, device) for display in _default_displays(device)]
+    taken = [_identity(config) for config in explicit]
+    kept = [config for config in defaults if _identity(config) not in taken]
+    return _with_unique_names(kept + explicit)
+
+
+def _default_displays(device: Device) -> List[Display]:
+    types: List[str] = []
+    if device.model is not None:
+        types.append('RobotModel')
+    if device.type is DeviceType.ROBOT or device.variables:
+        types.append('MarkerArray')
+    if device.type is DeviceType.DEPTH_SENSOR:
+        types.append('PointCloud2')
+    return [Display(type_name, None, None, (), (), device.location) for type_name in types]
+
+
+def _config(display: Display, device: Device) -> DisplayConfig:
+    display_type = DISPLAY_TYPES[display.type]
+    config: DisplayConfig = {
+        'Class': f'rviz/{display.type}',
+        'Name': display.name or _DEFAULT_NAMES.get(display.type, display.type),
+        'Enabled': True,
+        **display_type.properties,
+    }
+    if display_type.topic_key is not None:
+        config[display_type.topic_key] = display_topic(display, device)
+    if display.type == 'Group':
+        config['Displays'] = [_config(child, device) for child in display.children]
+    for item in display.properties:
+        config[item.name] = property_value(item)
+    return config
+
+
+def display_topic(display: Display, device: Device) -> str:
+    """The topic (or, for a robot model, the parameter) that the display shows."""
+    if display.topic is not None:
+        return display.topic
+    return f'/{device.name}/{DISPLAY_TYPES[display.type].default_topic}'
+
+
+def property_value(item: Property) -> Any:
+    """The value in YAML's terms (number, true/false, text), or a mapping of what is below it."""
+    if not item.children:
+        return _scalar(item.value)
+    below = {child.name: property_value(child) for child in item.children}
+    return below if item.value is None else {'Value': _scalar(item.value), **below}
+
+
+def _scalar(text: Optional[str]) -> Any:
+    try:
+        value = yaml.safe_load(text or '')
+    except yaml.YAMLError:
+        return text
+    return value if isinstance(value, (bool, int, float)) else text or ''
+
+
+def _identity(config: DisplayConfig) -> Tuple[str, Any]:
+    key = DISPLAY_TYPES[config['Class'].split('/')[1]].topic_key
+    return config['Class'], None if key is None else config[key]
+
+
+def _with_unique_names(configs: List[DisplayConfig]) -> List[DisplayConfig]:
+    """RViz finds displays by name: number those that share one."""
+    seen: Dict[str, int] = {}
+    for config in configs:
+        count = seen[config['Name']] = seen.get(config['Name'], 0) + 1
+        if count > 1:
+            config['Name'] += f' {count}'
+    return configs

@@ -1,0 +1,103 @@
+"""Looks into the launch files of the devices before anything is started.
+
+A launch file that cannot be loaded, or that needs a package which is not installed (a driver, as
+a rule), is a warning for its device: the rest of the cell still starts.
+"""
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from typing import Dict, Iterable, List, Optional
+
+import rospkg
+from roslaunch.config import ROSLaunchConfig
+from roslaunch.core import Node as LaunchedNode
+from roslaunch.core import RLException
+from roslaunch.xmlloader import XmlLoader, XmlParseException
+from roslib.packages import find_node
+
+from process_visualizer.cell.errors import Location, Problem
+from process_visualizer.cell.model import Device, LaunchFile
+from process_visualizer.cell.substitution import package_advice
+from process_visualizer.generate.choice import Choice
+
+
+@dataclass
+class LaunchFiles:
+    """Paths of the usable launch files by the place of their element, and the warnings."""
+
+    paths: Dict[Location, str] = field(default_factory=dict)
+    warnings: List[Problem] = field(default_factory=list)
+
+
+def inspect_launch_files(choice: Choice) -> LaunchFiles:
+    """Load every launch file of the choice as roslaunch would, without starting anything."""
+    result = LaunchFiles()
+    for device in choice.devices:
+        for launch_file in choice.launch_files(device):
+            _inspect(device, launch_file, result)
+    return result
+
+
+def _inspect(device: Device, launch_file: LaunchFile, result: LaunchFiles) -> None:
+    def warn(message: str) -> None:
+        result.warnings.append(Problem(launch_file.location, 'launch',
+                                       f'device "{device.name}": {message}'))
+
+    path = find_launch_file(launch_file.package, launch_file.type)
+    if path is None:
+        warn(f'there is no launch file "{launch_file.type}" in the package '
+             f'"{launch_file.package}"; the device starts without it')
+        return
+    try:
+        nodes = _load_nodes(path, launch_file)
+    except rospkg.ResourceNotFound as error:
+        warn(f'{launch_file.type} is left out: {package_advice(str(error.args[0]))}')
+        return
+    except (XmlParseException, RLException, OSError, ValueError) as error:
+        warn(f'{launch_file.type} is left out: {" ".join(str(error).split())}')
+        return
+    result.paths[launch_file.location] = path
+    for message in _missing(nodes):
+        warn(f'{launch_file.type}: {message}; the device starts without it')
+
+
+def find_launch_file(package: str, name: str) -> Optional[str]:
+    """The path of a launch file, in the package's folder ``launch`` or in the package itself."""
+    try:
+        folder = rospkg.RosPack().get_path(package)
+    except rospkg.ResourceNotFound:
+        return None
+    for path in (os.path.join(folder, 'launch', name), os.path.join(folder, name)):
+        if os.path.isfile(path):
+            return path
+    return None
+
+
+def _load_nodes(path: str, launch_file: LaunchFile) -> List[LaunchedNode]:
+    config = ROSLaunchConfig()
+    arguments = [f'{name}:={value}' for name, value in launch_file.arguments]
+    XmlLoader(resolve_anon=False).load(path, config, argv=arguments, verbose=False)
+    return list(config.nodes)
+
+
+def _missing(nodes: Iterable[LaunchedNode]) -> List[str]:
+    """What is not installed of the nodes, each thing once."""
+    packages = rospkg.RosPack()
+    messages: Dict[str, None] = {}
+    for node in nodes:
+        for package in (node.package, _nodelet_package(node)):
+            if package and package not in packages.list():
+                messages[f'the node {node.namespace}{node.name} needs the package "{package}", '
+                         'which is not installed'] = None
+        if node.package in packages.list() and not find_node(node.package, node.type, packages):
+            messages[f'the package "{node.package}" has no node "{node.type}"'] = None
+    return list(messages)
+
+
+def _nodelet_package(node: LaunchedNode) -> str:
+    """The package of the nodelet that a nodelet loader loads, by its name ``package/Class``."""
+    words = (node.args or '').split()
+    if node.package != 'nodelet' or len(words) < 2 or words[0] not in ('load', 'standalone'):
+        return ''
+    return words[1].split('/')[0] if '/' in words[1] else ''

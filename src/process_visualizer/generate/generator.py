@@ -1,0 +1,49 @@
+"""From a choice to the plan of all files."""
+from __future__ import annotations
+
+import os
+
+import rospkg
+
+from process_visualizer.cell.errors import ConfigurationError, Location, Problem
+from process_visualizer.generate.camera import camera_pose
+from process_visualizer.generate.choice import Choice
+from process_visualizer.generate.drivers import inspect_launch_files
+from process_visualizer.generate.launch_file import LaunchFileBuilder, urdf_file
+from process_visualizer.generate.plan import LAUNCH_FILE, RVIZ_FILE, Plan
+from process_visualizer.generate.robot_description import describe_devices
+from process_visualizer.generate.rviz_config import RVizConfig
+
+
+def generate(choice: Choice) -> Plan:
+    """The launch file, the RViz file and the expanded models for a choice.
+
+    Raises ConfigurationError when a model is missing or broken.
+    """
+    descriptions, problems = describe_devices(choice.devices)
+    if problems:
+        raise ConfigurationError(problems)
+    launch_files = inspect_launch_files(choice)
+    builder = LaunchFileBuilder(choice, descriptions, launch_files.paths)
+    files = {LAUNCH_FILE: builder.text(), RVIZ_FILE: _rviz_text(choice)}
+    for device in choice.devices:
+        if device.name in descriptions:
+            files[urdf_file(device)] = descriptions[device.name].text
+    return Plan(files, launch_files.warnings)
+
+
+def default_rviz_file() -> str:
+    """The path of the default part of the RViz configuration."""
+    folder = rospkg.RosPack().get_path('process_visualizer')
+    return os.path.join(folder, 'rviz_config', 'default.rviz')
+
+
+def _rviz_text(choice: Choice) -> str:
+    path = default_rviz_file()
+    try:
+        config = RVizConfig(path, choice.cell.frame)
+    except (OSError, ValueError) as error:
+        raise ConfigurationError([Problem(Location(path, 1), '', str(error))]) from None
+    config.add_devices(choice.devices)
+    config.look_from(camera_pose(choice.devices))
+    return config.text()

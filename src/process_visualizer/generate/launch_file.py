@@ -1,0 +1,128 @@
+"""The roslaunch file for a choice of devices and a mode."""
+from __future__ import annotations
+
+import os
+import shlex
+from typing import Dict, Mapping, Sequence
+
+from process_visualizer.cell.errors import Location
+from process_visualizer.cell.model import Device, LaunchFile, Mode, Node, RoslaunchElement
+from process_visualizer.generate.choice import Choice, RvizStart
+from process_visualizer.generate.launch_writer import Tag, write_document
+from process_visualizer.generate.plan import RVIZ_FILE, generated_notice
+from process_visualizer.generate.processor_nodes import (
+    ProcessorNode,
+    frame_parameters,
+    processor_nodes,
+)
+from process_visualizer.generate.robot_description import RobotDescription
+
+
+class LaunchFileBuilder:
+    """Builds the launch file; ``included`` maps a launch file's location to its path.
+
+    A launch file that is missing there is left out, with a comment.
+    """
+
+    def __init__(self, choice: Choice, descriptions: Mapping[str, RobotDescription],
+                 included: Mapping[Location, str]) -> None:
+        self._choice = choice
+        self._descriptions = descriptions
+        self._included = included
+
+    def text(self) -> str:
+        """The file's content."""
+        root = Tag('launch')
+        cell = self._choice.cell
+        root.comment(generated_notice(cell.file, self._choice.mode.value))
+        for machine in cell.machines:
+            self._roslaunch_element(root, machine)
+        root.add('param', {
+            'name': '/process_visualizer/playback_rate', 'type': 'double', 'value': '1.0'})
+        root.comment('base frames and force frames of all devices')
+        self._processor(root, ProcessorNode('process_visualizer', 'cell_frames', 'cell_frames',
+                                            frame_parameters(cell, self._choice.devices)))
+        for device in self._choice.devices:
+            self._device(root, device)
+        self._bag(root)
+        self._rviz(root)
+        return write_document(root)
+
+    def _device(self, root: Tag, device: Device) -> None:
+        root.comment(f'{device.name} ({device.type.value}), from {device.location}')
+        group = root.add('group', {'ns': device.name})
+        for parameter in device.parameters:
+            self._roslaunch_element(group, parameter)
+        description = self._descriptions.get(device.name)
+        if description is not None:
+            group.add('param', {
+                'name': 'robot_description', 'textfile': f'$(dirname)/{urdf_file(device)}'})
+        for processor in processor_nodes(device, description, self._choice.cell):
+            self._processor(group, processor)
+        for node in self._choice.nodes(device):
+            self._node(group, node, device)
+        for launch_file in self._choice.launch_files(device):
+            self._include(root, launch_file)
+        if not group.children:
+            root.children.remove(group)
+
+    def _processor(self, parent: Tag, node: ProcessorNode) -> None:
+        attributes = {'pkg': node.package, 'type': node.type, 'name': node.name}
+        if node.args:
+            attributes['args'] = node.args
+        element = parent.add('node', {**attributes, 'output': 'screen'})
+        for name, target in node.remaps.items():
+            element.add('remap', {'from': name, 'to': target})
+        element.parameters(node.parameters)
+
+    def _node(self, group: Tag, node: Node, device: Device) -> None:
+        attributes: Dict[str, str] = {'pkg': node.package, 'type': node.type, 'name': node.name}
+        if node.namespace != device.name:
+            attributes['ns'] = '/' + node.namespace.strip('/')
+        element = group.add('node', {**attributes, **node.attributes})
+        for child in node.children:
+            self._roslaunch_element(element, child)
+
+    def _include(self, root: Tag, launch_file: LaunchFile) -> None:
+        path = self._included.get(launch_file.location)
+        if path is None:
+            root.comment(f'left out, cannot be loaded: {launch_file.package} '
+                                       f'{launch_file.type} ({launch_file.location})')
+            return
+        element = root.add('include', {'file': path})
+        for name, value in launch_file.arguments:
+            element.add('arg', {'name': name, 'value': value})
+
+    def _roslaunch_element(self, parent: Tag, element: RoslaunchElement) -> None:
+        parent.add(element.tag, element.attributes, element.text)
+
+    def _bag(self, root: Tag) -> None:
+        if self._choice.mode is not Mode.PLAYBACK or self._choice.bag is None:
+            return
+        topics = recorded_topics(self._choice.devices)
+        root.comment("the recording, restricted to the devices' own topics")
+        root.add('node', {
+            'pkg': 'rosbag', 'type': 'play', 'name': 'bag_player', 'output': 'log',
+            'args': ' '.join([shlex.quote(self._choice.bag), '--topics', *topics])})
+
+    def _rviz(self, root: Tag) -> None:
+        start = self._choice.rviz
+        if start is RvizStart.NONE:
+            return
+        root.comment('the view')
+        required = 'true' if start is RvizStart.REQUIRED else 'false'
+        element = root.add('node', {
+            'pkg': 'rviz', 'type': 'rviz', 'name': 'rviz', 'output': 'log',
+            'args': f'-d $(dirname)/{RVIZ_FILE}', 'required': required})
+        element.add('env', {'name': 'DISABLE_ROS1_EOL_WARNINGS', 'value': '1'})
+
+
+def urdf_file(device: Device) -> str:
+    """The name of the generated URDF file of a device."""
+    return f'{os.path.basename(device.name)}.urdf'
+
+
+def recorded_topics(devices: Sequence[Device]) -> 'list[str]':
+    """The topics of the devices that a recording holds, each once."""
+    return list(dict.fromkeys(topic.name for device in devices for topic in device.topics
+                              if topic.record))

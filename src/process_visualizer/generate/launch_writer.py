@@ -1,0 +1,68 @@
+"""Writes roslaunch XML that people can read: attributes in the order given, YAML in blocks."""
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, List, Mapping, Union
+from xml.sax.saxutils import escape, quoteattr
+
+import yaml
+
+_INDENT = '  '
+_WIDTH = 100
+
+
+@dataclass
+class Tag:
+    """An element: ``text``, or ``children`` (elements, and comments as text) in their order."""
+
+    name: str
+    attributes: Mapping[str, str] = field(default_factory=dict)
+    text: str = ''
+    children: List[Union['Tag', str]] = field(default_factory=list)
+
+    def add(self, name: str, attributes: Mapping[str, str], text: str = '') -> 'Tag':
+        """Add an element below this one; returns it."""
+        tag = Tag(name, attributes, text.strip())
+        self.children.append(tag)
+        return tag
+
+    def comment(self, text: str) -> None:
+        """Add a comment; two hyphens in a row, which XML forbids there, are set apart."""
+        self.children.append(text.replace('--', '- -'))
+
+    def parameters(self, values: Mapping[str, Any]) -> None:
+        """Add the values as one ``<rosparam>``."""
+        if values:
+            self.add('rosparam', {}, _yaml(values))
+
+
+def write_document(root: Tag) -> str:
+    """The XML text of the element and all below it."""
+    return '<?xml version="1.0"?>\n' + '\n'.join(_lines(root, 0)) + '\n'
+
+
+def _yaml(values: Mapping[str, Any]) -> str:
+    """YAML with one block for each name; short lists and mappings stay on their line."""
+    blocks = [yaml.safe_dump({name: value}, sort_keys=False, width=_WIDTH, allow_unicode=True,
+                             default_flow_style=None if isinstance(value, (list, dict)) else False)
+              for name, value in values.items()]
+    return ''.join(block[1:-2] + '\n' if block.startswith('{') else block for block in blocks)
+
+
+def _lines(tag: Tag, depth: int) -> List[str]:
+    indent = _INDENT * depth
+    opening = indent + '<' + ' '.join([tag.name, *(
+        f'{name}={quoteattr(value)}' for name, value in tag.attributes.items())])
+    if tag.text:
+        inner = [indent + _INDENT + line for line in escape(tag.text).splitlines()]
+        return [opening + '>', *inner, f'{indent}</{tag.name}>']
+    if not tag.children:
+        return [opening + '/>']
+    lines = [opening + '>']
+    for child in tag.children:
+        lines += _lines(child, depth + 1) if isinstance(child, Tag) else _comment(child, depth + 1)
+    return [*lines, f'{indent}</{tag.name}>']
+
+
+def _comment(text: str, depth: int) -> List[str]:
+    return ['', f'{_INDENT * depth}<!-- {text} -->']

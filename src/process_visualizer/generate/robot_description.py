@@ -1,0 +1,176 @@
+"""Robot descriptions: xacro is expanded, and urdfdom checks the result."""
+from __future__ import annotations
+
+import os
+import subprocess
+import tempfile
+from dataclasses import dataclass
+from typing import Dict, List, Optional, Tuple
+from xml.etree import ElementTree
+
+import rospkg
+import xacro
+
+from process_visualizer.cell.errors import Problem
+from process_visualizer.cell.model import Device, Model
+from process_visualizer.cell.substitution import package_advice
+
+_MOVABLE = ('revolute', 'continuous', 'prismatic', 'floating', 'planar')
+
+
+class ModelError(Exception):
+    """A model cannot be used; says which file and why."""
+
+
+@dataclass(frozen=True)
+class RobotDescription:
+    """An expanded, checked URDF.
+
+    ``joints`` maps each movable joint's name, in file order, to its type; ``parents`` maps each
+    link to its parent link (the root link is missing there).
+    """
+
+    text: str
+    links: Tuple[str, ...]
+    joints: Dict[str, str]
+    parents: Dict[str, str]
+
+    @property
+    def root_link(self) -> str:
+        """The one link without a parent."""
+        return next(link for link in self.links if link not in self.parents)
+
+    def tool_link(self) -> str:
+        """The link called ``tool`` (with any namespace), else the end of the longest chain."""
+        named = [link for link in self.links if link.split('/')[-1] == 'tool']
+        return named[0] if named else max(self.links, key=self._depth)
+
+    def _depth(self, link: str) -> int:
+        parent = self.parents.get(link)
+        return 0 if parent is None else 1 + self._depth(parent)
+
+
+def model_path(model: Model) -> str:
+    """The absolute path of a model file; raises ModelError when it is not there."""
+    try:
+        folder = rospkg.RosPack().get_path(model.package)
+    except rospkg.ResourceNotFound:
+        raise ModelError(package_advice(model.package)) from None
+    path = os.path.join(folder, model.path)
+    if not os.path.isfile(path):
+        raise ModelError(f'there is no file "{model.path}" in the package "{model.package}" '
+                         f'({folder})')
+    return path
+
+
+def load_robot_description(path: str) -> RobotDescription:
+    """The description in a URDF or xacro file; raises ModelError that names the file."""
+    text = _expand(path) if path.endswith('.xacro') else _read(path)
+    try:
+        root = ElementTree.fromstring(text)
+    except ElementTree.ParseError as error:
+        raise ModelError(f'{path}: not well-formed XML: {error}') from None
+    if root.tag != 'robot':
+        raise ModelError(f'{path}: a URDF begins with <robot>, not <{root.tag}>')
+    _check_with_urdfdom(path, text)
+    return _describe(text, root)
+
+
+def _read(path: str) -> str:
+    try:
+        with open(path, encoding='utf-8') as file:
+            return file.read()
+    except (OSError, UnicodeDecodeError) as error:
+        raise ModelError(f'{path}: cannot be read: {error}') from None
+
+
+def _expand(path: str) -> str:
+    try:
+        return str(xacro.process_file(path).toprettyxml(indent='  '))
+    except rospkg.ResourceNotFound as error:
+        raise ModelError(f'{_file_of_error(path)}: xacro: {package_advice(str(error.args[0]))}'
+                         ) from None
+    except Exception as error:  # a xacro file evaluates expressions, which can raise anything
+        message = ' '.join((str(error) or repr(error)).split())
+        raise ModelError(f'{_file_of_error(path)}: xacro: {message}') from None
+
+
+def _file_of_error(path: str) -> str:
+    """The included file in which xacro stopped, else the file itself."""
+    return str(xacro.filestack[-1]) if xacro.filestack else path
+
+
+def _check_with_urdfdom(path: str, text: str) -> None:
+    with tempfile.NamedTemporaryFile('w', suffix='.urdf', encoding='utf-8') as file:
+        file.write(text)
+        file.flush()
+        try:
+            check = subprocess.run(['check_urdf', file.name], stdout=subprocess.PIPE,
+                                   stderr=subprocess.STDOUT, text=True, timeout=30, check=False)
+        except FileNotFoundError:
+            raise ModelError('check_urdf is not installed; install liburdfdom-tools') from None
+        except subprocess.TimeoutExpired:
+            raise ModelError(f'{path}: check_urdf did not finish within 30 s') from None
+    if check.returncode != 0:
+        raise ModelError(f'{path}: not a valid URDF: {_first_error(check.stdout)}')
+
+
+def _first_error(output: str) -> str:
+    lines = [line.strip() for line in output.splitlines() if line.strip()]
+    errors = [line for line in lines if 'rror' in line]
+    text = (errors or lines or ['check_urdf gave no reason'])[0]
+    return text.split('Error:')[-1].strip()
+
+
+def _describe(text: str, root: ElementTree.Element) -> RobotDescription:
+    links = tuple(link.get('name', '') for link in root.findall('link'))
+    joints: Dict[str, str] = {}
+    parents: Dict[str, str] = {}
+    for joint in root.findall('joint'):
+        parent, child = joint.find('parent'), joint.find('child')
+        if parent is not None and child is not None:
+            parents[child.get('link', '')] = parent.get('link', '')
+        if joint.get('type') in _MOVABLE and joint.find('mimic') is None:
+            joints[joint.get('name', '')] = joint.get('type', '')
+    return RobotDescription(text, links, joints, parents)
+
+
+def describe_device(device: Device) -> Optional[RobotDescription]:
+    """The checked description of a device's model, or None; raises ModelError."""
+    if device.model is None:
+        return None
+    description = load_robot_description(model_path(device.model))
+    _check_base_frame(device, description)
+    return description
+
+
+def _check_base_frame(device: Device, description: RobotDescription) -> None:
+    if device.base is not None and device.base.frame != description.root_link:
+        raise ModelError(f'the base frame "{device.base.frame}" is not the root link of the '
+                         f'model, which is "{description.root_link}"; write that in <base>')
+
+
+def describe_devices(devices: Tuple[Device, ...]
+                     ) -> Tuple[Dict[str, RobotDescription], List[Problem]]:
+    """The descriptions by device name, and what is wrong with the others."""
+    descriptions: Dict[str, RobotDescription] = {}
+    problems: List[Problem] = []
+    owners: Dict[str, str] = {}
+    for device in devices:
+        try:
+            description = describe_device(device)
+            if description is not None:
+                _claim_links(device, description, owners)
+                descriptions[device.name] = description
+        except ModelError as error:
+            location = device.model.location if device.model else device.location
+            problems.append(Problem(location, 'model', str(error)))
+    return descriptions, problems
+
+
+def _claim_links(device: Device, description: RobotDescription, owners: Dict[str, str]) -> None:
+    for link in description.links:
+        if link in owners:
+            raise ModelError(f'the link "{link}" is also in the model of "{owners[link]}"; link '
+                             f'names must differ, begin them with "{device.name}/"')
+    owners.update(dict.fromkeys(description.links, device.name))

@@ -1,0 +1,53 @@
+"""RVizConfig: the .rviz file for a choice of devices."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Dict, List, Mapping, Sequence
+
+import yaml
+
+from process_visualizer.cell.model import Device
+from process_visualizer.generate.displays import DisplayConfig, device_displays
+
+_STATUS_DISPLAY: DisplayConfig = {
+    'Class': 'process_visualizer/DisplayStatus', 'Name': 'Status report', 'Enabled': True}
+_GRID = 'rviz/Grid'
+
+
+class RVizConfig:
+    """The default part of the view, from a file, and a group of displays for each device."""
+
+    def __init__(self, default_file: str, fixed_frame: str) -> None:
+        """Read the default part; raises OSError or ValueError when it is unusable."""
+        content = yaml.safe_load(Path(default_file).read_text(encoding='utf-8'))
+        if not isinstance(content, dict) or 'Visualization Manager' not in content:
+            raise ValueError(f'{default_file}: not an RViz configuration: it has no '
+                             '"Visualization Manager"')
+        self._config: Dict[str, Any] = content
+        self._manager: Dict[str, Any] = content['Visualization Manager']
+        self._manager.setdefault('Global Options', {})['Fixed Frame'] = fixed_frame
+        self._displays: List[DisplayConfig] = list(self._manager.get('Displays') or [])
+
+    def add_devices(self, devices: Sequence[Device]) -> None:
+        """Add a group with the displays of each device that has any.
+
+        A device that brings a grid of its own (a floor at another height) replaces the default.
+        """
+        for device in devices:
+            displays = device_displays(device)
+            if any(display['Class'] == _GRID for display in displays):
+                self._displays = [it for it in self._displays if it['Class'] != _GRID]
+            if displays:
+                self._displays.append({
+                    'Class': 'rviz/Group', 'Name': f'{device.name} ({device.type.value})',
+                    'Enabled': True, 'Displays': displays})
+
+    def look_from(self, pose: Mapping[str, Any]) -> None:
+        """Set what ``pose`` says of the current view (focal point, distance, …)."""
+        view = self._manager.setdefault('Views', {}).setdefault('Current', {})
+        view.update(pose)
+
+    def text(self) -> str:
+        """The file's content."""
+        self._manager['Displays'] = self._displays + [_STATUS_DISPLAY]
+        return yaml.safe_dump(self._config, sort_keys=False, width=100)
