@@ -16,9 +16,10 @@ function(process_visualizer_compile target)
   target_include_directories(${target} SYSTEM PUBLIC ${catkin_INCLUDE_DIRS} ${EIGEN3_INCLUDE_DIRS})
 endfunction()
 
-# Only messages and Eigen: no node, no master.
+# Only message classes and Eigen: no node, no master.
 add_library(roi_filter src/cloud/roi_filter.cpp)
 process_visualizer_compile(roi_filter)
+target_link_libraries(roi_filter ${roscpp_serialization_LIBRARIES} ${rostime_LIBRARIES})
 
 add_library(process_visualizer_nodelets
   src/cloud/roi_filter_nodelet.cpp
@@ -46,7 +47,7 @@ if(CATKIN_ENABLE_TESTING)
   catkin_add_gtest(test_roi_filter test/cpp/test_roi_filter.cpp)
   process_visualizer_compile(test_roi_filter)
   target_include_directories(test_roi_filter SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
-  target_link_libraries(test_roi_filter roi_filter ${pcl_conversions_LIBRARIES} ${PCL_LIBRARIES})
+  target_link_libraries(test_roi_filter roi_filter ${PCL_LIBRARIES})
 
   add_executable(roi_filter_benchmark EXCLUDE_FROM_ALL bench/roi_filter.cpp)
   process_visualizer_compile(roi_filter_benchmark)

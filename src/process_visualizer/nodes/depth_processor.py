@@ -1,0 +1,100 @@
+"""The depth data processor (thesis section 5.4): stamps a depth sensor's clouds with the present.
+
+RViz discards what is old, such as the clouds of a recording. The clouds pass through as the bytes
+that came over the wire; only the header at their front is written anew.
+"""
+from __future__ import annotations
+
+import struct
+from typing import BinaryIO, ClassVar
+
+import rospy
+from sensor_msgs.msg import PointCloud2
+
+# std_msgs/Header on the wire: seq, stamp (s, ns), and the length of frame_id, which follows.
+_HEADER = struct.Struct('<4I')
+# Clouds are read from the socket in pieces of at most this many bytes.
+_BUFFER_SIZE = 1 << 24
+_REPORT_PERIOD_S = 10.0
+
+
+def restamp(message: bytes, stamp: rospy.Time) -> tuple[bytes, memoryview]:
+    """Return a new front for a serialised message that begins with a header, and the rest of it.
+
+    The front ends with the header's frame_id, without the leading slash that tf2 rejects. The rest
+    is a view of ``message``, not a copy. Raises ValueError if the message is shorter than its
+    header.
+    """
+    if len(message) < _HEADER.size:
+        raise ValueError(f'{len(message)} bytes are no message with a header')
+    seq, _, _, length = _HEADER.unpack_from(message)
+    end = _HEADER.size + length
+    if len(message) < end:
+        raise ValueError(f'{len(message)} bytes are no message with a frame_id of {length} bytes')
+    frame_id = message[_HEADER.size:end].lstrip(b'/')
+    return (_HEADER.pack(seq, stamp.secs, stamp.nsecs, len(frame_id)) + frame_id,
+            memoryview(message)[end:])
+
+
+class SerializedPointCloud2(rospy.AnyMsg):
+    """A sensor_msgs/PointCloud2 that is published as the bytes it was received as."""
+
+    _type: ClassVar[str] = PointCloud2._type
+    _md5sum: ClassVar[str] = PointCloud2._md5sum
+    _full_text: ClassVar[str] = PointCloud2._full_text
+    # rospy must not write a new header.seq.
+    _has_header: ClassVar[bool] = False
+
+    __slots__ = ('_parts',)
+
+    def __init__(self, *parts: bytes | memoryview) -> None:
+        super().__init__()
+        self._parts = parts
+
+    def serialize(self, buff: BinaryIO) -> None:
+        """Write the message to ``buff``."""
+        for part in self._parts:
+            buff.write(part)
+
+
+class DepthProcessor:
+    """Republishes the clouds on ``~input`` on ``points``, stamped with the time of their arrival.
+
+    The private parameter ``~topic`` names another input topic.
+    """
+
+    def __init__(self) -> None:
+        self._publisher = rospy.Publisher('points', SerializedPointCloud2, queue_size=1)
+        self._subscriber = rospy.Subscriber(
+            rospy.get_param('~topic', '~input'), rospy.AnyMsg, self._republish,
+            queue_size=1, buff_size=_BUFFER_SIZE, tcp_nodelay=True)
+        self._received = False
+        self._timer = rospy.Timer(
+            rospy.Duration.from_sec(_REPORT_PERIOD_S), self._report_silence, oneshot=True)
+
+    def _republish(self, message: rospy.AnyMsg) -> None:
+        self._received = True
+        connection = message._connection_header
+        if connection['md5sum'] != PointCloud2._md5sum:
+            rospy.logerr_throttle(
+                _REPORT_PERIOD_S,
+                f"{self._subscriber.resolved_name} carries {connection['type']} (published by "
+                f"{connection['callerid']}), but the clouds must be {PointCloud2._type}")
+            return
+        try:
+            parts = restamp(message._buff, rospy.Time.now())
+        except ValueError as error:
+            rospy.logerr_throttle(_REPORT_PERIOD_S, f'{self._subscriber.resolved_name}: {error}')
+            return
+        self._publisher.publish(SerializedPointCloud2(*parts))
+
+    def _report_silence(self, _event: rospy.timer.TimerEvent) -> None:
+        if not self._received:
+            rospy.logwarn(f'No cloud has come on {self._subscriber.resolved_name} yet')
+
+
+def main() -> None:
+    """Run the node until ROS shuts it down."""
+    rospy.init_node('depth_proc')
+    processor = DepthProcessor()  # noqa: F841, keeps the subscription alive
+    rospy.spin()
