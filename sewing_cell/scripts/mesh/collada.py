@@ -29,7 +29,9 @@ _EFFECT = """  <effect id="{name}-effect"><profile_COMMON><technique sid="common
   </phong></technique></profile_COMMON></effect>
 """
 
-_MATERIAL = """  <material id="{name}" name="{name}"><instance_effect url="#{name}-effect"/></material>
+_MATERIAL = """  <material id="{name}" name="{name}">
+   <instance_effect url="#{name}-effect"/>
+  </material>
 """
 
 _GEOMETRY = """  <geometry id="{name}-shape" name="{name}"><mesh>
@@ -98,17 +100,25 @@ def _effect(name: str) -> str:
 
 
 def _geometry(name: str, surface: Surface) -> str:
+    vertices, triangles = _welded(surface)
     return _GEOMETRY.format(
         name=name,
-        points=_source(f"{name}-points", surface.points, decimals=4),
-        normals=_source(f"{name}-normals", surface.normals, decimals=2),
-        count=len(surface.triangles),
-        triangles=" ".join(map(str, surface.triangles.ravel())),
+        points=_source(f"{name}-points", vertices[:, :3]),
+        normals=_source(f"{name}-normals", vertices[:, 3:]),
+        count=len(triangles),
+        triangles=" ".join(map(str, triangles.ravel())),
     )
 
 
-def _source(name: str, vectors: np.ndarray, decimals: int) -> str:
-    values = " ".join(map(_short, _rounded(vectors.ravel(), decimals)))
+def _welded(surface: Surface) -> Tuple[np.ndarray, np.ndarray]:
+    """Rounded points and normals (n, 6) without repetitions, and the triangles between them."""
+    rows = np.hstack([_rounded(surface.points, 4), _rounded(surface.normals, 2)])
+    vertices, numbers = np.unique(rows, axis=0, return_inverse=True)
+    return vertices, numbers.reshape(-1)[surface.triangles]
+
+
+def _source(name: str, vectors: np.ndarray) -> str:
+    values = " ".join(f"{value:.9g}" for value in vectors.ravel())
     return _SOURCE.format(name=name, size=vectors.size, count=len(vectors), values=values)
 
 
@@ -119,8 +129,5 @@ def _rounded(values: np.ndarray, decimals: int) -> np.ndarray:
     designed with, so that the last bit of a cosine cannot change the file.
     """
     scale = 10**decimals
-    return np.floor(values * scale + 0.5 + 1e-5) / scale + 0.0
-
-
-def _short(value: float) -> str:
-    return f"{value:.9g}"
+    rounded: np.ndarray = np.floor(values * scale + 0.5 + 1e-5) / scale + 0.0
+    return rounded

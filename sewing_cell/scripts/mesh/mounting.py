@@ -35,11 +35,18 @@ def column() -> Parts:
     height = -PLATE_THICKNESS_M / 2 - FLOOR_Z_M
     pillar = box((0.14, 0.14, height), (COLUMN_X_M, 0, FLOOR_Z_M + height / 2), 0.012)
     foot = box((0.60, 0.60, 0.025), (COLUMN_X_M - 0.05, 0, FLOOR_Z_M + 0.0125), 0.006)
-    bolts = [cylinder(0.016, 0.02, 0.040, 0.003).moved(COLUMN_X_M - 0.05 + x, y, FLOOR_Z_M)
-             for x in (-0.25, 0.25) for y in (-0.25, 0.25)]
+    bolts = [
+        cylinder(0.016, 0.02, 0.040, 0.003).moved(COLUMN_X_M - 0.05 + x, y, FLOOR_Z_M)
+        for x in (-0.25, 0.25)
+        for y in (-0.25, 0.25)
+    ]
     ribs = [_rib().moved(y=y) for y in (-0.05, 0.05)]
-    return [("frame_grey", pillar), ("frame_grey", foot), *(("frame_grey", rib) for rib in ribs),
-            *(("steel", bolt) for bolt in bolts)]
+    return [
+        ("frame_grey", pillar),
+        ("frame_grey", foot),
+        *(("frame_grey", rib) for rib in ribs),
+        *(("steel", bolt) for bolt in bolts),
+    ]
 
 
 def _rib() -> Surface:
@@ -57,8 +64,11 @@ def kinect_beam() -> Parts:
     turn = np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]])
     beam = box((length + 0.06, 0.045, 0.045), (length / 2, 0, 0), 0.005).rotated(turn)
     brace = box((0.10, 0.10, 0.012), (COLUMN_X_M, 0, 0.014), 0.003)
-    return [("frame_grey", post), ("frame_grey", brace),
-            ("frame_grey", beam.moved(COLUMN_X_M, 0, BEAM_Z_M))]
+    return [
+        ("frame_grey", post),
+        ("frame_grey", brace),
+        ("frame_grey", beam.moved(COLUMN_X_M, 0, BEAM_Z_M)),
+    ]
 
 
 def kinect() -> Parts:
@@ -67,8 +77,12 @@ def kinect() -> Parts:
     face = box((0.004, 0.250, 0.028), (0.021, 0, 0), 0.001)
     neck = cylinder(0.012, 0.030, 0.068, 0.002).along("-x")
     eyes = [_eye(0.0125, y) for y in (0.075, -0.020, -0.060)]
-    return [("black", bar), ("seal", face), ("frame_grey", neck),
-            *(part for eye in eyes for part in eye)]
+    return [
+        ("graphite", bar),
+        ("black", face),
+        ("frame_grey", neck),
+        *(part for eye in eyes for part in eye),
+    ]
 
 
 def _eye(radius: float, y: float) -> Parts:

@@ -1,6 +1,7 @@
 """The industrial sewing machine, in the frame sewing_machine/base.
 
-The frame is the (+x, +y) top corner of the bed; z = 0 is the sewing plane. Covers are fed along -y, so the operator's side is +y and the handwheel is at -x.
+The frame is the (+x, +y) top corner of the bed; z = 0 is the sewing plane. Covers are fed along
+-y, so the operator's side is +y and the handwheel is at -x.
 """
 
 from __future__ import annotations
@@ -21,8 +22,10 @@ def sewing_machine() -> Parts:
 
 def bed() -> Parts:
     """The bed with its needle plate, slide plate, feed dogs and oil pan."""
-    feed_dogs = [("black", box((0.004, 0.024, 0.003), (NEEDLE_X_M + x, NEEDLE_Y_M, 0.001), 0.0005))
-                 for x in (-0.009, 0.009)]
+    feed_dogs = [
+        ("black", box((0.004, 0.024, 0.003), (NEEDLE_X_M + x, NEEDLE_Y_M, 0.001), 0.0005))
+        for x in (-0.009, 0.009)
+    ]
     return [
         ("enamel", box((0.50, 0.16, 0.075), (-0.25, -0.08, -0.0375), 0.006)),
         ("green_grey", box((0.46, 0.13, 0.065), (-0.25, -0.08, -0.105), 0.008)),
@@ -35,8 +38,17 @@ def bed() -> Parts:
 
 def arm() -> Parts:
     """Column, arm and head as one casting, with its cover plates and the machine's name plate."""
-    corners = [(-0.475, -0.002), (-0.335, -0.002), (-0.350, 0.185), (-0.135, 0.178),
-               (-0.128, 0.112), (-0.032, 0.112), (-0.030, 0.285), (-0.120, 0.305), (-0.475, 0.300)]
+    corners = [
+        (-0.475, -0.002),
+        (-0.335, -0.002),
+        (-0.350, 0.185),
+        (-0.135, 0.178),
+        (-0.128, 0.112),
+        (-0.032, 0.112),
+        (-0.030, 0.285),
+        (-0.120, 0.305),
+        (-0.475, 0.300),
+    ]
     radii = [0.008, 0.030, 0.045, 0.030, 0.012, 0.012, 0.035, 0.060, 0.035]
     casting = extrude(rounded_polygon(corners, radii), -0.052, 0.052, 0.008).along("-y")
     return [
@@ -88,8 +100,17 @@ def needle() -> Parts:
 
 def handwheel() -> Parts:
     """The handwheel at the machine's -x end, and the belt guard behind it."""
-    rim = [(0.036, 0.004), (0.058, 0.000), (0.064, 0.006), (0.064, 0.020), (0.056, 0.026),
-           (0.040, 0.020), (0.018, 0.022), (0.016, 0.034), (0, 0.034)]
+    rim = [
+        (0.036, 0.004),
+        (0.058, 0.000),
+        (0.064, 0.006),
+        (0.064, 0.020),
+        (0.056, 0.026),
+        (0.040, 0.020),
+        (0.018, 0.022),
+        (0.016, 0.034),
+        (0, 0.034),
+    ]
     wheel = lathe([(0, 0.004), *rim], 0.003).along("-x").moved(-0.485, NEEDLE_Y_M, 0.232)
     ring = cylinder(0.0655, 0.009, 0.016, 0.001).along("-x").moved(-0.485, NEEDLE_Y_M, 0.232)
     hub = cylinder(0.045, 0, 0.016, 0.003).along("-x").moved(-0.473, NEEDLE_Y_M, 0.232)
@@ -102,8 +123,12 @@ def panel() -> Parts:
     screen = box((0.080, 0.003, 0.050), (-0.262, -0.0465, 0.370), 0.001)
     keys = [box((0.012, 0.003, 0.010), (-0.205, -0.0465, z), 0.001) for z in (0.350, 0.370, 0.390)]
     foot = box((0.030, 0.016, 0.040), (-0.250, -0.062, 0.315), 0.003)
-    return [("frame_grey", case), ("screen", screen), ("frame_grey", foot),
-            *(("orange", key) for key in keys)]
+    return [
+        ("frame_grey", case),
+        ("screen", screen),
+        ("frame_grey", foot),
+        *(("orange", key) for key in keys),
+    ]
 
 
 def edge_sensors() -> Parts:
@@ -113,5 +138,10 @@ def edge_sensors() -> Parts:
     upper_eye = cylinder(0.005, 0.022, 0.029, 0.001).moved(-0.093, -0.018)
     lower = box((0.034, 0.018, 0.030), (-0.100, 0.012, -0.045), 0.003)
     lower_eye = cylinder(0.005, -0.031, -0.024, 0.001).moved(-0.093, 0.012)
-    return [("frame_grey", arm_up), ("black", upper), ("lens", upper_eye),
-            ("black", lower), ("lens", lower_eye)]
+    return [
+        ("frame_grey", arm_up),
+        ("black", upper),
+        ("lens", upper_eye),
+        ("black", lower),
+        ("lens", lower_eye),
+    ]

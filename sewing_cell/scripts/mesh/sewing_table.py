@@ -19,8 +19,14 @@ TABLE_THICKNESS_M = 0.030
 
 def table() -> Parts:
     """The L-shaped table plate around the bed, with a light edge."""
-    corners = [(-0.72, -0.62), (0.32, -0.62), (0.32, -0.163), (-0.503, -0.163), (-0.503, 0.03),
-               (-0.72, 0.03)]
+    corners = [
+        (-0.72, -0.62),
+        (0.32, -0.62),
+        (0.32, -0.163),
+        (-0.503, -0.163),
+        (-0.503, 0.03),
+        (-0.72, 0.03),
+    ]
     radii = [0.05, 0.05, 0.03, 0.004, 0.02, 0.05]
     bottom = TABLE_TOP_Z_M - TABLE_THICKNESS_M
     plate = extrude(rounded_polygon(corners, radii), bottom + 0.004, TABLE_TOP_Z_M, 0.003)
@@ -45,23 +51,39 @@ def _leg(x: float, back: float, front: float) -> Parts:
     foot = box((0.070, depth, 0.045), (x, middle, FLOOR_Z_M + 0.0425), 0.006)
     post = box((0.050, 0.080, 0.95), (x, -0.40, top - 0.475), 0.005)
     head = box((0.050, depth, 0.040), (x, middle, top - 0.020), 0.004)
-    pads = [cylinder(0.028, FLOOR_Z_M, FLOOR_Z_M + 0.022, 0.003).moved(x, y)
-            for y in (back + 0.04, front - 0.04)]
-    return [("frame_grey", foot), ("frame_grey", post), ("frame_grey", head),
-            *(("rubber", pad) for pad in pads)]
+    pads = [
+        cylinder(0.028, FLOOR_Z_M, FLOOR_Z_M + 0.022, 0.003).moved(x, y)
+        for y in (back + 0.04, front - 0.04)
+    ]
+    return [
+        ("frame_grey", foot),
+        ("frame_grey", post),
+        ("frame_grey", head),
+        *(("rubber", pad) for pad in pads),
+    ]
 
 
 def drive() -> Parts:
     """The motor, its control box and the pedal."""
     motor = cylinder(0.065, 0, 0.20, 0.008).along("x").moved(-0.60, -0.40, -0.25)
-    fins = [cylinder(0.070, 0, 0.008, 0.002).along("x").moved(-0.57 + 0.03 * i, -0.40, -0.25)
-            for i in range(5)]
+    fins = [
+        cylinder(0.070, 0, 0.008, 0.002).along("x").moved(-0.57 + 0.03 * i, -0.40, -0.25)
+        for i in range(5)
+    ]
     control = box((0.12, 0.16, 0.24), (0.16, -0.40, -0.30), 0.008)
     switch = box((0.003, 0.050, 0.035), (0.2205, -0.38, -0.24), 0.001)
-    pedal = box((0.30, 0.20, 0.018), (-0.30, -0.28, FLOOR_Z_M + 0.09), 0.005)
-    rod = cylinder(0.006, FLOOR_Z_M + 0.09, -0.25, 0.001).moved(-0.42, -0.36)
-    return [("green_grey", motor), *(("frame_grey", fin) for fin in fins), ("enamel", control),
-            ("orange", switch), ("rubber", pedal), ("steel", rod)]
+    pedal = box((0.30, 0.20, 0.016), (-0.30, -0.28, FLOOR_Z_M + 0.078), 0.003)
+    socket = box((0.34, 0.06, 0.075), (-0.30, -0.28, FLOOR_Z_M + 0.0375), 0.004)
+    rod = cylinder(0.006, FLOOR_Z_M + 0.08, -0.25, 0.001).moved(-0.42, -0.36)
+    return [
+        ("green_grey", motor),
+        *(("frame_grey", fin) for fin in fins),
+        ("enamel", control),
+        ("orange", switch),
+        ("rubber", pedal),
+        ("frame_grey", socket),
+        ("steel", rod),
+    ]
 
 
 def thread_stand() -> Parts:

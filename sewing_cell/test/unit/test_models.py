@@ -1,4 +1,4 @@
-"""The models: their kinematics against the thesis' DH table, their meshes, and how these are made."""
+"""The models: their kinematics against the thesis' DH table, their meshes, and their making."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
-from typing import Dict, List, Sequence, Tuple
+from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 import pytest
@@ -40,11 +40,14 @@ DH_TABLE = (
 HOME = (0, -math.pi / 2, 0, -math.pi / 2, 0, 0)
 SIZE_LIMIT_BYTES = 3_000_000
 
+COLLADA = "{http://www.collada.org/2005/11/COLLADASchema}"
+
 Bounds = Tuple[np.ndarray, np.ndarray]
+Models = Dict[str, ElementTree.Element]
 
 
 @pytest.fixture(scope="session")
-def robots() -> Dict[str, ElementTree.Element]:
+def robots() -> Models:
     """The expanded URDF of both robots, with $(find sewing_cell) answered from this tree."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("ROS_PACKAGE_PATH", f"{SEWING_CELL.parent}{os.pathsep}{SEWING_CELL}")
@@ -53,7 +56,7 @@ def robots() -> Dict[str, ElementTree.Element]:
 
 
 @pytest.fixture(scope="session")
-def models(robots: Dict[str, ElementTree.Element]) -> Dict[str, ElementTree.Element]:
+def models(robots: Models) -> Models:
     """Every model of the cell by its name."""
     static = {name: ElementTree.parse(URDF / f"{name}.urdf").getroot() for name in STATIC_MODELS}
     return {**robots, **static}
@@ -91,18 +94,25 @@ def dh_product(angles: Sequence[float]) -> np.ndarray:
     return result
 
 
-def numbers(text: str) -> List[float]:
-    return [float(word) for word in text.split()]
+def numbers(text: Optional[str]) -> List[float]:
+    return [float(word) for word in (text or "").split()]
+
+
+def child(element: ElementTree.Element, path: str) -> ElementTree.Element:
+    """The child at `path`, which must exist."""
+    found = element.find(path)
+    assert found is not None, f"<{element.tag}> lacks {path}"
+    return found
 
 
 def joint_transform(joint: ElementTree.Element, angle: float) -> np.ndarray:
     """The child link of a URDF joint in its parent link."""
-    origin, axis = joint.find("origin"), joint.find("axis")
+    origin = child(joint, "origin")
     roll, pitch, yaw = numbers(origin.get("rpy"))
     fixed = shift(*numbers(origin.get("xyz"))) @ turn_z(yaw) @ turn_y(pitch) @ turn_x(roll)
     if joint.get("type") == "fixed":
         return fixed
-    assert numbers(axis.get("xyz")) == [0, 0, 1]
+    assert numbers(child(joint, "axis").get("xyz")) == [0, 0, 1]
     return fixed @ turn_z(angle)
 
 
@@ -110,12 +120,13 @@ def tool_in_base(robot: ElementTree.Element, angles: Sequence[float]) -> np.ndar
     """The tool in link 0, found by walking the URDF's joints from the tool to the base."""
     name = robot.get("name")
     positions = {f"{name}/{joint}": angle for joint, angle in zip(DRIVEN_JOINTS, angles)}
-    by_child = {joint.find("child").get("link"): joint for joint in robot.iter("joint")}
-    link, result = f"{name}/tool", np.eye(4)
+    by_child = {child(joint, "child").get("link"): joint for joint in robot.iter("joint")}
+    link: Optional[str] = f"{name}/tool"
+    result = np.eye(4)
     while link in by_child:
         joint = by_child[link]
-        result = joint_transform(joint, positions.get(joint.get("name"), 0.0)) @ result
-        link = joint.find("parent").get("link")
+        result = joint_transform(joint, positions.get(joint.get("name", ""), 0.0)) @ result
+        link = child(joint, "parent").get("link")
     assert link == f"{name}/link0"
     return result
 
@@ -123,7 +134,9 @@ def tool_in_base(robot: ElementTree.Element, angles: Sequence[float]) -> np.ndar
 def angle_between(first: np.ndarray, second: np.ndarray) -> float:
     """The angle of the rotation that leads from one transform to the other (exact when small)."""
     turn = first[:3, :3].T @ second[:3, :3]
-    sine = np.linalg.norm([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
+    sine = np.linalg.norm(
+        [turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]
+    )
     return math.atan2(sine / 2, (np.trace(turn) - 1) / 2)
 
 
@@ -131,7 +144,7 @@ def angle_between(first: np.ndarray, second: np.ndarray) -> float:
 
 
 @given(st.lists(st.floats(-2 * math.pi, 2 * math.pi), min_size=6, max_size=6))
-def test_forward_kinematics_equal_the_dh_table(robots, angles):
+def test_forward_kinematics_equal_the_dh_table(robots: Models, angles: List[float]) -> None:
     expected = dh_product(angles)
     for robot in robots.values():
         found = tool_in_base(robot, angles)
@@ -139,7 +152,7 @@ def test_forward_kinematics_equal_the_dh_table(robots, angles):
         assert angle_between(found, expected) < 1e-6
 
 
-def test_home_pose_stands_upright(robots):
+def test_home_pose_stands_upright(robots: Models) -> None:
     """Equation 6.1: the wrist's first two axes are above the base, the tool looks sideways."""
     tool = tool_in_base(robots["ur_rt_upper"], HOME)
     assert tool[:3, 3] == pytest.approx([0, -0.109 - 0.082, 0.0892 + 0.425 + 0.39243 + 0.093])
@@ -147,8 +160,8 @@ def test_home_pose_stands_upright(robots):
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_links_and_joints_have_the_names_of_the_thesis(robots, name):
-    links = [link.get("name") for link in robots[name].iter("link")]
+def test_links_and_joints_have_the_names_of_the_thesis(robots: Models, name: str) -> None:
+    links = [link.get("name", "") for link in robots[name].iter("link")]
     assert sorted(links) == sorted([f"{name}/link{i}" for i in range(8)] + [f"{name}/tool"])
     types = {joint.get("name"): joint.get("type") for joint in robots[name].iter("joint")}
     driven = {f"{name}/{joint}": "continuous" for joint in DRIVEN_JOINTS}
@@ -157,13 +170,13 @@ def test_links_and_joints_have_the_names_of_the_thesis(robots, name):
 
 
 @pytest.mark.parametrize("name", STATIC_MODELS)
-def test_static_model_is_one_link(models, name):
+def test_static_model_is_one_link(models: Models, name: str) -> None:
     assert [link.get("name") for link in models[name].iter("link")] == [STATIC_MODELS[name]]
     assert not list(models[name].iter("joint"))
 
 
 @pytest.mark.parametrize("name", (*ROBOTS, *STATIC_MODELS))
-def test_check_urdf_accepts_the_model(models, name, tmp_path):
+def test_check_urdf_accepts_the_model(models: Models, name: str, tmp_path: Path) -> None:
     check_urdf = shutil.which("check_urdf")
     assert check_urdf, "install liburdfdom-tools"
     file = tmp_path / f"{name}.urdf"
@@ -177,14 +190,15 @@ def test_check_urdf_accepts_the_model(models, name, tmp_path):
 
 
 def mesh_files(model: ElementTree.Element) -> List[str]:
-    return [mesh.get("filename") for mesh in model.iter("mesh")]
+    return [mesh.get("filename", "") for mesh in model.iter("mesh")]
 
 
 def collada_points(path: Path) -> np.ndarray:
     """All points (n, 3) of a mesh, in metres."""
-    namespace = "{http://www.collada.org/2005/11/COLLADASchema}"
     root = ElementTree.parse(path).getroot()
-    arrays = [a for a in root.iter(f"{namespace}float_array") if a.get("id").endswith("-points-array")]
+    arrays = [
+        a for a in root.iter(f"{COLLADA}float_array") if a.get("id", "").endswith("-points-array")
+    ]
     return np.vstack([np.array(numbers(array.text)).reshape(-1, 3) for array in arrays])
 
 
@@ -193,31 +207,30 @@ def bounds(name: str) -> Bounds:
     return points.min(axis=0), points.max(axis=0)
 
 
-def test_every_mesh_of_a_model_exists_and_every_mesh_is_used(models):
+def test_every_mesh_of_a_model_exists_and_every_mesh_is_used(models: Models) -> None:
     named = {file for model in models.values() for file in mesh_files(model)}
     prefix = "package://sewing_cell/meshes/"
     assert named == {prefix + path.name for path in MESHES.iterdir()}
 
 
-def test_every_visual_has_a_mesh_and_every_link_a_collision(models):
+def test_every_visual_has_a_mesh_and_every_link_a_collision(models: Models) -> None:
     for model in models.values():
         for link in model.iter("link"):
-            assert link.find("visual/geometry/mesh") is not None
-            assert link.find("collision/geometry/*") is not None
+            child(link, "visual/geometry/mesh")
+            child(link, "collision/geometry/*")
 
 
-def test_meshes_together_stay_small():
+def test_meshes_together_stay_small() -> None:
     assert sum(path.stat().st_size for path in MESHES.iterdir()) < SIZE_LIMIT_BYTES
 
 
 @pytest.mark.parametrize("path", sorted(MESHES.glob("*.dae")), ids=lambda path: path.stem)
-def test_mesh_is_sound(path):
+def test_mesh_is_sound(path: Path) -> None:
     """Points, normals and triangles agree in number; normals are unit and look outwards."""
-    namespace = "{http://www.collada.org/2005/11/COLLADASchema}"
-    for mesh in ElementTree.parse(path).getroot().iter(f"{namespace}mesh"):
-        arrays = [a.text for a in mesh.iter(f"{namespace}float_array")]
+    for mesh in ElementTree.parse(path).getroot().iter(f"{COLLADA}mesh"):
+        arrays = [a.text for a in mesh.iter(f"{COLLADA}float_array")]
         points, normals = (np.array(numbers(text)).reshape(-1, 3) for text in arrays)
-        indices = mesh.find(f"{namespace}triangles/{namespace}p").text
+        indices = child(mesh, f"{COLLADA}triangles/{COLLADA}p").text
         triangles = np.array(numbers(indices), dtype=int).reshape(-1, 3)
         assert points.shape == normals.shape
         assert triangles.min() == 0 and triangles.max() == len(points) - 1
@@ -234,7 +247,7 @@ def assert_outward(points: np.ndarray, normals: np.ndarray, triangles: np.ndarra
     assert size[agreement <= 0].sum() < 1e-3 * size.sum()
 
 
-def test_sewing_machine_has_the_dimensions_of_the_cell():
+def test_sewing_machine_has_the_dimensions_of_the_cell() -> None:
     low, high = bounds("sewing_machine")
     assert low[2] == pytest.approx(-1.05, abs=1e-3), "it stands on the floor"
     assert high[2] < 0.55
@@ -242,14 +255,14 @@ def test_sewing_machine_has_the_dimensions_of_the_cell():
     assert low[0] > -0.8 and low[1] > -0.7 and high[0] < 0.4
 
 
-def test_needle_of_the_sewing_machine_is_at_its_frame():
+def test_needle_of_the_sewing_machine_is_at_its_frame() -> None:
     """Around (-0.08, -0.08) nothing but needle, foot and plate is between 0 and 0.1 m."""
     points = collada_points(MESHES / "sewing_machine.dae")
     near = points[(np.hypot(points[:, 0] + 0.08, points[:, 1] + 0.08) < 0.0025)]
     assert near[:, 2].max() > 0.1 and np.any(np.abs(near[:, 2]) < 0.01)
 
 
-def test_robot_links_reach_their_joints():
+def test_robot_links_reach_their_joints() -> None:
     assert bounds("ur-link2")[0][0] == pytest.approx(-0.425 - 0.053, abs=2e-3)
     assert bounds("ur-link4")[0][0] == pytest.approx(-0.39243 - 0.0385, abs=2e-3)
     assert bounds("ur-link7")[1][2] == pytest.approx(0.082, abs=1e-3)
@@ -259,13 +272,13 @@ def test_robot_links_reach_their_joints():
         assert np.all(high - low > 0.03) and np.all(high - low < 0.6)
 
 
-def test_stand_carries_the_robots_and_stands_on_the_floor():
+def test_stand_carries_the_robots_and_stands_on_the_floor() -> None:
     low, high = bounds("cell_stand")
     assert low[2] == pytest.approx(-1.0, abs=1e-3)
     assert 1.9 < high[2] < 2.1
 
 
-def test_making_the_meshes_again_gives_the_same_files(tmp_path):
+def test_making_the_meshes_again_gives_the_same_files(tmp_path: Path) -> None:
     script = SEWING_CELL / "scripts" / "make_meshes.py"
     subprocess.run([sys.executable, str(script), str(tmp_path)], check=True, timeout=120)
     made = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
