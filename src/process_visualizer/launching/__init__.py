@@ -1,0 +1,1 @@
+"""Runs roslaunch as a child process, watches its nodes, and leaves nothing behind (no Qt)."""

@@ -1,0 +1,146 @@
+"""The command ``cell``: check, show, generate and run a configuration without a window."""
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from typing import Dict, List, Optional, Sequence
+
+from process_visualizer.cell.environment import check_environment
+from process_visualizer.cell.errors import ConfigurationError, Problem, ProblemList
+from process_visualizer.cell.model import Cell, Mode
+from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.generate.choice import Choice, RvizStart, choose_devices
+from process_visualizer.generate.drivers import inspect_launch_files
+from process_visualizer.generate.generator import generate
+from process_visualizer.generate.plan import Plan, PlanError, write_plan
+from process_visualizer.generate.robot_description import describe_devices
+from process_visualizer.launching.overview import overview
+from process_visualizer.launching.run_command import run_plan
+
+_DESCRIPTION = 'Checks, shows, generates or runs the robot cell of a configuration file.'
+_COMMANDS = {
+    'check': 'report every problem of the configuration; exit code 1 if there is one',
+    'show': 'list devices, nodes and topics',
+    'generate': 'write the launch file, the RViz file and the models',
+    'run': 'generate, start everything, and stop all of it on Ctrl-C',
+}
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> int:
+    """Run the command; returns its exit code."""
+    options = _parser().parse_args(arguments)
+    try:
+        return _execute(options)
+    except ConfigurationError as error:
+        for problem in error.problems:
+            print(problem, file=sys.stderr)
+        return 1
+    except (PlanError, ValueError) as error:
+        print(f'cell: {error}', file=sys.stderr)
+        return 1
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog='cell', description=_DESCRIPTION)
+    commands = parser.add_subparsers(dest='command', required=True, metavar='COMMAND')
+    for name, help_text in _COMMANDS.items():
+        command = commands.add_parser(name, help=help_text, description=help_text)
+        command.add_argument('config', metavar='CONFIG', help='the configuration file')
+        command.add_argument('args', metavar='NAME:=VALUE', nargs='*',
+                             help='values for the <arg> elements of the configuration')
+        if name != 'check':
+            command.add_argument('--devices', metavar='A,B', help='the devices; all without it')
+        if name in ('generate', 'run'):
+            _add_run_options(command)
+    return parser
+
+
+def _add_run_options(command: argparse.ArgumentParser) -> None:
+    command.add_argument('--mode', choices=[mode.value for mode in Mode], default='realtime')
+    command.add_argument('--bag', metavar='FILE', help='recording to play (mode playback)')
+    command.add_argument('--output', metavar='DIR', help='folder for the generated files')
+    command.add_argument('--no-rviz', action='store_true', help='start without RViz')
+
+
+def _execute(options: argparse.Namespace) -> int:
+    cell = XmlParser(_named_values(options.args)).parse(options.config)
+    if options.command == 'check':
+        return _check(cell)
+    if options.command == 'show':
+        print(overview(cell, choose_devices(cell, _names(options.devices))))
+        return 0
+    choice = _choice(cell, options)
+    plan = _plan(choice)
+    if options.command == 'generate':
+        return _generate(plan, options.output or '.')
+    return run_plan(plan, options.output)
+
+
+def _named_values(words: Sequence[str]) -> Dict[str, str]:
+    values: Dict[str, str] = {}
+    for word in words:
+        name, separator, value = word.partition(':=')
+        if not separator or not name:
+            raise ValueError(f'"{word}" is not an argument; write NAME:=VALUE')
+        values[name] = value
+    return values
+
+
+def _names(text: Optional[str]) -> Optional[List[str]]:
+    return None if text is None else [name for name in text.split(',') if name]
+
+
+def _choice(cell: Cell, options: argparse.Namespace) -> Choice:
+    mode = Mode(options.mode)
+    bag = options.bag
+    if bag is not None:
+        if mode is not Mode.PLAYBACK:
+            raise ValueError('--bag needs --mode playback')
+        if not os.path.isfile(bag):
+            raise ValueError(f'there is no file "{bag}"')
+        bag = os.path.abspath(bag)
+    rviz = RvizStart.NONE if options.no_rviz else RvizStart.REQUIRED
+    return Choice(cell, mode, choose_devices(cell, _names(options.devices)), rviz, bag)
+
+
+def _check(cell: Cell) -> int:
+    problems, warnings = _look_at_machine(cell)
+    for problem in [*problems, *warnings]:
+        print(problem, file=sys.stderr)
+    if not problems:
+        count = len(cell.devices)
+        print(f'{cell.file}: {count} device{"s" if count != 1 else ""}, no problem'
+              + (f', {len(warnings)} to know of' if warnings else ''))
+    return 1 if problems else 0
+
+
+def _look_at_machine(cell: Cell) -> 'tuple[List[Problem], List[Problem]]':
+    """What is wrong on this machine, and what is only missing for a device."""
+    found = ProblemList()
+    found.extend(check_environment(cell))
+    if not len(found):
+        found.extend(describe_devices(cell.devices)[1])
+    warnings: Dict[Problem, None] = {}
+    for mode in Mode:
+        inspected = inspect_launch_files(Choice(cell, mode, cell.devices))
+        warnings.update(dict.fromkeys(inspected.warnings))
+    known = set(found.sorted())
+    return found.sorted(), [warning for warning in warnings if warning not in known]
+
+
+def _plan(choice: Choice) -> Plan:
+    """The plan; what the machine lacks for the choice is an error before anything starts."""
+    problems = check_environment(choice.cell, choice.mode, choice.devices)
+    if problems:
+        raise ConfigurationError(problems)
+    plan = generate(choice)
+    for warning in plan.warnings:
+        print(f'warning: {warning}', file=sys.stderr)
+    return plan
+
+
+def _generate(plan: Plan, folder: str) -> int:
+    for path in write_plan(plan, folder):
+        print(path)
+    return 0

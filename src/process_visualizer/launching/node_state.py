@@ -1,0 +1,57 @@
+"""The state of a launched node, and which change may follow which."""
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import Optional
+
+
+class NodeState(Enum):
+    """``STARTING`` until the node has registered with the master."""
+
+    STARTING = 'starting'
+    RUNNING = 'running'
+    EXITED = 'exited'
+    FAILED = 'cannot be started'
+
+
+@dataclass(frozen=True)
+class NodeReport:
+    """A node's name (absolute), state, exit code if it has one, and how often it was restarted."""
+
+    name: str
+    state: NodeState = NodeState.STARTING
+    exit_code: Optional[int] = None
+    restarts: int = 0
+    reason: str = ''
+
+    def started(self) -> 'NodeReport':
+        """roslaunch has started the process, or started it again."""
+        if self.state is NodeState.EXITED:
+            return replace(self, state=NodeState.STARTING, exit_code=None,
+                           restarts=self.restarts + 1)
+        return replace(self, state=NodeState.STARTING)
+
+    def registered(self) -> 'NodeReport':
+        """The master knows the node; a process that has ended stays ended."""
+        if self.state is not NodeState.STARTING:
+            return self
+        return replace(self, state=NodeState.RUNNING)
+
+    def exited(self, exit_code: int) -> 'NodeReport':
+        """The process has ended."""
+        return replace(self, state=NodeState.EXITED, exit_code=exit_code)
+
+    def failed(self, reason: str) -> 'NodeReport':
+        """roslaunch could not start the process."""
+        return replace(self, state=NodeState.FAILED, reason=reason)
+
+    def __str__(self) -> str:
+        text = f'{self.name}: {self.state.value}'
+        if self.state is NodeState.EXITED:
+            text += f' with code {self.exit_code}'
+        if self.reason:
+            text += f': {self.reason}'
+        if self.restarts:
+            text += f' (restarted {self.restarts} time{"s" if self.restarts > 1 else ""})'
+        return text

@@ -1,0 +1,114 @@
+"""Follows the nodes of a roslaunch process: its output tells starts and ends, the master the rest."""
+from __future__ import annotations
+
+import socket
+import threading
+from typing import Callable, Dict, Iterable, List, Optional
+from xmlrpc.client import Error as XmlRpcError
+
+import rosgraph
+
+from process_visualizer.launching.node_state import NodeReport, NodeState
+from process_visualizer.launching.roslaunch_output import (
+    ProcessEvent,
+    exit_code_in,
+    parse_line,
+    plain,
+)
+
+_CHECK_PERIOD_S = 0.25
+_CALLER_ID = '/process_visualizer_watcher'
+
+OnReport = Callable[[NodeReport], None]
+OnLine = Callable[[str], None]
+
+
+class NodeWatcher:
+    """Calls ``on_report`` at every change of a node's state and ``on_line`` with every line.
+
+    ``watch`` reads the output in the calling thread until it ends; the master is asked in a
+    thread of its own, and only while a node is starting.
+    """
+
+    def __init__(self, on_report: OnReport, on_line: OnLine) -> None:
+        self._on_report = on_report
+        self._on_line = on_line
+        self._lock = threading.Lock()
+        self._reports: Dict[str, NodeReport] = {}
+        self._starting = threading.Event()
+        self._ended = threading.Event()
+        self._required: Optional[str] = None
+        self.failed_required: Optional[NodeReport] = None
+
+    def reports(self) -> List[NodeReport]:
+        """The latest report of every node."""
+        with self._lock:
+            return list(self._reports.values())
+
+    def watch(self, output: Iterable[str]) -> None:
+        """Follow the output of roslaunch until its end."""
+        asker = threading.Thread(target=self._ask_master, name='ask master', daemon=True)
+        asker.start()
+        for line in output:
+            text = plain(line)
+            self._on_line(text)
+            self._follow(text)
+        self._ended.set()
+        self._starting.set()
+        asker.join()
+
+    def _follow(self, line: str) -> None:
+        event = parse_line(line)
+        if event is not None:
+            self._take(event)
+        elif self._required is not None:
+            self._take_required_exit(line)
+
+    def _take(self, event: ProcessEvent) -> None:
+        if event.kind == 'started':
+            self._change(event.name, lambda report: report.started())
+            self._starting.set()
+        elif event.kind == 'exited':
+            self._change(event.name, lambda report: report.exited(event.exit_code))
+        elif event.kind == 'cannot_launch':
+            self._change(event.name, lambda report: report.failed(event.reason))
+        elif event.kind == 'required_died':
+            self._required = event.name
+
+    def _take_required_exit(self, line: str) -> None:
+        """The exit code of a required process stands in a line of its own."""
+        code = exit_code_in(line)
+        if code is None and 'process has finished cleanly' in line:
+            code = 0
+        if code is not None and self._required is not None:
+            self.failed_required = self._change(self._required, lambda report: report.exited(code))
+            self._required = None
+
+    def _change(self, name: str, change: Callable[[NodeReport], NodeReport]) -> NodeReport:
+        with self._lock:
+            before = self._reports.get(name)
+            after = change(before or NodeReport(name))
+            self._reports[name] = after
+        if after != before:
+            self._on_report(after)
+        return after
+
+    def _ask_master(self) -> None:
+        """Ask which of the starting nodes have registered, four times a second."""
+        while not self._ended.is_set():
+            self._starting.wait()
+            names = [report.name for report in self.reports()
+                     if report.state is NodeState.STARTING]
+            if not names:
+                self._starting.clear()
+            for name in filter(is_registered, names):
+                self._change(name, lambda report: report.registered())
+            self._ended.wait(_CHECK_PERIOD_S)
+
+
+def is_registered(name: str) -> bool:
+    """Whether the master knows a node of that name; no master knows none."""
+    try:
+        return bool(rosgraph.Master(_CALLER_ID).lookupNode(name))
+    except (rosgraph.MasterException, socket.error, XmlRpcError):
+        return False

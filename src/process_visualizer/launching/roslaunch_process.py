@@ -1,0 +1,71 @@
+"""Runs roslaunch as a child in a session of its own."""
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+from typing import IO, List, Optional, Sequence
+
+from process_visualizer.launching.process_scan import RUN_VARIABLE, end_processes
+
+_SIGINT_TIMEOUT_S = 30.0
+_SIGTERM_TIMEOUT_S = 5.0
+
+
+class RoslaunchProcess:
+    """A roslaunch process; its nodes carry the mark of ``run_id`` in their environment.
+
+    roslaunch gives each node 15 s for SIGINT and 2 s for SIGTERM, so stopping takes its time. If
+    this process is killed, the kernel interrupts roslaunch, which then stops its nodes.
+    """
+
+    def __init__(self, arguments: Sequence[str], run_id: str) -> None:
+        environment = {**os.environ, RUN_VARIABLE: run_id, 'PYTHONUNBUFFERED': '1'}
+        command = ['roslaunch', '--no-summary', '--disable-title', '--skip-log-check', *arguments]
+        self._run_id = run_id
+        self._process = subprocess.Popen(
+            _dying_with_parent() + command, env=environment, stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True, text=True,
+            errors='replace')
+
+    @property
+    def output(self) -> IO[str]:
+        """What roslaunch and the nodes with output to the screen write."""
+        assert self._process.stdout is not None
+        return self._process.stdout
+
+    def exit_code(self) -> Optional[int]:
+        """The exit code, or None while it runs."""
+        return self._process.poll()
+
+    def interrupt(self) -> None:
+        """Ask roslaunch to stop its nodes and end; returns at once."""
+        if self.exit_code() is None:
+            self._process.send_signal(signal.SIGINT)
+
+    def stop(self) -> List[int]:
+        """Stop roslaunch and everything it started; returns the ids of orphans it had left."""
+        for number, timeout_s in ((signal.SIGINT, _SIGINT_TIMEOUT_S),
+                                  (signal.SIGTERM, _SIGTERM_TIMEOUT_S)):
+            if self._ends_on(number, timeout_s):
+                break
+        else:
+            self._process.kill()
+            self._process.wait()
+        return end_processes(self._run_id)
+
+    def _ends_on(self, number: int, timeout_s: float) -> bool:
+        if self.exit_code() is None:
+            self._process.send_signal(number)
+        try:
+            self._process.wait(timeout_s)
+        except subprocess.TimeoutExpired:
+            return False
+        return True
+
+
+def _dying_with_parent() -> List[str]:
+    """The command that makes the kernel interrupt a process when its parent dies, if there is."""
+    setpriv = shutil.which('setpriv')
+    return [setpriv, '--pdeathsig', 'INT', '--'] if setpriv else []

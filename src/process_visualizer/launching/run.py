@@ -1,0 +1,66 @@
+"""One run of a generated launch file, from start to the end of everything it started."""
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+from typing import Callable, List, Optional
+
+from process_visualizer.launching.node_state import NodeReport
+from process_visualizer.launching.node_watcher import NodeWatcher
+from process_visualizer.launching.roslaunch_process import RoslaunchProcess
+from process_visualizer.launching.run_record import RunRecord
+
+LOG_FILE = 'roslaunch.log'
+
+
+class Run:
+    """Runs a launch file; reports come in a thread of the run, never in the caller's.
+
+    Start it in a thread that lives as long as the program does (the main thread): the kernel
+    interrupts roslaunch when the thread that started it ends.
+    """
+
+    def __init__(self, launch_file: str, on_report: Callable[[NodeReport], None],
+                 on_line: Callable[[str], None] = lambda line: None) -> None:
+        self._record = RunRecord()
+        self._record.write()
+        self.log_path = Path(launch_file).with_name(LOG_FILE)
+        self._log = self.log_path.open('w', encoding='utf-8', errors='replace')
+        self._on_line = on_line
+        self._watcher = NodeWatcher(on_report, self._take_line)
+        self._process = RoslaunchProcess([launch_file], self._record.run_id)
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._watch, name='watch roslaunch', daemon=True)
+        self._thread.start()
+
+    def wait(self, timeout_s: Optional[float] = None) -> bool:
+        """Wait for the end of roslaunch; True when it has ended."""
+        return self._ended.wait(timeout_s)
+
+    def reports(self) -> List[NodeReport]:
+        """The latest report of every node."""
+        return self._watcher.reports()
+
+    @property
+    def failed_required(self) -> Optional[NodeReport]:
+        """The required node whose end ended the run."""
+        return self._watcher.failed_required
+
+    def stop(self) -> List[int]:
+        """Stop everything; returns the ids of processes that roslaunch had left behind."""
+        orphans = self._process.stop()
+        self._thread.join()
+        self._log.close()
+        self._record.remove()
+        return orphans
+
+    def _watch(self) -> None:
+        try:
+            self._watcher.watch(self._process.output)
+        finally:
+            self._ended.set()
+
+    def _take_line(self, line: str) -> None:
+        self._log.write(line + '\n')
+        self._log.flush()
+        self._on_line(line)
