@@ -160,7 +160,7 @@ def _two_link_angles(point: np.ndarray, elbow: int) -> tuple[np.ndarray, np.ndar
 def _arccos(cosine: np.ndarray) -> np.ndarray:
     if np.any(np.abs(cosine) > 1.0 + _SINGULAR):
         raise UnreachableError("the pose is out of the robot's reach")
-    return np.arccos(np.clip(cosine, -1.0, 1.0))
+    return np.arccos(np.minimum(np.maximum(cosine, -1.0), 1.0))
 
 
 def _nearest_turn(angles: np.ndarray, near: np.ndarray) -> np.ndarray:

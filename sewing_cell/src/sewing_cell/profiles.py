@@ -16,19 +16,24 @@ class Course(NamedTuple):
 
 def smooth_step(progress: np.ndarray) -> Course:
     """Quintic step (minimum jerk, Flash and Hogan 1985); ``rate`` is per unit of progress."""
-    u = np.clip(progress, 0.0, 1.0)
-    return Course(u**3 * (10 + u * (6 * u - 15)), 30 * (u * (1 - u)) ** 2)
+    u = _clamped(progress)
+    return Course(u * u * u * (10 + u * (6 * u - 15)), 30 * (u * (1 - u)) ** 2)
 
 
 def steady_feed(progress: np.ndarray, ramp: float = 0.13) -> Course:
     """Constant speed but for smooth ramps of length ``ramp`` at both ends (progress 0 to 1)."""
-    u = np.clip(progress, 0.0, 1.0)
+    u = _clamped(progress)
     speed = 1.0 / (1.0 - ramp)
     near = np.minimum(u, 1.0 - u) / ramp
     inside = np.minimum(near, 1.0)
     ramped = speed * ramp * (inside**3 - inside**4 / 2 + np.maximum(near - 1.0, 0.0))
     rate = speed * inside**2 * (3 - 2 * inside)
     return Course(np.where(u < 0.5, ramped, 1.0 - ramped), rate)
+
+
+def _clamped(progress: np.ndarray) -> np.ndarray:
+    """``progress`` within 0 to 1 (np.clip is several times slower for single numbers)."""
+    return np.minimum(np.maximum(progress, 0.0), 1.0)
 
 
 Profile = Callable[[np.ndarray], Course]

@@ -1,0 +1,183 @@
+"""The Kinect's pictures of the simulated cell: colour and registered depth, 640 x 480.
+
+What stands still is drawn once, in a few variants of sensor noise; a frame copies one of them and
+draws the covers and the robots into it.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from sewing_cell import depth_noise, layout, pinhole, scene, silhouette
+from sewing_cell.arms import LOWER, UPPER, Arm
+from sewing_cell.cycle import CoverPair, SewingCycle
+
+_VARIANTS = 6
+_COLOUR_NOISE = 2.5
+_TEXEL_M = 0.002
+_LOWER_MARGIN_M = 0.012  # how much the lower cover is larger: its rim shows
+_SEAM_INSET = layout.NEEDLE[0] - layout.SEAM_START_XY[0]
+_SEAM_BEGIN = layout.NEEDLE[1] - layout.SEAM_START_XY[1]
+_STITCH_M = 0.012
+_THREAD, _ROBOT = (236, 222, 190), (186, 192, 200)
+_SHADES = 255
+_ABOVE_M = 0.01  # what is more than this above a cover hides it
+
+
+class Frame(NamedTuple):
+    """Colour (480, 640, 3) uint8 and depth (480, 640) uint16 in mm, 0 where there is none."""
+
+    colour: np.ndarray
+    depth: np.ndarray
+
+
+def _pixels(colour: np.ndarray) -> np.ndarray:
+    """View of uint8 (..., 3) with one element per pixel: much faster to copy and to mask."""
+    return colour.view("V3")[..., 0]
+
+
+class Cover:
+    """One cover's leather and the plane in which it lies."""
+
+    def __init__(self, height_m: float, margin_m: float, tone: tuple[int, int, int],
+                 random: np.random.Generator) -> None:
+        x_min, x_max, y_min, y_max = layout.COVER_BOX
+        self.box = (x_min, x_max + margin_m, y_min, y_max + margin_m)
+        self.height_m = height_m
+        self.texture = _pixels(_leather(self.box, tone, random))
+        depth, self._row_x = pinhole.plane_rows(height_m)
+        self._row_y_per_column = depth / pinhole.FOCAL_LENGTH_PX
+        self.plane_depth = np.repeat(depth[:, None], pinhole.WIDTH, axis=1)
+
+    def locate(self, x: float, y: float) -> tuple[slice, slice, np.ndarray, np.ndarray]:
+        """Image rows and columns of the cover at ``x``, ``y``, and the texels of these pixels.
+
+        The texels' columns are outside the texture where a pixel is beside the cover.
+        """
+        x_min, x_max, y_min, y_max = self.box
+        # x falls along the rows, y falls along the columns
+        first = int(np.searchsorted(-self._row_x, -(x + x_max)))
+        rows = slice(first, int(np.searchsorted(-self._row_x, -(x + x_min))))
+        scale = self._row_y_per_column[rows]
+        centre_y = pinhole.POSITION[1]
+        columns = _columns(centre_y - y - y_max, centre_y - y - y_min, scale)
+        across = ((self._row_x[rows] - x - x_min) / _TEXEL_M).astype(np.int32)
+        u = np.arange(columns.start, columns.stop) - pinhole.CENTRE_U
+        along = (centre_y - y - y_min) / _TEXEL_M - (scale / _TEXEL_M)[:, None] * u
+        return rows, columns, across, np.floor(along).astype(np.int32)
+
+
+class Camera:
+    """Renders the cell at any time of a sewing cycle; the same seed gives the same pictures."""
+
+    def __init__(self, cycle: SewingCycle, seed: int = 0) -> None:
+        self._cycle = cycle
+        random = np.random.default_rng([seed, 4])
+        height, lower = layout.COVER_THICKNESS, -layout.COVER_THICKNESS
+        plane = layout.SEWING_PLANE_Z
+        self._covers = (
+            Cover(plane + height, 0.0, (150, 98, 60), random),
+            Cover(plane + lower, _LOWER_MARGIN_M, (104, 66, 42), random),
+        )
+        still = scene.trace()
+        hidden = depth_noise.shadow(still.depth)
+        self._colours = [_with_noise(still.colour, random) for _ in range(_VARIANTS)]
+        self._depths = [
+            np.where(hidden, 0, depth_noise.measured(still.depth, random)).astype(np.uint16)
+            for _ in range(_VARIANTS)
+        ]
+        self._cover_depths = [
+            [depth_noise.measured(cover.plane_depth, random) for cover in self._covers]
+            for _ in range(_VARIANTS)
+        ]
+        self._still_depth = still.depth.astype(np.float32)
+        shades = np.arange(_SHADES + 1)[:, None] / _SHADES * np.array(_ROBOT)
+        self._robot_shades = _pixels(shades.astype(np.uint8))
+        self._free = [still.depth > cover.plane_depth - _ABOVE_M for cover in self._covers]
+
+    def render(self, time_s: float) -> Frame:
+        """The picture at ``time_s`` [s]; both arrays belong to the caller."""
+        variant = int(round(time_s * 30)) % _VARIANTS
+        frame = Frame(self._colours[variant].copy(), self._depths[variant].copy())
+        self._draw_robot(frame, LOWER, time_s)
+        for pair in self._cycle.covers(time_s):
+            for layer in (1, 0):
+                self._draw_cover(frame, layer, pair, variant)
+            if pair.sewn > 0:
+                self._draw_seam(frame, pair, time_s)
+        self._draw_robot(frame, UPPER, time_s)
+        return frame
+
+    def _draw_robot(self, frame: Frame, arm: Arm, time_s: float) -> None:
+        colour = _pixels(frame.colour)
+        for patch in silhouette.robot(arm, self._cycle.joints(arm, np.float64(time_s))):
+            where = (patch.rows, patch.columns)
+            seen = patch.mask & (patch.depth < self._still_depth[where])
+            shades = self._robot_shades.take((_SHADES * patch.light).astype(np.intp))
+            np.copyto(colour[where], shades, where=seen)
+            np.copyto(frame.depth[where], depth_noise.stepped(patch.depth), where=seen)
+
+    def _draw_cover(self, frame: Frame, layer: int, pair: CoverPair, variant: int) -> None:
+        cover = self._covers[layer]
+        rows, columns, across, along = cover.locate(pair.x + pair.steering[layer], pair.y)
+        if along.size == 0:
+            return
+        length = cover.texture.shape[1]
+        on_cover = (along >= 0) & (along < length) & self._free[layer][rows, columns]
+        texels = across[:, None] * length + along
+        leather = cover.texture.ravel().take(texels, mode="clip")
+        np.copyto(_pixels(frame.colour)[rows, columns], leather, where=on_cover)
+        depth = self._cover_depths[variant][layer][rows, columns]
+        np.copyto(frame.depth[rows, columns], depth, where=on_cover)
+
+    def _draw_seam(self, frame: Frame, pair: CoverPair, time_s: float) -> None:
+        """The thread on the sewn part of the upper cover, a stitch and a gap in turn."""
+        along = np.arange(0.0, pair.sewn, _TEXEL_M)
+        along = along[np.mod(along, _STITCH_M) < 0.75 * _STITCH_M]
+        x = pair.x + pair.steering[0] + _SEAM_INSET - self._cycle.seam_offset(time_s, along)
+        y = pair.y + _SEAM_BEGIN + along
+        z = np.full_like(along, self._covers[0].height_m)
+        pixels = np.rint(pinhole.project(np.stack([x, y, z], axis=-1))).astype(int)
+        u, v = pixels[:, 0], pixels[:, 1]
+        inside = (u >= 0) & (u < pinhole.WIDTH) & (v >= 0) & (v < pinhole.HEIGHT)
+        u, v = u[inside], v[inside]
+        free = self._free[0][v, u]
+        frame.colour[v[free], u[free]] = _THREAD
+
+
+def _columns(first_m: float, last_m: float, scale: np.ndarray) -> slice:
+    """Columns between two distances from the image's centre, for all rows of ``scale`` [m/px]."""
+    edges = np.array([first_m, last_m])[:, None] / scale if scale.size else np.zeros((2, 1))
+    low = int(np.clip(np.ceil(edges[0].min() + pinhole.CENTRE_U), 0, pinhole.WIDTH))
+    high = int(np.clip(np.floor(edges[1].max() + pinhole.CENTRE_U) + 1, low, pinhole.WIDTH))
+    return slice(low, high)
+
+
+def _with_noise(colour: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    noisy = colour + _COLOUR_NOISE * random.standard_normal(colour.shape[:2])[..., None]
+    return np.clip(noisy, 0, 255).astype(np.uint8)
+
+
+def _leather(box: tuple[float, float, float, float], tone: tuple[int, int, int],
+             random: np.random.Generator) -> np.ndarray:
+    """Texels (x, y, 3) of a cover: grain, and the soft clouds that make leather look natural."""
+    shape = (
+        int(np.ceil((box[1] - box[0]) / _TEXEL_M)) + 1,
+        int(np.ceil((box[3] - box[2]) / _TEXEL_M)),
+    )
+    grain = 0.055 * random.standard_normal(shape)
+    clouds = sum(
+        share * _smooth_noise(shape, cells, random) for share, cells in ((0.07, 6), (0.05, 16))
+    )
+    brightness = 1.0 + grain + clouds
+    return np.clip(brightness[..., None] * np.array(tone), 0, 255).astype(np.uint8)
+
+
+def _smooth_noise(shape: tuple[int, int], cells: int, random: np.random.Generator) -> np.ndarray:
+    """Bilinear noise with about ``cells`` bumps along each side."""
+    knots = random.standard_normal((cells + 1, cells + 1))
+    row, column = np.linspace(0, cells, shape[0]), np.linspace(0, cells, shape[1])
+    by_column = np.array([np.interp(column, np.arange(cells + 1), knot) for knot in knots])
+    return np.array([np.interp(row, np.arange(cells + 1), line) for line in by_column.T]).T

@@ -1,0 +1,150 @@
+"""The simulated drivers: groups of topics that are published together, at one rate each."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+import rospy
+from dynamic_reconfigure.msg import Config, ConfigDescription
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Float32, Float32MultiArray, UInt16
+
+from sewing_cell import camera_messages
+from sewing_cell.arms import ARMS, Arm
+from sewing_cell.camera import Camera
+from sewing_cell.cycle import SewingCycle
+from sewing_cell.lookahead import Lookahead
+
+_QUEUE_SIZE, _IMAGE_QUEUE_SIZE = 50, 3
+
+
+class ArrayTopic:
+    """A topic of std_msgs/Float32MultiArray; its message is used again and again."""
+
+    def __init__(self, name: str) -> None:
+        self._publisher = rospy.Publisher(
+            name, Float32MultiArray, queue_size=_QUEUE_SIZE, tcp_nodelay=True
+        )
+        self._message = Float32MultiArray()
+
+    def publish(self, values: list[float]) -> None:
+        """Publish ``values`` without a layout, as the robots' drivers do."""
+        self._message.data = values
+        self._publisher.publish(self._message)
+
+
+class JointDriver:
+    """Joint angles and tool frame of both robots."""
+
+    def __init__(self, cycle: SewingCycle, rate_hz: float) -> None:
+        self._robots = [
+            (
+                ArrayTopic(f"ur_rt_{arm.name}/q_act"),
+                ArrayTopic(f"ur_rt_{arm.name}/tcf"),
+                Lookahead(partial(self._rows, cycle, arm), rate_hz),
+            )
+            for arm in ARMS
+        ]
+
+    @staticmethod
+    def _rows(cycle: SewingCycle, arm: Arm, times_s: np.ndarray) -> np.ndarray:
+        return np.hstack([cycle.joints(arm, times_s), cycle.tool_frame(arm, times_s)])
+
+    def __call__(self, tick: int) -> None:
+        """Publish message number ``tick`` of every topic."""
+        for joints, tool_frame, rows in self._robots:
+            row = rows(tick)
+            joints.publish(row[:6])
+            tool_frame.publish(row[6:])
+        for _, _, rows in self._robots:
+            rows(tick + 1)
+
+
+class ForceDriver:
+    """The force sensors of both robots."""
+
+    def __init__(self, cycle: SewingCycle, rate_hz: float) -> None:
+        self._sensors = [
+            (ArrayTopic(f"ft_{arm.name}/ft"), Lookahead(partial(cycle.wrench, arm), rate_hz))
+            for arm in ARMS
+        ]
+
+    def __call__(self, tick: int) -> None:
+        """Publish message number ``tick`` of every topic."""
+        for topic, rows in self._sensors:
+            topic.publish(rows(tick))
+
+
+class MachineDriver:
+    """The sewing machine's edge sensors and feed rate."""
+
+    def __init__(self, cycle: SewingCycle, rate_hz: float) -> None:
+        self._edges = [
+            (
+                rospy.Publisher(f"edge_finder_{arm.name}", UInt16, queue_size=_QUEUE_SIZE),
+                Lookahead(partial(cycle.edge, arm), rate_hz),
+            )
+            for arm in ARMS
+        ]
+        self._feed_rate = rospy.Publisher("feed_rate_est", Float32, queue_size=_QUEUE_SIZE)
+        self._feed_rates = Lookahead(cycle.feed_rate, rate_hz)
+
+    def __call__(self, tick: int) -> None:
+        """Publish message number ``tick`` of every topic."""
+        for publisher, readings in self._edges:
+            publisher.publish(readings(tick))
+        self._feed_rate.publish(self._feed_rates(tick))
+
+
+class KinectDriver:
+    """Colour and registered depth images with their camera infos, and the driver's parameters.
+
+    Images are drawn only when somebody listens.
+    """
+
+    def __init__(self, cycle: SewingCycle, rate_hz: float, seed: int) -> None:
+        self._rate_hz = rate_hz
+        self._camera = Camera(cycle, seed)
+        self._info = camera_messages.camera_info()
+        self._colour = camera_messages.image("rgb8", bytes_per_pixel=3)
+        self._depth = camera_messages.image("16UC1", bytes_per_pixel=2)
+        self._info_publishers = [
+            rospy.Publisher(f"camera/{name}/camera_info", CameraInfo, queue_size=_QUEUE_SIZE)
+            for name in ("rgb", "depth_registered")
+        ]
+        self._colour_publisher = _image_publisher("camera/rgb/image_color")
+        self._depth_publisher = _image_publisher("camera/depth_registered/image_raw")
+        self._parameters = _latch("parameter_updates", camera_messages.driver_config())
+        self._description = _latch("parameter_descriptions", camera_messages.driver_description())
+
+    def __call__(self, tick: int) -> None:
+        """Publish frame number ``tick``: images and infos carry the same stamp."""
+        stamp = rospy.Time.now()
+        self._info.header.stamp = stamp
+        for publisher in self._info_publishers:
+            publisher.publish(self._info)
+        publishers = (self._colour_publisher, self._depth_publisher)
+        if any(publisher.get_num_connections() for publisher in publishers):
+            self._publish_images(stamp, tick / self._rate_hz)
+
+    def _publish_images(self, stamp: rospy.Time, time_s: float) -> None:
+        frame = self._camera.render(time_s)
+        for publisher, message, pixels in (
+            (self._colour_publisher, self._colour, frame.colour),
+            (self._depth_publisher, self._depth, frame.depth),
+        ):
+            message.header.stamp = stamp
+            camera_messages.set_pixels(message, pixels)
+            publisher.publish(message)
+
+
+def _image_publisher(name: str) -> rospy.Publisher:
+    return rospy.Publisher(name, Image, queue_size=_IMAGE_QUEUE_SIZE)
+
+
+def _latch(name: str, message: Config | ConfigDescription) -> rospy.Publisher:
+    """Publisher of a driver topic whose one message late subscribers get too."""
+    publisher = rospy.Publisher(f"camera/driver/{name}", type(message), queue_size=1, latch=True)
+    publisher.publish(message)
+    return publisher

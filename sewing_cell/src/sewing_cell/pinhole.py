@@ -1,0 +1,51 @@
+"""The Kinect's colour camera as a pinhole camera that looks down at the cell."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sewing_cell import layout
+
+WIDTH, HEIGHT = 640, 480
+FOCAL_LENGTH_PX = 525.0
+CENTRE_U, CENTRE_V = 319.5, 239.5
+
+#: Axes of an optical frame (x right, y down, z forward) in a body frame (x forward, y left).
+_BODY_FROM_OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+
+
+def _world_from_body() -> np.ndarray:
+    cos, sin = np.cos(layout.CAMERA_PITCH), np.sin(layout.CAMERA_PITCH)
+    return np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])
+
+
+#: Pose of camera_rgb_optical_frame in world.
+WORLD_FROM_OPTICAL = _world_from_body() @ _BODY_FROM_OPTICAL
+POSITION = layout.CAMERA_XYZ + _world_from_body() @ layout.COLOUR_CAMERA_OFFSET
+
+
+def rays() -> np.ndarray:
+    """Direction of each pixel's ray in ``world``, per m of depth, shape (480, 640, 3)."""
+    u, v = np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT))
+    x = (u - CENTRE_U) / FOCAL_LENGTH_PX
+    y = (v - CENTRE_V) / FOCAL_LENGTH_PX
+    return np.stack([x, y, np.ones_like(x)], axis=-1) @ WORLD_FROM_OPTICAL.T
+
+
+def project(points: np.ndarray) -> np.ndarray:
+    """Pixel u, v and depth [m] of points (..., 3) in ``world``, shape (..., 3)."""
+    optical = (np.asarray(points) - POSITION) @ WORLD_FROM_OPTICAL
+    depth = optical[..., 2]
+    u = CENTRE_U + FOCAL_LENGTH_PX * optical[..., 0] / depth
+    v = CENTRE_V + FOCAL_LENGTH_PX * optical[..., 1] / depth
+    return np.stack([u, v, depth], axis=-1)
+
+
+def plane_rows(height_m: float) -> tuple[np.ndarray, np.ndarray]:
+    """Depth and world x [m] at which each image row meets the plane z = ``height_m``, (480,).
+
+    The camera is turned about y only, so that an image row sees one x and has one depth.
+    """
+    down = rays()[:, 0, :]
+    depth = (height_m - POSITION[2]) / down[:, 2]
+    return depth, POSITION[0] + depth * down[:, 0]

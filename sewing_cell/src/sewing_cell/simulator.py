@@ -1,0 +1,93 @@
+"""The node ``simulator``: publishes every driver topic of the sewing cell, without hardware.
+
+Each group of topics has its rate and its thread.  Message number k of a topic is the cell at
+k / rate seconds after the start, so that runs with the same seed carry the same data.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from typing import Callable
+
+import rospy
+
+from sewing_cell.cycle import SewingCycle
+from sewing_cell.driver_groups import ForceDriver, JointDriver, KinectDriver, MachineDriver
+from sewing_cell.simulator_parameters import ParameterError, SimulatorParameters
+from sewing_cell.ticker import Ticker
+
+_FIRST_TICK_S = 0.1  # until all the threads run
+_SWITCH_INTERVAL_S = 0.0005  # drawing an image must not hold up the joints' thread
+_WARN_EVERY_S = 10.0
+
+
+class Simulator:
+    """The simulated drivers and the threads they run in."""
+
+    def __init__(self, parameters: SimulatorParameters) -> None:
+        cycle = SewingCycle(parameters.quality, parameters.seed, parameters.period)
+        self._tickers: list[Ticker] = []
+        self._add("joints", parameters.joint_rate, lambda rate: JointDriver(cycle, rate))
+        self._add("forces", parameters.force_rate, lambda rate: ForceDriver(cycle, rate))
+        self._add("machine", parameters.sensor_rate, lambda rate: MachineDriver(cycle, rate))
+        self._add(
+            "kinect", parameters.image_rate, lambda rate: KinectDriver(cycle, rate, parameters.seed)
+        )
+
+    def _add(
+        self, name: str, rate_hz: float, driver: Callable[[float], Callable[[int], None]]
+    ) -> None:
+        """Give a driver its thread, unless its rate is 0."""
+        if rate_hz > 0:
+            ticker = Ticker(name, rate_hz, driver(rate_hz), _Skipped(name, rate_hz), _fail)
+            self._tickers.append(ticker)
+
+    def start(self) -> None:
+        """Publish until the node is shut down."""
+        rospy.on_shutdown(self._stop)
+        start_s = time.monotonic() + _FIRST_TICK_S
+        for ticker in self._tickers:
+            ticker.start(start_s)
+
+    def _stop(self) -> None:
+        for ticker in self._tickers:
+            ticker.stop()
+
+
+class _Skipped:
+    """Says, now and then, how many messages a group could not publish in time."""
+
+    def __init__(self, name: str, rate_hz: float) -> None:
+        self._name, self._rate_hz = name, rate_hz
+        self._count = 0
+
+    def __call__(self, count: int) -> None:
+        self._count += count
+        rospy.logwarn_throttle(
+            _WARN_EVERY_S,
+            f"simulator: too slow for {self._rate_hz:g} Hz, {self._count} messages of group "
+            f"'{self._name}' left out so far; lower its rate or free the processor",
+        )
+
+
+def _fail(error: Exception) -> None:
+    """End the node when one of its threads cannot go on, except while it is ending anyway."""
+    if not rospy.is_shutdown():
+        rospy.signal_shutdown(f"the simulator failed: {error!r}")
+        raise error
+
+
+def main() -> int:
+    """Run the node; the exit code is 1 when a parameter cannot be used."""
+    rospy.init_node("simulator")
+    try:
+        parameters = SimulatorParameters.read(rospy.get_param)
+    except ParameterError as error:
+        rospy.logfatal(f"simulator: parameter {error}")
+        return 1
+    sys.setswitchinterval(_SWITCH_INTERVAL_S)
+    Simulator(parameters).start()
+    rospy.loginfo(f"simulator: sewing a {parameters.quality} seam, seed {parameters.seed}")
+    rospy.spin()
+    return 0

@@ -1,0 +1,84 @@
+"""The simulator's private ROS parameters, read and checked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Callable, TypeVar
+
+from sewing_cell.schedule import Schedule
+from sewing_cell.steering import QUALITIES
+
+_FASTEST_HZ = 1000.0
+
+GetParameter = Callable[[str, Any], Any]
+_Number = TypeVar("_Number", int, float)
+
+
+class ParameterError(ValueError):
+    """A parameter cannot be used; the message names it and says what to give instead."""
+
+
+@dataclass(frozen=True)
+class SimulatorParameters:
+    """Rates in Hz (0: that group is off), the cycle's period in s, the quality and the seed."""
+
+    joint_rate: float
+    force_rate: float
+    sensor_rate: float
+    image_rate: float
+    period: float
+    quality: str
+    seed: int
+
+    @classmethod
+    def read(cls, get: GetParameter) -> SimulatorParameters:
+        """From ``get(name, default)``, which is rospy.get_param.  Raises ParameterError."""
+        return cls(
+            joint_rate=_rate(get, "~joint_rate", 125.0),
+            force_rate=_rate(get, "~force_rate", 94.0),
+            sensor_rate=_rate(get, "~sensor_rate", 50.0),
+            image_rate=_rate(get, "~image_rate", 30.0),
+            period=_period(get),
+            quality=_quality(get),
+            seed=_seed(get),
+        )
+
+
+def _rate(get: GetParameter, name: str, default: float) -> float:
+    rate = _number(get, name, default, float)
+    if not 0.0 <= rate <= _FASTEST_HZ:
+        raise ParameterError(
+            f"{name} is {rate} Hz; give 0 (off) or up to {_FASTEST_HZ:.0f} Hz"
+        )
+    return rate
+
+
+def _period(get: GetParameter) -> float:
+    period = _number(get, "~period", 20.0, float)
+    try:
+        return Schedule(period).period_s
+    except ValueError as error:
+        raise ParameterError(f"~period: {error}") from error
+
+
+def _quality(get: GetParameter) -> str:
+    quality = get("~quality", "good")
+    if quality not in QUALITIES:
+        raise ParameterError(f"~quality is '{quality}'; give one of {', '.join(QUALITIES)}")
+    return str(quality)
+
+
+def _seed(get: GetParameter) -> int:
+    seed = _number(get, "~seed", 0, int)
+    if seed < 0:
+        raise ParameterError(f"~seed is {seed}; give a whole number from 0 up")
+    return seed
+
+
+def _number(get: GetParameter, name: str, default: _Number, kind: type[_Number]) -> _Number:
+    value = get(name, default)
+    accepted = (int,) if kind is int else (int, float)
+    if isinstance(value, bool) or not isinstance(value, accepted):
+        what = "whole number" if kind is int else "number"
+        raise ParameterError(f"{name} is {value!r}; give a {what}")
+    return kind(value)
