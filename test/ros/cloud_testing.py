@@ -1,0 +1,67 @@
+"""What the tests of the cloud nodes share: clouds, a topic's messages, and waiting for them."""
+from __future__ import annotations
+
+import time
+from typing import Any, Callable, List, Sequence
+
+import numpy as np
+import rospy
+from rosgraph_msgs.msg import Log
+from sensor_msgs.msg import PointCloud2, PointField
+
+TIMEOUT_S = 20.0
+
+
+def make_cloud(points: Sequence[Sequence[float]], frame_id: str, stamp_s: float = 1.0
+               ) -> PointCloud2:
+    """Return a cloud with the fields x, y, z (m) and rgb (the point's index)."""
+    table = np.zeros(len(points), dtype='<f4,<f4,<f4,<u4')
+    for index, point in enumerate(points):
+        table[index] = (*point, index)
+    cloud = PointCloud2(height=1, width=len(points), point_step=16, row_step=16 * len(points),
+                        is_dense=True, data=table.tobytes())
+    cloud.fields = [PointField(name=name, offset=4 * i, datatype=PointField.FLOAT32, count=1)
+                    for i, name in enumerate(('x', 'y', 'z', 'rgb'))]
+    cloud.header.frame_id = frame_id
+    cloud.header.stamp = rospy.Time.from_sec(stamp_s)
+    return cloud
+
+
+def indices(cloud: PointCloud2) -> List[int]:
+    """Return the rgb values of a cloud of `make_cloud`."""
+    return np.frombuffer(cloud.data, dtype='<u4').reshape(-1, 4)[:, 3].tolist()
+
+
+def wait_until(condition: Callable[[], bool], what: str,
+               meanwhile: Callable[[], None] = lambda: None) -> None:
+    """Call `meanwhile` 20 times a second until `condition` holds; fail after TIMEOUT_S."""
+    end = time.monotonic() + TIMEOUT_S
+    while not condition():
+        assert time.monotonic() < end and not rospy.is_shutdown(), f'not within {TIMEOUT_S} s: {what}'
+        meanwhile()
+        time.sleep(0.05)
+
+
+class Listener:
+    """Collects a topic's messages while it is used as a context manager."""
+
+    def __init__(self, topic: str, message_class: type) -> None:
+        self.messages: List[Any] = []
+        self._subscriber = rospy.Subscriber(topic, message_class, self.messages.append)
+
+    def __enter__(self) -> Listener:
+        return self
+
+    def __exit__(self, *_exception: object) -> None:
+        self._subscriber.unregister()
+
+
+def log_listener() -> Listener:
+    """Listen to what all nodes log."""
+    return Listener('/rosout', Log)
+
+
+def logged(log: Listener, level: int, *parts: str) -> bool:
+    """Tell whether a message of this level with all these parts was logged."""
+    return any(message.level == level and all(part in message.msg for part in parts)
+               for message in list(log.messages))
