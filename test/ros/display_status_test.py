@@ -1,0 +1,67 @@
+#!/usr/bin/env python3
+"""The RViz display DisplayStatus reports the displays as RViz shows them."""
+from __future__ import annotations
+
+import unittest
+from typing import Dict
+
+import rospy
+import rostest
+from cloud_testing import Listener, wait_until
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+
+RVIZ_STARTS_WITHIN_S = 90.0
+
+
+def values(status: DiagnosticStatus) -> Dict[str, str]:
+    """Return a status' values by key."""
+    return {pair.key: pair.value for pair in status.values}
+
+
+class DisplayStatusTest(unittest.TestCase):
+    """Looks at the report of an RViz with a good, a bad, and a disabled display."""
+
+    @classmethod
+    def setUpClass(cls) -> None:
+        cls.first = rospy.wait_for_message(
+            '/rviz/display_status', DiagnosticArray, RVIZ_STARTS_WITHIN_S)
+        with Listener('/rviz/display_status', DiagnosticArray) as reports:
+            wait_until(lambda: len(reports.messages) > 3, 'more reports')
+            cls.last = reports.messages[-1]
+        cls.displays = {status.name: status for status in cls.last.status}
+
+    def test_lists_every_display(self) -> None:
+        self.assertEqual([status.name for status in self.last.status],
+                         ['rviz', 'Status report', 'Floor', 'Floor/Good', 'Bad', 'Off'])
+        self.assertEqual(self.displays['Floor/Good'].hardware_id, 'rviz/Grid')
+
+    def test_good_display(self) -> None:
+        good = self.displays['Floor/Good']
+        self.assertEqual((good.level, good.message), (DiagnosticStatus.OK, ''))
+        self.assertEqual(values(good)['enabled'], 'true')
+
+    def test_bad_display(self) -> None:
+        bad = self.displays['Bad']
+        self.assertEqual(bad.level, DiagnosticStatus.ERROR)
+        self.assertIn('no_such_description', bad.message)
+        self.assertTrue(values(bad)['URDF'].startswith('Error: '), bad)
+
+    def test_disabled_display(self) -> None:
+        off = self.displays['Off']
+        self.assertEqual((off.level, off.message), (DiagnosticStatus.OK, ''))
+        self.assertEqual(values(off)['enabled'], 'false')
+
+    def test_rviz_itself(self) -> None:
+        rviz = self.displays['rviz']
+        self.assertEqual(rviz.level, DiagnosticStatus.OK, rviz.message)
+        self.assertIn('Fixed Frame', values(rviz))
+        self.assertGreater(int(values(rviz)['width']), 100)
+        self.assertGreater(int(values(rviz)['height']), 100)
+        self.assertGreater(float(values(rviz)['fps']), 1)
+        self.assertGreater(int(values(rviz)['frames']),
+                           int(values(self.first.status[0])['frames']))
+
+
+if __name__ == '__main__':
+    rospy.init_node('display_status_test')
+    rostest.rosrun('process_visualizer', 'display_status_test', DisplayStatusTest)
