@@ -1,16 +1,33 @@
 """Builds the model from elements that were read without problems."""
 from __future__ import annotations
 
-from typing import Any, Dict, List, Optional, Tuple, cast
+from typing import Any, Dict, Iterable, Optional, Tuple, cast
 
 from process_visualizer.cell.element_reader import Parsed
+from process_visualizer.cell.language import CONDITIONS
 from process_visualizer.cell.model import (
-    Arrow, BaseFrame, Device, DeviceType, Display, ForceFrame, LaunchFile, Mode, Model, Node, Pose,
-    Property, RegionOfInterest, RoslaunchElement, Topic, TopicFunction, Variable, Vector3)
+    Arrow,
+    BaseFrame,
+    Device,
+    DeviceType,
+    Display,
+    ForceFrame,
+    LaunchFile,
+    Mode,
+    Model,
+    Node,
+    Pose,
+    Property,
+    RegionOfInterest,
+    RoslaunchElement,
+    Topic,
+    TopicFunction,
+    Variable,
+    Vector3,
+)
 
 _ROSLAUNCH_NODE_ATTRIBUTES = ('args', 'machine', 'respawn', 'respawn_delay', 'required',
                               'launch-prefix', 'clear_params', 'cwd')
-_CONDITIONS = ('if', 'unless')
 
 
 def build_device(parsed: Parsed, global_frame: str) -> Device:
@@ -37,7 +54,7 @@ def build_device(parsed: Parsed, global_frame: str) -> Device:
 
 def build_roslaunch_element(parsed: Parsed) -> RoslaunchElement:
     """An element that is handed on to roslaunch, its substitution arguments resolved."""
-    attributes = {name: text for name, text in parsed.given.items() if name not in _CONDITIONS}
+    attributes = {name: text for name, text in parsed.given.items() if name not in CONDITIONS}
     return RoslaunchElement(parsed.tag, attributes, parsed.text, parsed.location)
 
 
@@ -78,9 +95,10 @@ def _mode(text: Optional[str]) -> Optional[Mode]:
 
 def _node(parsed: Parsed, device_name: str) -> Node:
     values = parsed.values
-    attributes = {name: values[name] for name in _ROSLAUNCH_NODE_ATTRIBUTES
-                  if values[name] is not None}
-    attributes['output'] = values['output']
+    attributes = {name: parsed.given[name] for name in _ROSLAUNCH_NODE_ATTRIBUTES
+                  if name in parsed.given}
+    attributes.update({name: values[name] for name in ('args', 'launch-prefix', 'output')
+                       if values[name] is not None})
     namespace = values['ns'] if values['ns'] is not None else device_name
     return Node(values['pkg'], values['type'], values['name'], namespace,
                 _mode(values['ifstate']), attributes,
@@ -90,7 +108,7 @@ def _node(parsed: Parsed, device_name: str) -> Node:
 
 def _launch_file(parsed: Parsed) -> LaunchFile:
     values = parsed.values
-    arguments = tuple((child.values['name'], child.values['value'] or '')
+    arguments = tuple((child.values['name'], child.values['value'])
                       for child in parsed.all('arg'))
     return LaunchFile(values['pkg'], values['type'], _mode(values['ifstate']), arguments,
                       parsed.location)
@@ -117,7 +135,8 @@ def _display(parsed: Parsed) -> Display:
 
 
 def _properties(parsed: Parsed) -> Tuple[Property, ...]:
-    return tuple(Property(child.values['name'], child.values['value'], _properties(child))
+    return tuple(Property(child.values['name'], child.values['value'], _properties(child),
+                          child.location)
                  for child in parsed.all('property'))
 
 
@@ -137,6 +156,6 @@ def _variable(parsed: Parsed) -> Variable:
                     values['scale'], values['offset'], label, parsed.location)
 
 
-def build_machines(parsed: Parsed) -> List[RoslaunchElement]:
-    """The ``<machine>`` elements of a configuration."""
-    return [build_roslaunch_element(child) for child in parsed.all('machine')]
+def build_machines(machines: Iterable[Parsed]) -> Tuple[RoslaunchElement, ...]:
+    """The sound ``<machine>`` elements of a configuration."""
+    return tuple(build_roslaunch_element(machine) for machine in machines if machine.sound)

@@ -2,11 +2,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Dict, List, Mapping, Optional
+from typing import Any, Dict, List, Optional
 
-from process_visualizer.cell.errors import Location, ProblemList
-from process_visualizer.cell.language import TAGS, Attribute, Tag
-from process_visualizer.cell.substitution import substitute
+from process_visualizer.cell.errors import Location, ProblemList, quoted
+from process_visualizer.cell.language import CONDITIONS, TAGS, Attribute, Tag
+from process_visualizer.cell.substitution import Arguments, UnresolvedArgumentError, substitute
 from process_visualizer.cell.suggestions import advice
 from process_visualizer.cell.values import CONVERTERS
 from process_visualizer.cell.xml_reader import Element
@@ -42,35 +42,49 @@ class Parsed:
 class ElementReader:
     """Reads elements of one file, with the values of its ``<arg>`` elements."""
 
-    def __init__(self, arguments: Mapping[str, str], problems: ProblemList) -> None:
+    def __init__(self, arguments: Arguments, problems: ProblemList) -> None:
         self._arguments = arguments
         self._problems = problems
 
-    def read(self, element: Element) -> Optional[Parsed]:
-        """The element with all below it, or None when its condition (if, unless) drops it."""
+    def read(self, element: Element, tag: Optional[Tag] = None) -> Optional[Parsed]:
+        """The element with all below it, or None when its condition (if, unless) drops it.
+
+        ``tag`` is its description; that of its name without it.
+        """
         before = len(self._problems)
-        tag = TAGS[element.tag]
+        tag = tag or TAGS[element.tag]
         parsed = Parsed(element.tag, element.location)
         self._read_attributes(element, tag, parsed)
-        parsed.readable = len(self._problems) == before
+        parsed.readable = parsed.readable and len(self._problems) == before
         if parsed.values.get('if') is False or parsed.values.get('unless') is True:
             return None
         self._read_text(element, tag, parsed)
         self._read_children(element, tag, parsed)
-        parsed.sound = len(self._problems) == before
+        parsed.sound = (parsed.readable and len(self._problems) == before
+                        and all(child.sound for child in parsed.children))
         return parsed
 
     def _read_attributes(self, element: Element, tag: Tag, parsed: Parsed) -> None:
         for name in element.attributes:
             if name not in tag.attributes:
-                self._problem(element, f'unknown attribute "{name}"; '
-                              + (advice(name, tag.attributes) if tag.attributes
-                                 else 'it takes none'))
+                self._problem(element, f'unknown attribute {quoted(name)}; '
+                              + advice(name, tag.attributes))
         for name, attribute in tag.attributes.items():
             text = element.attributes.get(name)
             if text is None and attribute.required:
                 self._problem(element, f'the attribute "{name}" is missing ({attribute.help})')
             parsed.values[name] = self._value(element, name, attribute, text, parsed)
+        self._check_alternatives(element, tag)
+
+    def _check_alternatives(self, element: Element, tag: Tag) -> None:
+        for names in (tag.alternatives, CONDITIONS):
+            given = [name for name in names if name in element.attributes]
+            if len(given) > 1:
+                self._problem(element, f'has both "{given[0]}" and "{given[1]}"; keep one')
+        if tag.needs_alternative and not any(name in element.attributes
+                                             for name in tag.alternatives):
+            one_of = ' or '.join(f'"{name}"' for name in tag.alternatives)
+            self._problem(element, f'the attribute {one_of} is missing')
 
     def _value(self, element: Element, name: str, attribute: Attribute, text: Optional[str],
                parsed: Parsed) -> Any:
@@ -81,22 +95,34 @@ class ElementReader:
             else:
                 text = attribute.default
             return None if text is None else _convert(attribute, text)
+        except UnresolvedArgumentError:  # reported where the argument is declared
+            parsed.readable = False
         except ValueError as error:
             self._problem(element, f'attribute "{name}": {error}')
-            return None
+        return None
 
     def _read_text(self, element: Element, tag: Tag, parsed: Parsed) -> None:
         parsed.text = element.text
         if not tag.text and element.text.strip():
-            self._problem(element, f'unexpected text "{element.text.strip()[:40]}"; write values '
-                                   'as attributes')
+            self._problem(element, f'unexpected text {quoted(element.text)}; write values as '
+                                   'attributes')
+        elif tag.text and parsed.values.get('subst_value'):
+            self._resolve_text(element, parsed)
+
+    def _resolve_text(self, element: Element, parsed: Parsed) -> None:
+        try:
+            parsed.text = substitute(element.text, self._arguments, element.location.file)
+        except UnresolvedArgumentError:
+            parsed.readable = False
+        except ValueError as error:
+            self._problem(element, str(error))
 
     def _read_children(self, element: Element, tag: Tag, parsed: Parsed) -> None:
         for child in element.children:
             if child.tag not in tag.children:
                 self._unknown_child(child, element, tag)
                 continue
-            read = self.read(child)
+            read = self.read(child, tag.child(child.tag))
             if read is None:
                 continue
             if child.tag in tag.single and any(it.tag == child.tag for it in parsed.children):
@@ -120,5 +146,6 @@ class ElementReader:
 def _convert(attribute: Attribute, text: str) -> Any:
     value = CONVERTERS[attribute.kind](text)
     if attribute.choices and value not in attribute.choices:
-        raise ValueError(f'"{value}" is not possible; ' + advice(str(value), attribute.choices))
+        raise ValueError(f'{quoted(text)} is not possible; '
+                         + advice(str(value), attribute.choices))
     return value

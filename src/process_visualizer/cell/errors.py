@@ -4,6 +4,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Iterable, List, Sequence
 
+_LONGEST_QUOTE = 60
+
+
+def shortened(text: str, longest: int = _LONGEST_QUOTE) -> str:
+    """The text on one line, cut where it is too long to be read in a message."""
+    line = ' '.join(text[:4 * longest].split())
+    return line if len(line) <= longest else line[:longest - 1] + '…'
+
+
+def quoted(text: str) -> str:
+    """The text in quotation marks, as messages show what stands in the file."""
+    return f'"{shortened(text)}"' if text.strip() else f'"{text[:_LONGEST_QUOTE]}"'
+
 
 @dataclass(frozen=True, order=True)
 class Location:
@@ -48,7 +61,7 @@ class ProblemList:
 
     def add(self, location: Location, element: str, message: str) -> None:
         """Remember one problem of an element (its tag, without brackets)."""
-        self._problems.append(Problem(location, element, message))
+        self._problems.append(Problem(location, shortened(element), message))
 
     def extend(self, problems: Iterable[Problem]) -> None:
         """Remember problems found elsewhere."""

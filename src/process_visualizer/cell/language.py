@@ -4,7 +4,7 @@ The parser, the XML schema and the reference in the documentation are all made f
 """
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Dict, Mapping, Optional, Sequence, Tuple
 
 from process_visualizer.cell.displays import DISPLAY_TYPES
@@ -32,13 +32,25 @@ class Attribute:
 
 @dataclass(frozen=True)
 class Tag:
-    """An element: its attributes and children; ``single`` children may stand once only."""
+    """An element: its attributes and children.
+
+    ``single`` children may stand once only. Of the attributes ``alternatives`` only one may be
+    given, and one must be if ``needs_alternative``. Text is refused unless ``text``.
+    ``variants`` are children that mean something else here than in ``TAGS``.
+    """
 
     help: str
     attributes: Mapping[str, Attribute]
     children: Tuple[str, ...] = ()
     single: Tuple[str, ...] = ()
     text: bool = False
+    alternatives: Tuple[str, ...] = ()
+    needs_alternative: bool = False
+    variants: Mapping[str, 'Tag'] = field(default_factory=dict)
+
+    def child(self, name: str) -> 'Tag':
+        """The description of a child; raises KeyError when it is not a tag at all."""
+        return self.variants[name] if name in self.variants else TAGS[name]
 
 
 def _required(kind: str, text: str, choices: Sequence[str] = ()) -> Attribute:
@@ -50,9 +62,8 @@ def _optional(kind: str, text: str, default: Optional[str] = None,
     return Attribute(kind, text, default, choices=tuple(choices))
 
 
-def _texts(*names: str) -> Dict[str, Attribute]:
-    return {name: _optional('text', "as in roslaunch") for name in names}
-
+CONDITIONS = ('if', 'unless')
+"""Attributes that decide whether an element counts at all."""
 
 _CONDITION = {
     'if': _optional('boolean', 'use the element only if this is true'),
@@ -60,12 +71,18 @@ _CONDITION = {
 }
 _IFSTATE = _optional('choice', 'start in this mode only; without it in both',
                      choices=('realtime', 'playback'))
+_YAW_PITCH_ROLL = "yaw pitch roll in rad, intrinsic z-y'-x'', whatever its name says"
 _POSE = {
     'xyz': _optional('vector', 'position in m', '0 0 0'),
-    'rpy': _optional('vector', "yaw pitch roll in rad, intrinsic z-y'-x'', whatever its name "
-                               'says', '0 0 0'),
+    'rpy': _optional('vector', _YAW_PITCH_ROLL, '0 0 0'),
     'ypr': _optional('vector', 'the plain name of the same; write one of the two'),
 }
+
+PASSED_ARGUMENT = Tag(
+    'A value that is passed on to the file.',
+    {'name': _required('name', 'name of the argument there'),
+     'value': _required('text', 'its value'), **_CONDITION})
+"""``<arg>`` in an ``<include>`` or a ``<launch>``."""
 
 _STRUCTURE: Dict[str, Tag] = {
     'visualizer': Tag(
@@ -76,12 +93,14 @@ _STRUCTURE: Dict[str, Tag] = {
         'A value for `$(arg name)`; given on the command line as `name:=value`.',
         {'name': _required('name', 'name of the argument'),
          'default': _optional('text', 'value when none is given'),
-         'value': _optional('text', 'value that cannot be overridden')}),
+         'value': _optional('text', 'fixed value, instead of a default'),
+         'doc': _optional('text', 'what it is for'), **_CONDITION},
+        alternatives=('value', 'default')),
     'include': Tag(
-        'Devices from another file.',
+        'Devices from another file; its `<arg>` elements pass values on.',
         {'file': _required('text', 'path of the file, relative to this one or with '
                                    '`$(find pkg)`'), **_CONDITION},
-        children=('arg',)),
+        children=('arg',), variants={'arg': PASSED_ARGUMENT}),
     'device': Tag(
         'A device of the cell.',
         {'type': _required('choice', 'what it is', ('robot', 'depth_sensor', 'other')),
@@ -92,7 +111,8 @@ _STRUCTURE: Dict[str, Tag] = {
         single=('base', 'model', 'force', 'roi')),
     'base': Tag(
         "The device's base frame, posed in the global frame.",
-        {'frame': _required('frame', 'name of the base frame'), **_POSE}),
+        {'frame': _required('frame', 'name of the base frame'), **_POSE},
+        alternatives=('rpy', 'ypr')),
     'model': Tag(
         'The model of the device: a URDF or xacro file.',
         {'pkg': _required('package', 'package that holds the file'),
@@ -100,7 +120,11 @@ _STRUCTURE: Dict[str, Tag] = {
     'force': Tag(
         'The frame of the force sensor; without it the tool frame is used.',
         {'parentframe': _required('frame', 'frame it is posed in, such as the tool frame'),
-         'frame': _required('frame', 'name of the force frame'), **_POSE}),
+         'frame': _required('frame', 'name of the force frame'),
+         'xyz': _required('vector', 'position in m'),
+         'rpy': _optional('vector', f'{_YAW_PITCH_ROLL}; required (or `ypr`)'),
+         'ypr': _POSE['ypr']},
+        alternatives=('rpy', 'ypr'), needs_alternative=True),
     'roi': Tag(
         "The box that a depth sensor's cloud is cropped to.",
         {'frame': _optional('frame', 'frame the box is aligned with; the global frame without '
@@ -113,42 +137,66 @@ _PROCESSES: Dict[str, Tag] = {
     'node': Tag(
         'A node to start with the device.',
         {'pkg': _required('package', 'package of the node'),
-         'type': _required('text', 'its executable'),
+         'type': _required('executable', 'its executable'),
          'name': _required('name', 'name of the node, without a namespace'),
          'ns': _optional('namespace', "namespace; the device's name without it"),
-         'args': _optional('text', 'arguments of the executable'),
+         'args': _optional('command_line', 'arguments of the executable'),
          'output': _optional('choice', 'where its output goes', 'screen', ('screen', 'log')),
          'ifstate': _IFSTATE,
-         **_texts('machine', 'respawn', 'respawn_delay', 'required', 'launch-prefix',
-                  'clear_params', 'cwd'),
+         'machine': _optional('text', 'name of the `<machine>` to run on; this one without it'),
+         'respawn': _optional('boolean', 'start the node again when it exits', 'False'),
+         'respawn_delay': _optional('length', 'seconds to wait before that', '0'),
+         'required': _optional('boolean', 'stop everything when the node exits', 'False'),
+         'launch-prefix': _optional('command_line', 'words to put before the command'),
+         'clear_params': _optional('boolean', "delete the node's parameters first", 'False'),
+         'cwd': _optional('choice', 'working directory', choices=('ROS_HOME', 'node')),
          **_CONDITION},
         children=('param', 'rosparam', 'remap', 'env')),
     'launch': Tag(
         'A launch file to include with the device.',
         {'pkg': _required('package', 'package of the launch file'),
-         'type': _required('text', "the file's name, looked for in the package's folder "
+         'type': _required('path', "the file's name, looked for in the package's folder "
                                    '`launch` and in the package'),
          'ifstate': _IFSTATE, **_CONDITION},
-        children=('arg',)),
+        children=('arg',), variants={'arg': PASSED_ARGUMENT}),
     'param': Tag(
         'A parameter, as in roslaunch; below a device in its namespace.',
-        {'name': _required('namespace', 'name of the parameter'),
-         **_texts('value', 'type', 'textfile', 'binfile', 'command'), **_CONDITION}),
+        {'name': _required('resource', 'name of the parameter'),
+         'value': _optional('text', 'its value'),
+         'type': _optional('choice', 'type of the value; guessed without it',
+                           choices=('auto', 'str', 'string', 'int', 'double', 'bool', 'boolean',
+                                    'yaml')),
+         'textfile': _optional('text', 'file whose text is the value'),
+         'binfile': _optional('text', 'file whose bytes are the value'),
+         'command': _optional('text', 'command whose output is the value'), **_CONDITION},
+        alternatives=('value', 'textfile', 'binfile', 'command'), needs_alternative=True),
     'rosparam': Tag(
         'Parameters in YAML, as in roslaunch.',
-        {**_texts('command', 'file', 'param', 'ns', 'subst_value'), **_CONDITION}, text=True),
+        {'command': _optional('choice', 'what to do', 'load', ('load', 'dump', 'delete')),
+         'file': _optional('text', 'YAML file; without it the text of the element'),
+         'param': _optional('resource', 'name of the parameter'),
+         'ns': _optional('namespace', 'namespace of the parameters'),
+         'subst_value': _optional('boolean', 'resolve `$(…)` in the YAML too', 'False'),
+         **_CONDITION}, text=True),
     'remap': Tag(
         'A remapping of the node, as in roslaunch.',
-        {'from': _required('namespace', 'name to remap'),
-         'to': _required('namespace', 'name to use instead'), **_CONDITION}),
+        {'from': _required('resource', 'name to remap'),
+         'to': _required('resource', 'name to use instead'), **_CONDITION}),
     'env': Tag(
         'An environment variable of the node, as in roslaunch.',
-        {'name': _required('text', 'name'), 'value': _required('text', 'value'), **_CONDITION}),
+        {'name': _required('environment', 'name of the variable'),
+         'value': _required('text', 'its value'), **_CONDITION}),
     'machine': Tag(
         'Another computer that nodes can run on, as in roslaunch.',
         {'name': _required('text', 'name, used by the attribute `machine` of a node'),
          'address': _required('text', 'host name or address'),
-         **_texts('env-loader', 'default', 'user', 'password', 'timeout', 'ssh-port'),
+         'env-loader': _optional('text', 'script there that sets up the environment'),
+         'default': _optional('choice', 'whether nodes run there unless they name a machine',
+                              'false', ('true', 'false', 'never')),
+         'user': _optional('text', 'user name'),
+         'password': _optional('text', 'password; SSH keys are the better way'),
+         'timeout': _optional('positive', 'seconds to wait for the connection', '10'),
+         'ssh-port': _optional('integer', 'port of the SSH server', '22'),
          **_CONDITION}),
 }
 

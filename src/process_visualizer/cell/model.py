@@ -5,7 +5,7 @@ Frame names have no leading slash; topic names are absolute.
 """
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import Mapping, Optional, Tuple
 
@@ -128,6 +128,7 @@ class Property:
     name: str
     value: Optional[str]
     children: Tuple['Property', ...] = ()
+    location: Optional[Location] = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)

@@ -3,19 +3,18 @@ from __future__ import annotations
 
 from typing import Callable, Dict, Iterable, List, Sequence, Tuple
 
-from process_visualizer.cell.displays import DISPLAY_TYPES
+from process_visualizer.cell.builder import absolute_topic
+from process_visualizer.cell.display_rules import check_display
 from process_visualizer.cell.element_reader import Parsed
 from process_visualizer.cell.errors import Location, ProblemList
 from process_visualizer.cell.language import MESSAGE_TYPES
-from process_visualizer.cell.model import Device, DeviceType, Display, Topic
+from process_visualizer.cell.model import Device, DeviceType, Node, Topic, TopicFunction
+from process_visualizer.cell.roslaunch_rules import check_node, check_parameter
 from process_visualizer.cell.suggestions import advice
 
 _ROBOT_TOPICS = ('joint_states', 'tool_center_frame', 'force_sensor')
-_GENERATED_NODES = {
-    DeviceType.ROBOT: ('robot_proc', 'robot_state_publisher'),
-    DeviceType.DEPTH_SENSOR: ('depth_proc',),
-    DeviceType.OTHER: (),
-}
+_PROGRAM_NODES = ('process_visualizer', 'cell_frames', 'bag_player', 'bag_recorder', 'rviz',
+                  'rosout')
 
 
 def check_devices(parsed_devices: Sequence[Parsed], global_frame: str,
@@ -33,15 +32,54 @@ def check_devices(parsed_devices: Sequence[Parsed], global_frame: str,
             problems.add(location, tag, f'"{frame}" is the global frame; choose another name')
 
 
-def check_device(device: Device, problems: ProblemList) -> None:
-    """Everything that must fit together within one device."""
+def check_node_names(devices: Sequence[Device], problems: ProblemList) -> None:
+    """Node names that must be unique in the whole system, whatever is chosen."""
+    seen: Dict[str, List[Node]] = {}
+    for device in devices:
+        reserved = _reserved_names(device)
+        for node in device.nodes:
+            name = absolute_topic(node.namespace, node.name)
+            if name in reserved:
+                problems.add(node.location, 'node', f'the name "{name}" is used by the program '
+                                                    'itself; choose another name')
+            for other in seen.setdefault(name, []):
+                if node.mode is None or other.mode is None or node.mode is other.mode:
+                    problems.add(node.location, 'node', f'a node named "{name}" exists already '
+                                 f'({other.location}); choose another name')
+                    break
+            seen[name].append(node)
+
+
+def _reserved_names(device: Device) -> List[str]:
+    names = {
+        'robot_state_publisher': device.model is not None,
+        'robot_proc': device.type is DeviceType.ROBOT,
+        'depth_proc': device.type is DeviceType.DEPTH_SENSOR,
+        'roi_filter': device.roi is not None,
+        'variable_proc': bool(device.variables),
+    }
+    own = [absolute_topic(device.name, name) for name, used in names.items() if used]
+    return own + [f'/{name}' for name in _PROGRAM_NODES]
+
+
+def check_device(device: Device, whole: bool, problems: ProblemList) -> None:
+    """Everything that must fit together within one device.
+
+    ``whole`` is False when something of it could not be read; what is missing is then no problem.
+    """
     rules: Tuple[Callable[[Device, ProblemList], None], ...] = (
-        _check_elements_of_type, _check_model_file_name, _check_node_names, _check_topics,
+        _check_elements_of_type, _check_model_file_name, _check_force, _check_topics,
         _check_arrows)
     for rule in rules:
         rule(device, problems)
+    if whole:
+        _check_region(device, problems)
     for display in device.displays:
-        _check_display(display, problems)
+        check_display(display, problems)
+    for node in device.nodes:
+        check_node(node, problems)
+    for element in device.parameters:
+        check_parameter(element, problems)
 
 
 def _report_duplicates(items: Iterable[Tuple[str, Location, str]], what: str,
@@ -72,18 +110,18 @@ def _check_model_file_name(device: Device, problems: ProblemList) -> None:
                                               'file that ends in .urdf or .xacro')
 
 
-def _check_node_names(device: Device, problems: ProblemList) -> None:
-    seen: Dict[Tuple[str, str], List[object]] = {}
-    for node in device.nodes:
-        key = (node.namespace, node.name)
-        modes = seen.setdefault(key, [])
-        if any(mode is None or node.mode is None or mode is node.mode for mode in modes):
-            problems.add(node.location, 'node', f'a node named "{node.name}" exists already in '
-                                                'this device; choose another name')
-        if node.namespace == device.name and node.name in _GENERATED_NODES[device.type]:
-            problems.add(node.location, 'node', f'the name "{node.name}" is used by the program '
-                                                'itself; choose another name')
-        modes.append(node.mode)
+def _check_force(device: Device, problems: ProblemList) -> None:
+    force = device.force
+    if force is not None and force.frame == force.parent_frame:
+        problems.add(force.location, 'force', f'the frame "{force.frame}" is its own parent; '
+                                              'choose another name')
+
+
+def _check_region(device: Device, problems: ProblemList) -> None:
+    if (device.roi is not None and device.type is DeviceType.DEPTH_SENSOR
+            and device.topic_for(TopicFunction.POINTCLOUD) is None):
+        problems.add(device.roi.location, 'roi', 'there is no cloud to crop; give one <topic> the '
+                                                 'type "pointcloud"')
 
 
 def _check_topics(device: Device, problems: ProblemList) -> None:
@@ -119,17 +157,3 @@ def _check_arrows(device: Device, problems: ProblemList) -> None:
                 and arrow.minimum_m > arrow.maximum_m:
             problems.add(arrow.location, 'arrow', f'min ({arrow.minimum_m}) is greater than max '
                                                   f'({arrow.maximum_m}); exchange them')
-
-
-def _check_display(display: Display, problems: ProblemList) -> None:
-    display_type = DISPLAY_TYPES[display.type]
-    if display_type.needs_topic and display.topic is None:
-        problems.add(display.location, 'rviz', f'a display of type "{display.type}" needs the '
-                     f'attribute "topic" ({display_type.message_type})')
-    if display_type.topic_key is None and display.topic is not None:
-        problems.add(display.location, 'rviz', f'a display of type "{display.type}" shows no '
-                                               'topic; remove the attribute "topic"')
-    if display.children and display.type != 'Group':
-        problems.add(display.location, 'rviz', 'only a display of type "Group" can hold others')
-    for child in display.children:
-        _check_display(child, problems)

@@ -1,37 +1,73 @@
 """Substitution arguments in attributes, resolved by roslaunch's own resolver."""
 from __future__ import annotations
 
+import os
 import re
-from typing import Dict, Mapping
+from typing import Dict, Mapping, Optional
 
 import rospkg
 from roslaunch.substitution_args import SubstitutionException, resolve_args
 
+from process_visualizer.cell.errors import quoted
 from process_visualizer.cell.suggestions import advice, nearest
 
 _COMMAND = re.compile(r'\$\(\s*([^\s)]*)\s*([^\s)]*)')
+_UNFINISHED = re.compile(r'\$\([^)]*\Z')
 _ALLOWED = ('find', 'env', 'optenv', 'arg', 'dirname')
+_LONGEST = 65_536
+"""Characters of a value; without a limit, arguments made of arguments could fill the memory."""
 
 
-def substitute(text: str, arguments: Mapping[str, str], file: str) -> str:
+Arguments = Mapping[str, Optional[str]]
+"""Values of the ``<arg>`` elements; None for one that is declared without a usable value."""
+
+
+class UnresolvedArgumentError(ValueError):
+    """A value is made of an argument that has none; that was reported already."""
+
+
+def substitute(text: str, arguments: Arguments, file: str) -> str:
     """``text`` with every ``$(…)`` replaced; ``file`` is where it stands, for ``$(dirname)``.
 
     Raises ValueError with advice when a command is unknown or cannot be resolved. ``$(eval)``
     is refused: a configuration is data and runs no code.
     """
-    if '$(' not in text:
-        return text
-    for command, _ in _COMMAND.findall(text):
-        if command not in _ALLOWED:
-            raise ValueError(f'$({command} …) cannot be used here; '
-                             + advice(command, _ALLOWED))
-    context: Dict[str, object] = {'arg': dict(arguments), 'filename': file}
+    if '$(' in text:
+        _check_commands(text)
+    values = _known_values(text, arguments)
+    _check_length(text, values)
+    context: Dict[str, object] = {'arg': values, 'filename': file}
     try:
         return str(resolve_args(text, context=context, resolve_anon=False))
     except rospkg.ResourceNotFound:
-        raise ValueError(f'"{text}": ' + _missing_package(text)) from None
-    except SubstitutionException as error:
-        raise ValueError(f'"{text}": {_reason(text, error, arguments)}') from None
+        raise ValueError(f'{quoted(text)}: ' + _missing_package(text)) from None
+    except (SubstitutionException, IndexError) as error:  # roslaunch's IndexError: "$( )"
+        raise ValueError(f'{quoted(text)}: {_reason(text, error, values)}') from None
+
+
+def _check_commands(text: str) -> None:
+    if _UNFINISHED.search(text):
+        raise ValueError(f'{quoted(text)}: the ")" that ends "$(" is missing')
+    for command, rest in _COMMAND.findall(text):
+        if '$(' in rest:
+            raise ValueError(f'{quoted(text)}: "$(" cannot stand inside of "$("; use an <arg>')
+        if command not in _ALLOWED:
+            raise ValueError(f'{quoted(f"$({command} …)")} cannot be used here; '
+                             + advice(command, _ALLOWED))
+
+
+def _known_values(text: str, arguments: Arguments) -> Dict[str, str]:
+    names = [name for command, name in _COMMAND.findall(text) if command == 'arg']
+    if any(name in arguments and arguments[name] is None for name in names):
+        raise UnresolvedArgumentError
+    return {name: value for name, value in arguments.items() if value is not None}
+
+
+def _check_length(text: str, arguments: Mapping[str, str]) -> None:
+    values = {**os.environ, **arguments}
+    longest = len(text) + sum(len(values.get(name, '')) for _, name in _COMMAND.findall(text))
+    if longest > _LONGEST:
+        raise ValueError(f'{quoted(text)} is longer than {_LONGEST} characters')
 
 
 def package_advice(package: str) -> str:
@@ -51,6 +87,6 @@ def _reason(text: str, error: Exception, arguments: Mapping[str, str]) -> str:
     names = [name for command, name in _COMMAND.findall(text) if command == 'arg']
     unknown = [name for name in names if name not in arguments]
     if not unknown:
-        return str(error)
+        return ' '.join(str(error).replace(f'[{text}]', '').split())
     known = advice(unknown[0], arguments) if arguments else 'no <arg> is declared'
     return f'there is no argument "{unknown[0]}"; {known}'

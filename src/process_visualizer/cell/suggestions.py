@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import difflib
+from pathlib import Path
 from typing import Iterable, Optional
 
 _LIKENESS = 0.6
@@ -21,3 +22,13 @@ def advice(word: str, names: Iterable[str]) -> str:
     if name is not None:
         return f'did you mean "{name}"?'
     return 'possible are: ' + ', '.join(known)
+
+
+def missing_file(path: str) -> str:
+    """That there is no such file, and what to name instead."""
+    file = Path(path)
+    if not file.parent.is_dir():
+        return f'there is no file "{file}", nor its folder; check the path'
+    name = nearest(file.name, (other.name for other in file.parent.iterdir()))
+    meant = 'check the path' if name is None else f'did you mean "{file.with_name(name)}"?'
+    return f'there is no file "{file}"; {meant}'

@@ -6,15 +6,33 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Callable, Dict, Tuple
+from typing import Callable, Dict, List, Tuple
 
-_BASE_NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*\Z')
-_GRAPH_NAME = re.compile(r'[~/]?[A-Za-z][A-Za-z0-9_/]*\Z')
-_FRAME = re.compile(r'[A-Za-z0-9_][A-Za-z0-9_./-]*\Z')
-_PACKAGE = re.compile(r'[A-Za-z][A-Za-z0-9_-]*\Z')
-_MESSAGE = re.compile(r'[A-Za-z][A-Za-z0-9_]*/[A-Za-z][A-Za-z0-9_]*\Z')
-_FIELD = re.compile(r'[A-Za-z]\w*(\[\d+\])?(\.[A-Za-z]\w*(\[\d+\])?)*\Z', re.ASCII)
-_HEX_COLOR = re.compile(r'#([0-9a-fA-F]{2})([0-9a-fA-F]{2})([0-9a-fA-F]{2})\Z')
+from process_visualizer.cell.errors import quoted
+
+_GRAPH_NAME = r'[A-Za-z][A-Za-z0-9_]*(/[A-Za-z0-9_]+)*/?'
+_FIELD_PART = r'[A-Za-z][A-Za-z0-9_]*(\[[0-9]+\])?'
+
+PATTERNS: Dict[str, str] = {
+    'number': r'[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?',
+    'integer': r'[0-9]{1,9}',
+    'boolean': r'[Tt][Rr][Uu][Ee]|[Ff][Aa][Ll][Ss][Ee]|1|0',
+    'hex_color': r'#[0-9A-Fa-f]{6}',
+    'name': r'[A-Za-z][A-Za-z0-9_]*',
+    'topic': f'/?{_GRAPH_NAME}',
+    'namespace': f'/?|/?{_GRAPH_NAME}',
+    'resource': f'[~/]?{_GRAPH_NAME}',
+    'frame': r'/*[A-Za-z0-9_][A-Za-z0-9_./-]*',
+    'package': r'[A-Za-z][A-Za-z0-9_-]*',
+    'executable': r'[^/ \t\r\n]+',
+    'environment': r'[A-Za-z_][A-Za-z0-9_]*',
+    'message': r'[A-Za-z][A-Za-z0-9_]*/[A-Za-z][A-Za-z0-9_]*',
+    'field': rf'{_FIELD_PART}(\.{_FIELD_PART})*',
+}
+"""Regular expressions of whole values, written so that XML Schema understands them too."""
+
+_COMPILED = {kind: re.compile(f'(?:{pattern})\\Z') for kind, pattern in PATTERNS.items()}
+_BLANKS = ' \t\r\n'
 
 Numbers = Tuple[float, ...]
 
@@ -24,7 +42,7 @@ COLORS: Dict[str, Tuple[float, float, float]] = {
     'orange': (1.0, 0.55, 0.1), 'white': (1.0, 1.0, 1.0), 'grey': (0.6, 0.6, 0.6),
 }
 
-_AXES: Dict[str, Tuple[float, float, float]] = {
+AXES: Dict[str, Tuple[float, float, float]] = {
     'x': (1.0, 0.0, 0.0), 'y': (0.0, 1.0, 0.0), 'z': (0.0, 0.0, 1.0),
     '-x': (-1.0, 0.0, 0.0), '-y': (0.0, -1.0, 0.0), '-z': (0.0, 0.0, -1.0),
 }
@@ -32,12 +50,12 @@ _AXES: Dict[str, Tuple[float, float, float]] = {
 
 def number(text: str) -> float:
     """A finite number."""
-    try:
-        value = float(text)
-    except ValueError:
-        raise ValueError(f'"{text}" is not a number; write one such as 0.5') from None
+    stripped = text.strip(_BLANKS)
+    if stripped.lstrip('+-').lower() in ('nan', 'inf', 'infinity'):
+        raise ValueError(f'{quoted(text)} is not a finite number; write one such as 0.5')
+    value = float(_matched('number', stripped, 'is not a number; write one such as 0.5'))
     if not math.isfinite(value):
-        raise ValueError(f'"{text}" is not a finite number; write one such as 0.5')
+        raise ValueError(f'{quoted(text)} is too large; write a number such as 0.5')
     return value
 
 
@@ -45,7 +63,7 @@ def positive(text: str) -> float:
     """A finite number above 0."""
     value = number(text)
     if value <= 0:
-        raise ValueError(f'"{text}" must be greater than 0')
+        raise ValueError(f'{quoted(text)} must be greater than 0')
     return value
 
 
@@ -53,16 +71,22 @@ def length(text: str) -> float:
     """A finite number of at least 0."""
     value = number(text)
     if value < 0:
-        raise ValueError(f'"{text}" must not be less than 0')
+        raise ValueError(f'{quoted(text)} must not be less than 0')
     return value
+
+
+def integer(text: str) -> int:
+    """A whole number of at least 0."""
+    return int(_matched('integer', text, 'is not a whole number; write one such as 22'))
 
 
 def vector(text: str) -> Numbers:
     """Three finite numbers, separated by spaces."""
-    words = text.split()
+    words = _words(text)
     if len(words) != 3:
-        raise ValueError(f'"{text}" has {len(words)} values; write three numbers separated by '
-                         'spaces, such as "0 0 0.5"')
+        values = 'value' if len(words) == 1 else 'values'
+        raise ValueError(f'{quoted(text)} has {len(words)} {values}; write three numbers '
+                         'separated by spaces, such as "0 0 0.5"')
     return tuple(number(word) for word in words)
 
 
@@ -70,121 +94,147 @@ def size(text: str) -> Numbers:
     """Three numbers above 0, separated by spaces."""
     values = vector(text)
     if min(values) <= 0:
-        raise ValueError(f'"{text}": each edge length must be greater than 0')
+        raise ValueError(f'{quoted(text)}: each edge length must be greater than 0')
     return values
 
 
 def axis(text: str) -> Numbers:
     """A unit vector: an axis name with an optional minus, or three numbers."""
-    if text.strip() in _AXES:
-        return _AXES[text.strip()]
+    if text in AXES:
+        return AXES[text]
     try:
         values = vector(text)
     except ValueError:
-        raise ValueError(f'"{text}" is not a direction; write x, y, z, -x, -y, -z or three '
+        raise ValueError(f'{quoted(text)} is not a direction; write x, y, z, -x, -y, -z or three '
                          'numbers') from None
-    norm = math.sqrt(sum(value * value for value in values))
-    if norm < 1e-9:
-        raise ValueError(f'"{text}" has no direction; write a vector that is not zero')
-    return tuple(value / norm for value in values)
+    largest = max(abs(value) for value in values)
+    if largest < 1e-9:
+        raise ValueError(f'{quoted(text)} has no direction; write a vector that is not zero')
+    scaled = [value / largest for value in values]  # so that no square overflows
+    norm = math.sqrt(sum(value * value for value in scaled))
+    return tuple(value / norm for value in scaled)
 
 
 def color(text: str) -> Numbers:
     """Red, green, blue from 0 to 1: a colour name, #rrggbb, or three numbers."""
     if text in COLORS:
         return COLORS[text]
-    match = _HEX_COLOR.match(text)
-    if match:
-        return tuple(int(part, 16) / 255 for part in match.groups())
+    if _COMPILED['hex_color'].match(text):
+        return tuple(int(text[start:start + 2], 16) / 255 for start in (1, 3, 5))
     try:
         values = vector(text)
     except ValueError:
         values = (-1.0,)
     if min(values) < 0 or max(values) > 1:
-        raise ValueError(f'"{text}" is not a colour; write #rrggbb, three numbers from 0 to 1, '
-                         'or one of ' + ', '.join(COLORS))
+        raise ValueError(f'{quoted(text)} is not a colour; write #rrggbb, three numbers from 0 to '
+                         '1, or one of ' + ', '.join(COLORS))
     return values
 
 
 def boolean(text: str) -> bool:
     """True or False in any case, 1 or 0."""
-    known = {'true': True, '1': True, 'false': False, '0': False}
-    try:
-        return known[text.strip().lower()]
-    except KeyError:
-        raise ValueError(f'"{text}" is neither True nor False') from None
+    matched = _matched('boolean', text, 'is neither True nor False; write one of them')
+    return matched.lower() in ('true', '1')
 
 
 def text_value(text: str) -> str:
-    """Any text; runs of white space (a line break in an attribute) become one space."""
-    return ' '.join(text.split())
+    """Any text, as it is."""
+    return text
+
+
+def command_line(text: str) -> str:
+    """Words of a command line; without quotation marks, runs of white space become one space."""
+    return text if '"' in text or "'" in text else ' '.join(_words(text))
 
 
 def path(text: str) -> str:
     """A relative path that stays below its folder."""
-    if text.startswith('/') or '..' in text.split('/') or not text:
-        raise ValueError(f'"{text}" must be a path below the package, such as "urdf/robot.xacro"')
+    if text.startswith('/') or '..' in text.split('/') or not text.strip():
+        raise ValueError(f'{quoted(text)} must be a path below the package, such as '
+                         '"urdf/robot.xacro"')
     return text
 
 
 def name(text: str) -> str:
     """A ROS base name: letters, digits and underscores, beginning with a letter."""
-    return _matched(_BASE_NAME, text, 'is not a valid name; use letters, digits and "_" and begin '
-                                      'with a letter (no spaces, no "/")')
-
-
-def namespace(text: str) -> str:
-    """A ROS graph name, possibly empty, with any slashes inside."""
-    if text == '':
-        return text
-    _matched(_GRAPH_NAME, text, 'is not a valid ROS name; use letters, digits, "_" and "/" and '
-                                'begin with a letter')
-    if '//' in text:
-        raise ValueError(f'"{text}" has two slashes in a row; write one')
-    return text.rstrip('/')
+    return _matched('name', text, 'is not a valid name; use letters, digits and "_" and begin '
+                                  'with a letter (no spaces, no "/")')
 
 
 def topic(text: str) -> str:
-    """A ROS graph name that is not empty."""
-    if not text:
-        raise ValueError('the name is empty; write the name of a topic')
-    return namespace(text)
+    """A ROS graph name, with any slashes inside."""
+    return _graph_name('topic', text)
+
+
+def namespace(text: str) -> str:
+    """A ROS graph name, or nothing (or "/") for the root."""
+    return _graph_name('namespace', text)
+
+
+def resource(text: str) -> str:
+    """A ROS graph name that may be private (begin with "~")."""
+    return _graph_name('resource', text)
 
 
 def frame(text: str) -> str:
     """A tf2 frame name; a leading slash (tf's old way) is stripped."""
-    stripped = text.lstrip('/')
-    return _matched(_FRAME, stripped, 'is not a valid frame name; use letters, digits, "_" and '
-                                      '"/" without spaces')
+    return _matched('frame', text, 'is not a valid frame name; use letters, digits, "_" and '
+                                   '"/" without spaces').lstrip('/')
 
 
 def package(text: str) -> str:
     """The name of a ROS package."""
-    return _matched(_PACKAGE, text, 'is not a valid package name')
+    return _matched('package', text, 'is not a valid package name; use letters, digits, "_" and '
+                                     '"-" and begin with a letter')
+
+
+def executable(text: str) -> str:
+    """The file name of an executable."""
+    return _matched('executable', text, 'is not an executable; write its file name without a '
+                                        'folder')
+
+
+def environment(text: str) -> str:
+    """The name of an environment variable."""
+    return _matched('environment', text, 'is not a valid name; use letters, digits and "_"')
 
 
 def message(text: str) -> str:
     """A message type such as sensor_msgs/JointState."""
-    return _matched(_MESSAGE, text, 'is not a message type; write package/Type, such as '
-                                    'sensor_msgs/JointState')
+    return _matched('message', text, 'is not a message type; write package/Type, such as '
+                                     'sensor_msgs/JointState')
 
 
 def field(text: str) -> str:
     """The path of a number in a message, such as data[2] or pose.position.x."""
-    return _matched(_FIELD, text, 'is not a field; write a path such as data, data[2] or '
-                                  'pose.position.x')
+    return _matched('field', text, 'is not a field; write a path such as data, data[2] or '
+                                   'pose.position.x')
 
 
-def _matched(pattern: 're.Pattern[str]', text: str, message_text: str) -> str:
-    if not pattern.match(text):
-        raise ValueError(f'"{text}" {message_text}')
+def _words(text: str) -> List[str]:
+    """What stands between XML's white space (Python's would split at exotic spaces too)."""
+    return [word for word in re.split(f'[{_BLANKS}]+', text) if word]
+
+
+def _graph_name(kind: str, text: str) -> str:
+    if '//' in text:
+        raise ValueError(f'{quoted(text)} has two slashes in a row; write one')
+    return _matched(kind, text, 'is not a valid ROS name; use letters, digits, "_" and "/" and '
+                                'begin with a letter').rstrip('/')
+
+
+def _matched(kind: str, text: str, advice: str) -> str:
+    if not _COMPILED[kind].match(text):
+        raise ValueError(f'{quoted(text)} {advice}')
     return text
 
 
 CONVERTERS: Dict[str, Callable[[str], object]] = {
-    'number': number, 'positive': positive, 'length': length, 'vector': vector, 'size': size,
-    'axis': axis, 'color': color, 'boolean': boolean, 'text': text_value, 'path': path,
-    'name': name, 'namespace': namespace, 'topic': topic, 'frame': frame, 'package': package,
+    'number': number, 'positive': positive, 'length': length, 'integer': integer,
+    'vector': vector, 'size': size, 'axis': axis, 'color': color, 'boolean': boolean,
+    'text': text_value, 'command_line': command_line, 'path': path, 'name': name,
+    'namespace': namespace, 'topic': topic, 'resource': resource, 'frame': frame,
+    'package': package, 'executable': executable, 'environment': environment,
     'message': message, 'field': field, 'choice': text_value,
 }
 """The converter of each kind of attribute in the table ``language``."""

@@ -2,7 +2,8 @@
 
 Only data is read: a document type declaration, and with it every entity that a file could
 define, is refused, so that neither a local file nor the network nor an expanding entity
-("billion laughs") is ever touched.
+("billion laughs") is ever touched. So that no file can exhaust the program, size and depth are
+limited far above anything that a cell needs.
 """
 from __future__ import annotations
 
@@ -12,6 +13,12 @@ from typing import Dict, List
 from xml.parsers import expat
 
 from process_visualizer.cell.errors import ConfigurationError, Location, Problem
+from process_visualizer.cell.suggestions import missing_file
+
+_LARGEST_FILE_BYTES = 10_000_000
+_DEEPEST = 50
+_SCHEMA_ATTRIBUTES = ('xmlns:xsi', 'xsi:noNamespaceSchemaLocation')
+"""What editors use to find the schema; it says nothing about the cell."""
 
 
 @dataclass
@@ -25,8 +32,8 @@ class Element:
     children: List['Element'] = field(default_factory=list)
 
 
-class _DoctypeError(Exception):
-    """The file has a document type declaration."""
+class _RefusedError(Exception):
+    """The file has something that is well-formed XML and still not allowed."""
 
 
 class _TreeBuilder:
@@ -52,7 +59,10 @@ class _TreeBuilder:
         return Location(self._file, self._parser.CurrentLineNumber)
 
     def _start(self, tag: str, attributes: Dict[str, str]) -> None:
-        element = Element(tag, attributes, self.location)
+        if len(self._open) == _DEEPEST:
+            raise _RefusedError(f'elements are nested more than {_DEEPEST} deep')
+        own = {name: text for name, text in attributes.items() if name not in _SCHEMA_ATTRIBUTES}
+        element = Element(tag, own, self.location)
         siblings = self._open[-1].children if self._open else self._roots
         siblings.append(element)
         self._open.append(element)
@@ -64,7 +74,7 @@ class _TreeBuilder:
         self._open[-1].text += text
 
     def _doctype(self, *_declaration: object) -> None:
-        raise _DoctypeError
+        raise _RefusedError('a DOCTYPE declaration and its entities are not allowed; remove it')
 
 
 def read_xml(path: str) -> Element:
@@ -73,10 +83,7 @@ def read_xml(path: str) -> Element:
     Raises ConfigurationError when the file cannot be read, is not well-formed XML, or has a
     document type declaration.
     """
-    try:
-        data = Path(path).read_bytes()
-    except OSError as error:
-        raise _error(Location(path, 1), f'cannot be read: {error.strerror}') from error
+    data = _read_bytes(path)
     if not data.strip():
         raise _error(Location(path, 1), 'the file is empty; a configuration begins with '
                                         '<visualizer>')
@@ -87,12 +94,27 @@ def read_xml(path: str) -> Element:
         reason = expat.ErrorString(error.code)
         raise _error(Location(path, error.lineno),
                      f'not well-formed XML: {reason} (column {error.offset + 1})') from error
-    except _DoctypeError as error:
-        raise _error(builder.location, 'a DOCTYPE declaration and its entities are not allowed; '
-                                       'remove it') from error
+    except _RefusedError as error:
+        raise _error(builder.location, str(error)) from error
     except (LookupError, ValueError) as error:
         raise _error(builder.location, f'unusable encoding: {error}; save the file as UTF-8'
                      ) from error
+
+
+def _read_bytes(path: str) -> bytes:
+    file = Path(path)
+    try:
+        if file.is_dir():
+            raise _error(Location(path, 1), 'is a folder; name a file in it')
+        if file.exists() and not file.is_file():
+            raise _error(Location(path, 1), 'is not a regular file; name an XML file')
+        if file.exists() and file.stat().st_size > _LARGEST_FILE_BYTES:
+            raise _error(Location(path, 1), 'is larger than 10 MB; this is no configuration')
+        return file.read_bytes()
+    except FileNotFoundError:
+        raise _error(Location(path, 1), missing_file(path)) from None
+    except OSError as error:
+        raise _error(Location(path, 1), f'cannot be read: {error.strerror}') from error
 
 
 def _error(location: Location, message: str) -> ConfigurationError:
