@@ -1,7 +1,6 @@
 """Numbers out of the bytes of a Float32MultiArray."""
 import struct
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -24,25 +23,19 @@ float32s = st.lists(st.floats(width=32, allow_nan=False), max_size=20)
 
 @given(float32s, st.lists(dimension, max_size=3))
 def test_values_come_back(values, dimensions):
-    assert float32_values(serialised(values, dimensions)).tolist() == values
+    assert float32_values(serialised(values, dimensions)) == tuple(values)
 
 
 @given(float32s, st.integers(0, 20))
 def test_padding_is_left_out(values, offset):
     message = serialised(values, [('joints', len(values), len(values))], min(offset, len(values)))
-    assert float32_values(message).tolist() == values[offset:]
-
-
-def test_result_is_a_writable_copy_in_double_precision():
-    values = float32_values(serialised([0.5, -1.5]))
-    values[0] = 2.0
-    assert values.dtype == np.float64
+    assert float32_values(message) == tuple(values[offset:])
 
 
 @given(st.binary(max_size=200))
 def test_other_bytes_are_an_error_or_numbers(message):
     try:
-        assert float32_values(message).ndim == 1
+        assert len(float32_values(message)) <= len(message) / 4
     except ValueError as error:
         assert str(error)
 

@@ -48,6 +48,7 @@ def test_rotation_vectors_and_quaternions(vector):
     expected = Rotation.from_rotvec(vector)
     matrix = rotations.matrix_from_rotation_vector(vector)
     assert np.allclose(matrix, expected.as_matrix(), atol=1e-12)
+    assert same_rotation(rotations.quaternion_from_rotation_vector(vector), expected.as_quat())
     quaternion = rotations.quaternion_from_matrix(matrix)
     assert quaternion[3] >= 0.0
     assert same_rotation(quaternion, expected.as_quat())

@@ -11,10 +11,11 @@ from std_msgs.msg import Float32, UInt16
 from visualization_msgs.msg import Marker, MarkerArray
 
 from process_visualizer.motion.arrows import line_of_block
+from process_visualizer.nodes.live_number import LiveNumber
 from process_visualizer.nodes.markers import (VectorSample, mesh_marker, text_color, text_marker,
                                               value_text, vector_arrow)
 from process_visualizer.nodes.parameters import (ArrowStyle, ParameterError, Parameters,
-                                                 live_number, private_parameters)
+                                                 private_parameters)
 
 MESH = 'package://sewing_cell/meshes/sewing_machine.dae'
 DEFAULT_SETPOINT = 255.0  # of 512 (thesis section 6.2.3)
@@ -104,6 +105,8 @@ class SewingTransformer:
     def __init__(self, parameters: SewingParameters) -> None:
         """Advertise, subscribe, and show the machine."""
         self._parameters = parameters
+        self._setpoints = {which: LiveNumber(f'setpoint_{which}', DEFAULT_SETPOINT)
+                           for which in ('upper', 'lower')}
         self._feed: Optional[Reading] = None
         self._upper: Optional[Reading] = None
         self._lower: Optional[Reading] = None
@@ -159,7 +162,7 @@ class SewingTransformer:
         parameters = self._parameters
         upper = which == 'upper'
         style = parameters.upper_arrow if upper else parameters.lower_arrow
-        setpoint = live_number(rospy.resolve_name(f'setpoint_{which}'), DEFAULT_SETPOINT)
+        setpoint = self._setpoints[which].value()
         sample = VectorSample(edge_vector(edge.value, setpoint), parameters.needle_frame,
                               edge.time_s, self.UPPER_FOOT if upper else self.LOWER_FOOT)
         text = edge_text(style, edge.value, setpoint, sample.age_s(now_s), self.STALE_AFTER_S)

@@ -5,6 +5,8 @@ import math
 
 import numpy as np
 
+from process_visualizer.motion.rotations import Vector
+
 
 def arrow_length(magnitude: float, scale: float, min_m: float, max_m: float) -> float:
     """Return the length [m] of an arrow: linear, within two limits (thesis section 5.3.2).
@@ -39,7 +41,7 @@ def line_of_block(text: str, line: int, line_count: int) -> str:
     return '\n'.join(lines)
 
 
-def label_position(tool_position: np.ndarray, tool_rotation: np.ndarray,
+def label_position(tool_position: Vector, tool_rotation: np.ndarray,
                    outward_m: float, up_m: float) -> np.ndarray:
     """Return where a robot's numbers stand, (3,) [m] in the tool frame.
 

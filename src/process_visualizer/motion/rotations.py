@@ -94,6 +94,14 @@ def matrix_from_rotation_vector(rotation_vector: Vector) -> np.ndarray:
     return matrix
 
 
+def quaternion_from_rotation_vector(rotation_vector: Vector) -> np.ndarray:
+    """Return the quaternion (4,) x y z w of a rotation vector (3,) [rad]."""
+    x, y, z = rotation_vector
+    angle = math.sqrt(x * x + y * y + z * z)
+    scale = 0.5 if angle < 1e-6 else math.sin(0.5 * angle) / angle
+    return np.array([x * scale, y * scale, z * scale, math.cos(0.5 * angle)])
+
+
 def rotation_vector_from_matrix(matrix: np.ndarray) -> np.ndarray:
     """Return the rotation vector (3,) [rad], of length at most pi, of a matrix (3, 3)."""
     quaternion = quaternion_from_matrix(matrix)
@@ -111,12 +119,10 @@ def quaternion_turning_x_onto(vector: Vector) -> np.ndarray:
     undefined there.) With the unit vector u and the x axis e, the quaternion is (e x u, 1 + e.u)
     over its length.
     """
-    array = np.asarray(vector, dtype=float)
-    largest = np.abs(array).max()
-    if largest == 0.0:
+    length = math.hypot(*vector)
+    if length == 0.0:
         return np.array([0.0, 0.0, 0.0, 1.0])
-    array = array / largest  # so that no square under- or overflows
-    x, y, z = array / np.linalg.norm(array)
+    x, y, z = (part / length for part in vector)
     # 1 + x loses its digits near the opposite direction; there it is (y^2 + z^2) / (1 - x).
     w = 1.0 + x if x > -0.5 else (y * y + z * z) / (1.0 - x)
     length = math.sqrt(2.0 * w)

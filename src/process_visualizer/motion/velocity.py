@@ -2,9 +2,11 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import Deque, Optional, Tuple
+from typing import Deque, Optional, Sequence, Tuple, Union
 
 import numpy as np
+
+Sample = Tuple[float, float, float, float]  # time [s], position [m]
 
 
 class ScaledClock:
@@ -50,7 +52,7 @@ class VelocityEstimator:
             raise ValueError(f'0 < window < gap is needed, not 0 < {window_s} < {gap_s}')
         self._window_s = window_s
         self._gap_s = gap_s
-        self._samples: Deque[Tuple[float, float, float, float]] = deque(maxlen=max_samples)
+        self._samples: Deque[Sample] = deque(maxlen=max_samples)
         self._newest_s: Optional[float] = None
 
     def reset(self) -> None:
@@ -58,7 +60,7 @@ class VelocityEstimator:
         self._samples.clear()
         self._newest_s = None
 
-    def add(self, time_s: float, position: np.ndarray) -> None:
+    def add(self, time_s: float, position: Union[Sequence[float], np.ndarray]) -> None:
         """Add a position (3,) [m] at a time [s]; both must be finite."""
         if self._newest_s is not None and abs(time_s - self._newest_s) > self._gap_s:
             self.reset()
@@ -74,14 +76,19 @@ class VelocityEstimator:
         """Return the velocity (3,) [m/s], or None before the samples span half a window."""
         if len(self._samples) < 2:
             return None
-        samples = np.array(self._samples)
-        times = samples[:, 0] - samples[:, 0].mean()
-        if times.max() - times.min() < 0.5 * self._window_s:
+        times, *axes = zip(*self._samples)
+        if max(times) - min(times) < 0.5 * self._window_s:
             return None
-        slope: np.ndarray = times @ samples[:, 1:] / (times @ times)
-        return slope
+        mean_s = sum(times) / len(times)
+        # A dozen samples: Python's own numbers are faster here than arrays.
+        lever = [time_s - mean_s for time_s in times]
+        inertia = sum(part * part for part in lever)
+        return np.array([
+            sum(part * (value - axis[0]) for part, value in zip(lever, axis)) / inertia
+            for axis in axes
+        ])
 
-    def _is_repetition(self, sample: Tuple[float, float, float, float]) -> bool:
+    def _is_repetition(self, sample: Sample) -> bool:
         """Tell whether the position repeats the last one, for less than half a window."""
         if not self._samples or sample[1:] != self._samples[-1][1:]:
             return False

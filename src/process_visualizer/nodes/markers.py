@@ -6,16 +6,16 @@ transform.
 """
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Optional
 
-import numpy as np
 from geometry_msgs.msg import Point, Quaternion
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
 from process_visualizer.motion.arrows import arrow_length, format_age, format_value
-from process_visualizer.motion.rotations import quaternion_turning_x_onto
+from process_visualizer.motion.rotations import Vector, quaternion_turning_x_onto
 from process_visualizer.nodes.parameters import ArrowStyle, Color
 
 STALE_COLOR: Color = (0.55, 0.55, 0.55, 1.0)
@@ -26,10 +26,10 @@ ARROW_ID, TEXT_ID = 0, 1
 class VectorSample:
     """The last value of a quantity, when it came, and where it acts."""
 
-    vector: np.ndarray  # (3,) in the frame, in the quantity's unit
+    vector: Vector  # (3,) in the frame, in the quantity's unit
     frame: str
     time_s: float
-    foot: np.ndarray  # (3,) [m] in the frame: where the arrow begins
+    foot: Vector = (0.0, 0.0, 0.0)  # (3,) [m] in the frame: where the arrow begins
 
     def age_s(self, now_s: float) -> float:
         """Return the time [s] since the value came."""
@@ -46,7 +46,7 @@ def value_text(style: ArrowStyle, value: float, age_s: float, stale_after_s: flo
 def vector_arrow(namespace: str, style: ArrowStyle, sample: VectorSample, stale: bool) -> Marker:
     """Return the arrow of a vector, grey if stale; below the threshold the deletion of it."""
     marker = _marker(namespace, ARROW_ID, sample.frame)
-    magnitude = float(np.linalg.norm(sample.vector))
+    magnitude = math.hypot(*sample.vector)
     if magnitude <= max(style.threshold, 0.0):
         marker.action = Marker.DELETE
         return marker
@@ -59,7 +59,7 @@ def vector_arrow(namespace: str, style: ArrowStyle, sample: VectorSample, stale:
     return marker
 
 
-def text_marker(namespace: str, frame: str, position: np.ndarray, text: str, height_m: float,
+def text_marker(namespace: str, frame: str, position: Vector, text: str, height_m: float,
                 color: Color) -> Marker:
     """Return a text that faces the viewer, centred on a position (3,) [m] in a frame."""
     marker = _marker(namespace, TEXT_ID, frame)

@@ -90,18 +90,6 @@ def private_parameters() -> Parameters:
     return Parameters(rospy.get_param('~', {}), rospy.get_name())
 
 
-def live_number(name: str, default: float) -> float:
-    """Return a parameter that may change while the node runs, without asking the master again."""
-    # rospy's cache answers {} for a parameter that is not set.
-    value = rospy.get_param_cached(name, default)
-    if is_number(value):
-        return float(value)
-    if value != {}:
-        rospy.logwarn_throttle_identical(
-            10.0, f'parameter {name}: a number is expected, not {value!r}; {default:g} is used')
-    return default
-
-
 @dataclass(frozen=True)
 class ArrowStyle:
     """How a quantity is shown: an arrow with its value and unit beside it."""

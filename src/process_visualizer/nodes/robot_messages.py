@@ -1,8 +1,9 @@
 """The quantities a robot's driver sends, and the messages that can carry them."""
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Any, Dict, List, Type
+from typing import Any, Dict, List, Sequence, Type
 
 import genpy
 import numpy as np
@@ -10,8 +11,8 @@ from geometry_msgs.msg import PoseStamped, WrenchStamped
 from sensor_msgs.msg import JointState
 
 from process_visualizer.motion.float32_multi_array import float32_values
-from process_visualizer.motion.rotations import (matrix_from_quaternion,
-                                                 matrix_from_rotation_vector)
+from process_visualizer.motion.rotations import (Vector, matrix_from_quaternion,
+                                                 quaternion_from_rotation_vector)
 from process_visualizer.nodes.message_reader import Decoder
 
 FLOAT_ARRAY = 'std_msgs/Float32MultiArray'
@@ -29,36 +30,40 @@ class JointPositions:
 class ToolPose:
     """Pose of the tool in a frame ('' is the robot's base frame)."""
 
-    position: np.ndarray  # (3,) [m]
-    rotation: np.ndarray  # (3, 3)
+    position: Sequence[float]  # (3,) [m]
+    quaternion: Vector  # (4,) x y z w, not zero, of any length
     frame: str = ''
+
+    def rotation(self) -> np.ndarray:
+        """Return the rotation matrix (3, 3)."""
+        return matrix_from_quaternion(self.quaternion)
 
 
 @dataclass(frozen=True)
 class Wrench:
     """Force (3,) [N] and torque (3,) [Nm] in a frame ('' is the robot's force frame)."""
 
-    force: np.ndarray
-    torque: np.ndarray
+    force: Sequence[float]
+    torque: Sequence[float]
     frame: str = ''
 
 
 def _joints_from_array(message: bytes) -> JointPositions:
-    return JointPositions([], _finite(float32_values(message)).tolist())
+    return JointPositions([], list(_finite(float32_values(message))))
 
 
 def _joints_from_joint_state(message: bytes) -> JointPositions:
     state = _deserialize(JointState, message)
-    return JointPositions(state.name, _finite(np.array(state.position)).tolist())
+    return JointPositions(state.name, list(_finite(state.position)))
 
 
 def _pose_from_array(message: bytes) -> ToolPose:
     """Read x y z [m] and a rotation vector [rad] (Universal Robots) or a quaternion x y z w."""
     values = _finite(float32_values(message))
     if len(values) == 6:
-        return ToolPose(values[:3], matrix_from_rotation_vector(values[3:]))
+        return ToolPose(values[:3], quaternion_from_rotation_vector(values[3:]))
     if len(values) == 7:
-        return ToolPose(values[:3], matrix_from_quaternion(values[3:]))
+        return ToolPose(values[:3], _not_zero(values[3:]))
     raise ValueError('6 values (x y z and a rotation vector) or 7 (x y z and a quaternion x y z w) '
                      f'are expected, not {len(values)}')
 
@@ -66,8 +71,8 @@ def _pose_from_array(message: bytes) -> ToolPose:
 def _pose_from_pose_stamped(message: bytes) -> ToolPose:
     stamped = _deserialize(PoseStamped, message)
     position, rotation = stamped.pose.position, stamped.pose.orientation
-    quaternion = _finite(np.array([rotation.x, rotation.y, rotation.z, rotation.w]))
-    return ToolPose(_finite(_array(position)), matrix_from_quaternion(quaternion),
+    quaternion = _finite((rotation.x, rotation.y, rotation.z, rotation.w))
+    return ToolPose(_finite(_numbers(position)), _not_zero(quaternion),
                     stamped.header.frame_id.lstrip('/'))
 
 
@@ -77,12 +82,13 @@ def _wrench_from_array(message: bytes) -> Wrench:
     if len(values) not in (3, 6):
         raise ValueError('3 values (a force) or 6 (a force and a torque) are expected, '
                          f'not {len(values)}')
-    return Wrench(values[:3], values[3:] if len(values) == 6 else np.zeros(3))
+    return Wrench(values[:3], values[3:] if len(values) == 6 else (0.0, 0.0, 0.0))
 
 
 def _wrench_from_wrench_stamped(message: bytes) -> Wrench:
     stamped = _deserialize(WrenchStamped, message)
-    return Wrench(_finite(_array(stamped.wrench.force)), _finite(_array(stamped.wrench.torque)),
+    return Wrench(_finite(_numbers(stamped.wrench.force)),
+                  _finite(_numbers(stamped.wrench.torque)),
                   stamped.header.frame_id.lstrip('/'))
 
 
@@ -104,11 +110,17 @@ def _deserialize(message_class: Type[genpy.Message], message: bytes) -> Any:
     return message_class().deserialize(message)
 
 
-def _array(vector: Any) -> np.ndarray:
-    return np.array([vector.x, vector.y, vector.z])
+def _numbers(vector: Any) -> Sequence[float]:
+    return vector.x, vector.y, vector.z
 
 
-def _finite(values: np.ndarray) -> np.ndarray:
-    if not np.isfinite(values).all():
+def _finite(values: Sequence[float]) -> Sequence[float]:
+    if not all(map(math.isfinite, values)):
         raise ValueError('it holds NaN or infinity')
     return values
+
+
+def _not_zero(quaternion: Sequence[float]) -> Sequence[float]:
+    if max(map(abs, quaternion)) < 1e-6:
+        raise ValueError('its quaternion is zero, which is no rotation')
+    return quaternion

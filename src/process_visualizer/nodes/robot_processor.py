@@ -2,38 +2,26 @@
 from __future__ import annotations
 
 import sys
-from typing import Callable, Dict, List, NamedTuple, Optional
+from typing import Callable, Dict, List, Optional
 
 import numpy as np
 import rospy
 from geometry_msgs.msg import TwistStamped, Vector3, WrenchStamped
 from sensor_msgs.msg import JointState
-from visualization_msgs.msg import Marker, MarkerArray
+from visualization_msgs.msg import MarkerArray
 
-from process_visualizer.motion.arrows import label_position, line_of_block
 from process_visualizer.motion.joints import match_joints, movable_joints
 from process_visualizer.motion.velocity import ScaledClock, VelocityEstimator
-from process_visualizer.nodes.markers import (VectorSample, text_color, text_marker, value_text,
-                                              vector_arrow)
+from process_visualizer.nodes.live_number import LiveNumber
+from process_visualizer.nodes.markers import VectorSample
 from process_visualizer.nodes.message_reader import Decoder, Quantity, TopicReader
-from process_visualizer.nodes.parameters import (ArrowStyle, ParameterError, RobotParameters,
-                                                 TopicParameters, live_number, private_parameters,
-                                                 read_robot_parameters)
+from process_visualizer.nodes.parameters import (ParameterError, RobotParameters, TopicParameters,
+                                                 private_parameters, read_robot_parameters)
+from process_visualizer.nodes.robot_display import RobotDisplay, ToolMotion
 from process_visualizer.nodes.robot_messages import (JOINT_DECODERS, POSE_DECODERS, WRENCH_DECODERS,
                                                      JointPositions, ToolPose, Wrench)
 
 PLAYBACK_RATE = '/process_visualizer/playback_rate'
-
-
-class ToolMotion(NamedTuple):
-    """The tool's last pose and velocity (3,) [m/s] in the base frame, and when the pose came.
-
-    There is no velocity before the first positions span a time.
-    """
-
-    pose: ToolPose
-    velocity: Optional[np.ndarray]
-    time_s: float
 
 
 class RobotProcessor:
@@ -49,8 +37,10 @@ class RobotProcessor:
         """Advertise, subscribe, and start the timer of the markers."""
         self._parameters = parameters
         self._clock = ScaledClock()
+        self._playback_rate = LiveNumber(PLAYBACK_RATE, 1.0)
         window_s = parameters.velocity_window_s
         self._estimator = VelocityEstimator(window_s, gap_s=max(1.0, 2.0 * window_s))
+        self._display = RobotDisplay(parameters)
         self._motion: Optional[ToolMotion] = None
         self._force: Optional[VectorSample] = None
         self._joint_states = rospy.Publisher('joint_states', JointState, queue_size=10,
@@ -82,13 +72,13 @@ class RobotProcessor:
         if pose.frame not in ('', self._parameters.base_frame):
             raise ValueError(f'its frame is {pose.frame}, and the base frame '
                              f'{self._parameters.base_frame} is expected')
-        now = rospy.Time.now()
-        time_s = self._clock.advance(now.to_sec(), live_number(PLAYBACK_RATE, 1.0))
+        now_s = rospy.get_time()
+        time_s = self._clock.advance(now_s, self._playback_rate.value())
         self._estimator.add(time_s, pose.position)
         velocity = self._estimator.velocity()
-        self._motion = ToolMotion(pose, velocity, now.to_sec())
-        if velocity is not None:
-            self._publish_velocity(now, velocity)
+        self._motion = ToolMotion(pose, velocity, now_s)
+        if velocity is not None and self._tool_velocity.get_num_connections() > 0:
+            self._publish_velocity(rospy.Time.from_sec(now_s), velocity)
 
     def _publish_velocity(self, stamp: rospy.Time, velocity: np.ndarray) -> None:
         message = TwistStamped()
@@ -98,55 +88,25 @@ class RobotProcessor:
         self._tool_velocity.publish(message)
 
     def _on_wrench(self, wrench: Wrench) -> None:
+        frame, now_s = wrench.frame or self._parameters.force_frame, rospy.get_time()
+        self._force = VectorSample(wrench.force, frame, now_s)
+        if self._tool_force.get_num_connections() > 0:
+            self._publish_force(rospy.Time.from_sec(now_s), frame, wrench)
+
+    def _publish_force(self, stamp: rospy.Time, frame: str, wrench: Wrench) -> None:
         message = WrenchStamped()
-        message.header.stamp = rospy.Time.now()
-        message.header.frame_id = wrench.frame or self._parameters.force_frame
+        message.header.stamp = stamp
+        message.header.frame_id = frame
         message.wrench.force = Vector3(*wrench.force)
         message.wrench.torque = Vector3(*wrench.torque)
-        self._force = VectorSample(wrench.force, message.header.frame_id,
-                                   message.header.stamp.to_sec(), np.zeros(3))
         self._tool_force.publish(message)
 
     def _on_timer(self, _event: rospy.timer.TimerEvent) -> None:
         if self._markers.get_num_connections() == 0:
             return
-        markers = self._build_markers(self._motion, self._force, rospy.get_time())
+        markers = self._display.markers(self._motion, self._force, rospy.get_time())
         if markers:
             self._markers.publish(MarkerArray(markers))
-
-    def _build_markers(self, motion: Optional[ToolMotion], force: Optional[VectorSample],
-                       now_s: float) -> List[Marker]:
-        """Return arrow and number of what is known; motion and force do not change meanwhile."""
-        parameters = self._parameters
-        markers: List[Marker] = []
-        if motion and motion.velocity is not None:
-            in_tool_frame = motion.pose.rotation.T @ motion.velocity
-            velocity = VectorSample(in_tool_frame, parameters.tool_frame, motion.time_s,
-                                    np.zeros(3))
-            markers += self._show('velocity', 0, parameters.velocity_arrow, velocity, motion, now_s)
-        if force:
-            markers += self._show('force', 1, parameters.force_arrow, force, motion, now_s)
-        return markers
-
-    def _show(self, namespace: str, line: int, style: ArrowStyle, sample: VectorSample,
-              motion: Optional[ToolMotion], now_s: float) -> List[Marker]:
-        """Return an arrow, and its number in one line of the robot's two."""
-        parameters, text = self._parameters, self._parameters.text
-        age_s = sample.age_s(now_s)
-        stale = age_s > parameters.stale_after_s
-        value = value_text(style, float(np.linalg.norm(sample.vector)), age_s,
-                           parameters.stale_after_s)
-        if motion:
-            frame = parameters.tool_frame
-            position = label_position(motion.pose.position, motion.pose.rotation,
-                                      text.outward_m, text.up_m)
-        else:
-            frame, position = sample.frame, np.array([text.outward_m, 0.0, text.up_m])
-        return [
-            vector_arrow(namespace, style, sample, stale),
-            text_marker(namespace, frame, position, line_of_block(value, line, 2), text.height_m,
-                        text_color(None if stale else style.color)),
-        ]
 
 
 def model_joints() -> List[str]:
