@@ -65,8 +65,6 @@ class KinectCloudTest(unittest.TestCase):
     """Shows the Kinect a plane in front of it."""
 
     def setUp(self) -> None:
-        self.clouds: List[PointCloud2] = []
-        self.subscriber = rospy.Subscriber('/kinect/roi_points', PointCloud2, self.clouds.append)
         depth_mm = np.full((HEIGHT, WIDTH), int(DEPTH_M * 1000), dtype='<u2')
         depth_mm[0, :] = 0  # not measured
         color = np.full((HEIGHT, WIDTH, 3), COLOR, dtype=np.uint8)
@@ -76,21 +74,31 @@ class KinectCloudTest(unittest.TestCase):
                                    ('rgb/image_color', make_image('rgb8', color)),
                                    ('depth_registered/image_raw', make_image('16UC1', depth_mm)))]
 
-    def publish_until_cropped(self) -> PointCloud2:
-        """Publish images ten times a second until a cloud comes out."""
+    def publish_until_cropped(self, topic: str = '/kinect/roi_points') -> PointCloud2:
+        """Publish images ten times a second until a cloud comes out; return it."""
+        clouds: List[PointCloud2] = []
+        subscriber = rospy.Subscriber(topic, PointCloud2, clouds.append)
         end = time.monotonic() + TIMEOUT_S
-        while not self.clouds:
-            self.assertLess(time.monotonic(), end, 'no cloud on /kinect/roi_points')
+        while not clouds:
+            self.assertLess(time.monotonic(), end, f'no cloud on {topic}')
             now = rospy.Time.now()
             for publisher, message in self.outputs:
                 message.header.stamp = now
                 publisher.publish(message)
             time.sleep(0.1)
-        return self.clouds[0]
+        subscriber.unregister()
+        return clouds[0]
 
     def test_crops_to_the_covers(self) -> None:
+        self.assert_cropped('/kinect/roi_points')
+
+    def test_crops_in_a_process_of_its_own(self) -> None:
+        self.assert_cropped('/own_process/cropped')
+
+    def assert_cropped(self, topic: str) -> None:
+        """Check the cloud that is published on the topic."""
         start = rospy.Time.now()
-        cloud = self.publish_until_cropped()
+        cloud = self.publish_until_cropped(topic)
         self.assertGreaterEqual(cloud.header.stamp, start)
         self.assertEqual(cloud.header.frame_id, OPTICAL_FRAME)
         self.assertTrue(cloud.is_dense)
