@@ -1,0 +1,86 @@
+# Shared by ./demo and ./test: installs what is missing, builds a catkin workspace outside of the
+# source tree, and loads its environment. Sourced by bash; the repository is in $repository.
+
+cache="${XDG_CACHE_HOME:-$HOME/.cache}/process_visualizer"
+workspace="$cache/workspace-$(printf %s "$repository" | sha256sum | cut -c1-12)"
+venv="$cache/venv"
+noetic=/opt/ros/noetic/setup.bash
+
+listed() { grep -v -e '^#' -e '^$' "$1"; }
+
+as_root() { if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi; }
+
+install_packages() {
+  if [ -f "$noetic" ]; then
+    rosdep check --from-paths "$repository" --ignore-src >/dev/null 2>&1 ||
+      rosdep install --from-paths "$repository" --ignore-src -y
+    return
+  fi
+  local missing
+  missing=$(comm -23 <(listed "$repository/requirements/apt.txt" | sort) \
+    <(dpkg-query -W -f '${db:Status-Abbrev} ${Package}\n' | sed -n 's/^ii  *//p' | sort -u))
+  [ -n "$missing" ] || return 0
+  echo "installing: $missing" | tr '\n' ' ' && echo
+  as_root apt-get update -q
+  # shellcheck disable=SC2086
+  as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $missing
+}
+
+install_python() {
+  local stamp="$venv/installed.txt"
+  cmp -s "$repository/requirements/python.txt" "$stamp" && return
+  echo "installing Python packages into $venv"
+  /usr/bin/python3 -m venv --system-site-packages "$venv"
+  "$venv/bin/pip" install -q -r "$repository/requirements/python.txt"
+  cp "$repository/requirements/python.txt" "$stamp"
+}
+
+# What the build depends on; Python modules are used from the source tree as they are.
+build_inputs() {
+  (cd "$repository" && find CMakeLists.txt package.xml setup.py cmake env-hooks include msg nodes \
+    src srv sewing_cell test/cpp *.xml -type f \
+    -not -name '*.py' -not -path '*/meshes/*' -not -path '*/__pycache__/*' 2>/dev/null |
+    sort | xargs sha256sum; cd "$repository" && sha256sum setup.py sewing_cell/setup.py)
+}
+
+build() {
+  local inputs
+  inputs=$(build_inputs)
+  [ "$(cat "$workspace/built" 2>/dev/null)" = "$inputs" ] && return
+  echo "building in $workspace"
+  mkdir -p "$workspace/src"
+  ln -sfn "$repository" "$workspace/src/process_visualizer"
+  local log="$workspace/build.log"
+  if ! (cd "$workspace" && catkin_make -DPYTHON_EXECUTABLE="$venv/bin/python3" \
+        -DCMAKE_BUILD_TYPE=Release "$@" >"$log" 2>&1 &&
+        catkin_make tests >>"$log" 2>&1); then
+    tail -n 40 "$log"
+    echo "the build failed; all of its output is in $log"
+    return 1
+  fi
+  printf %s "$inputs" >"$workspace/built"
+}
+
+# The set-up files of catkin read variables that are not set.
+load() {
+  set +u
+  # shellcheck disable=SC1090
+  source "$1"
+  set -u
+}
+
+# Installs and builds under a lock, so that two calls at once do not disturb each other.
+prepare() {
+  unset "${!ROS_@}" CMAKE_PREFIX_PATH PYTHONPATH
+  export PATH="/usr/bin:/bin:/usr/sbin:/sbin:$PATH"
+  mkdir -p "$cache"
+  exec 9>"$cache/lock"
+  flock 9
+  install_packages
+  if [ -f "$noetic" ]; then load "$noetic"; fi
+  install_python
+  build
+  exec 9>&-
+  load "$workspace/devel/setup.bash"
+  export PATH="$venv/bin:$PATH"
+}

@@ -1,0 +1,83 @@
+"""Waits until RViz shows everything, and takes a picture of the screen."""
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+import threading
+from typing import Dict, List, Optional
+
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+
+STATUS_TOPIC = '/rviz/display_status'
+_FRAMES_AFTER_OK = 30
+"""Frames that must have been drawn since every display is OK, about a second."""
+
+
+class ViewWatcher:
+    """Follows RViz's report on its displays (published by the display DisplayStatus)."""
+
+    def __init__(self) -> None:
+        self._changed = threading.Condition()
+        self._report: Optional[DiagnosticArray] = None
+        self._frames_when_ok: Optional[int] = None
+        self._subscriber = rospy.Subscriber(STATUS_TOPIC, DiagnosticArray, self._take)
+
+    def wait_until_drawn(self, timeout_s: float) -> bool:
+        """Wait until all displays are OK and were drawn about a second long."""
+        with self._changed:
+            return self._changed.wait_for(self._is_drawn, timeout_s)
+
+    def problems(self) -> List[str]:
+        """What is not OK, one line for each display."""
+        with self._changed:
+            if self._report is None:
+                return [f'nothing was received on {STATUS_TOPIC}: is RViz running with a generated '
+                        'configuration?']
+            return [f'{status.name}: {status.message}' for status in self._report.status
+                    if status.level != DiagnosticStatus.OK]
+
+    def _take(self, report: DiagnosticArray) -> None:
+        with self._changed:
+            self._report = report
+            all_ok = all(status.level == DiagnosticStatus.OK for status in report.status)
+            if not all_ok:
+                self._frames_when_ok = None
+            elif self._frames_when_ok is None:
+                self._frames_when_ok = self._frames()
+            self._changed.notify_all()
+
+    def _is_drawn(self) -> bool:
+        return (self._frames_when_ok is not None
+                and self._frames() >= self._frames_when_ok + _FRAMES_AFTER_OK)
+
+    def _frames(self) -> int:
+        if self._report is None:
+            return 0
+        values: Dict[str, str] = {item.key: item.value for item in self._report.status[0].values}
+        return int(values['frames'])
+
+
+def save_picture(path: str) -> None:
+    """Save the whole screen ($DISPLAY) with ImageMagick; raises CalledProcessError."""
+    subprocess.run(['import', '-silent', '-window', 'root', path], check=True)
+
+
+def main() -> int:
+    """The command ``view_picture``; returns its exit code."""
+    parser = argparse.ArgumentParser(prog='view_picture', description=__doc__)
+    parser.add_argument('picture', help='file to write, such as cell.png')
+    parser.add_argument('--timeout', type=float, default=90.0, help='seconds to wait (%(default)s)')
+    options = parser.parse_args(rospy.myargv()[1:])
+    rospy.init_node('view_picture', anonymous=True, disable_signals=True)
+    watcher = ViewWatcher()
+    drawn = watcher.wait_until_drawn(options.timeout)
+    try:
+        save_picture(options.picture)
+    except (OSError, subprocess.CalledProcessError) as error:
+        print(f'view_picture: cannot save {options.picture}: {error}', file=sys.stderr)
+        return 1
+    for problem in [] if drawn else watcher.problems():
+        print(f'view_picture: {problem}', file=sys.stderr)
+    return 0 if drawn else 1
