@@ -55,9 +55,14 @@ class ProblemList:
 
     def __init__(self) -> None:
         self._problems: List[Problem] = []
+        self._files: List[str] = []
 
     def __len__(self) -> int:
         return len(self._problems)
+
+    def begin_file(self, file: str) -> None:
+        """Note that a file is read now: the problems of earlier ones are listed first."""
+        self._files.append(file)
 
     def add(self, location: Location, element: str, message: str) -> None:
         """Remember one problem of an element (its tag, without brackets)."""
@@ -68,8 +73,9 @@ class ProblemList:
         self._problems.extend(problems)
 
     def sorted(self) -> List[Problem]:
-        """All problems by file and line; the first file seen comes first."""
-        files = list(dict.fromkeys(problem.location.file for problem in self._problems))
+        """All problems by file and line; files in the order in which they were read."""
+        found = (problem.location.file for problem in self._problems)
+        files = list(dict.fromkeys([*self._files, *found]))
         return sorted(self._problems,
                       key=lambda problem: (files.index(problem.location.file),
                                            problem.location.line))

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 from typing import Callable, Dict, Iterable, List, Sequence, Tuple
 
+from process_visualizer.cell.arguments import passed_arguments
 from process_visualizer.cell.builder import absolute_topic
 from process_visualizer.cell.display_rules import check_display
 from process_visualizer.cell.element_reader import Parsed
@@ -19,7 +20,7 @@ _PROGRAM_NODES = ('process_visualizer', 'cell_frames', 'bag_player', 'bag_record
 
 def check_devices(parsed_devices: Sequence[Parsed], global_frame: str,
                   problems: ProblemList) -> None:
-    """Names and frames that must be unique among all devices."""
+    """Names and frames that must be unique among all devices, and arguments in each launch."""
     names = [(str(parsed.values['name']), parsed.location, 'device')
              for parsed in parsed_devices if parsed.values.get('name')]
     _report_duplicates(names, 'a device named "{}"', problems)
@@ -27,6 +28,8 @@ def check_devices(parsed_devices: Sequence[Parsed], global_frame: str,
               for parsed in parsed_devices for child in parsed.children
               if child.tag in ('base', 'force') and child.values.get('frame')]
     _report_duplicates(frames, 'the frame "{}"', problems)
+    for launch in (child for parsed in parsed_devices for child in parsed.all('launch')):
+        passed_arguments(launch, problems)
     for frame, location, tag in frames:
         if frame == global_frame:
             problems.add(location, tag, f'"{frame}" is the global frame; choose another name')

@@ -12,6 +12,7 @@ from process_visualizer.cell.errors import quoted
 from process_visualizer.cell.suggestions import advice, nearest
 
 _COMMAND = re.compile(r'\$\(\s*([^\s)]*)\s*([^\s)]*)')
+_NESTED = re.compile(r'\$\([^)]*\$\(')
 _UNFINISHED = re.compile(r'\$\([^)]*\Z')
 _ALLOWED = ('find', 'env', 'optenv', 'arg', 'dirname')
 _LONGEST = 65_536
@@ -41,16 +42,18 @@ def substitute(text: str, arguments: Arguments, file: str) -> str:
         return str(resolve_args(text, context=context, resolve_anon=False))
     except rospkg.ResourceNotFound:
         raise ValueError(f'{quoted(text)}: ' + _missing_package(text)) from None
-    except (SubstitutionException, IndexError) as error:  # roslaunch's IndexError: "$( )"
+    except IndexError:  # roslaunch's answer to a "$( )" that came with a value
+        raise ValueError(f'{quoted(text)}: a value in it holds "$( )"; remove that') from None
+    except SubstitutionException as error:
         raise ValueError(f'{quoted(text)}: {_reason(text, error, values)}') from None
 
 
 def _check_commands(text: str) -> None:
     if _UNFINISHED.search(text):
         raise ValueError(f'{quoted(text)}: the ")" that ends "$(" is missing')
-    for command, rest in _COMMAND.findall(text):
-        if '$(' in rest:
-            raise ValueError(f'{quoted(text)}: "$(" cannot stand inside of "$("; use an <arg>')
+    if _NESTED.search(text):
+        raise ValueError(f'{quoted(text)}: "$(" cannot stand inside of "$("; use an <arg>')
+    for command, _ in _COMMAND.findall(text):
         if command not in _ALLOWED:
             raise ValueError(f'{quoted(f"$({command} …)")} cannot be used here; '
                              + advice(command, _ALLOWED))
@@ -85,7 +88,7 @@ def _missing_package(text: str) -> str:
 
 def _reason(text: str, error: Exception, arguments: Mapping[str, str]) -> str:
     names = [name for command, name in _COMMAND.findall(text) if command == 'arg']
-    unknown = [name for name in names if name not in arguments]
+    unknown = [name for name in names if name and name not in arguments]
     if not unknown:
         return ' '.join(str(error).replace(f'[{text}]', '').split())
     known = advice(unknown[0], arguments) if arguments else 'no <arg> is declared'

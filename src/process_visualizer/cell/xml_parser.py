@@ -85,6 +85,7 @@ class _Reading:
     def read(self, root: Element, given: Mapping[str, str], chain: Tuple[str, ...],
              place: Optional[Parsed]) -> None:
         """Read one file; ``chain`` are the paths down to it, ``place`` the ``<include>``."""
+        self._problems.begin_file(root.location.file)
         arguments = read_arguments(root, given, self._problems)
         report_unknown(given, root, place, self._problems)
         others = [child for child in root.children if child.tag != 'arg']

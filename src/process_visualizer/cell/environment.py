@@ -1,0 +1,123 @@
+"""What a cell needs on this computer: packages, models, launch files, executables, files."""
+from __future__ import annotations
+
+import os
+from typing import Iterable, Iterator, List, Optional, Sequence
+
+import rospkg
+from catkin.find_in_workspaces import find_in_workspaces
+from roslib.packages import find_node
+
+from process_visualizer.cell.errors import Location, Problem, ProblemList
+from process_visualizer.cell.model import (
+    Cell,
+    Device,
+    LaunchFile,
+    Mode,
+    Model,
+    Node,
+    RoslaunchElement,
+)
+from process_visualizer.cell.substitution import package_advice
+from process_visualizer.cell.suggestions import missing_file, nearest
+
+
+def check_environment(cell: Cell, mode: Optional[Mode] = None,
+                      devices: Optional[Iterable[str]] = None) -> List[Problem]:
+    """Everything that the devices name and that is not there, in the order of the file.
+
+    ``mode`` leaves out what starts in the other mode only; ``devices`` are names, all of them
+    without it (KeyError for an unknown one). Nodes on other machines are not looked for.
+    """
+    chosen = cell.devices if devices is None else [cell.device(name) for name in devices]
+    check = _Check(mode)
+    for device in chosen:
+        check.device(device)
+    return check.problems.sorted()
+
+
+def find_launch_file(package_folder: str, name: str) -> Optional[str]:
+    """The path of a launch file, in the package's folder ``launch`` or in the package itself."""
+    for path in _launch_file_paths(package_folder, name):
+        if os.path.isfile(path):
+            return path
+    return None
+
+
+def _launch_file_paths(package_folder: str, name: str) -> Sequence[str]:
+    return os.path.join(package_folder, 'launch', name), os.path.join(package_folder, name)
+
+
+class _Check:
+    """Collects the problems; packages are looked up once."""
+
+    def __init__(self, mode: Optional[Mode]) -> None:
+        self.problems = ProblemList()
+        self._mode = mode
+        self._packages = rospkg.RosPack()
+
+    def device(self, device: Device) -> None:
+        if device.model is not None:
+            self._model(device.model)
+        for node in device.nodes:
+            if self._runs(node.mode) and 'machine' not in node.attributes:
+                self._node(node)
+        for launch_file in device.launch_files:
+            if self._runs(launch_file.mode):
+                self._launch_file(launch_file)
+        self._files(device.parameters)
+
+    def _runs(self, mode: Optional[Mode]) -> bool:
+        return self._mode is None or mode in (None, self._mode)
+
+    def _folder(self, package: str, location: Location, element: str) -> Optional[str]:
+        """The folder of the package; None, with a problem, when it does not exist."""
+        try:
+            return str(self._packages.get_path(package))
+        except rospkg.ResourceNotFound:
+            self.problems.add(location, element, package_advice(package))
+            return None
+
+    def _model(self, model: Model) -> None:
+        folder = self._folder(model.package, model.location, 'model')
+        if folder is None:
+            return
+        path = os.path.join(folder, model.path)
+        if not os.path.isfile(path):
+            self.problems.add(model.location, 'model', missing_file(path))
+
+    def _launch_file(self, launch_file: LaunchFile) -> None:
+        folder = self._folder(launch_file.package, launch_file.location, 'launch')
+        if folder is None or find_launch_file(folder, launch_file.type) is not None:
+            return
+        paths = _launch_file_paths(folder, launch_file.type)
+        usual = next((path for path in paths if os.path.isdir(os.path.dirname(path))), paths[0])
+        self.problems.add(launch_file.location, 'launch', missing_file(usual))
+
+    def _node(self, node: Node) -> None:
+        folder = self._folder(node.package, node.location, 'node')
+        if folder is not None and not find_node(node.package, node.type, self._packages):
+            name = nearest(node.type, _executables(node.package, folder))
+            meant = f'did you mean "{name}"? Otherwise ' if name else ''
+            self.problems.add(node.location, 'node', f'the package "{node.package}" has no '
+                              f'executable "{node.type}"; {meant}build its workspace (catkin_make) '
+                              'and source it')
+        self._files(node.children)
+
+    def _files(self, elements: Iterable[RoslaunchElement]) -> None:
+        for element in elements:
+            if element.attributes.get('command', 'load') != 'load':
+                continue
+            for name in ('file', 'textfile', 'binfile'):
+                path = element.attributes.get(name)
+                if path is not None and not os.path.isfile(path):
+                    self.problems.add(element.location, element.tag, missing_file(path))
+
+
+def _executables(package: str, folder: str) -> Iterator[str]:
+    """Names of the executable files of a package."""
+    folders = find_in_workspaces(search_dirs=['libexec'], project=package) + [folder]
+    for top in folders:
+        for parent, subfolders, files in os.walk(top):
+            subfolders[:] = [name for name in subfolders if not name.startswith('.')]
+            yield from (name for name in files if os.access(os.path.join(parent, name), os.X_OK))
