@@ -1,0 +1,83 @@
+"""Messages that carry a robot's quantities, good ones and bad ones."""
+import io
+import math
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import PoseStamped, WrenchStamped
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float32MultiArray, MultiArrayDimension
+
+from process_visualizer.motion.rotations import matrix_from_rotation_vector
+from process_visualizer.nodes.robot_messages import (JOINT_DECODERS, POSE_DECODERS,
+                                                     WRENCH_DECODERS)
+
+
+def decode(decoders, message):
+    """Return what a decoder makes of a message's bytes."""
+    buffer = io.BytesIO()
+    message.serialize(buffer)
+    return decoders[message._type](buffer.getvalue())
+
+
+def array(*values):
+    message = Float32MultiArray(data=values)
+    message.layout.dim.append(MultiArrayDimension('values', len(values), len(values)))
+    return message
+
+
+def pose_stamped(quaternion=(0.0, 0.0, 0.0, 1.0)):
+    message = PoseStamped()
+    message.header.frame_id = '/r/link0'
+    message.pose.position.x = 0.25
+    orientation = message.pose.orientation
+    orientation.x, orientation.y, orientation.z, orientation.w = quaternion
+    return message
+
+
+def wrench_stamped(x=1.0):
+    message = WrenchStamped()
+    message.header.frame_id = 'r/force'
+    message.wrench.force.x = x
+    message.wrench.torque.z = 2.0
+    return message
+
+
+def test_joints():
+    assert decode(JOINT_DECODERS, array(0.5, -1.5)).positions == [0.5, -1.5]
+    named = decode(JOINT_DECODERS, JointState(name=['a', 'b'], position=[1.0, 2.0]))
+    assert (named.names, named.positions) == (['a', 'b'], [1.0, 2.0])
+
+
+def test_tool_pose():
+    vector = decode(POSE_DECODERS, array(0.5, 0.25, -1.0, 0.1, 0.2, 0.3))
+    assert tuple(vector.position) == (0.5, 0.25, -1.0)
+    assert np.allclose(vector.rotation(), matrix_from_rotation_vector((0.1, 0.2, 0.3)), atol=1e-6)
+    quaternion = decode(POSE_DECODERS, array(0.5, 0.25, -1.0, 0.0, 0.0, 2.0, 2.0))
+    assert np.allclose(quaternion.rotation() @ [1, 0, 0], [0, 1, 0])
+    stamped = decode(POSE_DECODERS, pose_stamped())
+    assert (stamped.position[0], stamped.frame) == (0.25, 'r/link0')
+
+
+def test_wrench():
+    assert tuple(decode(WRENCH_DECODERS, array(1, 2, 3, 4, 5, 6)).torque) == (4, 5, 6)
+    assert tuple(decode(WRENCH_DECODERS, array(1, 2, 3)).torque) == (0, 0, 0)
+    stamped = decode(WRENCH_DECODERS, wrench_stamped())
+    assert (stamped.force[0], stamped.torque[2], stamped.frame) == (1.0, 2.0, 'r/force')
+
+
+@pytest.mark.parametrize('decoders, message, problem', [
+    (JOINT_DECODERS, array(math.nan), 'NaN'),
+    (JOINT_DECODERS, JointState(name=['a'], position=[math.inf]), 'NaN or infinity'),
+    (POSE_DECODERS, array(), '6 values.*not 0'),
+    (POSE_DECODERS, array(1, 2, 3), '6 values.*not 3'),
+    (POSE_DECODERS, array(1, 2, 3, 4, 5, math.inf), 'NaN or infinity'),
+    (POSE_DECODERS, array(1, 2, 3, 0, 0, 0, 0), 'quaternion is zero'),
+    (POSE_DECODERS, pose_stamped((0.0, 0.0, 0.0, 0.0)), 'quaternion is zero'),
+    (POSE_DECODERS, pose_stamped((0.0, 0.0, math.nan, 1.0)), 'NaN'),
+    (WRENCH_DECODERS, array(1, 2), '3 values.*not 2'),
+    (WRENCH_DECODERS, wrench_stamped(math.nan), 'NaN'),
+])
+def test_what_cannot_be_used_says_why(decoders, message, problem):
+    with pytest.raises(ValueError, match=problem):
+        decode(decoders, message)
