@@ -37,7 +37,7 @@ def wait_until(condition: Callable[[], bool], what: str,
     """Call `meanwhile` 20 times a second until `condition` holds; fail after TIMEOUT_S."""
     end = time.monotonic() + TIMEOUT_S
     while not condition():
-        assert time.monotonic() < end and not rospy.is_shutdown(), f'not within {TIMEOUT_S} s: {what}'
+        assert not rospy.is_shutdown() and time.monotonic() < end, f'not within time: {what}'
         meanwhile()
         time.sleep(0.05)
 

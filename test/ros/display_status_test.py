@@ -21,6 +21,10 @@ def values(status: DiagnosticStatus) -> Dict[str, str]:
 class DisplayStatusTest(unittest.TestCase):
     """Looks at the report of an RViz with a good, a bad, and a disabled display."""
 
+    first: DiagnosticArray
+    last: DiagnosticArray
+    displays: Dict[str, DiagnosticStatus]
+
     @classmethod
     def setUpClass(cls) -> None:
         cls.first = rospy.wait_for_message(

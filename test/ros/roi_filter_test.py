@@ -18,6 +18,8 @@ POINTS = ((-5, 0, 0), (-4.1, 0, 0), (-3.5, 0, 0), (-1, 0, 0))
 class RoiFilterTest(unittest.TestCase):
     """Publishes clouds on /cloud and looks at what comes out."""
 
+    publisher: rospy.Publisher
+
     @classmethod
     def setUpClass(cls) -> None:
         cls.publisher = rospy.Publisher('/cloud', PointCloud2, queue_size=1)
