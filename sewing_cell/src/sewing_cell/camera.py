@@ -6,15 +6,17 @@ draws the covers and the robots into it.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from sewing_cell import depth_noise, layout, pinhole, scene, silhouette
-from sewing_cell.arms import LOWER, UPPER, Arm
+from sewing_cell.arms import ARMS, LOWER, UPPER, Arm
 from sewing_cell.cycle import CoverPair, SewingCycle
+from sewing_cell.lookahead import Lookahead
 
-_VARIANTS = 6
+_VARIANTS = 4
 _COLOUR_NOISE = 2.5
 _TEXEL_M = 0.002
 _LOWER_MARGIN_M = 0.012  # how much the lower cover is larger: its rim shows
@@ -60,20 +62,23 @@ class Cover:
         # x falls along the rows, y falls along the columns
         first = int(np.searchsorted(-self._row_x, -(x + x_max)))
         rows = slice(first, int(np.searchsorted(-self._row_x, -(x + x_min))))
-        scale = self._row_y_per_column[rows]
+        scale = self._row_y_per_column[rows].astype(np.float32)
         centre_y = pinhole.POSITION[1]
         columns = _columns(centre_y - y - y_max, centre_y - y - y_min, scale)
         across = ((self._row_x[rows] - x - x_min) / _TEXEL_M).astype(np.int32)
-        u = np.arange(columns.start, columns.stop) - pinhole.CENTRE_U
+        u = np.arange(columns.start, columns.stop, dtype=np.float32) - pinhole.CENTRE_U
         along = (centre_y - y - y_min) / _TEXEL_M - (scale / _TEXEL_M)[:, None] * u
         return rows, columns, across, np.floor(along).astype(np.int32)
 
 
 class Camera:
-    """Renders the cell at any time of a sewing cycle; the same seed gives the same pictures."""
+    """Pictures of a sewing cycle, ``rate_hz`` a second; the same seed gives the same pictures."""
 
-    def __init__(self, cycle: SewingCycle, seed: int = 0) -> None:
-        self._cycle = cycle
+    def __init__(self, cycle: SewingCycle, rate_hz: float = 30.0, seed: int = 0) -> None:
+        self._cycle, self._rate_hz = cycle, rate_hz
+        self._skeletons = {
+            arm.name: Lookahead(partial(_skeletons, cycle, arm), rate_hz) for arm in ARMS
+        }
         random = np.random.default_rng([seed, 4])
         height, lower = layout.COVER_THICKNESS, -layout.COVER_THICKNESS
         plane = layout.SEWING_PLANE_Z
@@ -97,22 +102,22 @@ class Camera:
         self._robot_shades = _pixels(shades.astype(np.uint8))
         self._free = [still.depth > cover.plane_depth - _ABOVE_M for cover in self._covers]
 
-    def render(self, time_s: float) -> Frame:
-        """The picture at ``time_s`` [s]; both arrays belong to the caller."""
-        variant = int(round(time_s * 30)) % _VARIANTS
+    def render(self, number: int) -> Frame:
+        """Picture ``number`` of the cycle, from 0; both arrays belong to the caller."""
+        time_s, variant = number / self._rate_hz, number % _VARIANTS
         frame = Frame(self._colours[variant].copy(), self._depths[variant].copy())
-        self._draw_robot(frame, LOWER, time_s)
+        self._draw_robot(frame, LOWER, number)
         for pair in self._cycle.covers(time_s):
             for layer in (1, 0):
                 self._draw_cover(frame, layer, pair, variant)
             if pair.sewn > 0:
                 self._draw_seam(frame, pair, time_s)
-        self._draw_robot(frame, UPPER, time_s)
+        self._draw_robot(frame, UPPER, number)
         return frame
 
-    def _draw_robot(self, frame: Frame, arm: Arm, time_s: float) -> None:
+    def _draw_robot(self, frame: Frame, arm: Arm, number: int) -> None:
         colour = _pixels(frame.colour)
-        for patch in silhouette.robot(arm, self._cycle.joints(arm, np.float64(time_s))):
+        for patch in silhouette.robot(arm, self._skeletons[arm.name](number)):
             where = (patch.rows, patch.columns)
             seen = patch.mask & (patch.depth < self._still_depth[where])
             shades = self._robot_shades.take((_SHADES * patch.light).astype(np.intp))
@@ -147,6 +152,10 @@ class Camera:
         frame.colour[v[free], u[free]] = _THREAD
 
 
+def _skeletons(cycle: SewingCycle, arm: Arm, times_s: np.ndarray) -> np.ndarray:
+    return silhouette.skeleton(arm, cycle.joints(arm, times_s))
+
+
 def _columns(first_m: float, last_m: float, scale: np.ndarray) -> slice:
     """Columns between two distances from the image's centre, for all rows of ``scale`` [m/px]."""
     edges = np.array([first_m, last_m])[:, None] / scale if scale.size else np.zeros((2, 1))
@@ -168,16 +177,15 @@ def _leather(box: tuple[float, float, float, float], tone: tuple[int, int, int],
         int(np.ceil((box[3] - box[2]) / _TEXEL_M)),
     )
     grain = 0.055 * random.standard_normal(shape)
-    clouds = sum(
-        share * _smooth_noise(shape, cells, random) for share, cells in ((0.07, 6), (0.05, 16))
-    )
+    clouds = 0.06 * _smooth_noise(shape, 0.07, random) + 0.05 * _smooth_noise(shape, 0.02, random)
     brightness = 1.0 + grain + clouds
     return np.clip(brightness[..., None] * np.array(tone), 0, 255).astype(np.uint8)
 
 
-def _smooth_noise(shape: tuple[int, int], cells: int, random: np.random.Generator) -> np.ndarray:
-    """Bilinear noise with about ``cells`` bumps along each side."""
-    knots = random.standard_normal((cells + 1, cells + 1))
-    row, column = np.linspace(0, cells, shape[0]), np.linspace(0, cells, shape[1])
-    by_column = np.array([np.interp(column, np.arange(cells + 1), knot) for knot in knots])
-    return np.array([np.interp(row, np.arange(cells + 1), line) for line in by_column.T]).T
+def _smooth_noise(shape: tuple[int, int], size_m: float, random: np.random.Generator) -> np.ndarray:
+    """Bilinear noise over texels of ``shape`` with bumps of about ``size_m``."""
+    cells = [int(np.ceil(length * _TEXEL_M / size_m)) for length in shape]
+    knots = random.standard_normal((cells[0] + 1, cells[1] + 1))
+    row, column = (np.linspace(0, count, length) for count, length in zip(cells, shape))
+    by_column = np.array([np.interp(column, np.arange(cells[1] + 1), knot) for knot in knots])
+    return np.array([np.interp(row, np.arange(cells[0] + 1), line) for line in by_column.T]).T

@@ -1,4 +1,4 @@
-"""Messages of the simulated Kinect and of the driver's parameters, as the openni driver has them."""
+"""Messages of the simulated Kinect and its driver's parameters, as the openni driver has them."""
 
 from __future__ import annotations
 

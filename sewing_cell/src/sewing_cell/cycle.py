@@ -6,7 +6,7 @@ may be arrays ``(...)``; vectors then have the shape ``(..., n)``.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Union
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from sewing_cell.noise import Noise
 from sewing_cell.profiles import Course, Profile, between, smooth_step, steady_feed, window
 from sewing_cell.schedule import Phase, Schedule
 from sewing_cell.steering import Steering
+
+#: One time or many, in s since the start.
+Times = Union[float, np.ndarray]
 
 EDGE_SETPOINT = 255
 EDGE_MAXIMUM = 511
@@ -63,11 +66,13 @@ class SewingCycle:
             raise ValueError(f"seed is {seed}; give a whole number from 0 up")
         self.schedule = Schedule(period_s)
         self._noise = Noise(seed)
+        times = np.linspace(self.schedule.sew.begin, self.schedule.sew.end, 200)
+        self._seam_times = (_SEAM_LENGTH * self._feed(times).value, times)
         self._steering = {
             arm.name: Steering(self.schedule, quality, seed, arm.side) for arm in ARMS
         }
 
-    def truth(self, arm: Arm, time_s: np.ndarray) -> ToolState:
+    def truth(self, arm: Arm, time_s: Times) -> ToolState:
         """Exact position and velocity of the tool, without noise or rounding."""
         cycle, time_s = self._split(time_s)
         path = self._path(time_s)
@@ -80,17 +85,17 @@ class SewingCycle:
         velocity[..., 0] -= correction.rate
         return ToolState(position, velocity)
 
-    def joints(self, arm: Arm, time_s: np.ndarray) -> np.ndarray:
+    def joints(self, arm: Arm, time_s: Times) -> np.ndarray:
         """Joint angles theta_1 to theta_6 [rad], shape (..., 6)."""
         return arm.joints(self.truth(arm, time_s).position)
 
-    def tool_frame(self, arm: Arm, time_s: np.ndarray) -> np.ndarray:
+    def tool_frame(self, arm: Arm, time_s: Times) -> np.ndarray:
         """x y z [m] and rotation vector [rad] of the tool in link0, shape (..., 6)."""
         position = arm.to_base(self.truth(arm, time_s).position)
         rotation = np.broadcast_to(arm.tool_vector, position.shape)
         return np.concatenate([position, rotation], axis=-1)
 
-    def wrench(self, arm: Arm, time_s: np.ndarray) -> np.ndarray:
+    def wrench(self, arm: Arm, time_s: Times) -> np.ndarray:
         """Force [N] and torque [Nm] on the tool in the force frame, shape (..., 6).
 
         The machine pulls the cover in sewing direction, with each stitch a little more; the
@@ -106,29 +111,29 @@ class SewingCycle:
         channels = 10 * (2 + arm.side) + np.arange(6)
         return wrench + scale * self._noise(channels, np.asarray(time_s)[..., None])
 
-    def edge(self, arm: Arm, time_s: np.ndarray) -> np.ndarray:
+    def edge(self, arm: Arm, time_s: Times) -> np.ndarray:
         """Reading of the arm's edge sensor, whole numbers 0 to 511; above 255: right of the line.
 
         Right is as seen along the feed: world -x.
         """
-        noise = _EDGE_NOISE * self._noise(np.array(2 + arm.side), time_s)
+        noise = _EDGE_NOISE * self._noise(2 + arm.side, time_s)
         reading = EDGE_SETPOINT + EDGE_COUNTS_PER_M * self.edge_error(arm, time_s) + noise
         return np.clip(np.rint(reading), 0, EDGE_MAXIMUM).astype(int)
 
-    def edge_error(self, arm: Arm, time_s: np.ndarray) -> np.ndarray:
+    def edge_error(self, arm: Arm, time_s: Times) -> np.ndarray:
         """How far the cover's edge is right of its line at the needle [m]."""
         return self._steering[arm.name].error(*self._split(time_s))
 
-    def feed_rate(self, time_s: np.ndarray) -> np.ndarray:
+    def feed_rate(self, time_s: Times) -> np.ndarray:
         """The machine's estimate of its feed rate [m/s], never negative."""
         _, phase_s = self._split(time_s)
         speed = self._feed(phase_s).rate * _SEAM_LENGTH
-        noise = _FEED_NOISE_M_PER_S * self._noise(np.array(5), time_s)
+        noise = _FEED_NOISE_M_PER_S * self._noise(5, time_s)
         return np.maximum(speed + np.where(speed > 0, noise, 0.0), 0.0)
 
     def covers(self, time_s: float) -> tuple[CoverPair, ...]:
         """The pairs of covers that are in the cell: the one being sewn, and the next one."""
-        cycle, phase_s = self._split(np.float64(time_s))
+        cycle, phase_s = self._split(time_s)
         corrections = [self._steering[arm.name].correction(cycle, phase_s) for arm in ARMS]
         steering = (-float(corrections[0].value), -float(corrections[1].value))
         sewn = _SEAM_LENGTH * float(self._feed(phase_s).value)
@@ -144,22 +149,18 @@ class SewingCycle:
 
         ``along_m`` is measured from the seam's start; the cover is the one being sewn.
         """
-        cycle, _ = self._split(np.float64(time_s))
-        return -self._steering["upper"].error(cycle, self._time_of_feed(along_m))
+        cycle, _ = self._split(time_s)
+        return -self._steering["upper"].error(cycle, np.interp(along_m, *self._seam_times))
 
-    def _split(self, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _split(self, time_s: Times) -> tuple[np.ndarray, np.ndarray]:
         """Number of the cycle and the time in it [s]."""
+        time_s = np.asarray(time_s, dtype=float)
         cycle = np.floor_divide(time_s, self.schedule.period_s)
         return cycle.astype(int), time_s - cycle * self.schedule.period_s
 
     def _feed(self, phase_s: np.ndarray) -> Course:
         """The sewn share of the seam, 0 to 1, and its rate per second."""
         return between(phase_s, self.schedule.sew.begin, self.schedule.sew.end, steady_feed)
-
-    def _time_of_feed(self, along_m: np.ndarray) -> np.ndarray:
-        sew = self.schedule.sew
-        times = np.linspace(sew.begin, sew.end, 200)
-        return np.interp(along_m, _SEAM_LENGTH * self._feed(times).value, times)
 
     def _path(self, phase_s: np.ndarray) -> Course:
         """x, y and lift of the tools without steering, shape (..., 3): a sum of moves."""
@@ -199,7 +200,7 @@ class SewingCycle:
         way = (_STAGE_Y - _SUPPLY_Y) * staged + (layout.FETCH_XY[1] - _STAGE_Y) * presented
         return float(_SUPPLY_Y + way)
 
-    def _force_world(self, arm: Arm, time_s: np.ndarray) -> np.ndarray:
+    def _force_world(self, arm: Arm, time_s: Times) -> np.ndarray:
         cycle, phase_s = self._split(time_s)
         plan, steering = self.schedule, self._steering[arm.name]
         held = window(phase_s, plan.grip.end, plan.sew.end, 0.4).value

@@ -104,8 +104,7 @@ class KinectDriver:
     """
 
     def __init__(self, cycle: SewingCycle, rate_hz: float, seed: int) -> None:
-        self._rate_hz = rate_hz
-        self._camera = Camera(cycle, seed)
+        self._camera = Camera(cycle, rate_hz, seed)
         self._info = camera_messages.camera_info()
         self._colour = camera_messages.image("rgb8", bytes_per_pixel=3)
         self._depth = camera_messages.image("16UC1", bytes_per_pixel=2)
@@ -126,10 +125,10 @@ class KinectDriver:
             publisher.publish(self._info)
         publishers = (self._colour_publisher, self._depth_publisher)
         if any(publisher.get_num_connections() for publisher in publishers):
-            self._publish_images(stamp, tick / self._rate_hz)
+            self._publish_images(stamp, tick)
 
-    def _publish_images(self, stamp: rospy.Time, time_s: float) -> None:
-        frame = self._camera.render(time_s)
+    def _publish_images(self, stamp: rospy.Time, tick: int) -> None:
+        frame = self._camera.render(tick)
         for publisher, message, pixels in (
             (self._colour_publisher, self._colour, frame.colour),
             (self._depth_publisher, self._depth, frame.depth),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 _SIZE = 65521  # prime: a stride never falls into a short loop
 _STRIDE = 9973
@@ -15,7 +16,7 @@ class Noise:
     def __init__(self, seed: int) -> None:
         self._table = np.random.default_rng([seed, 1]).standard_normal(_SIZE)
 
-    def __call__(self, channel: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    def __call__(self, channel: npt.ArrayLike, time_s: npt.ArrayLike) -> np.ndarray:
         """Noise of ``channel`` (whole numbers) at ``time_s``; both are broadcast."""
         tick = np.rint(np.asarray(time_s) * _TICKS_PER_SECOND).astype(np.int64)
         return self._table[(tick + np.asarray(channel) * _STRIDE) % _SIZE]

@@ -31,23 +31,26 @@ class Patch(NamedTuple):
     light: np.ndarray
 
 
-def robot(arm: Arm, joints: np.ndarray) -> list[Patch]:
-    """The links and the gripper of ``arm`` for joint angles (6,) [rad], far to near."""
-    points = _points(arm, joints)
-    pixels = pinhole.project(points).tolist()
+def skeleton(arm: Arm, joints: np.ndarray) -> np.ndarray:
+    """Pixel u, v and depth [m] of the links' frames and the gripper's tip, shape (..., 10, 3).
+
+    ``joints`` (..., 6) are the arm's angles [rad].
+    """
+    frames = link_frames(joints)
+    tool = frames[..., _TOOL, :3, :]
+    tip = tool[..., 3] + layout.GRIP_HEIGHT * tool[..., 2]
+    points = np.concatenate([frames[..., :3, 3], tip[..., None, :]], axis=-2)
+    return pinhole.project(points @ arm.base_rotation.T)
+
+
+def robot(arm: Arm, pixels: list[list[float]]) -> list[Patch]:
+    """The links and the gripper of ``arm``, far to near, from one of its skeletons as a list."""
     links = sorted(
         _LINKS if arm.side > 0 else _LOWER_LINKS,
-        key=lambda link: float(points[link[0], 2] + points[link[1], 2]),
+        key=lambda link: -(pixels[link[0]][2] + pixels[link[1]][2]),
     )
     patches = [capsule(pixels[first], pixels[last], radius) for first, last, radius in links]
     return [patch for patch in patches if patch.mask.size]
-
-
-def _points(arm: Arm, joints: np.ndarray) -> np.ndarray:
-    """Origins of the links' frames and the gripper's tip in ``world``, shape (10, 3)."""
-    frames = link_frames(joints)
-    tip = frames[_TOOL, :3, 3] + layout.GRIP_HEIGHT * frames[_TOOL, :3, 2]
-    return np.vstack([frames[:, :3, 3], tip]) @ arm.base_rotation.T
 
 
 def capsule(begin: list[float], end: list[float], radius: float) -> Patch:
