@@ -48,7 +48,7 @@ class TopicReader(Generic[Quantity]):
         with self._lock:
             try:
                 self._callback(self._decode(message))
-            except (ValueError, genpy.DeserializationError) as error:
+            except ValueError as error:
                 self._warn(str(error))
 
     def _decode(self, message: Any) -> Quantity:
@@ -57,7 +57,10 @@ class TopicReader(Generic[Quantity]):
         if decoder is None or (self._message_type and carried != self._message_type):
             expected = self._message_type or ' or '.join(self._decoders)
             raise ValueError(f'it carries {carried}, and {expected} is expected')
-        return decoder(message._buff)
+        try:
+            return decoder(message._buff)
+        except genpy.DeserializationError as error:
+            raise ValueError(f'its bytes are not those of {carried}: {error}') from error
 
     def _warn(self, problem: str) -> None:
         now_s = time.monotonic()
