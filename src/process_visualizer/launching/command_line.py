@@ -131,7 +131,8 @@ def _look_at_machine(cell: Cell) -> 'tuple[List[Problem], List[Problem]]':
 
 def _plan(choice: Choice) -> Plan:
     """The plan; what the machine lacks for the choice is an error before anything starts."""
-    problems = check_environment(choice.cell, choice.mode, choice.devices)
+    problems = check_environment(choice.cell, choice.mode,
+                                 [device.name for device in choice.devices])
     if problems:
         raise ConfigurationError(problems)
     plan = generate(choice)
