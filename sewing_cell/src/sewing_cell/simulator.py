@@ -19,7 +19,8 @@ from sewing_cell.ticker import Ticker
 
 _FIRST_TICK_S = 0.1  # until all the threads run
 _SWITCH_INTERVAL_S = 0.0005  # drawing an image must not hold up the joints' thread
-_WARN_EVERY_S = 10.0
+_REPORT_EVERY_S = 10.0
+_TOLERATED_SHARE = 0.02  # of messages left out on a busy computer
 
 
 class Simulator:
@@ -28,11 +29,11 @@ class Simulator:
     def __init__(self, parameters: SimulatorParameters) -> None:
         cycle = SewingCycle(parameters.quality, parameters.seed, parameters.period)
         self._tickers: list[Ticker] = []
-        self._add("joints", parameters.joint_rate, lambda rate: JointDriver(cycle, rate))
-        self._add("forces", parameters.force_rate, lambda rate: ForceDriver(cycle, rate))
-        self._add("machine", parameters.sensor_rate, lambda rate: MachineDriver(cycle, rate))
+        self._add("joint", parameters.joint_rate, lambda rate: JointDriver(cycle, rate))
+        self._add("force", parameters.force_rate, lambda rate: ForceDriver(cycle, rate))
+        self._add("sensor", parameters.sensor_rate, lambda rate: MachineDriver(cycle, rate))
         self._add(
-            "kinect", parameters.image_rate, lambda rate: KinectDriver(cycle, rate, parameters.seed)
+            "image", parameters.image_rate, lambda rate: KinectDriver(cycle, rate, parameters.seed)
         )
 
     def _add(
@@ -56,19 +57,24 @@ class Simulator:
 
 
 class _Skipped:
-    """Says, now and then, how many messages a group could not publish in time."""
+    """Says how many messages a group could not publish in time, when they are many."""
 
     def __init__(self, name: str, rate_hz: float) -> None:
         self._name, self._rate_hz = name, rate_hz
-        self._count = 0
+        self._count, self._since_s = 0, time.monotonic()
 
     def __call__(self, count: int) -> None:
         self._count += count
-        rospy.logwarn_throttle(
-            _WARN_EVERY_S,
-            f"simulator: too slow for {self._rate_hz:g} Hz, {self._count} messages of group "
-            f"'{self._name}' left out so far; lower its rate or free the processor",
-        )
+        duration_s = time.monotonic() - self._since_s
+        if duration_s < _REPORT_EVERY_S:
+            return
+        share = self._count / (duration_s * self._rate_hz)
+        if share > _TOLERATED_SHARE:
+            rospy.logwarn(
+                f"simulator: the computer is too busy for {self._rate_hz:g} Hz: {share:.0%} of the "
+                f"messages of group '{self._name}' were left out; lower ~{self._name}_rate"
+            )
+        self._count, self._since_s = 0, time.monotonic()
 
 
 def _fail(error: Exception) -> None:
