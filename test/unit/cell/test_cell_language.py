@@ -1,6 +1,6 @@
 """Defaults of the thesis' section 5.2.1 and everything that the language adds."""
 from pathlib import Path
-from typing import Callable
+from typing import Callable, Tuple
 
 import pytest
 
@@ -64,7 +64,8 @@ def test_defaults_of_a_node(device: Callable[..., Device]) -> None:
 
 @pytest.mark.parametrize('written, expected', [('x', 'x'), ('', ''), ('/', ''), ('/x/y/', '/x/y')])
 def test_namespace_of_a_node(device: Callable[..., Device], written: str, expected: str) -> None:
-    assert device(f'<node pkg="p" type="t" name="n" ns="{written}"/>').nodes[0].namespace == expected
+    node = device(f'<node pkg="p" type="t" name="n" ns="{written}"/>').nodes[0]
+    assert node.namespace == expected
 
 
 def test_all_of_roslaunchs_attributes_of_a_node(device: Callable[..., Device]) -> None:
@@ -175,7 +176,7 @@ def test_everything_of_a_variable(device: Callable[..., Device]) -> None:
 @pytest.mark.parametrize('attributes, frame, center', [
     ('', 'map', (0, 0, 0)), ('frame="/f" xyz="1 2 3"', 'f', (1, 2, 3))])
 def test_region_of_interest(parse: Parse, attributes: str, frame: str,
-                            center: 'tuple[float, ...]') -> None:
+                            center: Tuple[float, float, float]) -> None:
     cell = parse('<visualizer frame="/map"><device type="depth_sensor" name="d">'
                  f'<topic name="p" type="pointcloud"/><roi {attributes} size="1 2 0.5"/></device>'
                  '</visualizer>')
@@ -260,7 +261,8 @@ def test_includes(parse: Parse, tmp_path: Path) -> None:
         '<visualizer frame="map"><arg name="n"/><include file="deeper.xml" if="$(arg n)"/>'
         '<machine name="m$(arg n)" address="h"/>'
         '<device type="depth_sensor" name="camera$(arg n)"/></visualizer>')
-    (folder / 'deeper.xml').write_text('<visualizer><device type="other" name="deep"/></visualizer>')
+    (folder / 'deeper.xml').write_text('<visualizer><device type="other" name="deep"/>'
+                                       '</visualizer>')
     cell = parse('<visualizer><device type="other" name="first"/>'
                  '<include file="more/camera.xml"><arg name="n" value="1"/></include>'
                  '<include file="$(dirname)/more/camera.xml"><arg name="n" value="0"/></include>'
@@ -275,7 +277,8 @@ def test_paths_of_includes_are_relative_to_the_file(tmp_path: Path,
                                                     monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / 'sub').mkdir()
     (tmp_path / 'sub' / 'a.xml').write_text('<visualizer><include file="b.xml"/></visualizer>')
-    (tmp_path / 'sub' / 'b.xml').write_text('<visualizer><device type="other" name="b"/></visualizer>')
+    (tmp_path / 'sub' / 'b.xml').write_text('<visualizer><device type="other" name="b"/>'
+                                              '</visualizer>')
     monkeypatch.chdir(tmp_path)
     cell = XmlParser().parse('sub/a.xml')
     assert (cell.file, cell.devices[0].name) == (str(tmp_path / 'sub' / 'a.xml'), 'b')

@@ -3,6 +3,7 @@ from pathlib import Path
 
 import pytest
 
+from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import (
     BaseFrame,
     Cell,
@@ -17,8 +18,8 @@ from process_visualizer.cell.model import (
     Pose,
     Topic,
     TopicFunction,
+    Vector3,
 )
-from process_visualizer.cell.errors import Location
 from process_visualizer.cell.xml_parser import XmlParser
 
 REPOSITORY = Path(__file__).resolve().parents[3]
@@ -30,7 +31,7 @@ def at(line: int) -> Location:
     return Location(str(LISTING_6_1), line)
 
 
-def arm(name: str, force_namespace: str, ypr: 'tuple[float, float, float]', line: int) -> Device:
+def arm(name: str, force_namespace: str, ypr: Vector3, line: int) -> Device:
     """One of the two robots; ``line`` is that of its <device>."""
     return Device(
         DeviceType.ROBOT, name, at(line),
