@@ -75,7 +75,7 @@ class _Check:
         try:
             return str(self._packages.get_path(package))
         except rospkg.ResourceNotFound:
-            self.problems.add(location, element, package_advice(package))
+            self.problems.add(location, element, package_advice(package, self._packages))
             return None
 
     def _model(self, model: Model) -> None:

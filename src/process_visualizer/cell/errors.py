@@ -15,7 +15,8 @@ def shortened(text: str, longest: int = _LONGEST_QUOTE) -> str:
 
 def quoted(text: str) -> str:
     """The text in quotation marks, as messages show what stands in the file."""
-    return f'"{shortened(text)}"' if text.strip() else f'"{text[:_LONGEST_QUOTE]}"'
+    blanks = ' ' * min(len(text), _LONGEST_QUOTE)
+    return f'"{shortened(text) or blanks}"'
 
 
 @dataclass(frozen=True, order=True)

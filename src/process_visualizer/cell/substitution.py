@@ -73,17 +73,18 @@ def _check_length(text: str, arguments: Mapping[str, str]) -> None:
         raise ValueError(f'{quoted(text)} is longer than {_LONGEST} characters')
 
 
-def package_advice(package: str) -> str:
-    """What to do about a package that is not there."""
-    name = nearest(package, rospkg.RosPack().list())
+def package_advice(package: str, packages: Optional[rospkg.RosPack] = None) -> str:
+    """What to do about a package that is not there; ``packages`` saves looking them up again."""
+    name = nearest(package, (packages or rospkg.RosPack()).list())
     meant = f'did you mean "{name}"? Otherwise ' if name else ''
     return f'there is no package "{package}"; {meant}install it or source the workspace that has it'
 
 
 def _missing_package(text: str) -> str:
-    packages = rospkg.RosPack().list()
+    packages = rospkg.RosPack()
+    known = packages.list()
     names = [name for command, name in _COMMAND.findall(text) if command == 'find']
-    return package_advice(next((name for name in names if name not in packages), names[0]))
+    return package_advice(next((name for name in names if name not in known), names[0]), packages)
 
 
 def _reason(text: str, error: Exception, arguments: Mapping[str, str]) -> str:

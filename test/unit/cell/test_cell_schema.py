@@ -28,9 +28,12 @@ def test_committed_schema_is_up_to_date() -> None:
     assert (REPOSITORY / 'devices.xsd').read_text(encoding='utf-8') == schema_text()
 
 
-@pytest.mark.parametrize('path', ['devices.xml', 'test/data/listing_5_1.xml'])
-def test_listings_are_valid(schema: etree.XMLSchema, path: str) -> None:
-    schema.assertValid(etree.parse(str(REPOSITORY / path)))
+@pytest.mark.parametrize('path', [
+    REPOSITORY / 'devices.xml', REPOSITORY / 'test' / 'data' / 'listing_5_1.xml',
+    *sorted((REPOSITORY / 'sewing_cell' / 'devices').glob('*.xml'))], ids=lambda path: path.name)
+def test_configurations_of_the_repository(schema: etree.XMLSchema, path: Path) -> None:
+    XmlParser().parse(str(path))
+    schema.assertValid(etree.parse(str(path)))
 
 
 def is_valid(schema: etree.XMLSchema, text: str) -> bool:
