@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
-from typing import List, Optional, Tuple
+from typing import List, NamedTuple, Optional, Tuple
 
 import numpy as np
 import rospy
@@ -12,8 +12,8 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from process_visualizer.motion.arrows import line_of_block
 from process_visualizer.nodes.live_number import LiveNumber
-from process_visualizer.nodes.markers import (VectorSample, mesh_marker, text_color, text_marker,
-                                              value_text, vector_arrow)
+from process_visualizer.nodes.markers import (TEXT_PERIOD_S, Pace, VectorSample, mesh_marker,
+                                              text_color, text_marker, value_text, vector_arrow)
 from process_visualizer.nodes.parameters import (ArrowStyle, ParameterError, Parameters,
                                                  private_parameters)
 
@@ -27,9 +27,9 @@ RIGHT = np.array([0.0, 1.0, 0.0])
 
 FEED_ARROW = ArrowStyle('feed', 'm/s', 3, scale_m=3.0, min_m=0.05, max_m=0.3, threshold=0.001,
                         color=(0.65, 0.2, 0.9, 1.0))
-LOWER_ARROW = ArrowStyle('lower edge', '', 0, scale_m=0.003, min_m=0.05, max_m=0.3, threshold=1.0,
+LOWER_ARROW = ArrowStyle('lower edge', '', 0, scale_m=0.003, min_m=0.04, max_m=0.3, threshold=4.0,
                          color=(1.0, 0.9, 0.0, 1.0))
-UPPER_ARROW = ArrowStyle('upper edge', '', 0, scale_m=0.003, min_m=0.05, max_m=0.3, threshold=1.0,
+UPPER_ARROW = ArrowStyle('upper edge', '', 0, scale_m=0.003, min_m=0.04, max_m=0.3, threshold=4.0,
                          color=(0.0, 0.9, 1.0, 1.0))
 
 
@@ -63,7 +63,7 @@ class SewingParameters:
             upper_arrow=ArrowStyle.read(arrows.group('edge_upper'), UPPER_ARROW),
             lower_arrow=ArrowStyle.read(arrows.group('edge_lower'), LOWER_ARROW),
             text_position=text.vector('position', (0.0, 0.0, 0.55)),
-            text_height_m=text.number('height', 0.045, above=0.0),
+            text_height_m=text.number('height', 0.05, above=0.0),
             marker_rate_hz=parameters.number('marker_rate', 30.0, above=0.0),
         )
 
@@ -92,6 +92,16 @@ class Reading:
     time_s: float
 
 
+class Display(NamedTuple):
+    """An arrow and its text, which stands in a line of the machine's three."""
+
+    namespace: str
+    line: int
+    style: ArrowStyle
+    sample: VectorSample
+    text: str
+
+
 class SewingTransformer:
     """Turns the sewing machine's measurements into markers (thesis section 6.2.3)."""
 
@@ -107,6 +117,7 @@ class SewingTransformer:
         self._parameters = parameters
         self._setpoints = {which: LiveNumber(f'setpoint_{which}', DEFAULT_SETPOINT)
                            for which in ('upper', 'lower')}
+        self._texts = Pace(TEXT_PERIOD_S)
         self._feed: Optional[Reading] = None
         self._upper: Optional[Reading] = None
         self._lower: Optional[Reading] = None
@@ -139,46 +150,51 @@ class SewingTransformer:
         self._publisher.publish(MarkerArray(self._build_markers(rospy.get_time())))
 
     def _build_markers(self, now_s: float) -> List[Marker]:
+        """Return the machine and the arrows, and the numbers too when it is time for them."""
         parameters = self._parameters
+        shown = [self._feed_display(now_s), self._edge_display('upper', 1, now_s),
+                 self._edge_display('lower', 2, now_s)]
+        known = [display for display in shown if display]
         markers: List[Marker] = []
         if parameters.mesh:
             markers.append(mesh_marker('machine', parameters.base_frame, parameters.mesh))
-        if self._feed:
-            markers += self._show_feed(self._feed, now_s)
-        if self._upper:
-            markers += self._show_edge('upper', 1, self._upper, now_s)
-        if self._lower:
-            markers += self._show_edge('lower', 2, self._lower, now_s)
+        markers += [vector_arrow(display.namespace, display.style, display.sample,
+                                 self._is_stale(display.sample, now_s)) for display in known]
+        if self._texts.is_due(now_s):
+            markers += [self._text(display, now_s) for display in known]
         return markers
 
-    def _show_feed(self, feed: Reading, now_s: float) -> List[Marker]:
+    def _feed_display(self, now_s: float) -> Optional[Display]:
+        if self._feed is None:
+            return None
         style = self._parameters.feed_arrow
-        sample = VectorSample(FEED_DIRECTION * feed.value, self._parameters.needle_frame,
-                              feed.time_s, self.FEED_FOOT)
-        text = value_text(style, feed.value, sample.age_s(now_s), self.STALE_AFTER_S)
-        return self._show('feed_rate', 0, style, sample, text, now_s)
+        sample = VectorSample(FEED_DIRECTION * self._feed.value, self._parameters.needle_frame,
+                              self._feed.time_s, self.FEED_FOOT)
+        text = value_text(style, self._feed.value, sample.age_s(now_s), self.STALE_AFTER_S)
+        return Display('feed_rate', 0, style, sample, text)
 
-    def _show_edge(self, which: str, line: int, edge: Reading, now_s: float) -> List[Marker]:
-        parameters = self._parameters
+    def _edge_display(self, which: str, line: int, now_s: float) -> Optional[Display]:
         upper = which == 'upper'
-        style = parameters.upper_arrow if upper else parameters.lower_arrow
+        edge = self._upper if upper else self._lower
+        if edge is None:
+            return None
+        style = self._parameters.upper_arrow if upper else self._parameters.lower_arrow
         setpoint = self._setpoints[which].value()
-        sample = VectorSample(edge_vector(edge.value, setpoint), parameters.needle_frame,
+        sample = VectorSample(edge_vector(edge.value, setpoint), self._parameters.needle_frame,
                               edge.time_s, self.UPPER_FOOT if upper else self.LOWER_FOOT)
         text = edge_text(style, edge.value, setpoint, sample.age_s(now_s), self.STALE_AFTER_S)
-        return self._show(f'edge_{which}', line, style, sample, text, now_s)
+        return Display(f'edge_{which}', line, style, sample, text)
 
-    def _show(self, namespace: str, line: int, style: ArrowStyle, sample: VectorSample, text: str,
-              now_s: float) -> List[Marker]:
-        """Return an arrow, and its text in one line of the machine's three."""
+    def _text(self, display: Display, now_s: float) -> Marker:
+        """Return a text in one line of the machine's three."""
         parameters = self._parameters
-        stale = sample.age_s(now_s) > self.STALE_AFTER_S
-        return [
-            vector_arrow(namespace, style, sample, stale),
-            text_marker(namespace, parameters.needle_frame, np.array(parameters.text_position),
-                        line_of_block(text, line, 3), parameters.text_height_m,
-                        text_color(None if stale else style.color)),
-        ]
+        stale = self._is_stale(display.sample, now_s)
+        return text_marker(display.namespace, parameters.needle_frame, parameters.text_position,
+                           line_of_block(display.text, display.line, 3), parameters.text_height_m,
+                           text_color(None if stale else display.style.color))
+
+    def _is_stale(self, sample: VectorSample, now_s: float) -> bool:
+        return sample.age_s(now_s) > self.STALE_AFTER_S
 
 
 def main() -> None:

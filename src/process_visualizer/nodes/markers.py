@@ -20,6 +20,7 @@ from process_visualizer.nodes.parameters import ArrowStyle, Color
 
 STALE_COLOR: Color = (0.55, 0.55, 0.55, 1.0)
 ARROW_ID, TEXT_ID = 0, 1
+TEXT_PERIOD_S = 0.1  # numbers that change faster cannot be read
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,23 @@ class VectorSample:
     def age_s(self, now_s: float) -> float:
         """Return the time [s] since the value came."""
         return max(0.0, now_s - self.time_s)
+
+
+class Pace:
+    """Lets something happen once in a period."""
+
+    def __init__(self, period_s: float) -> None:
+        """Take the period [s]."""
+        self._period_s = period_s
+        self._next_s = -math.inf
+
+    def is_due(self, now_s: float) -> bool:
+        """Tell whether it may happen now, and if so, not again for a period."""
+        # A clock that was set back starts anew.
+        if self._next_s - self._period_s <= now_s < self._next_s:
+            return False
+        self._next_s = now_s + self._period_s
+        return True
 
 
 def value_text(style: ArrowStyle, value: float, age_s: float, stale_after_s: float) -> str:

@@ -126,10 +126,12 @@ class ArrowStyle:
         return style
 
 
-VELOCITY_ARROW = ArrowStyle('v', 'm/s', 3, scale_m=3.0, min_m=0.05, max_m=0.4,
-                            threshold=0.002, color=(0.0, 0.8, 0.1, 1.0))
-FORCE_ARROW = ArrowStyle('F', 'N', 1, scale_m=0.01, min_m=0.05, max_m=0.4,
-                         threshold=0.5, color=(0.9, 0.05, 0.05, 1.0), diameter_m=0.014)
+# The two often point the same way: the force is the thinner and mostly the longer one, so that
+# both are seen.
+VELOCITY_ARROW = ArrowStyle('v', 'm/s', 3, scale_m=2.0, min_m=0.05, max_m=0.4,
+                            threshold=0.002, color=(0.0, 0.8, 0.1, 1.0), diameter_m=0.02)
+FORCE_ARROW = ArrowStyle('F', 'N', 1, scale_m=0.012, min_m=0.05, max_m=0.5,
+                         threshold=0.5, color=(0.9, 0.05, 0.05, 1.0), diameter_m=0.012)
 
 
 @dataclass(frozen=True)
@@ -149,9 +151,9 @@ class TopicParameters:
 class TextParameters:
     """Where a robot's numbers stand (see motion.arrows.label_position), and how large."""
 
-    height_m: float = 0.045
-    outward_m: float = 0.12
-    up_m: float = 0.14
+    height_m: float = 0.05
+    outward_m: float = 0.08
+    up_m: float = 0.3  # past a wrist
 
 
 @dataclass(frozen=True)

@@ -9,12 +9,10 @@ from visualization_msgs.msg import Marker
 
 from process_visualizer.motion.arrows import label_position, line_of_block
 from process_visualizer.motion.rotations import Vector
-from process_visualizer.nodes.markers import (VectorSample, text_color, text_marker, value_text,
-                                              vector_arrow)
+from process_visualizer.nodes.markers import (TEXT_PERIOD_S, Pace, VectorSample, text_color,
+                                              text_marker, value_text, vector_arrow)
 from process_visualizer.nodes.parameters import ArrowStyle, RobotParameters
 from process_visualizer.nodes.robot_messages import ToolPose
-
-TEXT_PERIOD_S = 0.1  # numbers that change faster cannot be read
 
 
 class ToolMotion(NamedTuple):
@@ -34,7 +32,7 @@ class RobotDisplay:
     def __init__(self, parameters: RobotParameters) -> None:
         """Take frames, styles and places."""
         self._parameters = parameters
-        self._next_text_s = -math.inf
+        self._texts = Pace(TEXT_PERIOD_S)
 
     def markers(self, motion: Optional[ToolMotion], force: Optional[VectorSample],
                 now_s: float) -> List[Marker]:
@@ -49,7 +47,7 @@ class RobotDisplay:
             shown.append(('force', 1, parameters.force_arrow, force))
         markers = [vector_arrow(namespace, style, sample, self._is_stale(sample, now_s))
                    for namespace, _, style, sample in shown]
-        if self._is_time_for_text(now_s):
+        if self._texts.is_due(now_s):
             markers += [self._text(namespace, line, style, sample, motion, now_s)
                         for namespace, line, style, sample in shown]
         return markers
@@ -75,10 +73,3 @@ class RobotDisplay:
 
     def _is_stale(self, sample: VectorSample, now_s: float) -> bool:
         return sample.age_s(now_s) > self._parameters.stale_after_s
-
-    def _is_time_for_text(self, now_s: float) -> bool:
-        # A clock that ran back would otherwise silence the numbers.
-        if self._next_text_s - TEXT_PERIOD_S <= now_s < self._next_text_s:
-            return False
-        self._next_text_s = now_s + TEXT_PERIOD_S
-        return True
