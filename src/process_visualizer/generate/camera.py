@@ -6,8 +6,9 @@ from typing import Any, Dict, Sequence
 
 from process_visualizer.cell.model import Device, DeviceType
 
-_RADIUS_M = {DeviceType.ROBOT: 0.95, DeviceType.OTHER: 0.55}
-_DISTANCE_PER_RADIUS = 1.75
+_REACH_M = 0.85
+"""How far a robot or a machine extends around its base."""
+_DISTANCE_PER_RADIUS = 2.35
 
 
 def camera_pose(devices: Sequence[Device]) -> Dict[str, Any]:
@@ -16,13 +17,13 @@ def camera_pose(devices: Sequence[Device]) -> Dict[str, Any]:
     Depth sensors do not count: they look at the scene from far away. Without a base frame to go
     by, the result is empty and the default view stays.
     """
-    reaches = [(device.base.pose.xyz, _RADIUS_M[device.type]) for device in devices
-               if device.base is not None and device.type in _RADIUS_M]
-    if not reaches:
+    points = [device.base.pose.xyz for device in devices
+              if device.base is not None and device.type is not DeviceType.DEPTH_SENSOR]
+    if not points:
         return {}
-    low = [min(xyz[axis] - radius for xyz, radius in reaches) for axis in range(3)]
-    high = [max(xyz[axis] + radius for xyz, radius in reaches) for axis in range(3)]
+    low = [min(point[axis] for point in points) for axis in range(3)]
+    high = [max(point[axis] for point in points) for axis in range(3)]
     center = [(a + b) / 2 for a, b in zip(low, high)]
-    radius = math.sqrt(sum((b - a) ** 2 for a, b in zip(low, high))) / 2
+    radius = _REACH_M + math.dist(low, high) / 2
     return {'Distance': round(radius * _DISTANCE_PER_RADIUS, 3),
             'Focal Point': {axis: round(value, 3) for axis, value in zip('XYZ', center)}}

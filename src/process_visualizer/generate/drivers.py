@@ -5,7 +5,6 @@ a rule), is a warning for its device: the rest of the cell still starts.
 """
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, field
 from typing import Dict, Iterable, List, Optional
 
@@ -16,7 +15,8 @@ from roslaunch.core import RLException
 from roslaunch.xmlloader import XmlLoader, XmlParseException
 from roslib.packages import find_node
 
-from process_visualizer.cell.errors import Location, Problem
+from process_visualizer.cell.environment import find_launch_file
+from process_visualizer.cell.errors import Problem
 from process_visualizer.cell.model import Device, LaunchFile
 from process_visualizer.cell.substitution import package_advice
 from process_visualizer.generate.choice import Choice
@@ -24,9 +24,9 @@ from process_visualizer.generate.choice import Choice
 
 @dataclass
 class LaunchFiles:
-    """Paths of the usable launch files by the place of their element, and the warnings."""
+    """The paths of the usable launch files, and the warnings."""
 
-    paths: Dict[Location, str] = field(default_factory=dict)
+    paths: Dict[LaunchFile, str] = field(default_factory=dict)
     warnings: List[Problem] = field(default_factory=list)
 
 
@@ -44,7 +44,7 @@ def _inspect(device: Device, launch_file: LaunchFile, result: LaunchFiles) -> No
         result.warnings.append(Problem(launch_file.location, 'launch',
                                        f'device "{device.name}": {message}'))
 
-    path = find_launch_file(launch_file.package, launch_file.type)
+    path = _find(launch_file)
     if path is None:
         warn(f'there is no launch file "{launch_file.type}" in the package '
              f'"{launch_file.package}"; the device starts without it')
@@ -57,21 +57,17 @@ def _inspect(device: Device, launch_file: LaunchFile, result: LaunchFiles) -> No
     except (XmlParseException, RLException, OSError, ValueError) as error:
         warn(f'{launch_file.type} is left out: {" ".join(str(error).split())}')
         return
-    result.paths[launch_file.location] = path
+    result.paths[launch_file] = path
     for message in _missing(nodes):
         warn(f'{launch_file.type}: {message}; the device starts without it')
 
 
-def find_launch_file(package: str, name: str) -> Optional[str]:
-    """The path of a launch file, in the package's folder ``launch`` or in the package itself."""
+def _find(launch_file: LaunchFile) -> Optional[str]:
     try:
-        folder = rospkg.RosPack().get_path(package)
+        folder = rospkg.RosPack().get_path(launch_file.package)
     except rospkg.ResourceNotFound:
         return None
-    for path in (os.path.join(folder, 'launch', name), os.path.join(folder, name)):
-        if os.path.isfile(path):
-            return path
-    return None
+    return find_launch_file(folder, launch_file.type)
 
 
 def _load_nodes(path: str, launch_file: LaunchFile) -> List[LaunchedNode]:

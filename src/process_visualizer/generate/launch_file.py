@@ -5,7 +5,6 @@ import os
 import shlex
 from typing import Dict, Mapping, Sequence
 
-from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, LaunchFile, Mode, Node, RoslaunchElement
 from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.launch_writer import Tag, write_document
@@ -19,13 +18,13 @@ from process_visualizer.generate.robot_description import RobotDescription
 
 
 class LaunchFileBuilder:
-    """Builds the launch file; ``included`` maps a launch file's location to its path.
+    """Builds the launch file; ``included`` maps a launch file to its path.
 
     A launch file that is missing there is left out, with a comment.
     """
 
     def __init__(self, choice: Choice, descriptions: Mapping[str, RobotDescription],
-                 included: Mapping[Location, str]) -> None:
+                 included: Mapping[LaunchFile, str]) -> None:
         self._choice = choice
         self._descriptions = descriptions
         self._included = included
@@ -84,7 +83,7 @@ class LaunchFileBuilder:
             self._roslaunch_element(element, child)
 
     def _include(self, root: Tag, launch_file: LaunchFile) -> None:
-        path = self._included.get(launch_file.location)
+        path = self._included.get(launch_file)
         if path is None:
             root.comment(f'left out, cannot be loaded: {launch_file.package} '
                                        f'{launch_file.type} ({launch_file.location})')

@@ -39,10 +39,9 @@ class RoslaunchProcess:
         """The exit code, or None while it runs."""
         return self._process.poll()
 
-    def interrupt(self) -> None:
-        """Ask roslaunch to stop its nodes and end; returns at once."""
-        if self.exit_code() is None:
-            self._process.send_signal(signal.SIGINT)
+    def wait(self) -> int:
+        """Wait for the end of roslaunch; returns its exit code."""
+        return self._process.wait()
 
     def stop(self) -> List[int]:
         """Stop roslaunch and everything it started; returns the ids of orphans it had left."""

@@ -30,8 +30,12 @@ class Run:
         self._watcher = NodeWatcher(on_report, self._take_line)
         self._process = RoslaunchProcess([launch_file], self._record.run_id)
         self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._watch, name='watch roslaunch', daemon=True)
-        self._thread.start()
+        self._threads = [
+            threading.Thread(target=self._watcher.watch, args=[self._process.output],
+                             name='watch nodes', daemon=True),
+            threading.Thread(target=self._wait_for_end, name='wait for roslaunch', daemon=True)]
+        for thread in self._threads:
+            thread.start()
 
     def wait(self, timeout_s: Optional[float] = None) -> bool:
         """Wait for the end of roslaunch; True when it has ended."""
@@ -49,16 +53,16 @@ class Run:
     def stop(self) -> List[int]:
         """Stop everything; returns the ids of processes that roslaunch had left behind."""
         orphans = self._process.stop()
-        self._thread.join()
+        for thread in self._threads:
+            thread.join()
         self._log.close()
         self._record.remove()
         return orphans
 
-    def _watch(self) -> None:
-        try:
-            self._watcher.watch(self._process.output)
-        finally:
-            self._ended.set()
+    def _wait_for_end(self) -> None:
+        """The end of roslaunch, not of its output: nodes that it leaves hold that open."""
+        self._process.wait()
+        self._ended.set()
 
     def _take_line(self, line: str) -> None:
         self._log.write(line + '\n')

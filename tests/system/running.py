@@ -1,0 +1,110 @@
+"""Runs the command ``cell`` as a user would, and looks at what it leaves behind."""
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import threading
+import time
+from pathlib import Path
+from typing import Dict, List, Optional, Sequence
+
+_PERIOD_S = 0.1
+
+
+class CellRun:
+    """A running command ``cell``; its output is collected while it runs."""
+
+    def __init__(self, arguments: Sequence[str], environment: Dict[str, str]) -> None:
+        self.environment = environment
+        self.process = subprocess.Popen(
+            ['rosrun', 'process_visualizer', 'cell', *arguments], env=environment,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        self._lines: List[str] = []
+        self._changed = threading.Condition()
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    @property
+    def text(self) -> str:
+        """Everything it has written."""
+        with self._changed:
+            return ''.join(self._lines)
+
+    def wait_for_line(self, part: str, timeout_s: float = 40.0) -> str:
+        """Wait for a line that contains the part; returns it, or fails with all lines."""
+        def found() -> Optional[str]:
+            return next((line for line in self._lines if part in line), None)
+
+        with self._changed:
+            line = self._changed.wait_for(found, timeout_s)
+            assert line is not None, f'no line with "{part}" in:\n' + ''.join(self._lines)
+            return str(line)
+
+    def signal_and_wait(self, number: int, timeout_s: float = 40.0) -> int:
+        """Send a signal and wait for the end; returns the exit code."""
+        self.process.send_signal(number)
+        return self.wait(timeout_s)
+
+    def wait(self, timeout_s: float = 40.0) -> int:
+        """Wait for the end; returns the exit code."""
+        code = self.process.wait(timeout_s)
+        self._reader.join(timeout_s)
+        return code
+
+    def end(self) -> None:
+        """End it if it still runs."""
+        if self.process.poll() is None:
+            self.signal_and_wait(signal.SIGINT)
+
+    def _read(self) -> None:
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            with self._changed:
+                self._lines.append(line)
+                self._changed.notify_all()
+
+
+def run_command(environment: Dict[str, str], *command: str) -> 'subprocess.CompletedProcess[str]':
+    """Run a command to its end, with its output as text."""
+    return subprocess.run(command, env=environment, stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT, text=True, timeout=150, check=False)
+
+
+def marked_processes(mark: str) -> List[str]:
+    """The command lines of the processes whose environment has ``NAME=value``."""
+    found = []
+    for path in Path('/proc').iterdir():
+        if path.name.isdigit() and int(path.name) != os.getpid():
+            command = _marked_command(path, mark.encode())
+            if command:
+                found.append(command)
+    return found
+
+
+def _marked_command(path: Path, mark: bytes) -> str:
+    try:
+        if mark not in (path / 'environ').read_bytes().split(b'\0'):
+            return ''
+        return (path / 'cmdline').read_bytes().replace(b'\0', b' ').decode()
+    except OSError:
+        return ''
+
+
+def wait_until_alone(mark: str, timeout_s: float = 40.0) -> List[str]:
+    """Wait until no marked process is left; returns those that are still there."""
+    deadline = time.monotonic() + timeout_s
+    while marked_processes(mark) and time.monotonic() < deadline:
+        time.sleep(_PERIOD_S)
+    return marked_processes(mark)
+
+
+def end_marked_processes(mark: str) -> None:
+    """Kill what a failed test has left."""
+    for path in Path('/proc').iterdir():
+        if path.name.isdigit() and int(path.name) != os.getpid() \
+                and _marked_command(path, mark.encode()):
+            try:
+                os.kill(int(path.name), signal.SIGKILL)
+            except ProcessLookupError:
+                continue

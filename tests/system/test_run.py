@@ -1,0 +1,131 @@
+"""``cell run`` with real nodes: states, exit codes, and nothing left behind."""
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+
+import pytest
+
+from conftest import MARK
+from running import run_command, wait_until_alone
+
+ROBOT = '''
+<device type="robot" name="arm">
+  <model pkg="sewing_cell" path="urdf/ur_rt_upper.urdf.xacro" />
+  <base frame="ur_rt_upper/link0" />
+</device>'''
+FRAMES = '<device type="other" name="box"><base frame="box/base" />{}</device>'
+
+
+@pytest.fixture
+def mark(ros_environment):
+    return f'{MARK}={ros_environment[MARK]}'
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_stops_everything(run_cell, write_config, mark, number):
+    run = run_cell(write_config(ROBOT), '--no-rviz')
+    run.wait_for_line('/arm/robot_proc: running')
+    run.wait_for_line('/arm/robot_state_publisher: running')
+    assert run.signal_and_wait(number) == 0
+    assert wait_until_alone(mark, 2.0) == []
+
+
+def test_a_killed_run_leaves_nothing(run_cell, write_config, mark):
+    run = run_cell(write_config(ROBOT), '--no-rviz')
+    run.wait_for_line('/arm/robot_proc: running')
+    run.signal_and_wait(signal.SIGKILL)
+    assert wait_until_alone(mark) == []
+
+
+def test_nodes_that_a_killed_roslaunch_leaves_are_ended(run_cell, write_config, mark,
+                                                       ros_environment):
+    run = run_cell(write_config(ROBOT), '--no-rviz')
+    run.wait_for_line('/arm/robot_proc: running')
+    killed = run_command(ros_environment, 'pkill', '-KILL', '-P', str(run.process.pid),
+                         '-f', 'roslaunch')
+    assert killed.returncode == 0
+    run.wait()
+    assert 'that roslaunch had left' in run.text
+    assert wait_until_alone(mark, 2.0) == []
+
+
+def test_the_next_run_cleans_up_after_a_crash(run_cell, write_config, ros_environment, mark):
+    config = write_config(FRAMES.format(''))
+    run = run_cell(config, '--no-rviz')
+    run.wait_for_line('/cell_frames: running')
+    roslaunch = run_command(ros_environment, 'pgrep', '-P', str(run.process.pid), '-f',
+                            'roslaunch').stdout.split()
+    run_command(ros_environment, 'kill', '-KILL', *roslaunch, str(run.process.pid))
+    run.wait()
+    second = run_cell(config, '--no-rviz')
+    second.wait_for_line('processes that a crashed run had left')
+    second.wait_for_line('/cell_frames: running')
+    assert second.signal_and_wait(signal.SIGINT) == 0
+    assert wait_until_alone(mark, 2.0) == []
+
+
+def test_a_failed_required_node_ends_the_run(run_cell, write_config, mark):
+    node = '<node pkg="process_visualizer" type="view_picture" name="bad" required="true" />'
+    run = run_cell(write_config(FRAMES.format(node)), '--no-rviz')
+    assert run.wait() == 1
+    assert '/box/bad: exited with code' in run.text
+    assert 'the required node /box/bad' in run.text
+    assert wait_until_alone(mark, 2.0) == []
+
+
+def test_a_respawned_node_is_reported(run_cell, write_config):
+    node = ('<node pkg="process_visualizer" type="view_picture" name="bad" respawn="true" '
+            'respawn_delay="1" />')
+    run = run_cell(write_config(FRAMES.format(node)), '--no-rviz')
+    run.wait_for_line('/box/bad: exited with code')
+    run.wait_for_line('(restarted 1 time)')
+    assert run.signal_and_wait(signal.SIGINT) == 0
+
+
+def test_a_broken_configuration_starts_nothing(run_cell, write_config, mark):
+    run = run_cell(write_config('<device type="robt" name="a" />'), '--no-rviz')
+    assert run.wait() == 1
+    assert 'cell.xml:1: <device>: attribute "type": "robt" is not possible; did you mean ' \
+           '"robot"?' in run.text
+    assert 'starting' not in run.text and 'Traceback' not in run.text
+    assert wait_until_alone(mark, 2.0) == []
+
+
+@pytest.mark.parametrize(('urdf', 'message'), [
+    ('<robot name="a"><link name="l"/><joint name="j" type="fixed"><parent link="l"/>'
+     '<child link="missing"/></joint></robot>', 'not a valid URDF'),
+    ('<robot name="a"><link name="l">', 'not well-formed XML'),
+])
+def test_a_broken_model_starts_nothing(run_cell, write_config, ros_environment, tmp_path, mark,
+                                       urdf, message):
+    package = tmp_path / 'models'
+    package.mkdir()
+    (package / 'package.xml').write_text(
+        '<package format="2"><name>models</name><version>0.0.0</version><description>x'
+        '</description><maintainer email="a@b.c">x</maintainer><license>BSD</license></package>')
+    (package / 'robot.urdf').write_text(urdf)
+    search = ros_environment['ROS_PACKAGE_PATH']
+    ros_environment['ROS_PACKAGE_PATH'] = f'{tmp_path}:{search}'
+    try:
+        run = run_cell(write_config('<device type="robot" name="a"><model pkg="models" '
+                                    'path="robot.urdf" /></device>'), '--no-rviz')
+        assert run.wait() == 1
+    finally:
+        ros_environment['ROS_PACKAGE_PATH'] = search
+    assert f'{package}/robot.urdf: {message}' in run.text
+    assert 'starting' not in run.text and 'Traceback' not in run.text
+    assert wait_until_alone(mark, 2.0) == []
+
+
+def test_the_default_configuration_runs_without_the_driver(run_cell, mark):
+    config = str(Path(__file__).parents[2] / 'devices.xml')
+    run = run_cell(config, '--no-rviz')
+    for name in ('/ur_rt_upper/robot_proc', '/ur_rt_lower/robot_state_publisher',
+                 '/kinect/depth_proc', '/sewing_machine/sewing_machine',
+                 '/sewing_machine/needle_frame_transformer', '/cell_frames'):
+        run.wait_for_line(f'{name}: running')
+    assert 'device "kinect": openni_live.launch: the node /camera/driver needs the package ' \
+           '"openni_camera", which is not installed' in run.text
+    assert run.signal_and_wait(signal.SIGINT) == 0
+    assert wait_until_alone(mark, 2.0) == []
