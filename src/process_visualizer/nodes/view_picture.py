@@ -5,12 +5,15 @@ import argparse
 import subprocess
 import sys
 import threading
+import time
 from typing import Dict, List, Optional
 
+import rosgraph
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 
 STATUS_TOPIC = '/rviz/display_status'
+_MASTER_PERIOD_S = 0.2
 _FRAMES_AFTER_OK = 30
 """Frames that must have been drawn since every display is OK, about a second."""
 
@@ -59,6 +62,17 @@ class ViewWatcher:
         return int(values['frames'])
 
 
+def wait_for_master(timeout_s: float) -> bool:
+    """Wait until the master answers; nothing announces it, so ask five times a second."""
+    asked = threading.Event()
+    deadline = time.monotonic() + timeout_s
+    while not rosgraph.is_master_online():
+        if time.monotonic() > deadline:
+            return False
+        asked.wait(_MASTER_PERIOD_S)
+    return True
+
+
 def save_picture(path: str) -> None:
     """Save the whole screen ($DISPLAY) with ImageMagick; raises CalledProcessError."""
     subprocess.run(['import', '-silent', '-window', 'root', path], check=True)
@@ -70,6 +84,9 @@ def main() -> int:
     parser.add_argument('picture', help='file to write, such as cell.png')
     parser.add_argument('--timeout', type=float, default=90.0, help='seconds to wait (%(default)s)')
     options = parser.parse_args(rospy.myargv()[1:])
+    if not wait_for_master(options.timeout):
+        print(f'view_picture: no ROS master at {rosgraph.get_master_uri()}', file=sys.stderr)
+        return 1
     rospy.init_node('view_picture', anonymous=True, disable_signals=True)
     watcher = ViewWatcher()
     drawn = watcher.wait_until_drawn(options.timeout)
