@@ -8,8 +8,8 @@ import unittest
 import numpy as np
 import rospy
 import rostest
-from tf2_msgs.msg import TFMessage
 from cloud_testing import Listener, wait_until
+from tf2_msgs.msg import TFMessage
 
 from process_visualizer.srv import SetFrame, SetFrameResponse
 

@@ -11,11 +11,11 @@ import numpy as np
 import rospy
 import rostest
 import tf2_ros
+from cloud_testing import Listener, log_listener, logged, wait_until
 from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float32MultiArray, String
-from cloud_testing import Listener, log_listener, logged, wait_until
 from visualization_msgs.msg import Marker, MarkerArray
 
 RATE_PARAMETER = '/process_visualizer/playback_rate'
@@ -172,7 +172,7 @@ class RobotProcessorTest(unittest.TestCase):
         array_force = publisher('/w/wrench', Float32MultiArray)
         text = publisher('/w/pose', String)
         with log_listener() as log:
-            wait_until(lambda: logged(log, Log.WARN, 'w: ', '/w/wrench', 'geometry_msgs/WrenchStamped'),
+            wait_until(lambda: logged(log, Log.WARN, 'w: ', '/w/wrench', 'Float32MultiArray'),
                        'a warning about the type', lambda: array_force.publish(array(1, 2, 3)))
             wait_until(lambda: logged(log, Log.WARN, '/w/pose', 'std_msgs/String'),
                        'a warning about the type', lambda: text.publish(String('x')))

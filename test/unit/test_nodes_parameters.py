@@ -1,8 +1,12 @@
 """Parameters of the nodes: defaults, and a message for each wrong value."""
 import pytest
 
-from process_visualizer.nodes.parameters import (ParameterError, Parameters, TopicParameters,
-                                                 read_robot_parameters)
+from process_visualizer.nodes.parameters import (
+    ParameterError,
+    Parameters,
+    TopicParameters,
+    read_robot_parameters,
+)
 
 
 def read(values):

@@ -9,8 +9,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float32MultiArray, MultiArrayDimension
 
 from process_visualizer.motion.rotations import matrix_from_rotation_vector
-from process_visualizer.nodes.robot_messages import (JOINT_DECODERS, POSE_DECODERS,
-                                                     WRENCH_DECODERS)
+from process_visualizer.nodes.robot_messages import JOINT_DECODERS, POSE_DECODERS, WRENCH_DECODERS
 
 
 def decode(decoders, message):

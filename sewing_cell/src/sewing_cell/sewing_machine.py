@@ -12,10 +12,22 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from process_visualizer.motion.arrows import line_of_block
 from process_visualizer.nodes.live_number import LiveNumber
-from process_visualizer.nodes.markers import (TEXT_PERIOD_S, Pace, VectorSample, mesh_marker,
-                                              text_color, text_marker, value_text, vector_arrow)
-from process_visualizer.nodes.parameters import (ArrowStyle, ParameterError, Parameters,
-                                                 private_parameters)
+from process_visualizer.nodes.markers import (
+    TEXT_PERIOD_S,
+    Pace,
+    VectorSample,
+    mesh_marker,
+    text_color,
+    text_marker,
+    value_text,
+    vector_arrow,
+)
+from process_visualizer.nodes.parameters import (
+    ArrowStyle,
+    ParameterError,
+    Parameters,
+    private_parameters,
+)
 
 MESH = 'package://sewing_cell/meshes/sewing_machine.dae'
 DEFAULT_SETPOINT = 255.0  # of 512 (thesis section 6.2.3)

@@ -9,8 +9,15 @@ from visualization_msgs.msg import Marker
 
 from process_visualizer.motion.arrows import label_position, line_of_block
 from process_visualizer.motion.rotations import Vector
-from process_visualizer.nodes.markers import (TEXT_PERIOD_S, Pace, VectorSample, text_color,
-                                              text_marker, value_text, vector_arrow)
+from process_visualizer.nodes.markers import (
+    TEXT_PERIOD_S,
+    Pace,
+    VectorSample,
+    text_color,
+    text_marker,
+    value_text,
+    vector_arrow,
+)
 from process_visualizer.nodes.parameters import ArrowStyle, RobotParameters
 from process_visualizer.nodes.robot_messages import ToolPose
 

@@ -11,8 +11,11 @@ from geometry_msgs.msg import PoseStamped, WrenchStamped
 from sensor_msgs.msg import JointState
 
 from process_visualizer.motion.float32_multi_array import float32_values
-from process_visualizer.motion.rotations import (Vector, matrix_from_quaternion,
-                                                 quaternion_from_rotation_vector)
+from process_visualizer.motion.rotations import (
+    Vector,
+    matrix_from_quaternion,
+    quaternion_from_rotation_vector,
+)
 from process_visualizer.nodes.message_reader import Decoder
 
 FLOAT_ARRAY = 'std_msgs/Float32MultiArray'

@@ -15,11 +15,22 @@ from process_visualizer.motion.velocity import ScaledClock, VelocityEstimator
 from process_visualizer.nodes.live_number import LiveNumber
 from process_visualizer.nodes.markers import VectorSample
 from process_visualizer.nodes.message_reader import Decoder, Quantity, TopicReader
-from process_visualizer.nodes.parameters import (ParameterError, RobotParameters, TopicParameters,
-                                                 private_parameters, read_robot_parameters)
+from process_visualizer.nodes.parameters import (
+    ParameterError,
+    RobotParameters,
+    TopicParameters,
+    private_parameters,
+    read_robot_parameters,
+)
 from process_visualizer.nodes.robot_display import RobotDisplay, ToolMotion
-from process_visualizer.nodes.robot_messages import (JOINT_DECODERS, POSE_DECODERS, WRENCH_DECODERS,
-                                                     JointPositions, ToolPose, Wrench)
+from process_visualizer.nodes.robot_messages import (
+    JOINT_DECODERS,
+    POSE_DECODERS,
+    WRENCH_DECODERS,
+    JointPositions,
+    ToolPose,
+    Wrench,
+)
 
 PLAYBACK_RATE = '/process_visualizer/playback_rate'
 
