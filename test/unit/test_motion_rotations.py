@@ -72,6 +72,7 @@ def test_quaternion_of_any_length_but_zero():
 @example((-1.0, 0.0, 1e-170))
 @example((-3.0, 1e-160, 1e-160))
 @example((5e-324, 0.0, 0.0))
+@example((0.0, 5e-324, 5e-324))
 @example((0.0, -2.0, 0.0))
 def test_x_axis_is_turned_onto_the_vector(vector):
     quaternion = rotations.quaternion_turning_x_onto(vector)

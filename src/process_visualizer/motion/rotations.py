@@ -119,10 +119,12 @@ def quaternion_turning_x_onto(vector: Vector) -> np.ndarray:
     undefined there.) With the unit vector u and the x axis e, the quaternion is (e x u, 1 + e.u)
     over its length.
     """
-    length = math.hypot(*vector)
-    if length == 0.0:
+    largest = max(map(abs, vector))
+    if largest == 0.0:
         return np.array([0.0, 0.0, 0.0, 1.0])
-    x, y, z = (part / length for part in vector)
+    x, y, z = (part / largest for part in vector)  # tiny lengths have too few digits to divide by
+    length = math.hypot(x, y, z)
+    x, y, z = x / length, y / length, z / length
     # 1 + x loses its digits near the opposite direction; there it is (y^2 + z^2) / (1 - x).
     w = 1.0 + x if x > -0.5 else (y * y + z * z) / (1.0 - x)
     length = math.sqrt(2.0 * w)
