@@ -1,6 +1,7 @@
 """Writes roslaunch XML that people can read: attributes in the order given, YAML in blocks."""
 from __future__ import annotations
 
+import textwrap
 from dataclasses import dataclass, field
 from typing import Any, List, Mapping, Union
 from xml.sax.saxutils import escape, quoteattr
@@ -22,7 +23,7 @@ class Tag:
 
     def add(self, name: str, attributes: Mapping[str, str], text: str = '') -> 'Tag':
         """Add an element below this one; returns it."""
-        tag = Tag(name, attributes, text.strip())
+        tag = Tag(name, attributes, textwrap.dedent(text).strip())
         self.children.append(tag)
         return tag
 
