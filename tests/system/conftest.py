@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Dict, Iterator
 
 import pytest
-
 from running import CellRun, end_marked_processes
 
 MARK = 'SYSTEM_TEST_MARK'

@@ -5,7 +5,6 @@ import signal
 from pathlib import Path
 
 import pytest
-
 from conftest import MARK
 from running import run_command, wait_until_alone
 

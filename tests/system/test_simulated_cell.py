@@ -7,7 +7,6 @@ import subprocess
 from typing import Dict, Iterator, List, Set
 
 import pytest
-
 from conftest import MARK
 from running import CellRun, run_command, wait_until_alone
 

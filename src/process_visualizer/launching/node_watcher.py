@@ -1,4 +1,4 @@
-"""Follows the nodes of a roslaunch process: its output tells starts and ends, the master the rest."""
+"""Follows the nodes of roslaunch: its output tells starts and ends, the master the rest."""
 from __future__ import annotations
 
 import socket

@@ -46,6 +46,11 @@ class Run:
         return self._watcher.reports()
 
     @property
+    def run_id(self) -> str:
+        """The mark in the environment of every process of the run."""
+        return self._record.run_id
+
+    @property
     def failed_required(self) -> Optional[NodeReport]:
         """The required node whose end ended the run."""
         return self._watcher.failed_required

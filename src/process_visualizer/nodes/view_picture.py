@@ -32,6 +32,11 @@ class ViewWatcher:
         with self._changed:
             return self._changed.wait_for(self._is_drawn, timeout_s)
 
+    def wait_until_ok(self, timeout_s: float) -> bool:
+        """Wait until all displays are OK."""
+        with self._changed:
+            return self._changed.wait_for(lambda: self._frames_when_ok is not None, timeout_s)
+
     def problems(self) -> List[str]:
         """What is not OK, one line for each display."""
         with self._changed:
