@@ -5,21 +5,25 @@ a rule), is a warning for its device: the rest of the cell still starts.
 """
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from typing import Dict, Iterable, List, Optional
 
 import rospkg
 from roslaunch.config import ROSLaunchConfig
 from roslaunch.core import Node as LaunchedNode
-from roslaunch.core import RLException
-from roslaunch.xmlloader import XmlLoader, XmlParseException
+from roslaunch.xmlloader import XmlLoader
 from roslib.packages import find_node
 
 from process_visualizer.cell.environment import find_launch_file
-from process_visualizer.cell.errors import Problem
+from process_visualizer.cell.errors import Problem, shortened
 from process_visualizer.cell.model import Device, LaunchFile
 from process_visualizer.cell.substitution import package_advice
 from process_visualizer.generate.choice import Choice
+from process_visualizer.generate.launch_writer import Tag, write_document
+
+_INCLUDED = re.compile(r'(while processing \S+: )+(?=while processing )')
+_LONGEST_REASON = 300
 
 
 @dataclass
@@ -52,10 +56,10 @@ def _inspect(device: Device, launch_file: LaunchFile, result: LaunchFiles) -> No
     try:
         nodes = _load_nodes(path, launch_file)
     except rospkg.ResourceNotFound as error:
-        warn(f'{launch_file.type} is left out: {package_advice(str(error.args[0]))}')
+        warn(f'{launch_file.type} is left out: {package_advice(_package_name(error))}')
         return
-    except (XmlParseException, RLException, OSError, ValueError) as error:
-        warn(f'{launch_file.type} is left out: {" ".join(str(error).split())}')
+    except Exception as error:  # a launch file evaluates expressions, which can raise anything
+        warn(f'{launch_file.type} is left out: {_reason(error)}')
         return
     result.paths[launch_file] = path
     for message in _missing(nodes):
@@ -71,17 +75,34 @@ def _find(launch_file: LaunchFile) -> Optional[str]:
 
 
 def _load_nodes(path: str, launch_file: LaunchFile) -> List[LaunchedNode]:
+    """The nodes of the file when it is included, with its arguments, in another one."""
+    root = Tag('launch')
+    root.include(path, launch_file.arguments)
     config = ROSLaunchConfig()
-    arguments = [f'{name}:={value}' for name, value in launch_file.arguments]
-    XmlLoader(resolve_anon=False).load(path, config, argv=arguments, verbose=False)
+    loader = XmlLoader(resolve_anon=False)
+    loader.ignore_unset_args = False  # roslaunch sets it from outside; without it, it crashes
+    loader.load_string(write_document(root), config, verbose=False)
     return list(config.nodes)
 
 
+def _package_name(error: rospkg.ResourceNotFound) -> str:
+    """The missing package; in an <arg>, roslaunch hides it at the end of a first sentence."""
+    return str(error.args[0]).splitlines()[0].split(': ')[-1]
+
+
+def _reason(error: Exception) -> str:
+    """The error on one line; of a chain of included files, only the one that is wrong."""
+    text = ' '.join((str(error) or repr(error)).split())
+    return shortened(_INCLUDED.sub('', text), _LONGEST_REASON)
+
+
 def _missing(nodes: Iterable[LaunchedNode]) -> List[str]:
-    """What is not installed of the nodes, each thing once."""
+    """What is not installed of the nodes that run on this computer, each thing once."""
     packages = rospkg.RosPack()
     messages: Dict[str, None] = {}
     for node in nodes:
+        if node.machine_name:
+            continue
         for package in (node.package, _nodelet_package(node)):
             if package and package not in packages.list():
                 messages[f'the node {node.namespace}{node.name} needs the package "{package}", '

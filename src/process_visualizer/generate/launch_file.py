@@ -16,6 +16,9 @@ from process_visualizer.generate.processor_nodes import (
 )
 from process_visualizer.generate.robot_description import RobotDescription
 
+_BOOLEAN = ('respawn', 'required', 'clear_params', 'subst_value')
+_TRUTH = {'1': 'true', '0': 'false'}
+
 
 class LaunchFileBuilder:
     """Builds the launch file; ``included`` maps a launch file to its path.
@@ -78,7 +81,7 @@ class LaunchFileBuilder:
         attributes: Dict[str, str] = {'pkg': node.package, 'type': node.type, 'name': node.name}
         if node.namespace != device.name:
             attributes['ns'] = '/' + node.namespace.strip('/')
-        element = group.add('node', {**attributes, **node.attributes})
+        element = group.add('node', {**attributes, **_in_words(node.attributes)})
         for child in node.children:
             self._roslaunch_element(element, child)
 
@@ -86,19 +89,20 @@ class LaunchFileBuilder:
         path = self._included.get(launch_file)
         if path is None:
             root.comment(f'left out, cannot be loaded: {launch_file.package} '
-                                       f'{launch_file.type} ({launch_file.location})')
+                         f'{launch_file.type} ({launch_file.location})')
             return
-        element = root.add('include', {'file': path})
-        for name, value in launch_file.arguments:
-            element.add('arg', {'name': name, 'value': value})
+        root.include(path, launch_file.arguments)
 
     def _roslaunch_element(self, parent: Tag, element: RoslaunchElement) -> None:
-        parent.add(element.tag, element.attributes, element.text)
+        parent.add(element.tag, _in_words(element.attributes), element.text)
 
     def _bag(self, root: Tag) -> None:
         if self._choice.mode is not Mode.PLAYBACK or self._choice.bag is None:
             return
         topics = recorded_topics(self._choice.devices)
+        if not topics:
+            root.comment('no device has a recorded topic: nothing of the recording is played')
+            return
         root.comment("the recording, restricted to the devices' own topics")
         root.add('node', {
             'pkg': 'rosbag', 'type': 'play', 'name': 'bag_player', 'output': 'log',
@@ -112,8 +116,14 @@ class LaunchFileBuilder:
         required = 'true' if start is RvizStart.REQUIRED else 'false'
         element = root.add('node', {
             'pkg': 'rviz', 'type': 'rviz', 'name': 'rviz', 'output': 'log',
-            'args': f'-d $(dirname)/{RVIZ_FILE}', 'required': required})
+            'args': f'-d "$(dirname)/{RVIZ_FILE}"', 'required': required})
         element.add('env', {'name': 'DISABLE_ROS1_EOL_WARNINGS', 'value': '1'})
+
+
+def _in_words(attributes: Mapping[str, str]) -> Dict[str, str]:
+    """The attributes with true and false for 1 and 0, which roslaunch takes in values only."""
+    return {name: _TRUTH.get(value, value) if name in _BOOLEAN else value
+            for name, value in attributes.items()}
 
 
 def urdf_file(device: Device) -> str:

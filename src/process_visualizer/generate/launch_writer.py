@@ -1,15 +1,23 @@
 """Writes roslaunch XML that people can read: attributes in the order given, YAML in blocks."""
 from __future__ import annotations
 
+import re
 import textwrap
 from dataclasses import dataclass, field
-from typing import Any, List, Mapping, Union
+from typing import Any, Iterable, List, Mapping, Tuple, Union
 from xml.sax.saxutils import escape, quoteattr
 
 import yaml
 
 _INDENT = '  '
 _WIDTH = 100
+
+
+class _Dumper(yaml.SafeDumper):
+    """Quotes texts such as ``deg(90)``, which rosparam would read as an angle."""
+
+
+_Dumper.add_implicit_resolver('!angle', re.compile(r'(deg|rad)\('), list('dr'))
 
 
 @dataclass
@@ -28,8 +36,14 @@ class Tag:
         return tag
 
     def comment(self, text: str) -> None:
-        """Add a comment; two hyphens in a row, which XML forbids there, are set apart."""
-        self.children.append(text.replace('--', '- -'))
+        """Add a comment; hyphens in a row, which XML forbids there, are set apart."""
+        self.children.append(re.sub('-(?=-)', '- ', text))
+
+    def include(self, path: str, arguments: Iterable[Tuple[str, str]]) -> None:
+        """Add an ``<include>`` of a launch file with names and values of its arguments."""
+        element = self.add('include', {'file': path})
+        for name, value in arguments:
+            element.add('arg', {'name': name, 'value': value})
 
     def parameters(self, values: Mapping[str, Any]) -> None:
         """Add the values as one ``<rosparam>``."""
@@ -44,10 +58,10 @@ def write_document(root: Tag) -> str:
 
 def _yaml(values: Mapping[str, Any]) -> str:
     """YAML with one block for each name; short lists and mappings stay on their line."""
-    blocks = [yaml.safe_dump({name: value}, sort_keys=False, width=_WIDTH, allow_unicode=True,
-                             default_flow_style=None if isinstance(value, (list, dict)) else False)
-              for name, value in values.items()]
-    return ''.join(block[1:-2] + '\n' if block.startswith('{') else block for block in blocks)
+    return ''.join(
+        yaml.dump({name: value}, Dumper=_Dumper, sort_keys=False, width=_WIDTH, allow_unicode=True,
+                  default_flow_style=None if isinstance(value, (list, dict)) else False)
+        for name, value in values.items())
 
 
 def _lines(tag: Tag, depth: int) -> List[str]:
@@ -55,7 +69,7 @@ def _lines(tag: Tag, depth: int) -> List[str]:
     opening = indent + '<' + ' '.join([tag.name, *(
         f'{name}={quoteattr(value)}' for name, value in tag.attributes.items())])
     if tag.text:
-        inner = [indent + _INDENT + line for line in escape(tag.text).splitlines()]
+        inner = [indent + _INDENT + line for line in escape(tag.text).split('\n')]
         return [opening + '>', *inner, f'{indent}</{tag.name}>']
     if not tag.children:
         return [opening + '/>']
