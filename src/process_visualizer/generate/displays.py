@@ -1,15 +1,18 @@
 """Which RViz displays a device gets: those of its type, and those its configuration adds."""
 from __future__ import annotations
 
-from typing import Any, Dict, List, Optional, Tuple
-
-import yaml
+import copy
+import re
+from typing import Any, Dict, List, Optional, Set, Tuple
 
 from process_visualizer.cell.displays import DISPLAY_TYPES
 from process_visualizer.cell.model import Device, DeviceType, Display, Property
 
 DisplayConfig = Dict[str, Any]
 
+_NUMBER = re.compile(r'-?(0|[1-9][0-9]{0,15})(\.[0-9]{1,15})?')
+_SETTLED = ('Class', 'Name', 'Displays')
+"""Keys that follow from the ``<rviz>`` element itself; no property changes them."""
 _DEFAULT_NAMES = {
     'RobotModel': 'Model',
     'MarkerArray': 'Arrows and numbers',
@@ -44,14 +47,14 @@ def _config(display: Display, device: Device) -> DisplayConfig:
         'Class': f'rviz/{display.type}',
         'Name': display.name or _DEFAULT_NAMES.get(display.type, display.type),
         'Enabled': True,
-        **display_type.properties,
+        **copy.deepcopy(display_type.properties),
     }
     if display_type.topic_key is not None:
         config[display_type.topic_key] = display_topic(display, device)
     if display.type == 'Group':
         config['Displays'] = [_config(child, device) for child in display.children]
-    for item in display.properties:
-        config[item.name] = property_value(item)
+    config.update((item.name, property_value(item)) for item in display.properties
+                  if item.name not in _SETTLED)
     return config
 
 
@@ -71,11 +74,14 @@ def property_value(item: Property) -> Any:
 
 
 def _scalar(text: Optional[str]) -> Any:
-    try:
-        value = yaml.safe_load(text or '')
-    except yaml.YAMLError:
-        return text
-    return value if isinstance(value, (bool, int, float)) else text or ''
+    """A number or truth value where the text is plainly one; all else stays as it is written."""
+    word = (text or '').lower()
+    if word in ('true', 'false'):
+        return word == 'true'
+    match = _NUMBER.fullmatch(word)
+    if match is None:
+        return text or ''
+    return float(word) if match[2] else int(word)
 
 
 def _identity(config: DisplayConfig) -> Tuple[str, Any]:
@@ -85,9 +91,12 @@ def _identity(config: DisplayConfig) -> Tuple[str, Any]:
 
 def _with_unique_names(configs: List[DisplayConfig]) -> List[DisplayConfig]:
     """RViz finds displays by name: number those that share one."""
-    seen: Dict[str, int] = {}
+    taken: Set[str] = set()
     for config in configs:
-        count = seen[config['Name']] = seen.get(config['Name'], 0) + 1
-        if count > 1:
-            config['Name'] += f' {count}'
+        name, count = config['Name'], 1
+        while config['Name'] in taken:
+            count += 1
+            config['Name'] = f'{name} {count}'
+        taken.add(config['Name'])
+        _with_unique_names(config.get('Displays', []))
     return configs

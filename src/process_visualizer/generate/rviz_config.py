@@ -19,12 +19,8 @@ class RVizConfig:
 
     def __init__(self, default_file: str, fixed_frame: str) -> None:
         """Read the default part; raises OSError or ValueError when it is unusable."""
-        content = yaml.safe_load(Path(default_file).read_text(encoding='utf-8'))
-        if not isinstance(content, dict) or 'Visualization Manager' not in content:
-            raise ValueError(f'{default_file}: not an RViz configuration: it has no '
-                             '"Visualization Manager"')
-        self._config: Dict[str, Any] = content
-        self._manager: Dict[str, Any] = content['Visualization Manager']
+        self._config = _read(default_file)
+        self._manager: Dict[str, Any] = self._config['Visualization Manager']
         self._manager.setdefault('Global Options', {})['Fixed Frame'] = fixed_frame
         self._displays: List[DisplayConfig] = list(self._manager.get('Displays') or [])
 
@@ -36,7 +32,7 @@ class RVizConfig:
         for device in devices:
             displays = device_displays(device)
             if any(display['Class'] == _GRID for display in displays):
-                self._displays = [it for it in self._displays if it['Class'] != _GRID]
+                self._displays = [it for it in self._displays if it.get('Class') != _GRID]
             if displays:
                 self._displays.append({
                     'Class': 'rviz/Group', 'Name': f'{device.name} ({device.type.value})',
@@ -51,3 +47,13 @@ class RVizConfig:
         """The file's content."""
         self._manager['Displays'] = self._displays + [_STATUS_DISPLAY]
         return yaml.safe_dump(self._config, sort_keys=False, width=100)
+
+
+def _read(path: str) -> Dict[str, Any]:
+    try:
+        content = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ValueError(f'{path}: not YAML: {" ".join(str(error).split())}') from None
+    if not isinstance(content, dict) or not isinstance(content.get('Visualization Manager'), dict):
+        raise ValueError(f'{path}: not an RViz configuration: it has no "Visualization Manager"')
+    return content
