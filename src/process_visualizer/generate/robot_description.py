@@ -43,11 +43,16 @@ class RobotDescription:
     def tool_link(self) -> str:
         """The link called ``tool`` (with any namespace), else the end of the longest chain."""
         named = [link for link in self.links if link.split('/')[-1] == 'tool']
-        return named[0] if named else max(self.links, key=self._depth)
+        return named[0] if named else max(self.links, key=lambda link: len(self.ancestors(link)))
 
-    def _depth(self, link: str) -> int:
+    def ancestors(self, link: str) -> List[str]:
+        """The links from the parent of this one to the root; ends where they begin to repeat."""
+        found: Dict[str, None] = {}
         parent = self.parents.get(link)
-        return 0 if parent is None else 1 + self._depth(parent)
+        while parent is not None and parent not in found:
+            found[parent] = None
+            parent = self.parents.get(parent)
+        return list(found)
 
 
 def model_path(model: Model) -> str:
@@ -73,7 +78,9 @@ def load_robot_description(path: str) -> RobotDescription:
     if root.tag != 'robot':
         raise ModelError(f'{path}: a URDF begins with <robot>, not <{root.tag}>')
     _check_with_urdfdom(path, text)
-    return _describe(text, root)
+    description = _describe(text, root)
+    _check_tree(path, description, root)
+    return description
 
 
 def _read(path: str) -> str:
@@ -115,11 +122,22 @@ def _check_with_urdfdom(path: str, text: str) -> None:
         raise ModelError(f'{path}: not a valid URDF: {_first_error(check.stdout)}')
 
 
+def _check_tree(path: str, description: RobotDescription, root: ElementTree.Element) -> None:
+    """Find what urdfdom lets pass: a link with two parents, or one that is its own ancestor."""
+    children = [child.get('link', '') for child in root.findall('joint/child')]
+    for link in description.parents:
+        if children.count(link) > 1:
+            raise ModelError(f'{path}: not a valid URDF: the link "{link}" has two parents')
+        if description.root_link not in description.ancestors(link):
+            raise ModelError(f'{path}: not a valid URDF: the link "{link}" is not connected to '
+                             f'the root link "{description.root_link}"')
+
+
 def _first_error(output: str) -> str:
     lines = [line.strip() for line in output.splitlines() if line.strip()]
-    errors = [line for line in lines if 'rror' in line]
+    errors = [line for line in lines if line.startswith('Error:')]
     text = (errors or lines or ['check_urdf gave no reason'])[0]
-    return text.split('Error:')[-1].strip()
+    return text[len('Error:'):].strip() if errors else text
 
 
 def _describe(text: str, root: ElementTree.Element) -> RobotDescription:
