@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import sys
 from typing import Dict, List, Optional, Sequence
 
@@ -19,6 +20,7 @@ from process_visualizer.launching.overview import overview
 from process_visualizer.launching.run_command import run_plan
 
 _DESCRIPTION = 'Checks, shows, generates or runs the robot cell of a configuration file.'
+_NAMED_VALUE = re.compile('[A-Za-z]\\w*:=')
 _COMMANDS = {
     'check': 'report every problem of the configuration; exit code 1 if there is one',
     'show': 'list devices, nodes and topics',
@@ -29,14 +31,16 @@ _COMMANDS = {
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command; returns its exit code."""
-    options = _parser().parse_args(arguments)
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    options = _parser().parse_args([word for word in words if not _NAMED_VALUE.match(word)])
+    options.args += filter(_NAMED_VALUE.match, words)  # argparse takes them in one place only
     try:
         return _execute(options)
     except ConfigurationError as error:
         for problem in error.problems:
             print(problem, file=sys.stderr)
         return 1
-    except (PlanError, ValueError) as error:
+    except (PlanError, ValueError, OSError) as error:
         print(f'cell: {error}', file=sys.stderr)
         return 1
 
@@ -100,6 +104,8 @@ def _choice(cell: Cell, options: argparse.Namespace) -> Choice:
         if not os.path.isfile(bag):
             raise ValueError(f'there is no file "{bag}"')
         bag = os.path.abspath(bag)
+        if '$(' in bag or not bag.isprintable():
+            raise ValueError(f'roslaunch cannot hand on the path {bag!a}; rename it')
     rviz = RvizStart.NONE if options.no_rviz else RvizStart.REQUIRED
     return Choice(cell, mode, choose_devices(cell, _names(options.devices)), rviz, bag)
 
@@ -125,8 +131,8 @@ def _look_at_machine(cell: Cell) -> 'tuple[List[Problem], List[Problem]]':
     for mode in Mode:
         inspected = inspect_launch_files(Choice(cell, mode, cell.devices))
         warnings.update(dict.fromkeys(inspected.warnings))
-    known = set(found.sorted())
-    return found.sorted(), [warning for warning in warnings if warning not in known]
+    known = {problem.location for problem in found.sorted()}
+    return found.sorted(), [warning for warning in warnings if warning.location not in known]
 
 
 def _plan(choice: Choice) -> Plan:

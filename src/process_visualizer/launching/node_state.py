@@ -30,7 +30,7 @@ class NodeReport:
         if self.state is NodeState.EXITED:
             return replace(self, state=NodeState.STARTING, exit_code=None,
                            restarts=self.restarts + 1)
-        return replace(self, state=NodeState.STARTING)
+        return replace(self, state=NodeState.STARTING, reason='')
 
     def registered(self) -> 'NodeReport':
         """The master knows the node; a process that has ended stays ended."""
@@ -40,11 +40,11 @@ class NodeReport:
 
     def exited(self, exit_code: int) -> 'NodeReport':
         """The process has ended."""
-        return replace(self, state=NodeState.EXITED, exit_code=exit_code)
+        return replace(self, state=NodeState.EXITED, exit_code=exit_code, reason='')
 
     def failed(self, reason: str) -> 'NodeReport':
         """roslaunch could not start the process."""
-        return replace(self, state=NodeState.FAILED, reason=reason)
+        return replace(self, state=NodeState.FAILED, exit_code=None, reason=reason)
 
     def __str__(self) -> str:
         text = f'{self.name}: {self.state.value}'

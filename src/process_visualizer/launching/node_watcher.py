@@ -97,10 +97,11 @@ class NodeWatcher:
         """Ask which of the starting nodes have registered, four times a second."""
         while not self._ended.is_set():
             self._starting.wait()
+            self._starting.clear()  # before looking, so that no start in between is missed
             names = [report.name for report in self.reports()
                      if report.state is NodeState.STARTING]
-            if not names:
-                self._starting.clear()
+            if names:
+                self._starting.set()
             for name in filter(is_registered, names):
                 self._change(name, lambda report: report.registered())
             self._ended.wait(_CHECK_PERIOD_S)

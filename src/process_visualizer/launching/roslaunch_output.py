@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Optional
 
 _CONTROL = re.compile(r'\x1b\[[0-9;]*m|\x1b\]2;.*?\x07')
-_PROCESS = r'\[(?P<name>.+)-\d+\]'
+_PROCESS = r'\[(?P<name>[^\[\]]+)-\d+\]'
 _STARTED = re.compile(r'process' + _PROCESS + r': started with pid \[(?P<pid>\d+)\]')
 _DIED = re.compile(_PROCESS + r' process has died \[pid \d+, exit code (?P<code>-?\d+)')
 _FINISHED = re.compile(_PROCESS + r' process has finished cleanly')

@@ -27,8 +27,7 @@ class RunRecord:
 
     def remove(self) -> None:
         """The run is over and left nothing."""
-        if self._path.exists():
-            self._path.unlink()
+        self._path.unlink(missing_ok=True)
 
 
 def clean_up_crashed_runs() -> List[int]:
@@ -37,7 +36,7 @@ def clean_up_crashed_runs() -> List[int]:
     for path in sorted(_folder().glob('*.json')):
         if not _owner_lives(path):
             ended += end_processes(path.stem)
-            path.unlink()
+            path.unlink(missing_ok=True)  # another program may be cleaning up, too
     return ended
 
 
