@@ -3,31 +3,22 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
-from typing import List, NamedTuple, Optional, Tuple
+from typing import List, Optional, Tuple
 
 import numpy as np
 import rospy
 from std_msgs.msg import Float32, UInt16
 from visualization_msgs.msg import Marker, MarkerArray
 
-from process_visualizer.motion.arrows import line_of_block
 from process_visualizer.nodes.live_number import LiveNumber
-from process_visualizer.nodes.markers import (
-    TEXT_PERIOD_S,
-    Pace,
-    VectorSample,
-    mesh_marker,
-    text_color,
-    text_marker,
-    value_text,
-    vector_arrow,
-)
+from process_visualizer.nodes.markers import VectorSample, mesh_marker, value_text
 from process_visualizer.nodes.parameters import (
     ArrowStyle,
     ParameterError,
     Parameters,
     private_parameters,
 )
+from process_visualizer.nodes.value_board import ShownValue, TextPlace, ValueBoard
 
 MESH = 'package://sewing_cell/meshes/sewing_machine.dae'
 DEFAULT_SETPOINT = 255.0  # of 512 (thesis section 6.2.3)
@@ -104,16 +95,6 @@ class Reading:
     time_s: float
 
 
-class Display(NamedTuple):
-    """An arrow and its text, which stands in a line of the machine's three."""
-
-    namespace: str
-    line: int
-    style: ArrowStyle
-    sample: VectorSample
-    text: str
-
-
 class SewingTransformer:
     """Turns the sewing machine's measurements into markers (thesis section 6.2.3)."""
 
@@ -129,7 +110,7 @@ class SewingTransformer:
         self._parameters = parameters
         self._setpoints = {which: LiveNumber(f'setpoint_{which}', DEFAULT_SETPOINT)
                            for which in ('upper', 'lower')}
-        self._texts = Pace(TEXT_PERIOD_S)
+        self._board = ValueBoard(parameters.text_height_m, self.STALE_AFTER_S)
         self._feed: Optional[Reading] = None
         self._upper: Optional[Reading] = None
         self._lower: Optional[Reading] = None
@@ -163,29 +144,24 @@ class SewingTransformer:
 
     def _build_markers(self, now_s: float) -> List[Marker]:
         """Return the machine and the arrows, and the numbers too when it is time for them."""
-        parameters = self._parameters
         shown = [self._feed_display(now_s), self._edge_display('upper', 1, now_s),
                  self._edge_display('lower', 2, now_s)]
-        known = [display for display in shown if display]
-        markers: List[Marker] = []
-        if parameters.mesh:
-            markers.append(mesh_marker('machine', parameters.base_frame, parameters.mesh))
-        markers += [vector_arrow(display.namespace, display.style, display.sample,
-                                 self._is_stale(display.sample, now_s)) for display in known]
-        if self._texts.is_due(now_s):
-            markers += [self._text(display, now_s) for display in known]
+        markers = self._board.markers([value for value in shown if value], now_s)
+        if self._parameters.mesh:
+            markers.append(mesh_marker('machine', self._parameters.base_frame,
+                                       self._parameters.mesh))
         return markers
 
-    def _feed_display(self, now_s: float) -> Optional[Display]:
+    def _feed_display(self, now_s: float) -> Optional[ShownValue]:
         if self._feed is None:
             return None
         style = self._parameters.feed_arrow
         sample = VectorSample(FEED_DIRECTION * self._feed.value, self._parameters.needle_frame,
                               self._feed.time_s, self.FEED_FOOT)
         text = value_text(style, self._feed.value, sample.age_s(now_s), self.STALE_AFTER_S)
-        return Display('feed_rate', 0, style, sample, text)
+        return ShownValue('feed_rate', style, sample, text, self._place(0))
 
-    def _edge_display(self, which: str, line: int, now_s: float) -> Optional[Display]:
+    def _edge_display(self, which: str, line: int, now_s: float) -> Optional[ShownValue]:
         upper = which == 'upper'
         edge = self._upper if upper else self._lower
         if edge is None:
@@ -195,18 +171,12 @@ class SewingTransformer:
         sample = VectorSample(edge_vector(edge.value, setpoint), self._parameters.needle_frame,
                               edge.time_s, self.UPPER_FOOT if upper else self.LOWER_FOOT)
         text = edge_text(style, edge.value, setpoint, sample.age_s(now_s), self.STALE_AFTER_S)
-        return Display(f'edge_{which}', line, style, sample, text)
+        return ShownValue(f'edge_{which}', style, sample, text, self._place(line))
 
-    def _text(self, display: Display, now_s: float) -> Marker:
-        """Return a text in one line of the machine's three."""
+    def _place(self, line: int) -> TextPlace:
+        """Return the place of one line of the machine's three."""
         parameters = self._parameters
-        stale = self._is_stale(display.sample, now_s)
-        return text_marker(display.namespace, parameters.needle_frame, parameters.text_position,
-                           line_of_block(display.text, display.line, 3), parameters.text_height_m,
-                           text_color(None if stale else display.style.color))
-
-    def _is_stale(self, sample: VectorSample, now_s: float) -> bool:
-        return sample.age_s(now_s) > self.STALE_AFTER_S
+        return TextPlace(parameters.needle_frame, parameters.text_position, line, 3)
 
 
 def main() -> None:

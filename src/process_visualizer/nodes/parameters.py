@@ -29,11 +29,23 @@ class Parameters:
         """Return the parameters below a name; none of them where the name is not set."""
         return Parameters(self._values.get(name, {}), f'{self._path}/{name}')
 
+    def groups(self, name: str) -> List['Parameters']:
+        """Return the groups of parameters in a list; none of them where it is not set."""
+        values = self._values.get(name, [])
+        if not isinstance(values, list):
+            raise self.error(name, 'a list of groups of parameters', values)
+        return [Parameters(value, f'{self._path}/{name}[{index}]')
+                for index, value in enumerate(values)]
+
+    def has(self, name: str) -> bool:
+        """Tell whether a parameter is set."""
+        return name in self._values
+
     def text(self, name: str, default: str) -> str:
         """Return a string."""
         value = self._values.get(name, default)
         if not isinstance(value, str):
-            raise self._error(name, 'a text', value)
+            raise self.error(name, 'a text', value)
         return value
 
     def frame(self, name: str, default: str) -> str:
@@ -45,21 +57,21 @@ class Parameters:
         value = self._values.get(name, default)
         if not is_number(value) or value <= above:
             bound = '' if above == -math.inf else f' above {above:g}'
-            raise self._error(name, f'a number{bound}', value)
+            raise self.error(name, f'a number{bound}', value)
         return float(value)
 
     def vector(self, name: str, default: Tuple[float, float, float]) -> Tuple[float, float, float]:
         """Return three finite numbers."""
         value = self._values.get(name, list(default))
         if not isinstance(value, list) or len(value) != 3 or not all(map(is_number, value)):
-            raise self._error(name, 'a list of three numbers', value)
+            raise self.error(name, 'a list of three numbers', value)
         return float(value[0]), float(value[1]), float(value[2])
 
     def texts(self, name: str) -> List[str]:
         """Return a list of strings; none by default."""
         value = self._values.get(name, [])
         if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
-            raise self._error(name, 'a list of texts', value)
+            raise self.error(name, 'a list of texts', value)
         return value
 
     def color(self, name: str, default: Color) -> Color:
@@ -70,11 +82,12 @@ class Parameters:
         except (TypeError, ValueError):
             numbers = []
         if len(numbers) not in (3, 4) or not all(0.0 <= number <= 1.0 for number in numbers):
-            raise self._error(name, 'three or four numbers from 0 to 1, as in 0 0.8 0.1', value)
+            raise self.error(name, 'three or four numbers from 0 to 1, as in 0 0.8 0.1', value)
         red, green, blue = numbers[:3]
         return red, green, blue, numbers[3] if len(numbers) == 4 else 1.0
 
-    def _error(self, name: str, expected: str, value: Any) -> ParameterError:
+    def error(self, name: str, expected: str, value: Any) -> ParameterError:
+        """Return the error that a parameter has a value other than what is expected."""
         return ParameterError(f'parameter {self._path}/{name}: {expected} is expected, '
                               f'not {value!r}')
 

@@ -1,0 +1,77 @@
+"""How a process variable is written beside its arrow, how long the arrow is, where the text is."""
+from __future__ import annotations
+
+import math
+from typing import Sequence, Tuple, Union
+
+import numpy as np
+
+from process_visualizer.motion.rotations import Vector
+
+Number = Union[int, float]
+
+MAX_LENGTH_M = 100.0  # a wild value must not take RViz beyond its single precision
+_LARGEST_WRITTEN_OUT = 1e12
+_MOST_DECIMALS = 6
+
+
+def variable_vector(value: Number, offset: float, scale_m: float, axis: Vector) -> np.ndarray:
+    """Return the arrow (3,) [m]: scale (value - offset) along the axis, at most MAX_LENGTH_M.
+
+    Args:
+        value: of the variable; finite.
+        offset: value at which the arrow has no length.
+        scale_m: metres of arrow per unit of the value.
+        axis: unit vector (3,).
+    """
+    length_m = (float(value) - offset) * scale_m if scale_m else 0.0
+    return np.asarray(axis, dtype=float) * min(max(length_m, -MAX_LENGTH_M), MAX_LENGTH_M)
+
+
+def variable_text(label: str, value: Number, unit: str, offset: float, scale_m: float) -> str:
+    """Return, for instance, 'upper edge 263 (+8)' or 'oven 351.2 K (+1.2)'.
+
+    The difference from the offset is left out where the offset is 0.
+    """
+    parts = [label, _written(value, _decimals(value, scale_m)), unit]
+    if offset:
+        difference = value - int(offset) if offset.is_integer() else value - offset
+        decimals = _decimals(difference if isinstance(value, int) else value, scale_m)
+        parts.append(f'({_written(difference, decimals, "+")})')
+    return ' '.join(part for part in parts if part)
+
+
+def text_direction(axes: Sequence[Vector]) -> Tuple[float, float, float]:
+    """Return the axis of the frame, z before y before x, that is farthest from all arrows.
+
+    Args:
+        axes: the arrows' unit vectors (3,) in their common frame.
+    """
+    nearness = np.round(np.max(np.abs(np.asarray(axes, dtype=float)), axis=0), 3)
+    farthest = 2 - int(np.argmin(nearness[::-1]))
+    x, y, z = np.eye(3)[farthest]
+    return float(x), float(y), float(z)
+
+
+def _decimals(value: Number, scale_m: float) -> int:
+    """Return how many decimals show a millimetre of the arrow, or three digits without one.
+
+    So the number is calm beside its arrow. It has two digits at least, which matters where a
+    small scale belongs to small values.
+    """
+    if isinstance(value, int):
+        return 0
+    # Below 1 the number of decimals stays, or noise around zero would change it at random.
+    to_first_digit = -math.floor(math.log10(max(abs(value), 0.1)))
+    if not scale_m:
+        return max(to_first_digit + 2, 0)
+    finest = math.floor(math.log10(abs(scale_m) / 1e-3) + 1e-9)
+    return min(max(to_first_digit + 1, finest, 0), _MOST_DECIMALS)
+
+
+def _written(value: Number, decimals: int, sign: str = '') -> str:
+    if isinstance(value, int):
+        return f'{value:{sign}d}'
+    if abs(value) >= _LARGEST_WRITTEN_OUT:
+        return f'{value:{sign}.4g}'
+    return f'{round(value, decimals) + 0.0:{sign}.{decimals}f}'  # -0.0 + 0.0 is 0.0

@@ -1,0 +1,74 @@
+"""The newest message of a topic of any type, decoded only when it is looked at."""
+from __future__ import annotations
+
+from typing import Any, Dict, NamedTuple, Optional
+
+import genpy
+import roslib.message
+import rospy
+
+
+class RawMessage(NamedTuple):
+    """A message as it came."""
+
+    message_type: str  # package/Type
+    md5sum: str  # of the publisher's definition
+    content: bytes
+    time_s: float
+
+
+class NewestMessage:
+    """Subscribes a topic of any type and keeps its newest message.
+
+    It stays in bytes until somebody wants it, so that a topic costs little however fast it is.
+    """
+
+    def __init__(self, topic: str) -> None:
+        """Subscribe."""
+        self._raw: Optional[RawMessage] = None
+        self._decoded_raw: Optional[RawMessage] = None
+        self._message: Any = None
+        self._classes: Dict[str, Optional[type]] = {}
+        rospy.Subscriber(topic, rospy.AnyMsg, self._receive, queue_size=1, tcp_nodelay=True)
+
+    def _receive(self, message: Any) -> None:
+        header = message._connection_header
+        self._raw = RawMessage(header['type'], header['md5sum'], message._buff, rospy.get_time())
+
+    def newest(self) -> Optional[RawMessage]:
+        """Return the newest message in bytes; none before the first one."""
+        return self._raw
+
+    def decode(self, raw: RawMessage) -> Any:
+        """Return a message of this topic; the one that was decoded last is not decoded again.
+
+        Raises:
+            ValueError: the type is not known here, or the bytes are not of this type.
+        """
+        if raw is not self._decoded_raw:
+            self._message = decode(raw, self._class(raw.message_type))
+            self._decoded_raw = raw
+        return self._message
+
+    def _class(self, message_type: str) -> Optional[type]:
+        if message_type not in self._classes:  # looking for one that is not there takes long
+            self._classes[message_type] = roslib.message.get_message_class(message_type)
+        return self._classes[message_type]
+
+
+def decode(raw: RawMessage, message_class: Optional[Any]) -> Any:
+    """Return a message from its bytes.
+
+    Raises:
+        ValueError: there is no class for it, it is another version, or the bytes are wrong.
+    """
+    if message_class is None:
+        raise ValueError(f'the message type {raw.message_type} is not known here; build its '
+                         'package in this workspace')
+    if raw.md5sum not in ('*', message_class._md5sum):
+        raise ValueError(f'the publisher uses another version of {raw.message_type}; build both '
+                         'with the same one')
+    try:
+        return message_class().deserialize(raw.content)
+    except genpy.DeserializationError as error:
+        raise ValueError(f'its bytes are not those of {raw.message_type}: {error}') from error

@@ -1,0 +1,95 @@
+"""Private parameters of the variable processor, as the generated launch file writes them."""
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import List, Optional, Tuple
+
+from process_visualizer.motion.field_path import FieldPath
+from process_visualizer.nodes.parameters import Color, Parameters
+
+ORANGE: Color = (1.0, 0.55, 0.1, 1.0)
+UnitVector = Tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class VariableParameters:
+    """A number of a topic, and how it is shown."""
+
+    topic: str
+    field: FieldPath
+    frame: str
+    axis: UnitVector  # in the frame
+    color: Color
+    unit: str
+    scale_m: float  # metres of arrow per unit; 0: text only
+    offset: float  # value at which the arrow has no length
+    label: str
+
+    @staticmethod
+    def read(parameters: Parameters) -> 'VariableParameters':
+        """Return the checked parameters of a variable.
+
+        Raises:
+            ParameterError: a value is wrong.
+        """
+        return VariableParameters(
+            topic=_required(parameters, 'topic'), field=_field(parameters),
+            frame=_required(parameters, 'frame').lstrip('/'), axis=_axis(parameters),
+            color=parameters.color('color', ORANGE), unit=parameters.text('unit', ''),
+            scale_m=parameters.number('scale', 1.0), offset=parameters.number('offset', 0.0),
+            label=parameters.text('label', ''))
+
+
+@dataclass(frozen=True)
+class VariablesParameters:
+    """The private parameters of the variable processor."""
+
+    variables: List[VariableParameters]
+    text_frame: str  # empty: each text stands beside its own arrow
+    text_position: Optional[Tuple[float, float, float]]  # [m] in the frame of the text
+    text_height_m: float
+    marker_rate_hz: float
+    stale_after_s: float
+
+    @staticmethod
+    def read(parameters: Parameters) -> 'VariablesParameters':
+        """Return the checked parameters.
+
+        Raises:
+            ParameterError: a value is wrong, or there is no variable.
+        """
+        variables = [VariableParameters.read(group) for group in parameters.groups('variables')]
+        if not variables:
+            raise parameters.error('variables', 'a list of at least one variable', variables)
+        text = parameters.group('text')
+        return VariablesParameters(
+            variables, text.frame('frame', ''),
+            text.vector('position', (0.0, 0.0, 0.0)) if text.has('position') else None,
+            text.number('height', 0.05, above=0.0),
+            parameters.number('marker_rate', 30.0, above=0.0),
+            parameters.number('stale_after', 1.0, above=0.0))
+
+
+def _required(parameters: Parameters, name: str) -> str:
+    value = parameters.text(name, '')
+    if not value:
+        raise parameters.error(name, 'a name', value)
+    return value
+
+
+def _field(parameters: Parameters) -> FieldPath:
+    text = parameters.text('field', 'data')
+    try:
+        return FieldPath(text)
+    except ValueError:
+        raise parameters.error('field', 'a field such as data, data[2] or wrench.force.z',
+                               text) from None
+
+
+def _axis(parameters: Parameters) -> UnitVector:
+    x, y, z = axis = parameters.vector('axis', (1.0, 0.0, 0.0))
+    length = math.hypot(*axis)
+    if not 0.0 < length < math.inf:
+        raise parameters.error('axis', 'a direction of three numbers', list(axis))
+    return x / length, y / length, z / length

@@ -1,0 +1,83 @@
+"""Lengths, numbers and places of process variables."""
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from process_visualizer.motion.variables import (
+    MAX_LENGTH_M,
+    text_direction,
+    variable_text,
+    variable_vector,
+)
+
+AXES = st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda axis: np.linalg.norm(axis) > 0.1).map(
+    lambda axis: axis / np.linalg.norm(axis))
+
+
+@pytest.mark.parametrize('value, offset, scale, vector', [
+    (263, 255.0, 0.01, [0.0, 0.08, 0.0]),
+    (245, 255.0, 0.01, [0.0, -0.1, 0.0]),
+    (245, 255.0, -0.01, [0.0, 0.1, 0.0]),
+    (255, 255.0, 0.01, [0.0, 0.0, 0.0]),
+    (1e30, 0.0, 0.0, [0.0, 0.0, 0.0]),
+    (1e308, -1e308, 1e10, [0.0, MAX_LENGTH_M, 0.0]),
+    (-1e308, 1e308, 1.0, [0.0, -MAX_LENGTH_M, 0.0]),
+    (1e308, -1e308, 0.0, [0.0, 0.0, 0.0]),
+    (2**64 - 1, 0.0, 1e300, [0.0, MAX_LENGTH_M, 0.0]),
+])
+def test_arrow(value, offset, scale, vector):
+    assert np.allclose(variable_vector(value, offset, scale, (0.0, 1.0, 0.0)), vector)
+
+
+@given(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6), st.floats(-1e-5, 1e-5), AXES)
+def test_arrow_is_linear_along_the_axis(value, offset, scale, axis):
+    vector = variable_vector(value, offset, scale, axis)
+    assert np.dot(vector, axis) == pytest.approx(scale * (value - offset), abs=1e-9)
+    assert np.linalg.norm(np.cross(vector, axis)) < 1e-9
+
+
+@pytest.mark.parametrize('arguments, text', [
+    (('feed', 0.0625, 'm/s', 0.0, 3.0), 'feed 0.062 m/s'),
+    (('feed', -0.0625, 'm/s', 0.0, 3.0), 'feed -0.062 m/s'),
+    (('feed', -0.0001, 'm/s', 0.0, 3.0), 'feed 0.000 m/s'),
+    (('upper edge', 263, '', 255.0, 0.003), 'upper edge 263 (+8)'),
+    (('upper edge', 249, '', 255.0, 0.003), 'upper edge 249 (-6)'),
+    (('level', 249, '', 255.5, 0.003), 'level 249 (-6.5)'),
+    (('oven', 351.25, '°C', 350.0, 0.01), 'oven 351.2 °C (+1.2)'),
+    (('oven', 12.34, '°C', 0.0, 0.0), 'oven 12.3 °C'),
+    (('', 1013.25, 'hPa', 0.0, 0.0), '1013 hPa'),
+    (('oven', 5.34, '°C', 0.0, 0.01), 'oven 5.3 °C'),
+    (('oven', 0.53, 'bar', 0.0, 0.0001), 'oven 0.53 bar'),
+    (('oven', 0.0, 'bar', 0.0, 0.0), 'oven 0.000 bar'),
+    (('door', 1, '', 0.0, 0.1), 'door 1'),
+    (('count', 2**64 - 1, '', 0.0, 0.0), 'count 18446744073709551615'),
+    (('', 1.5e300, '', 0.0, 0.0), '1.5e+300'),
+    (('tiny', 1.2e-5, 'm', 0.0, 1000.0), 'tiny 0.000012 m'),
+])
+def test_text(arguments, text):
+    assert variable_text(*arguments) == text
+
+
+@given(st.floats(-1e307, 1e307), st.floats(-1e300, 1e300),
+       st.floats(-1e300, 1e300))
+def test_every_number_has_a_short_text(value, offset, scale):
+    text = variable_text('', value, '', offset, scale)
+    assert 0 < len(text) < 50
+    assert float(text.split()[0]) == pytest.approx(value, rel=1e-2, abs=1e-3)
+
+
+@pytest.mark.parametrize('axes, direction', [
+    ([(1, 0, 0)], (0, 0, 1)),
+    ([(0, 0, -1)], (0, 1, 0)),
+    ([(0, 1, 0), (0, 0, 1)], (1, 0, 0)),
+    ([(1, 0, 0), (0, 1, 0), (0, 0, 1)], (0, 0, 1)),
+    ([(0.6, 0.0, 0.8)], (0, 1, 0)),
+])
+def test_text_stands_beside_the_arrows(axes, direction):
+    assert text_direction(axes) == direction
+
+
+@given(AXES)
+def test_text_is_never_in_the_way_of_one_arrow(axis):
+    assert abs(np.dot(text_direction([axis]), axis)) <= 1 / np.sqrt(3) + 0.001
