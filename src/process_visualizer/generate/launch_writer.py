@@ -16,8 +16,14 @@ _WIDTH = 100
 class _Dumper(yaml.SafeDumper):
     """Quotes texts such as ``deg(90)``, which rosparam would read as an angle."""
 
+    def text(self, text: str) -> yaml.ScalarNode:
+        """A text as a node; in other quotes YAML would fold Unicode's line separators."""
+        style = '"' if re.search('[\x85\u2028\u2029]', text) else None
+        return self.represent_scalar('tag:yaml.org,2002:str', text, style)
+
 
 _Dumper.add_implicit_resolver('!angle', re.compile(r'(deg|rad)\('), list('dr'))
+_Dumper.add_representer(str, _Dumper.text)
 
 
 @dataclass

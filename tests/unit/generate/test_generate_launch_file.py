@@ -1,0 +1,359 @@
+"""The generated launch file, as roslaunch's own loader understands it."""
+from __future__ import annotations
+
+import shlex
+import tempfile
+from pathlib import Path
+from typing import Callable, Dict
+from xml.sax.saxutils import escape, quoteattr
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from launch_loading import load_text, node_names, nodes, parameters
+from roslaunch.config import ROSLaunchConfig
+from roslaunch.core import Node as LaunchedNode
+
+from process_visualizer.cell.errors import Location
+from process_visualizer.cell.model import (
+    Cell,
+    Device,
+    DeviceType,
+    LaunchFile,
+    Mode,
+    Node,
+    RoslaunchElement,
+    Topic,
+    Variable,
+)
+from process_visualizer.generate.choice import Choice, RvizStart
+from process_visualizer.generate.launch_file import LaunchFileBuilder, recorded_topics, urdf_file
+from process_visualizer.generate.plan import generated_notice
+
+Build = Callable[..., ROSLaunchConfig]
+HERE = Location('cell.xml', 1)
+NASTY = '<&>"\' ]]> \t ä €'
+
+XML_CHARACTERS = st.characters(blacklist_categories=('Cs', 'Cc', 'Cn'))
+TEXTS = st.text(st.one_of(XML_CHARACTERS, st.sampled_from('<>&"\'\n\t -\x85\u2028:#{}[]%@')),
+                max_size=40).filter(lambda text: '$' not in text)
+
+
+def device(elements: str, kind: str = 'other') -> str:
+    return f'<device type="{kind}" name="d">{elements}</device>'
+
+
+def one_node(config: ROSLaunchConfig, name: str = '/d/n') -> LaunchedNode:
+    return nodes(config)[name]
+
+
+def launch_text(cell: Cell, mode: Mode = Mode.REALTIME, **options: object) -> str:
+    included = options.pop('included', {})
+    choice = Choice(cell, mode, cell.devices, RvizStart.NONE, **options)  # type: ignore[arg-type]
+    return LaunchFileBuilder(choice, {}, included).text()  # type: ignore[arg-type]
+
+
+def loaded(cell: Cell, mode: Mode = Mode.REALTIME, **options: object) -> ROSLaunchConfig:
+    with tempfile.TemporaryDirectory() as folder:
+        return load_text(launch_text(cell, mode, **options), Path(folder))
+
+
+def cell_of(*devices: Device) -> Cell:
+    return Cell('/folder/cell.xml', 'world', devices)
+
+
+def test_program_parts_of_an_empty_cell(build: Build) -> None:
+    config = build(device(''))
+    assert node_names(config) == ['/cell_frames']
+    assert parameters(config) == {'process_visualizer/playback_rate': 1.0,
+                                  'cell_frames/frames': []}
+
+
+def test_machine(build: Build) -> None:
+    config = build('<machine name="far" address="pc &amp; co" env-loader="/opt/e.sh" user="u" '
+                   'password="p&quot;w" timeout="5" ssh-port="2222" default="never"/>'
+                   + device('<node pkg="a" type="b" name="n" machine="far"/>'))
+    far = config.machines['far']
+    assert (far.address, far.env_loader, far.user, far.password, far.timeout, far.ssh_port,
+            far.assignable) == ('pc & co', '/opt/e.sh', 'u', 'p"w', 5.0, 2222, False)
+    assert one_node(config).machine_name == 'far'
+    assert one_node(config, '/cell_frames').machine_name is None
+
+
+def test_every_attribute_of_a_node(build: Build) -> None:
+    node = one_node(build(device(
+        '<node pkg="a" type="b.py" name="n" args="-x \'a  b\'" output="log" respawn="true" '
+        'respawn_delay="2.5" launch-prefix="nice -n 5" cwd="node" clear_params="true"/>')))
+    assert (node.package, node.type, node.args, node.output, node.respawn, node.respawn_delay,
+            node.launch_prefix, node.cwd, node.required) == (
+                'a', 'b.py', "-x 'a  b'", 'log', True, 2.5, 'nice -n 5', 'node', False)
+
+
+def test_defaults_of_a_node(build: Build) -> None:
+    node = one_node(build(device('<node pkg="a" type="b" name="n"/>')))
+    assert (node.args, node.output, node.respawn, node.required, node.launch_prefix, node.cwd,
+            node.machine_name) == ('', 'screen', False, False, None, None, None)
+
+
+def test_cleared_parameters(build: Build) -> None:
+    assert build(device('<node pkg="a" type="b" name="n" clear_params="1"/>')).clear_params == [
+        '/d/n/']
+
+
+@pytest.mark.parametrize('text, value', [
+    ('1', True), ('0', False), ('TRUE', True), ('False', False)])
+def test_every_way_to_write_a_truth_value(text: str, value: bool, build: Build) -> None:
+    """The configuration takes 1 and 0, roslaunch does not."""
+    config = build(device(f'<node pkg="a" type="b" name="n" required="{text}"/>'
+                          f'<node pkg="a" type="b" name="m" respawn="{text}"/>'
+                          f'<rosparam subst_value="{text}">a: b</rosparam>'))
+    assert one_node(config).required is value
+    assert one_node(config, '/d/m').respawn is value
+
+
+@pytest.mark.parametrize('namespace, name', [
+    ('', '/n'), ('/', '/n'), ('other', '/other/n'), ('/a/b', '/a/b/n'), ('a/b/', '/a/b/n'),
+    ('d', '/d/n'), ('/d', '/d/n')])
+def test_namespace(namespace: str, name: str, build: Build) -> None:
+    config = build(device(f'<node pkg="a" type="b" name="n" ns="{namespace}">'
+                          '<param name="p" value="1"/></node>'))
+    assert node_names(config) == sorted(['/cell_frames', name])
+    assert config.params[f'{name}/p'].value == 1
+
+
+@pytest.mark.parametrize('mode, expected', [
+    (Mode.REALTIME, ['/cell_frames', '/d/always', '/d/live']),
+    (Mode.PLAYBACK, ['/cell_frames', '/d/always', '/d/old'])])
+def test_ifstate(mode: Mode, expected: 'list[str]', build: Build) -> None:
+    config = build(device('<node pkg="a" type="b" name="always"/>'
+                          '<node pkg="a" type="b" name="live" ifstate="realtime"/>'
+                          '<node pkg="a" type="b" name="old" ifstate="playback"/>'), mode=mode)
+    assert node_names(config) == expected
+
+
+def test_parameters_of_device_and_node(build: Build, tmp_path: Path) -> None:
+    (tmp_path / 'text.txt').write_text('from a file')
+    found = parameters(build(device(
+        '<param name="whole" value="3"/><param name="real" value="3.0"/>'
+        '<param name="word" value="3" type="str"/><param name="yes" value="1" type="bool"/>'
+        '<param name="list" value="[1, 2]" type="yaml"/><param name="/global" value="x"/>'
+        f'<param name="file" textfile="{tmp_path}/text.txt"/>'
+        '<param name="command" command="echo said"/>'
+        '<node pkg="a" type="b" name="n"><param name="p" value="q"/><param name="~r" value="2"/>'
+        '</node>')))
+    assert found.pop('global') == 'x'
+    found = {name[2:]: value for name, value in found.items() if name.startswith('d/')}
+    assert found == {'whole': 3, 'real': 3.0, 'word': '3', 'yes': True, 'list': [1, 2],
+                     'file': 'from a file', 'command': 'said\n', 'n/p': 'q', 'n/r': 2}
+
+
+def test_rosparam_keeps_its_structure(build: Build) -> None:
+    found = parameters(build(device('''
+      <rosparam>
+        a:
+          b: 1
+          c: [1, 2,
+              3]
+
+        text: |
+          first
+            indented
+
+          last
+      </rosparam>
+      <node pkg="a" type="b" name="n"><rosparam param="only">5</rosparam>
+        <rosparam ns="x/y">z: "&lt;&amp;&gt;"</rosparam></node>''')), '/d')
+    assert found == {'a/b': 1, 'a/c': [1, 2, 3], 'text': 'first\n  indented\n\nlast\n',
+                     'n/only': 5, 'n/x/y/z': '<&>'}
+
+
+def test_rosparam_with_substitution(parse: Callable[[str], Cell], tmp_path: Path) -> None:
+    cell = parse('<arg name="rate" default="25"/>' + device(
+        '<rosparam subst_value="True">rate: $(arg rate)\nhere: $(dirname)</rosparam>'
+        '<rosparam>text: "$(arg unknown)"</rosparam>'))
+    assert parameters(loaded(cell), '/d') == {
+        'rate': 25, 'here': str(tmp_path), 'text': '$(arg unknown)'}
+
+
+def test_rosparam_from_a_file(build: Build, tmp_path: Path) -> None:
+    path = tmp_path / "it's <here>.yaml"
+    path.write_text('a: {b: 1}')
+    assert parameters(build(device(f'<rosparam file={quoteattr(str(path))} ns="x"/>')), '/d') == {
+        'x/a/b': 1}
+
+
+def test_rosparam_commands(build: Build) -> None:
+    config = build(device('<rosparam command="delete" param="old"/>'
+                          '<rosparam command="dump" file="/tmp/x.yaml"/>'))
+    assert [tuple(it.args) for it in config.executables] == [
+        ('delete', '/d/old'), ('dump', '/tmp/x.yaml', '/d/')]
+
+
+def test_remap_and_environment(build: Build) -> None:
+    node = one_node(build(device(
+        '<node pkg="a" type="b" name="n"><remap from="~in" to="/out"/><remap from="x" to="y/z"/>'
+        f'<env name="E" value={quoteattr(NASTY)}/></node>')))
+    assert [tuple(pair) for pair in node.remap_args] == [('~in', '/out'), ('x', 'y/z')]
+    assert [tuple(pair) for pair in node.env_args] == [('E', NASTY)]
+
+
+def test_include_with_arguments(parse: Callable[[str], Cell], tmp_path: Path) -> None:
+    path = tmp_path / "driver's <file>.launch"
+    path.write_text('<launch><arg name="a"/><arg name="b" default="0"/>'
+                    '<param name="a" value="$(arg a)"/><param name="b" value="$(arg b)"/></launch>')
+    cell = parse(device('<launch pkg="p" type="f.launch">'
+                        f'<arg name="a" value={quoteattr(NASTY)}/></launch>'))
+    (launch_file,) = cell.devices[0].launch_files
+    found = parameters(loaded(cell, included={launch_file: str(path)}))
+    assert (found['a'], found['b']) == (NASTY.strip(), 0)
+
+
+def test_unusable_launch_file_is_a_comment(parse: Callable[[str], Cell]) -> None:
+    cell = parse(device('<launch pkg="p" type="f--g.launch"/>'))
+    text = launch_text(cell)
+    assert '<!-- left out, cannot be loaded: p f- -g.launch (' in text
+    assert not loaded(cell).nodes[1:]
+
+
+def test_launch_file_of_the_other_mode_is_not_mentioned(parse: Callable[[str], Cell]) -> None:
+    cell = parse(device('<launch pkg="p" type="f.launch" ifstate="playback"/>'))
+    assert 'f.launch' not in launch_text(cell)
+
+
+def test_comments_tell_where_the_parts_come_from(parse: Callable[[str], Cell]) -> None:
+    text = launch_text(parse('\n\n' + device('<node pkg="a" type="b" name="n"/>')))
+    assert '<!-- d (other), from ' in text and 'cell.xml:3 -->' in text
+    assert 'mode realtime' in text.splitlines()[3]
+
+
+@pytest.mark.parametrize('name', ['a--b', 'a---b', '----', 'a-', '-', '-->', '<!--', '&amp;'])
+def test_comments_with_hyphens(name: str) -> None:
+    cell = Cell(f'/{name}/cell.xml', 'world', (Device(DeviceType.OTHER, 'd',
+                                                      Location(name, 1)),))
+    assert node_names(loaded(cell)) == ['/cell_frames']
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.text('-> <!', max_size=12))
+def test_comments_of_any_kind(name: str) -> None:
+    loaded(Cell(f'/{name}', 'world', (Device(DeviceType.OTHER, 'd', Location(name, 1)),)))
+
+
+def test_notice_marks_a_file_as_ours() -> None:
+    assert generated_notice('a.xml', 'playback').startswith('Generated by process_visualizer from')
+
+
+TOPICS = '<topic ns="d" name="q"/><topic name="secret" record="False"/><topic name="p"/>'
+
+
+@pytest.mark.parametrize('bag', [
+    '/a/b.bag', '/a b/c  d.bag', "/it's/a.bag", '/say "x"/a.bag', '/a\\b.bag', '/ä/<&>;|*?.bag',
+    '/-x --topics.bag', '/a$b/$HOME.bag', '/tab\there.bag', '/#.bag'])
+def test_bag_player(bag: str, build: Build) -> None:
+    config = build(device(TOPICS), mode=Mode.PLAYBACK, bag=bag)
+    player = one_node(config, '/bag_player')
+    assert (player.package, player.type) == ('rosbag', 'play')
+    assert shlex.split(player.args) == [bag, '--topics', '/d/q', '/p']
+
+
+@pytest.mark.parametrize('mode, bag', [(Mode.REALTIME, '/a.bag'), (Mode.PLAYBACK, None)])
+def test_no_bag_player(mode: Mode, bag: 'str | None', build: Build) -> None:
+    assert '/bag_player' not in nodes(build(device(TOPICS), mode=mode, bag=bag))
+
+
+def test_nothing_to_play(build: Build) -> None:
+    """rosbag would refuse --topics without any."""
+    config = build(device('<topic name="secret" record="False"/>'), mode=Mode.PLAYBACK, bag='/a')
+    assert '/bag_player' not in nodes(config)
+
+
+def test_recorded_topics_are_named_once() -> None:
+    def topic(name: str, record: bool = True) -> Topic:
+        return Topic(name, None, None, record, HERE)
+    devices = [Device(DeviceType.OTHER, 'a', HERE, topics=(topic('/x'), topic('/y', False))),
+               Device(DeviceType.OTHER, 'b', HERE, topics=(topic('/x'), topic('/z')))]
+    assert recorded_topics(devices) == ['/x', '/z']
+
+
+@pytest.mark.parametrize('start, required', [
+    (RvizStart.OPTIONAL, False), (RvizStart.REQUIRED, True)])
+def test_rviz(start: RvizStart, required: bool, build: Build, tmp_path: Path) -> None:
+    node = one_node(build(device(''), rviz=start), '/rviz')
+    assert node.required is required
+    assert shlex.split(node.args) == ['-d', str(tmp_path / 'cell.rviz')]
+    assert [tuple(pair) for pair in node.env_args] == [('DISABLE_ROS1_EOL_WARNINGS', '1')]
+
+
+def test_no_rviz(build: Build) -> None:
+    assert '/rviz' not in nodes(build(device(''), rviz=RvizStart.NONE))
+
+
+def test_rviz_in_a_folder_with_spaces(parse: Callable[[str], Cell], tmp_path: Path) -> None:
+    folder = tmp_path / "my cell's  files"
+    folder.mkdir()
+    cell = parse(device(''))
+    text = LaunchFileBuilder(Choice(cell, Mode.REALTIME, cell.devices), {}, {}).text()
+    assert shlex.split(one_node(load_text(text, folder), '/rviz').args) == [
+        '-d', str(folder / 'cell.rviz')]
+
+
+def test_name_of_a_model() -> None:
+    assert urdf_file(Device(DeviceType.ROBOT, 'arm', HERE)) == 'arm.urdf'
+
+
+@settings(max_examples=50, deadline=None)
+@given(TEXTS)
+def test_any_text_survives_in_attributes(text: str) -> None:
+    """roslaunch takes the white space from both ends of a parameter's value."""
+    parameter = RoslaunchElement('param', {'name': 'p', 'value': text, 'type': 'str'}, '', HERE)
+    environment = RoslaunchElement('env', {'name': 'E', 'value': text}, '', HERE)
+    node = Node('a', 'b', 'n', 'd', None, {'args': text, 'launch-prefix': text}, (environment,),
+                HERE)
+    config = loaded(cell_of(Device(DeviceType.OTHER, 'd', HERE, nodes=(node,),
+                                   parameters=(parameter,))))
+    found = one_node(config)
+    assert found.args == text
+    assert found.launch_prefix == text or found.launch_prefix is None and not text
+    assert [tuple(pair) for pair in found.env_args] == [('E', text)]
+    assert config.params['/d/p'].value == text.strip()
+
+
+@settings(max_examples=50, deadline=None)
+@given(TEXTS.filter(lambda text: ':=' not in text))
+def test_any_text_survives_as_argument_of_a_launch_file(text: str) -> None:
+    launch_file = LaunchFile('p', 'f.launch', None, (('a', text),), HERE)
+    cell = cell_of(Device(DeviceType.OTHER, 'd', HERE, launch_files=(launch_file,)))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, 'f.launch')
+        path.write_text('<launch><arg name="a"/><param name="p" type="str" value="$(arg a)"/>'
+                        '</launch>')
+        found = loaded(cell, included={launch_file: str(path)})
+    assert found.params['/p'].value == text.strip()
+
+
+LABELS = st.one_of(TEXTS, st.sampled_from([
+    'deg(90)', 'rad(1)', 'rad(x)', 'yes', '1', '~', '- a', 'a: b', '$(arg x)', '%', '\r', ' ',
+    '12:30', '!!int 1', '\x85', '\u2028a', 'a\x85 b', '\ufeff', '0x1', '1e3', '.inf']))
+
+
+@settings(max_examples=50, deadline=None)
+@given(LABELS, LABELS, st.floats(allow_nan=False, allow_infinity=False))
+def test_any_text_and_number_survives_in_parameters(label: str, unit: str, scale: float) -> None:
+    variable = Variable('/t', 'data', 'f', (1.0, 0.0, -0.5), (0.1, 1.0, 0.0), unit, scale, 1e-300,
+                        label, HERE)
+    config = loaded(cell_of(Device(DeviceType.OTHER, 'd', HERE, variables=(variable,))))
+    assert parameters(config, '/d/variable_proc') == {'variables': [
+        {'topic': '/t', 'field': 'data', 'frame': 'f', 'axis': [1.0, 0.0, -0.5],
+         'color': [0.1, 1.0, 0.0], 'unit': unit, 'scale': scale, 'offset': 1e-300,
+         'label': label}]}
+
+
+def test_rosparam_text_is_data_not_xml() -> None:
+    found: Dict[str, object] = {}
+    text = 'a: "<b/> & ]]> -->"'
+    element = RoslaunchElement('rosparam', {}, text, HERE)
+    found.update(parameters(loaded(cell_of(Device(DeviceType.OTHER, 'd', HERE,
+                                                  parameters=(element,)))), '/d'))
+    assert found == {'a': '<b/> & ]]> -->'}
+    assert escape(text) in launch_text(cell_of(Device(DeviceType.OTHER, 'd', HERE,
+                                                      parameters=(element,))))

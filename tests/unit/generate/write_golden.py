@@ -1,0 +1,22 @@
+"""Writes the golden files anew, from what is generated now.
+
+Run it in the environment of the workspace and look at what git says has changed:
+
+    ./scripts/build python3 tests/unit/generate/write_golden.py && git diff tests/data/golden
+"""
+from __future__ import annotations
+
+from golden import CASES, FOLDER, golden_texts, make_plan
+
+
+def main() -> None:
+    """Write the files of all cases."""
+    for case in CASES:
+        for ending, text in golden_texts(make_plan(case)).items():
+            path = FOLDER / (case + ending)
+            path.write_text(text, encoding='utf-8')
+            print(path)
+
+
+if __name__ == '__main__':
+    main()
