@@ -1,0 +1,123 @@
+"""The nodes that the program starts for a device, with their parameters."""
+from __future__ import annotations
+
+from typing import Callable, List, Optional
+
+import pytest
+
+from process_visualizer.cell.model import Cell, Device
+from process_visualizer.generate.processor_nodes import (
+    ProcessorNode,
+    frame_parameters,
+    processor_nodes,
+    robot_parameters,
+)
+from process_visualizer.generate.robot_description import RobotDescription
+
+Parse = Callable[[str], Cell]
+ARM = RobotDescription('<robot/>', ('base', 'a', 'tool'),
+                       {'j1': 'revolute', 'j2': 'prismatic'}, {'a': 'base', 'tool': 'a'})
+STONE = RobotDescription('<robot/>', ('base',), {}, {})
+
+
+def device(parse: Parse, kind: str, elements: str) -> Device:
+    return parse(f'<device type="{kind}" name="d">{elements}</device>').devices[0]
+
+
+def nodes_of(parse: Parse, kind: str, elements: str,
+             description: Optional[RobotDescription] = None) -> List[ProcessorNode]:
+    cell = parse(f'<device type="{kind}" name="d">{elements}</device>')
+    return processor_nodes(cell.devices[0], description, cell)
+
+
+@pytest.mark.parametrize('kind, elements, description, names', [
+    ('robot', '', None, ['robot_proc']),
+    ('robot', '', ARM, ['robot_state_publisher', 'robot_proc']),
+    ('robot', '', STONE, ['robot_proc']),
+    ('other', '', None, []),
+    ('other', '', ARM, ['robot_state_publisher']),
+    ('other', '', STONE, []),
+    ('other', '<variable topic="t" frame="f"/>', None, ['variable_proc']),
+    ('depth_sensor', '', None, []),
+    ('depth_sensor', '<topic name="c" type="pointcloud"/>', None, ['depth_proc']),
+    ('depth_sensor', '<topic name="c" type="pointcloud"/><roi size="1 1 1"/>'
+                     '<variable topic="t" frame="f"/>', ARM,
+     ['robot_state_publisher', 'roi_filter', 'depth_proc', 'variable_proc'])])
+def test_which_nodes(kind: str, elements: str, description: Optional[RobotDescription],
+                     names: List[str], parse: Parse) -> None:
+    assert [node.name for node in nodes_of(parse, kind, elements, description)] == names
+
+
+def test_cloud_that_is_not_cropped(parse: Parse) -> None:
+    (node,) = nodes_of(parse, 'depth_sensor', '<topic ns="k" name="c" type="pointcloud"/>')
+    assert node == ProcessorNode('process_visualizer', 'depth_proc', 'depth_proc',
+                                 {'topic': '/k/c'})
+
+
+def test_cropped_cloud(parse: Parse) -> None:
+    roi, depth = nodes_of(parse, 'depth_sensor', '<topic ns="k" name="c" type="pointcloud"/>'
+                          '<roi frame="/table" xyz="0 1 2" size="3 4 5"/>')
+    assert (roi.package, roi.type, roi.args) == (
+        'nodelet', 'nodelet', 'standalone process_visualizer/RoiFilter')
+    assert roi.remaps == {'~input': '/k/c', '~output': '/d/roi_points'}
+    assert roi.parameters == {'frame': 'table', 'center': [0, 1, 2], 'size': [3, 4, 5]}
+    assert depth.parameters == {'topic': '/d/roi_points'}
+
+
+def test_region_in_the_global_frame(parse: Parse) -> None:
+    roi = nodes_of(parse, 'depth_sensor',
+                   '<topic name="c" type="pointcloud"/><roi size="3 4 5"/>')[0]
+    assert (roi.parameters['frame'], roi.parameters['center']) == ('world', [0, 0, 0])
+
+
+def test_variables(parse: Parse) -> None:
+    (node,) = nodes_of(parse, 'other', '''
+        <variable topic="a/t" field="v[2]" frame="f" axis="-z" color="#ff0000" unit="N" scale="0.5"
+                  offset="255" label="Force"/>
+        <variable topic="/u" frame="f"/>''')
+    first, second = node.parameters['variables']
+    assert first == {'topic': '/a/t', 'field': 'v[2]', 'frame': 'f', 'axis': [0, 0, -1],
+                     'color': [1, 0, 0], 'unit': 'N', 'scale': 0.5, 'offset': 255,
+                     'label': 'Force'}
+    assert (second['topic'], second['field'], second['label'], second['scale']) == (
+        '/u', 'data', 'u', 1)
+
+
+def test_robot_with_everything(parse: Parse) -> None:
+    found = robot_parameters(device(parse, 'robot', '''
+        <base frame="/base"/>
+        <force parentframe="tool" frame="force" xyz="0 0 0" rpy="0 0 0"/>
+        <topic name="q" type="joint_states" msg="sensor_msgs/JointState"/>
+        <topic name="t" type="tool_center_frame"/>
+        <topic name="f" type="force_sensor" msg="geometry_msgs/WrenchStamped"/>
+        <topic name="other"/>
+        <arrow quantity="velocity" scale="2" min="0.01" max="0.5" color="red"/>
+        <arrow quantity="force" max="0"/>'''), ARM)
+    assert found == {
+        'base_frame': 'base', 'tool_frame': 'tool', 'force_frame': 'force',
+        'joint_names': ['j1', 'j2'],
+        'topics': {'joint_states': {'name': '/q', 'msg': 'sensor_msgs/JointState'},
+                   'tool_center_frame': {'name': '/t'},
+                   'force_sensor': {'name': '/f', 'msg': 'geometry_msgs/WrenchStamped'}},
+        'arrows': {'velocity': {'scale': 2, 'min': 0.01, 'max': 0.5, 'color': [0.9, 0.1, 0.1]},
+                   'force': {'max': 0}}}
+
+
+def test_robot_with_nothing(parse: Parse) -> None:
+    assert robot_parameters(device(parse, 'robot', ''), None) == {'topics': {}}
+
+
+def test_robot_without_model_takes_the_parent_of_the_force_frame_as_tool(parse: Parse) -> None:
+    found = robot_parameters(device(parse, 'robot', '<force parentframe="flange" frame="f" '
+                                                    'xyz="0 0 0" rpy="0 0 0"/>'), None)
+    assert found == {'tool_frame': 'flange', 'force_frame': 'f', 'topics': {}}
+
+
+def test_frames(parse: Parse) -> None:
+    cell = parse('<device type="robot" name="a"><base frame="a" xyz="1 2 3" rpy="0.1 0.2 0.3"/>'
+                 '<force parentframe="t" frame="f" xyz="0 0 1" ypr="1 0 0"/></device>'
+                 '<device type="other" name="b"/>')
+    assert frame_parameters(cell, cell.devices) == {'frames': [
+        {'parent': 'world', 'child': 'a', 'xyz': [1, 2, 3], 'ypr': [0.1, 0.2, 0.3]},
+        {'parent': 't', 'child': 'f', 'xyz': [0, 0, 1], 'ypr': [1, 0, 0]}]}
+    assert frame_parameters(cell, cell.devices[1:]) == {'frames': []}
