@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from process_visualizer.motion.variables import (
     MAX_LENGTH_M,
-    text_direction,
+    text_position,
     variable_text,
     variable_vector,
 )
@@ -67,17 +67,11 @@ def test_every_number_has_a_short_text(value, offset, scale):
     assert float(text.split()[0]) == pytest.approx(value, rel=1e-2, abs=1e-3)
 
 
-@pytest.mark.parametrize('axes, direction', [
-    ([(1, 0, 0)], (0, 0, 1)),
-    ([(0, 0, -1)], (0, 1, 0)),
-    ([(0, 1, 0), (0, 0, 1)], (1, 0, 0)),
-    ([(1, 0, 0), (0, 1, 0), (0, 0, 1)], (0, 0, 1)),
-    ([(0.6, 0.0, 0.8)], (0, 1, 0)),
+@pytest.mark.parametrize('vectors, height', [
+    ([(0.5, 0.0, 0.0)], 0.09),
+    ([(0.0, 0.0, -0.5)], 0.09),
+    ([(0.0, 0.0, 0.3), (0.0, 0.1, 0.0)], 0.39),
+    ([(0.0, 0.0, 50.0)], 1.09),
 ])
-def test_text_stands_beside_the_arrows(axes, direction):
-    assert text_direction(axes) == direction
-
-
-@given(AXES)
-def test_text_is_never_in_the_way_of_one_arrow(axis):
-    assert abs(np.dot(text_direction([axis]), axis)) <= 1 / np.sqrt(3) + 0.001
+def test_text_stands_above_feet_and_tips(vectors, height):
+    assert text_position(vectors, 0.1) == pytest.approx((0.0, 0.0, height))

@@ -7,9 +7,14 @@ from visualization_msgs.msg import Marker
 
 from process_visualizer.nodes.newest_message import RawMessage, decode
 from process_visualizer.nodes.parameters import ParameterError, Parameters
-from process_visualizer.nodes.value_board import ValueBoard
+from process_visualizer.nodes.value_board import ShownValue, TextPlace, ValueBoard
 from process_visualizer.nodes.variable_parameters import VariablesParameters
-from process_visualizer.nodes.variable_processor import Variable, marker_namespaces, text_places
+from process_visualizer.nodes.variable_processor import (
+    Variable,
+    arrow_style,
+    marker_namespaces,
+    text_places,
+)
 
 SPEED = {'topic': '/speed', 'frame': '/tool', 'scale': 0.5, 'label': 'v', 'unit': 'm/s'}
 
@@ -54,13 +59,15 @@ def shown():
     def make(**values):
         parameters = read(values)
         source = Source()
-        variable = Variable('oven', parameters.variables[0], source,
-                            'variable/v', text_places(parameters)[0])
+        variable = Variable('oven', parameters.variables[0], source)
         board = ValueBoard(0.05, 1.0)
 
         def markers(now_s):
-            made = board.markers([variable.show(now_s, 1.0)], now_s)
-            return {marker.id: marker for marker in made}
+            sample = variable.sample()
+            text = variable.text(sample.age_s(now_s), 1.0)
+            value = ShownValue('variable/v', arrow_style(parameters.variables[0]), sample, text,
+                               TextPlace('tool', (0, 0, 1)))
+            return {marker.id: marker for marker in board.markers([value], now_s)}
         return source, markers
     return make
 
@@ -110,17 +117,19 @@ def test_namespaces_of_markers_differ():
 
 
 def test_texts_in_one_frame_are_lines_of_one_block():
-    places = text_places(read({}, {'frame': 'other', 'axis': [0, 0, 1]}, {'axis': [0, 1, 0]}))
+    places = text_places(read({}, {'frame': 'other'}, {}),
+                         [(1.0, 0.0, 0.0), (0.0, 0.0, 0.2), (0.0, 0.1, 0.0)])
     assert [(place.frame, place.line, place.line_count) for place in places] == [
         ('tool', 0, 2), ('other', 0, 1), ('tool', 1, 2)]
-    assert places[0].position == pytest.approx([0.0, 0.0, 0.09])
+    assert places[0].position == pytest.approx((0.0, 0.0, 0.09))
     assert places[2].position == places[0].position
-    assert places[1].position == pytest.approx([0.0, 0.065, 0.0])
+    assert places[1].position == pytest.approx((0.0, 0.0, 0.265))
 
 
 def test_texts_at_a_place_of_their_own():
     places = text_places(read({}, {'frame': 'other'},
-                              text={'frame': '/board', 'position': [0, 1, 2]}))
+                              text={'frame': '/board', 'position': [0, 1, 2]}),
+                         [(0.0, 0.0, 0.5)] * 2)
     assert [(place.frame, tuple(place.position), place.line) for place in places] == [
         ('board', (0, 1, 2), 0), ('board', (0, 1, 2), 1)]
 

@@ -13,6 +13,8 @@ Number = Union[int, float]
 MAX_LENGTH_M = 100.0  # a wild value must not take RViz beyond its single precision
 _LARGEST_WRITTEN_OUT = 1e12
 _MOST_DECIMALS = 6
+_TEXT_GAP_M = 0.04  # between arrows and texts
+_HIGHEST_TEXT_M = 1.0
 
 
 def variable_vector(value: Number, offset: float, scale_m: float, axis: Vector) -> np.ndarray:
@@ -41,16 +43,19 @@ def variable_text(label: str, value: Number, unit: str, offset: float, scale_m: 
     return ' '.join(part for part in parts if part)
 
 
-def text_direction(axes: Sequence[Vector]) -> Tuple[float, float, float]:
-    """Return the axis of the frame, z before y before x, that is farthest from all arrows.
+def text_position(vectors: Sequence[Vector], block_height_m: float) -> Tuple[float, float, float]:
+    """Return where the middle of a block of texts stands, (3,) [m] in the arrows' common frame.
+
+    It is on the frame's z axis, above the arrows' feet and tips, where none of them crosses it;
+    but not so high that a long arrow takes it out of sight.
 
     Args:
-        axes: the arrows' unit vectors (3,) in their common frame.
+        vectors: the arrows, each (3,) [m], from the frame's origin.
+        block_height_m: height of all lines.
     """
-    nearness = np.round(np.max(np.abs(np.asarray(axes, dtype=float)), axis=0), 3)
-    farthest = 2 - int(np.argmin(nearness[::-1]))
-    x, y, z = np.eye(3)[farthest]
-    return float(x), float(y), float(z)
+    highest_tip_m = max(float(vector[2]) for vector in vectors)
+    foot_m = min(max(highest_tip_m, 0.0), _HIGHEST_TEXT_M)
+    return 0.0, 0.0, foot_m + _TEXT_GAP_M + 0.5 * block_height_m
 
 
 def _decimals(value: Number, scale_m: float) -> int:

@@ -15,7 +15,7 @@ from process_visualizer.motion.rotations import Vector
 from process_visualizer.motion.variables import (
     MAX_LENGTH_M,
     Number,
-    text_direction,
+    text_position,
     variable_text,
     variable_vector,
 )
@@ -28,46 +28,41 @@ from process_visualizer.nodes.variable_parameters import VariableParameters, Var
 
 SHORTEST_ARROW_M = 0.005  # a shorter one is a mere disc
 DIAMETER_M = 0.016
-TEXT_GAP_M = 0.04  # from the arrow's foot to the block of texts
 
 
 class Variable:
     """A variable's last good value; it looks at its topic only when it is drawn."""
 
-    def __init__(self, device: str, parameters: VariableParameters, source: NewestMessage,
-                 namespace: str, place: TextPlace) -> None:
-        """Take the device's name for messages, the topic, the markers' namespace, the text."""
+    def __init__(self, device: str, parameters: VariableParameters,
+                 source: NewestMessage) -> None:
+        """Take the device's name, for messages to the user, and the topic."""
         self._device = device
         self._parameters = parameters
         self._source = source
-        self._namespace = namespace
-        self._place = place
-        # The vector is in metres already.
-        self._style = ArrowStyle(parameters.label, parameters.unit, 0, scale_m=1.0, min_m=0.0,
-                                 max_m=MAX_LENGTH_M, threshold=SHORTEST_ARROW_M,
-                                 color=parameters.color, diameter_m=DIAMETER_M)
         self._seen: Optional[RawMessage] = None
         self._value: Optional[Number] = None
         self._time_s = -math.inf  # when the value came
         self._warnings = Pace(WARNING_PERIOD_S)
 
-    def show(self, now_s: float, stale_after_s: float) -> ShownValue:
-        """Return the arrow and the text of now."""
+    def sample(self) -> VectorSample:
+        """Return the arrow [m] of now; no length before the first value."""
         self._update()
         parameters = self._parameters
         if self._value is None:
-            vector: Vector = (0.0, 0.0, 0.0)
-            text = f'{parameters.label} no data'.lstrip()
-        else:
-            vector = variable_vector(self._value, parameters.offset, parameters.scale_m,
-                                     parameters.axis)
-            text = variable_text(parameters.label, self._value, parameters.unit,
-                                 parameters.offset, parameters.scale_m)
-        sample = VectorSample(vector, parameters.frame, self._time_s)
-        age_s = sample.age_s(now_s)
-        if stale_after_s < age_s < math.inf:
-            text = format_age(parameters.label, age_s)
-        return ShownValue(self._namespace, self._style, sample, text, self._place)
+            return VectorSample((0.0, 0.0, 0.0), parameters.frame, self._time_s)
+        vector = variable_vector(self._value, parameters.offset, parameters.scale_m,
+                                 parameters.axis)
+        return VectorSample(vector, parameters.frame, self._time_s)
+
+    def text(self, age_s: float, stale_after_s: float) -> str:
+        """Return the last value, or since when there is none."""
+        parameters = self._parameters
+        if self._value is None:
+            return f'{parameters.label} no data'.lstrip()
+        if age_s > stale_after_s:
+            return format_age(parameters.label, age_s)
+        return variable_text(parameters.label, self._value, parameters.unit,
+                             parameters.offset, parameters.scale_m)
 
     def _update(self) -> None:
         raw = self._source.newest()
@@ -97,24 +92,37 @@ class VariableProcessor:
 
     def __init__(self, device: str, parameters: VariablesParameters) -> None:
         """Subscribe, advertise, and start the timer of the markers."""
-        self._stale_after_s = parameters.stale_after_s
+        self._parameters = parameters
         self._board = ValueBoard(parameters.text_height_m, parameters.stale_after_s)
-        variables = parameters.variables
-        topics = {variable.topic: NewestMessage(variable.topic) for variable in variables}
-        self._variables = [
-            Variable(device, variable, topics[variable.topic], namespace, place)
-            for variable, namespace, place in zip(
-                variables, marker_namespaces(variables), text_places(parameters))]
+        self._namespaces = marker_namespaces(parameters.variables)
+        self._styles = [arrow_style(variable) for variable in parameters.variables]
+        topics = {variable.topic: NewestMessage(variable.topic)
+                  for variable in parameters.variables}
+        self._variables = [Variable(device, variable, topics[variable.topic])
+                           for variable in parameters.variables]
         self._publisher = rospy.Publisher('marker_array', MarkerArray, queue_size=1)
         self._timer = rospy.Timer(rospy.Duration(1.0 / parameters.marker_rate_hz),
                                   self._on_timer, reset=True)
 
     def _on_timer(self, _event: rospy.timer.TimerEvent) -> None:
-        if self._publisher.get_num_connections() == 0:
-            return
-        now_s = rospy.get_time()
-        shown = [variable.show(now_s, self._stale_after_s) for variable in self._variables]
-        self._publisher.publish(MarkerArray(self._board.markers(shown, now_s)))
+        if self._publisher.get_num_connections() > 0:
+            now_s = rospy.get_time()
+            self._publisher.publish(MarkerArray(self._board.markers(self._shown(now_s), now_s)))
+
+    def _shown(self, now_s: float) -> List[ShownValue]:
+        samples = [variable.sample() for variable in self._variables]
+        texts = [variable.text(sample.age_s(now_s), self._parameters.stale_after_s)
+                 for variable, sample in zip(self._variables, samples)]
+        places = text_places(self._parameters, [sample.vector for sample in samples])
+        return [ShownValue(*value) for value in zip(
+            self._namespaces, self._styles, samples, texts, places)]
+
+
+def arrow_style(parameters: VariableParameters) -> ArrowStyle:
+    """Return the style of a variable's arrow, whose vector is in metres already."""
+    return ArrowStyle(parameters.label, 'm', 3, scale_m=1.0, min_m=SHORTEST_ARROW_M,
+                      max_m=MAX_LENGTH_M, threshold=SHORTEST_ARROW_M, color=parameters.color,
+                      diameter_m=DIAMETER_M)
 
 
 def marker_namespaces(variables: Sequence[VariableParameters]) -> List[str]:
@@ -128,25 +136,24 @@ def marker_namespaces(variables: Sequence[VariableParameters]) -> List[str]:
             for number, name in enumerate(names, start=1)]
 
 
-def text_places(parameters: VariablesParameters) -> List[TextPlace]:
-    """Return where each variable's text stands: texts in one frame are lines of one block."""
+def text_places(parameters: VariablesParameters, vectors: Sequence[Vector]) -> List[TextPlace]:
+    """Return where each variable's text stands: texts in one frame are lines of one block.
+
+    Args:
+        parameters: with the place of the texts, if they have one of their own.
+        vectors: the arrow of each variable, (3,) [m] in its frame.
+    """
     frames = [parameters.text_frame or variable.frame for variable in parameters.variables]
-    members: Dict[str, List[int]] = {}
+    blocks: Dict[str, List[int]] = {}
     for index, frame in enumerate(frames):
-        members.setdefault(frame, []).append(index)
+        blocks.setdefault(frame, []).append(index)
     places = []
     for index, frame in enumerate(frames):
-        block = members[frame]
-        axes = [parameters.variables[member].axis for member in block]
-        position = parameters.text_position or _beside(axes, parameters.text_height_m)
+        block = blocks[frame]
+        position = parameters.text_position or text_position(
+            [vectors[member] for member in block], len(block) * parameters.text_height_m)
         places.append(TextPlace(frame, position, block.index(index), len(block)))
     return places
-
-
-def _beside(axes: Sequence[Sequence[float]], text_height_m: float) -> List[float]:
-    """Return where the middle of a block of texts stands, (3,) [m], beside the arrows' feet."""
-    distance_m = TEXT_GAP_M + 0.5 * text_height_m * len(axes)
-    return [distance_m * part for part in text_direction(axes)]
 
 
 def main() -> None:
