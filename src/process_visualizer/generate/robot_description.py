@@ -94,17 +94,20 @@ def _read(path: str) -> str:
 def _expand(path: str) -> str:
     try:
         return str(xacro.process_file(path).toprettyxml(indent='  '))
-    except rospkg.ResourceNotFound as error:
-        raise ModelError(f'{_file_of_error(path)}: xacro: {package_advice(str(error.args[0]))}'
-                         ) from None
     except Exception as error:  # a xacro file evaluates expressions, which can raise anything
-        message = ' '.join((str(error) or repr(error)).split())
-        raise ModelError(f'{_file_of_error(path)}: xacro: {message}') from None
+        raise ModelError(f'{_file_of_error(path)}: xacro: {_xacro_message(error)}') from None
 
 
 def _file_of_error(path: str) -> str:
     """The included file in which xacro stopped, else the file itself."""
     return str(xacro.filestack[-1]) if xacro.filestack else path
+
+
+def _xacro_message(error: Exception) -> str:
+    cause = getattr(error, 'exc', None)  # xacro's own errors carry the one that they wrap
+    if isinstance(cause, rospkg.ResourceNotFound):
+        return package_advice(str(cause.args[0]))
+    return ' '.join((str(error) or repr(error)).split())
 
 
 def _check_with_urdfdom(path: str, text: str) -> None:
@@ -123,7 +126,9 @@ def _check_with_urdfdom(path: str, text: str) -> None:
 
 
 def _check_tree(path: str, description: RobotDescription, root: ElementTree.Element) -> None:
-    """Find what urdfdom lets pass: a link with two parents, or one that is its own ancestor."""
+    """Find what urdfdom lets pass: unnamed links, a second parent, links in a circle."""
+    if '' in description.links:
+        raise ModelError(f'{path}: not a valid URDF: a link has no name')
     children = [child.get('link', '') for child in root.findall('joint/child')]
     for link in description.parents:
         if children.count(link) > 1:
