@@ -83,6 +83,8 @@ def test_parameters():
 
 @pytest.mark.parametrize('values, problem', [
     ({'topic': ''}, r'/d/variable_proc/variables\[0\]/topic: a name'),
+    ({'topic': 'a b'}, r'variables\[0\]/topic: the name of a topic'),
+    ({'topic': '/a//b'}, r'variables\[0\]/topic: the name of a topic'),
     ({'frame': ''}, r'variables\[0\]/frame: a name'),
     ({'frame': 3}, r'variables\[0\]/frame: a text'),
     ({'field': 'data['}, r'variables\[0\]/field: a field such as data'),

@@ -5,6 +5,8 @@ import math
 from dataclasses import dataclass
 from typing import List, Optional, Tuple
 
+import rosgraph.names
+
 from process_visualizer.motion.field_path import FieldPath
 from process_visualizer.nodes.parameters import Color, Parameters
 
@@ -34,7 +36,7 @@ class VariableParameters:
             ParameterError: a value is wrong.
         """
         return VariableParameters(
-            topic=_required(parameters, 'topic'), field=_field(parameters),
+            topic=_topic(parameters), field=_field(parameters),
             frame=_required(parameters, 'frame').lstrip('/'), axis=_axis(parameters),
             color=parameters.color('color', ORANGE), unit=parameters.text('unit', ''),
             scale_m=parameters.number('scale', 1.0), offset=parameters.number('offset', 0.0),
@@ -76,6 +78,13 @@ def _required(parameters: Parameters, name: str) -> str:
     if not value:
         raise parameters.error(name, 'a name', value)
     return value
+
+
+def _topic(parameters: Parameters) -> str:
+    name = _required(parameters, 'topic')
+    if not rosgraph.names.is_legal_name(name):
+        raise parameters.error('topic', 'the name of a topic', name)
+    return name
 
 
 def _field(parameters: Parameters) -> FieldPath:
