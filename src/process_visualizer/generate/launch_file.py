@@ -59,7 +59,7 @@ class LaunchFileBuilder:
         if description is not None:
             group.add('param', {
                 'name': 'robot_description', 'textfile': f'$(dirname)/{urdf_file(device)}'})
-        for processor in processor_nodes(device, description, self._choice.cell):
+        for processor in processor_nodes(device, description):
             self._processor(group, processor)
         for node in self._choice.nodes(device):
             self._node(group, node, device)

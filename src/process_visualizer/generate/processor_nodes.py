@@ -18,8 +18,8 @@ from process_visualizer.generate.robot_description import RobotDescription
 
 _PACKAGE = 'process_visualizer'
 _PUBLISH_FREQUENCY_HZ = 100.0
-"""Upper bound of robot_state_publisher: it takes every second state of a 125 Hz driver, more than a
-screen shows. It asks the master at each (for tf_prefix), which costs a tenth of a core at 125 Hz."""
+"""Upper bound of robot_state_publisher: every second state of a 125 Hz driver, more than a screen
+shows. It asks the master at each (for tf_prefix), which costs a tenth of a core at 125 Hz."""
 
 
 @dataclass(frozen=True)
@@ -34,8 +34,8 @@ class ProcessorNode:
     remaps: Dict[str, str] = field(default_factory=dict)
 
 
-def processor_nodes(device: Device, description: Optional[RobotDescription],
-                    cell: Cell) -> List[ProcessorNode]:
+def processor_nodes(device: Device, description: Optional[RobotDescription]
+                    ) -> List[ProcessorNode]:
     """Robot or depth processor, state publisher and variables of a device."""
     nodes: List[ProcessorNode] = []
     if description is not None and description.parents:

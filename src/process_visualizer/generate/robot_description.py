@@ -9,11 +9,11 @@ from typing import Dict, List, Optional, Tuple
 from xml.etree import ElementTree
 
 import rospkg
-import xacro
 
 from process_visualizer.cell.errors import Problem
 from process_visualizer.cell.model import Device, Model
 from process_visualizer.cell.substitution import package_advice
+from process_visualizer.generate.xacro_file import XacroError, expand_xacro
 
 _MOVABLE = ('revolute', 'continuous', 'prismatic', 'floating', 'planar')
 
@@ -93,21 +93,9 @@ def _read(path: str) -> str:
 
 def _expand(path: str) -> str:
     try:
-        return str(xacro.process_file(path).toprettyxml(indent='  '))
-    except Exception as error:  # a xacro file evaluates expressions, which can raise anything
-        raise ModelError(f'{_file_of_error(path)}: xacro: {_xacro_message(error)}') from None
-
-
-def _file_of_error(path: str) -> str:
-    """The included file in which xacro stopped, else the file itself."""
-    return str(xacro.filestack[-1]) if xacro.filestack else path
-
-
-def _xacro_message(error: Exception) -> str:
-    cause = getattr(error, 'exc', None)  # xacro's own errors carry the one that they wrap
-    if isinstance(cause, rospkg.ResourceNotFound):
-        return package_advice(str(cause.args[0]))
-    return ' '.join((str(error) or repr(error)).split())
+        return expand_xacro(path)
+    except XacroError as error:
+        raise ModelError(str(error)) from None
 
 
 def _check_with_urdfdom(path: str, text: str) -> None:

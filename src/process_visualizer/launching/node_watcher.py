@@ -1,8 +1,8 @@
 """Follows the nodes of roslaunch: its output tells starts and ends, the master the rest."""
 from __future__ import annotations
 
-import socket
 import threading
+from http.client import HTTPException
 from typing import Callable, Dict, Iterable, List, Optional
 from xmlrpc.client import Error as XmlRpcError
 
@@ -111,5 +111,5 @@ def is_registered(name: str) -> bool:
     """Whether the master knows a node of that name; no master knows none."""
     try:
         return bool(rosgraph.Master(_CALLER_ID).lookupNode(name))
-    except (rosgraph.MasterException, socket.error, XmlRpcError):
+    except (rosgraph.MasterException, OSError, HTTPException, XmlRpcError):
         return False

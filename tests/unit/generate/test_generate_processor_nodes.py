@@ -27,7 +27,7 @@ def device(parse: Parse, kind: str, elements: str) -> Device:
 def nodes_of(parse: Parse, kind: str, elements: str,
              description: Optional[RobotDescription] = None) -> List[ProcessorNode]:
     cell = parse(f'<device type="{kind}" name="d">{elements}</device>')
-    return processor_nodes(cell.devices[0], description, cell)
+    return processor_nodes(cell.devices[0], description)
 
 
 @pytest.mark.parametrize('kind, elements, description, names', [
