@@ -1,0 +1,190 @@
+"""The watcher, fed with the lines of a roslaunch; there is no master, or a small one."""
+from __future__ import annotations
+
+import socket
+import threading
+from typing import Any, Iterator, List, Tuple
+from xmlrpc.server import SimpleXMLRPCServer
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from process_visualizer.launching.node_state import NodeReport, NodeState
+from process_visualizer.launching.node_watcher import NodeWatcher, is_registered
+
+REQUIRED = ['=' * 80 + 'REQUIRED process [rviz-2] has died!\n',
+            'process has died [pid 5, exit code 3, cmd /opt/rviz].\n', 'log file: /x/rviz*.log\n',
+            'Initiating shutdown!\n', '=' * 80 + '\n', '[rviz-2] killing on exit\n']
+
+
+@pytest.fixture(autouse=True)
+def no_master(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A master's address at which nobody listens."""
+    with socket.socket() as probe:
+        probe.bind(('127.0.0.1', 0))
+        port = probe.getsockname()[1]
+    monkeypatch.setenv('ROS_MASTER_URI', f'http://127.0.0.1:{port}')
+
+
+class LittleMaster(SimpleXMLRPCServer):
+    """Knows nodes by name, as a ROS master does."""
+
+    def __init__(self) -> None:
+        super().__init__(('127.0.0.1', 0), logRequests=False, allow_none=True)
+        self.nodes: List[str] = []
+        self.register_function(self.lookup_node, 'lookupNode')
+
+    def lookup_node(self, _caller: str, name: str) -> Tuple[int, str, str]:
+        """The answer of the master API."""
+        known = name in self.nodes
+        return (1, 'node api', 'http://node:1/') if known else (-1, 'unknown node', '')
+
+
+@pytest.fixture
+def master(monkeypatch: pytest.MonkeyPatch) -> Iterator[LittleMaster]:
+    """A running master without nodes."""
+    server = LittleMaster()
+    monkeypatch.setenv('ROS_MASTER_URI', f'http://127.0.0.1:{server.server_address[1]}')
+    thread = threading.Thread(target=server.serve_forever, kwargs={'poll_interval': 0.02})
+    thread.start()
+    yield server
+    server.shutdown()
+    thread.join()
+    server.server_close()
+
+
+def watch(*lines: str) -> Tuple[NodeWatcher, List[NodeReport], List[str]]:
+    reports: List[NodeReport] = []
+    seen: List[str] = []
+    watcher = NodeWatcher(reports.append, seen.append)
+    watcher.watch(lines)
+    return watcher, reports, seen
+
+
+def started(name: str) -> str:
+    return f'\033[1mprocess[{name}]: started with pid [7]\033[0m\n'
+
+
+def test_every_line_is_handed_on_plainly() -> None:
+    assert watch(started('a-1'), 'some text\n', '\n')[2] == [
+        'process[a-1]: started with pid [7]', 'some text', '']
+
+
+def test_nothing_is_written() -> None:
+    watcher, reports, seen = watch()
+    assert (watcher.reports(), watcher.failed_required, reports, seen) == ([], None, [], [])
+
+
+def test_reports_of_a_restarted_node() -> None:
+    watcher, reports, _ = watch(
+        started('d/a-1'), started('b-2'), '[d/a-1] process has died [pid 7, exit code 9, cmd x].\n',
+        '[d/a-1] restarting process\n', started('d/a-1'), '[b-2] process has finished cleanly\n')
+    assert [str(report) for report in reports] == [
+        '/d/a: starting', '/b: starting', '/d/a: exited with code 9',
+        '/d/a: starting (restarted 1 time)', '/b: exited with code 0']
+    assert {report.name: report.state for report in watcher.reports()} == {
+        '/d/a': NodeState.STARTING, '/b': NodeState.EXITED}
+
+
+def test_node_that_cannot_be_started() -> None:
+    watcher, _, _ = watch('ERROR: cannot launch node of type [p/t]: Cannot locate it\n')
+    assert [str(report) for report in watcher.reports()] == [
+        'p/t: cannot be started: Cannot locate it']
+
+
+def test_required_node_died() -> None:
+    watcher, reports, _ = watch(started('rviz-2'), *REQUIRED)
+    assert str(watcher.failed_required) == '/rviz: exited with code 3'
+    assert reports[-1] == watcher.failed_required
+
+
+def test_required_node_ended_as_it_should() -> None:
+    watcher, _, _ = watch(started('rviz-2'), REQUIRED[0], 'process has finished cleanly\n')
+    assert watcher.failed_required is not None and watcher.failed_required.exit_code == 0
+
+
+def test_node_died_while_a_required_one_did() -> None:
+    watcher, _, _ = watch(started('a-1'), started('rviz-2'), REQUIRED[0],
+                          '[a-1] process has died [pid 7, exit code 9, cmd x].\n', *REQUIRED[1:])
+    assert str(watcher.failed_required) == '/rviz: exited with code 3'
+    assert {report.name: report.exit_code for report in watcher.reports()} == {
+        '/a': 9, '/rviz': 3}
+
+
+def test_line_with_an_exit_code_alone_means_nothing() -> None:
+    watcher, reports, _ = watch(started('a-1'), *REQUIRED[1:])
+    assert watcher.failed_required is None and len(reports) == 1
+
+
+def test_without_a_master_nothing_is_registered() -> None:
+    assert is_registered('/rosout') is False
+
+
+def test_somebody_else_answers(monkeypatch: pytest.MonkeyPatch) -> None:
+    with socket.create_server(('127.0.0.1', 0)) as server:
+        monkeypatch.setenv('ROS_MASTER_URI', f'http://127.0.0.1:{server.getsockname()[1]}')
+
+        def answer() -> None:
+            connection, _ = server.accept()
+            with connection:
+                connection.recv(65536)
+                connection.sendall(b'what?\r\n\r\n')
+
+        thread = threading.Thread(target=answer)
+        thread.start()
+        assert is_registered('/rosout') is False
+        thread.join()
+
+
+def test_master_knows_a_node(master: LittleMaster) -> None:
+    master.nodes.append('/a')
+    assert is_registered('/a') is True
+    assert is_registered('/b') is False
+
+
+def test_started_nodes_run_when_the_master_knows_them(master: LittleMaster) -> None:
+    """Nodes that start while none is waited for are seen, too."""
+    running = threading.Condition()
+    known: List[str] = []
+
+    def report(changed: NodeReport) -> None:
+        with running:
+            if changed.state is NodeState.RUNNING:
+                known.append(changed.name)
+            running.notify_all()
+
+    def lines() -> Iterator[str]:
+        for name in ('a', 'd/b', 'c'):
+            yield started(f'{name}-1')
+            master.nodes.append(f'/{name}')
+            with running:
+                assert running.wait_for(lambda name=name: f'/{name}' in known, 10)
+
+    watcher = NodeWatcher(report, lambda line: None)
+    watcher.watch(lines())
+    assert known == ['/a', '/d/b', '/c']
+    assert all(found.state is NodeState.RUNNING for found in watcher.reports())
+
+
+NAMES = ('a', 'd/b', 'rviz')
+LINES = st.one_of(
+    st.sampled_from(NAMES).map(lambda name: started(f'{name}-1')),
+    st.sampled_from(NAMES).map(lambda name: f'[{name}-1] process has finished cleanly\n'),
+    st.sampled_from(NAMES).map(
+        lambda name: f'[{name}-1] process has died [pid 7, exit code 9, cmd x].\n'),
+    st.sampled_from([*REQUIRED, 'ERROR: cannot launch node of type [p/t]: why\n', 'text\n']),
+    st.text(max_size=20))
+
+
+@settings(max_examples=40, deadline=None,
+          suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.lists(LINES, max_size=20))
+def test_any_output(lines: List[Any]) -> None:
+    watcher, reports, seen = watch(*lines)
+    assert len(seen) == len(lines)
+    latest = {report.name: report for report in reports}
+    assert latest == {report.name: report for report in watcher.reports()}
+    assert set(latest) <= {f'/{name}' for name in NAMES} | {'p/t'}
+    assert (watcher.failed_required is None
+            or watcher.failed_required in reports)

@@ -1,0 +1,203 @@
+"""Processes of a run are found by their mark, ended, and remembered in a file."""
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import uuid
+from pathlib import Path
+from typing import Callable, Dict, Iterator, List
+
+import pytest
+
+from process_visualizer.launching.process_scan import (
+    RUN_VARIABLE,
+    end_processes,
+    processes_of_run,
+    start_time,
+    wait_until_gone,
+)
+from process_visualizer.launching.run_record import RunRecord, clean_up_crashed_runs
+
+Start = Callable[..., 'subprocess.Popen[str]']
+STUBBORN = ('import signal, sys, time\nsignal.signal(signal.SIGTERM, signal.SIG_IGN)\n'
+            'print("ready", flush=True)\ntime.sleep(60)\n')
+
+
+@pytest.fixture(autouse=True)
+def ros_home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder for records."""
+    monkeypatch.setenv('ROS_HOME', str(tmp_path))
+    return tmp_path / 'process_visualizer' / 'runs'
+
+
+@pytest.fixture
+def run_id() -> str:
+    """The mark of a run."""
+    return uuid.uuid4().hex
+
+
+@pytest.fixture
+def start() -> Iterator[Start]:
+    """Starts processes with a mark; what is left of them is killed."""
+    started: List['subprocess.Popen[str]'] = []
+
+    def begin(mark: str, *command: str) -> 'subprocess.Popen[str]':
+        environment: Dict[str, str] = {**os.environ, RUN_VARIABLE: mark}
+        process = subprocess.Popen(command or ('sleep', '60'), env=environment, text=True,
+                                   stdout=subprocess.PIPE, start_new_session=True)
+        started.append(process)
+        return process
+
+    yield begin
+    for process in started:
+        process.kill()
+        process.communicate()
+
+
+def record_of(run: str, folder: Path, owner: object) -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f'{run}.json'
+    path.write_text(owner if isinstance(owner, str) else json.dumps(owner))
+    return path
+
+
+def gone_pid() -> int:
+    process = subprocess.Popen(['true'])
+    process.wait()
+    return process.pid
+
+
+def test_processes_are_found_by_their_mark(start: Start, run_id: str) -> None:
+    mine, other = start(run_id), start(f'{run_id}x')
+    assert processes_of_run(run_id) == [mine.pid]
+    assert processes_of_run(f'{run_id}x') == [other.pid]
+    assert processes_of_run(run_id[:-1]) == []
+
+
+def test_grandchildren_are_found(start: Start, run_id: str) -> None:
+    shell = start(run_id, 'sh', '-c', 'setsid sleep 60 & echo $!; wait')
+    assert shell.stdout is not None
+    grandchild = int(shell.stdout.readline())
+    assert sorted(processes_of_run(run_id)) == sorted([shell.pid, grandchild])
+    assert sorted(end_processes(run_id)) == sorted([shell.pid, grandchild])
+    assert processes_of_run(run_id) == []
+
+
+def test_own_process_does_not_count(run_id: str) -> None:
+    code = ('from process_visualizer.launching.process_scan import processes_of_run\n'
+            f'print(processes_of_run("{run_id}"))')
+    found = subprocess.run([sys.executable, '-c', code], stdout=subprocess.PIPE, text=True,
+                           env={**os.environ, RUN_VARIABLE: run_id}, check=True, timeout=30)
+    assert found.stdout == '[]\n'
+
+
+def test_dead_process_that_nobody_has_waited_for_does_not_count(start: Start, run_id: str) -> None:
+    process = start(run_id)
+    process.kill()
+    os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
+    assert processes_of_run(run_id) == []
+
+
+def test_end_of_nothing(run_id: str) -> None:
+    assert end_processes(run_id) == []
+    assert wait_until_gone(run_id, 0.0) is True
+
+
+def test_processes_get_the_chance_to_end_by_themselves(start: Start, run_id: str) -> None:
+    process = start(run_id)
+    assert end_processes(run_id) == [process.pid]
+    assert process.wait(5) == -signal.SIGTERM
+
+
+def test_waiting_has_an_end(start: Start, run_id: str) -> None:
+    process = start(run_id)
+    assert wait_until_gone(run_id, 0.1) is False
+    assert process.poll() is None
+
+
+def test_stubborn_process_is_killed(start: Start, run_id: str) -> None:
+    process = start(run_id, sys.executable, '-c', STUBBORN)
+    assert process.stdout is not None and process.stdout.readline() == 'ready\n'
+    assert end_processes(run_id) == [process.pid]
+    assert process.wait(5) == -signal.SIGKILL
+
+
+def test_start_time() -> None:
+    first, again = start_time(os.getpid()), start_time(os.getpid())
+    assert first == again and first is not None and first.isdigit()
+    assert start_time(gone_pid()) is None
+
+
+def test_record_names_its_owner(ros_home: Path) -> None:
+    record = RunRecord()
+    record.write()
+    (path,) = ros_home.iterdir()
+    assert path.name == f'{record.run_id}.json'
+    assert json.loads(path.read_text()) == {'pid': os.getpid(),
+                                            'start_time': start_time(os.getpid())}
+    record.remove()
+    record.remove()
+    assert list(ros_home.iterdir()) == []
+
+
+def test_runs_have_marks_of_their_own() -> None:
+    assert RunRecord().run_id != RunRecord().run_id
+
+
+def test_nothing_to_clean_up() -> None:
+    assert clean_up_crashed_runs() == []
+
+
+def test_living_run_is_left_alone(start: Start, ros_home: Path) -> None:
+    record = RunRecord()
+    record.write()
+    process = start(record.run_id)
+    assert clean_up_crashed_runs() == []
+    assert process.poll() is None
+    assert len(list(ros_home.iterdir())) == 1
+
+
+@pytest.mark.parametrize('owner', [
+    lambda: {'pid': gone_pid(), 'start_time': '1'},
+    lambda: {'pid': os.getpid(), 'start_time': '1'},  # the id is used anew
+    lambda: {'pid': gone_pid(), 'start_time': None},
+    lambda: {'pid': os.getpid()}, lambda: [], lambda: '', lambda: '{"pid":', lambda: 'null'])
+def test_crashed_run_is_cleaned_up(owner: Callable[[], object], start: Start, run_id: str,
+                                   ros_home: Path) -> None:
+    left, other = start(run_id), start('another')
+    record_of(run_id, ros_home, owner())
+    assert clean_up_crashed_runs() == [left.pid]
+    assert left.wait(5) == -signal.SIGTERM
+    assert other.poll() is None
+    assert list(ros_home.iterdir()) == []
+
+
+def test_owner_that_really_crashed(start: Start, ros_home: Path) -> None:
+    """A program that starts a run and is killed, as by the kernel for want of memory."""
+    code = ('import os, subprocess, time\n'
+            'from process_visualizer.launching.process_scan import RUN_VARIABLE\n'
+            'from process_visualizer.launching.run_record import RunRecord\n'
+            'record = RunRecord()\n'
+            'record.write()\n'
+            'node = subprocess.Popen(["sleep", "60"], start_new_session=True,\n'
+            '                        env={**os.environ, RUN_VARIABLE: record.run_id})\n'
+            'print(node.pid, flush=True)\n'
+            'time.sleep(60)\n')
+    owner = start('owner', sys.executable, '-c', code)
+    assert owner.stdout is not None
+    node = int(owner.stdout.readline())
+    assert clean_up_crashed_runs() == []
+    owner.kill()
+    owner.wait()
+    assert clean_up_crashed_runs() == [node]
+    assert list(ros_home.iterdir()) == []
+
+
+def test_other_files_are_left_alone(ros_home: Path) -> None:
+    ros_home.mkdir(parents=True)
+    (ros_home / 'notes.txt').write_text('mine')
+    assert clean_up_crashed_runs() == []
+    assert [path.name for path in ros_home.iterdir()] == ['notes.txt']
