@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from typing import Dict, Iterable, List, Optional
+from typing import Dict, Iterable, List
 
 import rospkg
 from roslaunch.config import ROSLaunchConfig
@@ -15,6 +15,7 @@ from roslaunch.core import Node as LaunchedNode
 from roslaunch.xmlloader import XmlLoader
 from roslib.packages import find_node
 
+from process_visualizer.cell.builder import absolute_topic
 from process_visualizer.cell.environment import find_launch_file
 from process_visualizer.cell.errors import Problem, shortened
 from process_visualizer.cell.model import Device, LaunchFile
@@ -28,50 +29,52 @@ _LONGEST_REASON = 300
 
 @dataclass
 class LaunchFiles:
-    """The paths of the usable launch files, and the warnings."""
+    """The paths of the usable launch files, the warnings, and who starts each node."""
 
     paths: Dict[LaunchFile, str] = field(default_factory=dict)
     warnings: List[Problem] = field(default_factory=list)
+    nodes: Dict[str, str] = field(default_factory=dict)
 
 
 def inspect_launch_files(choice: Choice) -> LaunchFiles:
     """Load every launch file of the choice as roslaunch would, without starting anything."""
-    result = LaunchFiles()
+    result = LaunchFiles(nodes={absolute_topic(node.namespace, node.name): f'"{device.name}"'
+                                for device in choice.devices for node in choice.nodes(device)})
     for device in choice.devices:
         for launch_file in choice.launch_files(device):
             _inspect(device, launch_file, result)
     return result
 
 
+class _UnusableError(Exception):
+    """A launch file cannot be included; says why."""
+
+
 def _inspect(device: Device, launch_file: LaunchFile, result: LaunchFiles) -> None:
     def warn(message: str) -> None:
         result.warnings.append(Problem(launch_file.location, 'launch',
-                                       f'device "{device.name}": {message}'))
+                                       f'device "{device.name}": {launch_file.type}{message}'))
 
-    path = _find(launch_file)
-    if path is None:
-        warn(f'there is no launch file "{launch_file.type}" in the package '
-             f'"{launch_file.package}"; the device starts without it')
-        return
     try:
+        path = _find(launch_file)
         nodes = _load_nodes(path, launch_file)
-    except rospkg.ResourceNotFound as error:
-        warn(f'{launch_file.type} is left out: {package_advice(_package_name(error))}')
-        return
-    except Exception as error:  # a launch file evaluates expressions, which can raise anything
-        warn(f'{launch_file.type} is left out: {_reason(error)}')
+        _claim_names(nodes, f'{launch_file.type} of "{device.name}"', result.nodes)
+    except _UnusableError as error:
+        warn(f' is left out: {error}')
         return
     result.paths[launch_file] = path
     for message in _missing(nodes):
-        warn(f'{launch_file.type}: {message}; the device starts without it')
+        warn(f': {message}; the device starts without it')
 
 
-def _find(launch_file: LaunchFile) -> Optional[str]:
+def _find(launch_file: LaunchFile) -> str:
     try:
-        folder = rospkg.RosPack().get_path(launch_file.package)
+        path = find_launch_file(rospkg.RosPack().get_path(launch_file.package), launch_file.type)
     except rospkg.ResourceNotFound:
-        return None
-    return find_launch_file(folder, launch_file.type)
+        raise _UnusableError(package_advice(launch_file.package)) from None
+    if path is None:
+        raise _UnusableError(f'it is not in the package "{launch_file.package}"')
+    return path
 
 
 def _load_nodes(path: str, launch_file: LaunchFile) -> List[LaunchedNode]:
@@ -81,8 +84,22 @@ def _load_nodes(path: str, launch_file: LaunchFile) -> List[LaunchedNode]:
     config = ROSLaunchConfig()
     loader = XmlLoader(resolve_anon=False)
     loader.ignore_unset_args = False  # roslaunch sets it from outside; without it, it crashes
-    loader.load_string(write_document(root), config, verbose=False)
+    try:
+        loader.load_string(write_document(root), config, verbose=False)
+    except rospkg.ResourceNotFound as error:
+        raise _UnusableError(package_advice(_package_name(error))) from None
+    except Exception as error:  # a launch file evaluates expressions, which can raise anything
+        raise _UnusableError(_reason(error)) from None
     return list(config.nodes)
+
+
+def _claim_names(nodes: Iterable[LaunchedNode], owner: str, owners: Dict[str, str]) -> None:
+    """roslaunch starts nothing at all when two nodes have one name."""
+    names = [node.namespace + node.name for node in nodes]
+    for name in names:
+        if name in owners:
+            raise _UnusableError(f'its node {name} is started by {owners[name]} already')
+    owners.update(dict.fromkeys(names, owner))
 
 
 def _package_name(error: rospkg.ResourceNotFound) -> str:

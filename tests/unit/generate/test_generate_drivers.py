@@ -155,8 +155,9 @@ def test_missing_files_and_packages(parse: Parse, package: Path) -> None:
     found = inspect_launch_files(Choice(cell, Mode.REALTIME, cell.devices))
     assert found.paths == {}
     assert [warning.message for warning in found.warnings] == [
-        f'device "d": there is no launch file "a.launch" in the package "{name}"; the device '
-        'starts without it' for name in ('nope', 'my_cell')]
+        'device "d": a.launch is left out: there is no package "nope"; install it or source the '
+        'workspace that has it',
+        'device "d": a.launch is left out: it is not in the package "my_cell"']
 
 
 def test_only_what_is_chosen_is_looked_at(parse: Parse) -> None:
@@ -165,3 +166,27 @@ def test_only_what_is_chosen_is_looked_at(parse: Parse) -> None:
                  'ifstate="playback"/></device>')
     assert inspect_launch_files(Choice(cell, Mode.REALTIME, cell.devices[1:])).warnings == []
     assert len(inspect_launch_files(Choice(cell, Mode.PLAYBACK, cell.devices)).warnings) == 2
+
+
+def test_node_that_two_launch_files_start(parse: Parse, package: Path) -> None:
+    (package / 'a.launch').write_text(launch('<node pkg="rosout" type="rosout" name="n" ns="x"/>'))
+    (package / 'b.launch').write_text(launch('<node pkg="rosout" type="rosout" name="m"/>'))
+    cell = parse('<device type="other" name="one"><launch pkg="my_cell" type="a.launch"/></device>'
+                 '<device type="other" name="two"><launch pkg="my_cell" type="a.launch"/>'
+                 '<launch pkg="my_cell" type="b.launch"/></device>')
+    found = inspect_launch_files(Choice(cell, Mode.REALTIME, cell.devices))
+    assert list(found.paths.values()) == [str(package / 'a.launch'), str(package / 'b.launch')]
+    assert [warning.message for warning in found.warnings] == [
+        'device "two": a.launch is left out: its node /x/n is started by a.launch of "one" '
+        'already']
+    alone = inspect_launch_files(Choice(cell, Mode.REALTIME, cell.devices[1:]))
+    assert len(alone.paths) == 2 and not alone.warnings
+
+
+def test_node_that_a_device_starts_itself(parse: Parse, package: Path) -> None:
+    (package / 'a.launch').write_text(launch('<node pkg="rosout" type="rosout" name="n" ns="d"/>'))
+    cell = parse('<device type="other" name="d"><launch pkg="my_cell" type="a.launch"/>'
+                 '<node pkg="rosout" type="rosout" name="n" ifstate="playback"/></device>')
+    assert not inspect_launch_files(Choice(cell, Mode.REALTIME, cell.devices)).warnings
+    (warning,) = inspect_launch_files(Choice(cell, Mode.PLAYBACK, cell.devices)).warnings
+    assert 'its node /d/n is started by "d" already' in warning.message

@@ -33,11 +33,11 @@ class LittleMaster(SimpleXMLRPCServer):
     def __init__(self) -> None:
         super().__init__(('127.0.0.1', 0), logRequests=False, allow_none=True)
         self.nodes: List[str] = []
-        self.register_function(self.lookup_node, 'lookupNode')
+        self.register_function(self.answer, 'lookupNode')
 
-    def lookup_node(self, _caller: str, name: str) -> Tuple[int, str, str]:
-        """The answer of the master API."""
-        known = name in self.nodes
+    def answer(self, *arguments: Any) -> Tuple[int, str, str]:
+        """The master's answer to the question of a caller (first) for a node (second)."""
+        known = arguments[1] in self.nodes
         return (1, 'node api', 'http://node:1/') if known else (-1, 'unknown node', '')
 
 
@@ -159,7 +159,7 @@ def test_started_nodes_run_when_the_master_knows_them(master: LittleMaster) -> N
             yield started(f'{name}-1')
             master.nodes.append(f'/{name}')
             with running:
-                assert running.wait_for(lambda name=name: f'/{name}' in known, 10)
+                assert running.wait_for(lambda: master.nodes[-1] in known, 10)
 
     watcher = NodeWatcher(report, lambda line: None)
     watcher.watch(lines())
