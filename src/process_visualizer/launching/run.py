@@ -1,6 +1,7 @@
 """One run of a generated launch file, from start to the end of everything it started."""
 from __future__ import annotations
 
+import contextlib
 import threading
 from pathlib import Path
 from typing import Callable, List, Optional
@@ -26,6 +27,7 @@ class Run:
         self._record.write()
         self.log_path = Path(launch_file).with_name(LOG_FILE)
         self._log = self.log_path.open('w', encoding='utf-8', errors='replace')
+        self._log_works = True
         self._on_line = on_line
         self._watcher = NodeWatcher(on_report, self._take_line)
         self._process = RoslaunchProcess([launch_file], self._record.run_id)
@@ -60,7 +62,8 @@ class Run:
         orphans = self._process.stop()
         for thread in self._threads:
             thread.join()
-        self._log.close()
+        with contextlib.suppress(OSError):  # what cannot be written was reported when it came
+            self._log.close()
         self._record.remove()
         return orphans
 
@@ -70,6 +73,16 @@ class Run:
         self._ended.set()
 
     def _take_line(self, line: str) -> None:
-        self._log.write(line + '\n')
-        self._log.flush()
         self._on_line(line)
+        if self._log_works:
+            self._write_log(line)
+
+    def _write_log(self, line: str) -> None:
+        """A full disk must not stop the reading: roslaunch would block on its pipe."""
+        try:
+            self._log.write(line + '\n')
+            self._log.flush()
+        except OSError as error:
+            self._log_works = False
+            self._on_line(f'[ERROR] {self.log_path} cannot be written: {error.strerror}; the run '
+                          'goes on without its log')
