@@ -6,13 +6,7 @@ import re
 from typing import Any, Dict, List, Optional, Set, Tuple
 
 from process_visualizer.cell.displays import DISPLAY_TYPES
-from process_visualizer.cell.model import (
-    Device,
-    DeviceType,
-    Display,
-    Property,
-    TopicFunction,
-)
+from process_visualizer.cell.model import Device, DeviceType, Display, Property
 
 DisplayConfig = Dict[str, Any]
 
@@ -42,7 +36,7 @@ def _default_displays(device: Device) -> List[Display]:
         types.append('RobotModel')
     if device.type is DeviceType.ROBOT or device.variables:
         types.append('MarkerArray')
-    if device.topic_for(TopicFunction.POINTCLOUD) is not None:
+    if device.type is DeviceType.DEPTH_SENSOR:
         types.append('PointCloud2')
     return [Display(type_name, None, None, (), (), device.location) for type_name in types]
 
