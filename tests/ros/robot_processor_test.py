@@ -120,7 +120,7 @@ class RobotProcessorTest(unittest.TestCase):
         self.assertEqual(wrench.header.frame_id, 'r/force')
         self.assertEqual((wrench.wrench.force.z, round(wrench.wrench.torque.y, 6)), (45.0, 0.2))
         self.assertEqual(markers['force', 0].header.frame_id, 'r/force')
-        self.assertAlmostEqual(markers['force', 0].scale.x, 0.5)  # the upper limit
+        self.assertAlmostEqual(markers['force', 0].scale.x, 0.6)  # the upper limit
         self.assertIn('F 45.0 N', markers['force', 1].text)
 
     def test_playback_rate_scales_the_time_while_it_changes(self) -> None:

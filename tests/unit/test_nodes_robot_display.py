@@ -37,7 +37,7 @@ def test_velocity_arrow_acts_in_the_tool_frame():
     assert (arrow.type, arrow.header.frame_id, arrow.frame_locked) == (Marker.ARROW, 'r/tool', True)
     assert arrow.header.stamp.to_sec() == 0.0
     assert np.allclose(direction(arrow), [0, -1, 0])
-    assert arrow.scale.x == pytest.approx(0.1)
+    assert arrow.scale.x == pytest.approx(0.175)
     assert (arrow.pose.position.x, arrow.pose.position.y, arrow.pose.position.z) == (0, 0, 0)
     assert (arrow.color.r, arrow.color.g, arrow.color.b) == (0.0, 0.8, 0.1)
 
@@ -47,7 +47,7 @@ def test_force_arrow_acts_in_the_force_frame():
     arrow = markers['force', 0]
     assert arrow.header.frame_id == 'r/force'
     assert np.allclose(direction(arrow), [0, 0, -1])
-    assert arrow.scale.x == pytest.approx(0.24)
+    assert arrow.scale.x == pytest.approx(0.36)
     assert markers['force', 1].text.strip() == 'F 20.0 N'
     assert markers['force', 1].header.frame_id == 'r/force'  # the tool's pose is not known
 
@@ -104,6 +104,6 @@ def test_rviz_takes_every_marker(velocity, force):
         norm = math.hypot(rotation.x, rotation.y, rotation.z, rotation.w)
         assert norm == pytest.approx(1.0, abs=1e-6)
         if marker.action == Marker.ADD and marker.type == Marker.ARROW:
-            assert 0.05 <= marker.scale.x <= 0.5
+            assert 0.05 <= marker.scale.x <= 0.6
             assert marker.scale.y > 0.0 and marker.scale.z > 0.0
         assert marker.frame_locked
