@@ -6,6 +6,7 @@ setup(**generate_distutils_setup(
     package_dir={'': 'src'},
     packages=[
         'process_visualizer',
+        'process_visualizer.bags',
         'process_visualizer.cell',
         'process_visualizer.generate',
         'process_visualizer.launching',

@@ -1,0 +1,1 @@
+"""Bags: index, timeline, stamps and playback (pure: no ROS node, no Qt)."""

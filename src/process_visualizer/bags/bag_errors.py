@@ -1,0 +1,52 @@
+"""What can be wrong with a bag, said so that its user knows where and what to do."""
+from __future__ import annotations
+
+from typing import NamedTuple, Tuple
+
+
+class Gap(NamedTuple):
+    """A part of a recording that cannot be played.
+
+    ``offset`` is the byte of the file where it begins; the times [ns since the epoch] are those of
+    its first and last message (0 where they are not known); ``topics`` are the ones it held.
+    """
+
+    file: str
+    offset: int
+    begin_ns: int
+    end_ns: int
+    topics: Tuple[str, ...]
+    reason: str
+
+    def __str__(self) -> str:
+        times = f'{self.begin_ns / 1e9:.3f} s to {self.end_ns / 1e9:.3f} s'
+        times = times if self.end_ns else 'an unknown time'
+        topics = ', '.join(self.topics) or 'unknown'
+        return (f'{self.file}: at byte {self.offset}: {self.reason}; '
+                f'missing are the topics {topics} from {times}')
+
+
+class BagError(Exception):
+    """A file that cannot be played as a bag; the message begins with its path."""
+
+    def __init__(self, file: str, reason: str) -> None:
+        super().__init__(f'{file}: {reason}')
+        self.file = file
+        self.reason = reason
+
+
+class BagUnindexed(BagError):
+    """A bag without a (whole) index, as a recorder leaves it that was killed; reindexing helps."""
+
+
+class BagDamaged(BagError):
+    """A part of a bag cannot be read; ``gap`` says which, and the rest can be played."""
+
+    def __init__(self, gap: Gap) -> None:
+        super().__init__(gap.file, gap.reason)
+        self.args = (str(gap),)
+        self.gap = gap
+
+
+class RecordError(ValueError):
+    """Bytes that are not the record which has to be there; turned into a BagError or a gap."""

@@ -1,0 +1,210 @@
+"""Reads messages: out of chunks, which are decompressed and kept within a bound of memory."""
+from __future__ import annotations
+
+import bz2
+import threading
+from collections import OrderedDict
+from functools import lru_cache
+from typing import Dict, NamedTuple, Optional, Sequence, Tuple
+
+import lz4.frame
+
+from process_visualizer.bags.bag_errors import BagDamaged, Gap, RecordError
+from process_visualizer.bags.bag_file import BagFile
+from process_visualizer.bags.bag_index import BagIndex
+from process_visualizer.bags.bag_records import (
+    OP_CHUNK,
+    OP_MESSAGE,
+    fields_of,
+    number,
+    operation,
+    sized_part,
+    u32_at,
+)
+
+_FIRST_READ_BYTES = 4096
+_LARGEST_CHUNK_BYTES = 1 << 30
+_HEADS_KEPT = 4096
+
+
+class Chunk(NamedTuple):
+    """A chunk's data in its file [byte], and how it is compressed."""
+
+    offset: int
+    size: int
+    compression: str
+    uncompressed_size: int
+
+
+class ChunkStore:
+    """Messages by their position in the index. May be used by several threads.
+
+    Decompressed chunks are kept up to ``cache_bytes``, and always the last one; a chunk that is
+    not compressed is not kept, its messages are read one by one.
+    """
+
+    def __init__(self, files: Sequence[BagFile], index: BagIndex,
+                 cache_bytes: int = 64 << 20) -> None:
+        self._files = files
+        self._index = index
+        self._cache = ChunkCache(cache_bytes)
+        self._damaged: Dict[int, Gap] = {}
+        self._chunk = lru_cache(_HEADS_KEPT)(self._chunk_at)
+
+    @property
+    def gaps(self) -> Tuple[Gap, ...]:
+        """The chunks that could not be read so far."""
+        return tuple(self._damaged.values())
+
+    @property
+    def cached_bytes(self) -> int:
+        """How many bytes of decompressed chunks are kept."""
+        return self._cache.size
+
+    def is_readable(self, position: int) -> bool:
+        """Return whether the chunk of a message has not failed so far."""
+        return int(self._index.chunk[position]) not in self._damaged
+
+    def message(self, position: int) -> memoryview:
+        """Return the serialised bytes of a message, as they were recorded.
+
+        Raises:
+            BagDamaged: the message or its chunk cannot be read; the others still can.
+        """
+        number_ = int(self._index.chunk[position])
+        if number_ in self._damaged:
+            raise BagDamaged(self._damaged[number_])
+        chunk, content = self._open_chunk(number_)
+        offset = int(self._index.offset[position])
+        try:
+            if content is not None:
+                return _message_in(memoryview(content)[offset:])
+            return self._message_on_disk(self._file(number_), chunk, offset)
+        except RecordError as error:
+            raise BagDamaged(self._gap_of_message(position, str(error))) from error
+
+    def _open_chunk(self, number_: int) -> Tuple[Chunk, Optional[bytes]]:
+        """The chunk and, where it is compressed, its content."""
+        try:
+            chunk = self._chunk(number_)
+            if chunk.compression == 'none':
+                return chunk, None
+            content = self._cache.get(number_)
+            if content is None:
+                content = decompressed(self._file(number_).read(chunk.offset, chunk.size), chunk)
+                self._cache.put(number_, content)
+            return chunk, content
+        except RecordError as error:
+            self._damaged[number_] = self._gap_of_chunk(number_, str(error))
+            raise BagDamaged(self._damaged[number_]) from error
+
+    def _file(self, number_: int) -> BagFile:
+        return self._files[int(self._index.chunks.file[number_])]
+
+    def _chunk_at(self, number_: int) -> Chunk:
+        return chunk_at(self._file(number_), int(self._index.chunks.position[number_]))
+
+    def _message_on_disk(self, file: BagFile, chunk: Chunk, offset: int) -> memoryview:
+        """A message of a chunk that is not compressed, in one read where it is small."""
+        left = max(0, chunk.size - offset)
+        block = memoryview(file.read(chunk.offset + offset, min(_FIRST_READ_BYTES, left)))
+        begin, size = _message_span(block)
+        if begin + size > left:
+            raise RecordError('a message goes beyond the end of its chunk')
+        if begin + size <= len(block):
+            return block[begin:begin + size]
+        return memoryview(file.read(chunk.offset + offset + begin, size))
+
+    def _gap_of_chunk(self, number_: int, reason: str) -> Gap:
+        topics, begin_ns, end_ns = self._index.topics_of_chunk(number_)
+        position = int(self._index.chunks.position[number_])
+        return Gap(self._file(number_).path, position, begin_ns, end_ns, topics,
+                   f'a chunk cannot be read: {reason}')
+
+    def _gap_of_message(self, position: int, reason: str) -> Gap:
+        number_ = int(self._index.chunk[position])
+        topic = self._index.connections[int(self._index.connection[position])].topic
+        time_ns = int(self._index.time_ns[position])
+        return Gap(self._file(number_).path, int(self._index.chunks.position[number_]),
+                   time_ns, time_ns, (topic,), f'a message cannot be read: {reason}')
+
+
+class ChunkCache:
+    """The chunks used last, up to a number of bytes."""
+
+    def __init__(self, largest_size: int) -> None:
+        self.size = 0
+        self._largest_size = largest_size
+        self._lock = threading.Lock()
+        self._contents: OrderedDict[int, bytes] = OrderedDict()
+
+    def get(self, number_: int) -> Optional[bytes]:
+        """Return the content of a chunk if it is there."""
+        with self._lock:
+            content = self._contents.get(number_)
+            if content is not None:
+                self._contents.move_to_end(number_)
+            return content
+
+    def put(self, number_: int, content: bytes) -> None:
+        """Keep the content of a chunk, and let go of those that were not used for longest."""
+        with self._lock:
+            if number_ in self._contents:
+                return
+            self._contents[number_] = content
+            self.size += len(content)
+            while self.size > self._largest_size and len(self._contents) > 1:
+                self.size -= len(self._contents.popitem(last=False)[1])
+
+
+def chunk_at(file: BagFile, position: int) -> Chunk:
+    """Return the chunk that begins at a byte of a file.
+
+    Raises:
+        RecordError: there is none, or none that can be read.
+    """
+    head = file.head_at(position)
+    if operation(head.fields) != OP_CHUNK:
+        raise RecordError('no chunk begins here')
+    compression = head.fields.get(b'compression', b'').decode('utf-8', 'replace')
+    if compression not in ('none', 'bz2', 'lz4'):
+        raise RecordError(f'its compression "{compression}" is not known (none, bz2, lz4 are)')
+    return Chunk(head.data_offset, head.data_size, compression, number(head.fields, b'size'))
+
+
+def decompressed(data: bytes, chunk: Chunk) -> bytes:
+    """Return the content of a chunk; it needs no more memory than the chunk's header says.
+
+    Raises:
+        RecordError: the data cannot be decompressed, or to another size than the header says.
+    """
+    size = chunk.uncompressed_size
+    if size > _LARGEST_CHUNK_BYTES:
+        raise RecordError(f'it would take {size} bytes of memory')
+    if chunk.compression == 'none':
+        return data
+    decompressor = (bz2.BZ2Decompressor() if chunk.compression == 'bz2'
+                    else lz4.frame.LZ4FrameDecompressor())
+    try:
+        content = bytes(decompressor.decompress(data, max_length=size + 1))
+    except (OSError, RuntimeError, ValueError, EOFError) as error:
+        raise RecordError(f'decompression ({chunk.compression}) fails: {error}') from error
+    if len(content) != size:
+        raise RecordError(f'it holds {"more" if len(content) > size else "less"} than the '
+                          f'{size} bytes that its header says')
+    return content
+
+
+def _message_in(record: memoryview) -> memoryview:
+    begin, size = _message_span(record)
+    if begin + size > len(record):
+        raise RecordError('a message goes beyond the end of its chunk')
+    return record[begin:begin + size]
+
+
+def _message_span(record: memoryview) -> Tuple[int, int]:
+    """Begin and size of the data of the message record that a buffer begins with."""
+    begin, end = sized_part(record, 0)
+    if operation(fields_of(record[begin:end])) != OP_MESSAGE:
+        raise RecordError('no message begins where the index says')
+    return end + 4, u32_at(record, end)

@@ -1,0 +1,185 @@
+"""Reads the index of a bag: what it holds and where, without reading the messages."""
+from __future__ import annotations
+
+from typing import Dict, List, NamedTuple, Sequence, Tuple
+
+import numpy as np
+
+from process_visualizer.bags.bag_errors import BagError, BagUnindexed, Gap, RecordError
+from process_visualizer.bags.bag_file import BagFile, BagHeader
+from process_visualizer.bags.bag_index import (
+    BagIndex,
+    ChunkPlaces,
+    Columns,
+    connection_dtype,
+    is_rising,
+)
+from process_visualizer.bags.bag_records import (
+    INDEX_ENTRY_BYTES,
+    OP_CHUNK,
+    OP_CHUNK_INFO,
+    OP_CONNECTION,
+    OP_INDEX,
+    ChunkInfo,
+    Connection,
+    Record,
+    chunk_info_of,
+    connection_of,
+    number,
+    operation,
+    record_at,
+    records_in,
+)
+
+_LARGEST_SUMMARY_BYTES = 1 << 30
+_INDEX_HEAD_BYTES = 128
+_BATCH_BYTES = INDEX_ENTRY_BYTES << 16
+_ENTRY = np.dtype([('seconds', '<u4'), ('nanoseconds', '<u4'), ('offset', '<u4')])
+
+Connections = Dict[int, Connection]
+
+
+class Part(NamedTuple):
+    """The index entries of one connection in one chunk, as their bytes."""
+
+    chunk: int
+    connection: int
+    entries: memoryview
+
+
+def read_index(file: BagFile) -> BagIndex:
+    """Return the index of one bag.
+
+    Parts of the index that are damaged become gaps.
+
+    Raises:
+        BagUnindexed: the bag has no index, or only a part of it.
+        BagError: the file is not a bag, or one that cannot be read.
+    """
+    by_id, infos = _read_summary(file, file.indexed_header())
+    numbers = {connection_id: number_ for number_, connection_id in enumerate(sorted(by_id))}
+    entries = IndexEntries(len(numbers))
+    gaps: List[Gap] = []
+    for chunk, info in enumerate(infos):
+        try:
+            entries.add([Part(chunk, _numbered(numbers, connection_id), data)
+                         for connection_id, data in _index_of_chunk(file, info)])
+        except RecordError as error:
+            gaps.append(_gap(file, info, by_id, f'a part of the index cannot be read: {error}'))
+    places = ChunkPlaces(np.zeros(len(infos), np.int32),
+                         np.array([info.position for info in infos], np.uint64))
+    return BagIndex([by_id[it] for it in sorted(by_id)], entries.columns(), places, gaps)
+
+
+class IndexEntries:
+    """Turns index entries into columns, a batch of chunks at a time to need little memory."""
+
+    def __init__(self, connection_count: int) -> None:
+        self._number = connection_dtype(connection_count)
+        self._parts: List[Part] = []
+        self._waiting_bytes = 0
+        self._batches: List[Columns] = []
+
+    def add(self, parts: Sequence[Part]) -> None:
+        """Take the parts of a chunk; chunks come in the order of the file."""
+        self._parts.extend(parts)
+        self._waiting_bytes += sum(len(part.entries) for part in parts)
+        if self._waiting_bytes >= _BATCH_BYTES:
+            self._convert()
+
+    def columns(self) -> Columns:
+        """Return all rows; within a batch they are in order."""
+        self._convert()
+        batches, self._batches = self._batches, []
+        columns: List[List[np.ndarray]] = [list(column) for column in zip(*batches)]
+        batches.clear()
+        joined = []
+        while columns:
+            joined.append(np.concatenate(columns.pop(0)))
+        return Columns(*joined)
+
+    def _convert(self) -> None:
+        parts, self._parts, self._waiting_bytes = self._parts, [], 0
+        entries = np.frombuffer(b''.join(part.entries for part in parts), _ENTRY)
+        counts = [len(part.entries) // INDEX_ENTRY_BYTES for part in parts]
+        chunk = np.repeat(np.array([part.chunk for part in parts], np.int32), counts)
+        connection = np.repeat(np.array([part.connection for part in parts], self._number), counts)
+        time_ns = entries['seconds'].astype(np.int64) * 1_000_000_000 + entries['nanoseconds']
+        order = _order(chunk, entries['offset'], time_ns)
+        self._batches.append(Columns(time_ns[order], connection[order], chunk[order],
+                                     entries['offset'][order]))
+
+
+def _order(chunk: np.ndarray, offset: np.ndarray, time_ns: np.ndarray) -> np.ndarray:
+    """The order by time; messages of the same time as they were recorded."""
+    recorded = np.argsort((chunk.astype(np.int64) << 32) | offset, kind='stable')
+    if is_rising(time_ns[recorded]):
+        return recorded
+    return recorded[np.argsort(time_ns[recorded], kind='stable')]
+
+
+def _read_summary(file: BagFile, header: BagHeader) -> Tuple[Connections, List[ChunkInfo]]:
+    """The connections by id, and the chunks in the order of the file, from the end of the bag."""
+    size = file.size - header.index_position
+    if size > _LARGEST_SUMMARY_BYTES:
+        raise BagError(file.path, f'the list of its chunks would be {size} bytes long; '
+                                  'the file is damaged')
+    connections: Connections = {}
+    infos: List[ChunkInfo] = []
+    try:
+        for record in records_in(memoryview(file.read(header.index_position, size))):
+            _take(record, connections, infos)
+    except RecordError as error:
+        raise BagUnindexed(file.path, f'its index cannot be read to the end ({error}); '
+                                      'it has to be reindexed') from error
+    if len(connections) < header.connection_count or len(infos) < header.chunk_count:
+        raise BagUnindexed(file.path, 'a part of its index is missing (the file is cut off); '
+                                      'it has to be reindexed')
+    return connections, sorted(infos)
+
+
+def _take(record: Record, connections: Connections, infos: List[ChunkInfo]) -> None:
+    kind = operation(record.fields)
+    if kind == OP_CONNECTION:
+        connections[number(record.fields, b'conn')] = connection_of(record)
+    elif kind == OP_CHUNK_INFO:
+        infos.append(chunk_info_of(record))
+
+
+def _index_of_chunk(file: BagFile, info: ChunkInfo) -> List[Tuple[int, memoryview]]:
+    """Connection id and index entries of each index record behind a chunk."""
+    head = file.head_at(info.position)
+    if operation(head.fields) != OP_CHUNK:
+        raise RecordError('no chunk begins here')
+    messages = sum(count for _, count in info.counts)
+    size = messages * INDEX_ENTRY_BYTES + len(info.counts) * _INDEX_HEAD_BYTES
+    block = memoryview(file.read(head.end, min(size, file.size - head.end)))
+    found, at = [], 0
+    for _ in info.counts:
+        record = record_at(block, at)
+        found.append((_indexed_connection(record), record.data))
+        at = record.end
+    if sum(len(data) for _, data in found) != messages * INDEX_ENTRY_BYTES:
+        raise RecordError('it lists another number of messages')
+    return found
+
+
+def _indexed_connection(record: Record) -> int:
+    """The connection id of an index record."""
+    fields = record.fields
+    if operation(fields) != OP_INDEX or number(fields, b'ver') != 1:
+        raise RecordError('no index record of version 1 stands here')
+    if number(fields, b'count') * INDEX_ENTRY_BYTES != len(record.data):
+        raise RecordError('an index record has a wrong length')
+    return number(fields, b'conn')
+
+
+def _numbered(numbers: Dict[int, int], connection_id: int) -> int:
+    if connection_id not in numbers:
+        raise RecordError(f'connection {connection_id} is not described')
+    return numbers[connection_id]
+
+
+def _gap(file: BagFile, info: ChunkInfo, connections: Connections, reason: str) -> Gap:
+    topics = {connections[it].topic for it, _ in info.counts if it in connections}
+    return Gap(file.path, info.position, info.begin_ns, info.end_ns, tuple(sorted(topics)), reason)
