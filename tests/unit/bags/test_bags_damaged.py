@@ -1,0 +1,279 @@
+"""Files that are no bags, damaged, cut off or changed while they are open."""
+from __future__ import annotations
+
+import os
+import random
+from pathlib import Path
+from typing import Iterator, List, Tuple
+
+import pytest
+from bag_files import Row, content, rows_of_messages, some_rows, write_bag
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from process_visualizer.bags.bag_errors import BagDamaged, BagError, BagUnindexed
+from process_visualizer.bags.bag_file import BagFile
+from process_visualizer.bags.bag_records import (
+    MAGIC,
+    OP_BAG_HEADER,
+    OP_CHUNK,
+    OP_CHUNK_INFO,
+    OP_CONNECTION,
+    OP_INDEX,
+    packed_record,
+    record_at,
+)
+from process_visualizer.bags.recording import Recording
+
+
+def record_places(data: bytes) -> Iterator[Tuple[int, int]]:
+    """Kind and byte of every record outside of the chunks."""
+    at = len(MAGIC)
+    while at < len(data):
+        record = record_at(memoryview(data), at)
+        yield record.fields[b'op'][0], at
+        at = record.end
+
+
+def places_of(data: bytes, kind: int) -> List[int]:
+    return [place for found, place in record_places(data) if found == kind]
+
+
+def readable(path: str) -> Tuple[List[Row], Tuple[str, ...]]:
+    """What can be read of a bag, and what is said about the rest."""
+    rows = []
+    with Recording([path]) as recording:
+        index = recording.index
+        for position in range(len(index)):
+            try:
+                data = bytes(recording.message(position))
+            except BagDamaged:
+                continue
+            topic = index.connections[int(index.connection[position])].topic
+            rows.append(Row(topic, int(index.time_ns[position]), data))
+        return rows, tuple(map(str, recording.gaps))
+
+
+def bag_header(**fields: bytes) -> bytes:
+    values = {b'op': bytes([OP_BAG_HEADER]), b'index_pos': bytes(8), b'conn_count': bytes(4),
+              b'chunk_count': bytes(4)}
+    values.update({name.encode(): value for name, value in fields.items()})
+    return MAGIC + packed_record(values, b'')
+
+
+@pytest.mark.parametrize('data, message', [
+    (b'', 'is empty'),
+    (b'#ROS', 'is not a bag'),
+    (b'#!/bin/sh\nexit 1\n', 'is not a bag'),
+    (os.urandom(5000), 'is not a bag'),
+    (b'#ROSBAG V1.2\n' + bytes(4096), 'is a bag of version 1.2; only version 2.0 can be read'),
+    (b'#ROSRECORD V1.1\n' + bytes(4096), 'is a bag of version'),
+    (MAGIC, 'the header of the bag cannot be read'),
+    (MAGIC + b'\xff' * 100, 'the header of the bag cannot be read'),
+    (MAGIC + packed_record({b'op': b'\x05'}, b''), 'another record stands in its place'),
+    (bag_header(encryptor=b'rosbag/AesCbcEncryptor', index_pos=b'\xff' * 8),
+     'is encrypted (rosbag/AesCbcEncryptor)'),
+    (bag_header(index_pos=b'\1'), 'index_pos'),
+])
+def test_what_is_no_readable_bag(tmp_path: Path, data: bytes, message: str) -> None:
+    path = tmp_path / 'a.bag'
+    path.write_bytes(data)
+    with pytest.raises(BagError) as caught:
+        Recording([str(path)])
+    assert message in str(caught.value)
+    assert str(caught.value).startswith(f'{path}: ')
+    assert not isinstance(caught.value, BagUnindexed)
+
+
+@pytest.mark.parametrize('data, message', [
+    (bag_header(), 'has no index'),
+    (bag_header(index_pos=b'\xff' * 8), 'has lost its index'),
+    (bag_header(index_pos=b'\1' + bytes(7)), 'has lost its index'),
+])
+def test_bag_without_an_index(tmp_path: Path, data: bytes, message: str) -> None:
+    path = tmp_path / 'a.bag'
+    path.write_bytes(data)
+    with pytest.raises(BagUnindexed, match=message):
+        Recording([str(path)])
+
+
+def test_what_is_not_a_file(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / 'pipe')
+    for name, message in (('none.bag', 'cannot be opened: No such file'), ('.', 'is not a file'),
+                          ('pipe', 'is not a file'), ('a\0b', 'cannot be opened')):
+        with pytest.raises(BagError, match=message):
+            BagFile(f'{tmp_path}/{name}')
+
+
+def test_recording_needs_a_file() -> None:
+    with pytest.raises(ValueError, match='at least one'):
+        Recording([])
+
+
+@pytest.mark.parametrize('compression', ['none', 'bz2', 'lz4'])
+def test_bag_cut_off_anywhere_says_so(tmp_path: Path, compression: str) -> None:
+    """Each end of a record, the bytes around it, and bytes anywhere."""
+    path = write_bag(tmp_path / 'a.bag', some_rows(40), compression, 500)
+    data = Path(path).read_bytes()
+    ends = [place for _, place in record_places(data)]
+    chosen = {end + more for end in ends for more in (-1, 0, 1, 5)}
+    chosen |= set(random.Random(4).sample(range(len(data)), 200))
+    cut = tmp_path / 'cut.bag'
+    for size in sorted(chosen):
+        cut.write_bytes(data[:size])
+        with pytest.raises(BagError) as caught:
+            Recording([str(cut)])
+        assert str(caught.value).startswith(f'{cut}: ')
+        assert isinstance(caught.value, BagUnindexed) == (size >= ends[1])
+
+
+@settings(max_examples=150, deadline=None)
+@given(rows_of_messages, st.sampled_from(['none', 'bz2', 'lz4']), st.data())
+def test_changed_bytes_never_raise_anything_else(
+        tmp_path_factory: pytest.TempPathFactory, rows: List[Row], compression: str,
+        draw: st.DataObject) -> None:
+    path = Path(write_bag(tmp_path_factory.getbasetemp() / 'a.bag', rows, compression, 400))
+    data = bytearray(path.read_bytes())
+    # the filling behind the header of the bag is left out, since nothing reads it
+    places = st.one_of(st.integers(0, 120), st.integers(4109, max(4109, len(data) - 1)))
+    for place in draw.draw(st.lists(places, min_size=1, max_size=8)):
+        if place < len(data):
+            data[place] = draw.draw(st.sampled_from([0, 1, 0x7f, 0x80, 0xff]))
+    path.write_bytes(data)
+    try:
+        readable(str(path))
+    except BagError as error:
+        assert str(error).startswith(f'{path}: ')
+
+
+@pytest.mark.parametrize('compression', ['bz2', 'lz4'])
+def test_chunk_that_cannot_be_decompressed_is_a_gap(tmp_path: Path, compression: str) -> None:
+    rows = some_rows(60)
+    path = Path(write_bag(tmp_path / 'a.bag', rows, compression, 1500))
+    data = bytearray(path.read_bytes())
+    chunk = places_of(bytes(data), OP_CHUNK)[1]
+    content_at = record_at(memoryview(bytes(data)), chunk)
+    for place in range(content_at.end - len(content_at.data), content_at.end - 4, 3):
+        data[place] ^= 0x55
+    path.write_bytes(data)
+    found, gaps = readable(str(path))
+    missing = [row for row in rows if row not in found]
+    assert 0 < len(missing) < 40 and sorted(found + missing) == sorted(rows)
+    assert len(gaps) == 1
+    assert f'{path}: at byte {chunk}: a chunk cannot be read: ' in gaps[0]
+    assert '/topic0, /topic1, /topic2' in gaps[0]
+    assert f'{missing[0].time_ns / 1e9:.3f} s to {missing[-1].time_ns / 1e9:.3f} s' in gaps[0]
+
+
+@pytest.mark.parametrize('change', [7, -7, 2 ** 31])
+def test_chunk_with_a_wrong_length_is_a_gap(tmp_path: Path, change: int) -> None:
+    rows = some_rows(60)
+    path = Path(write_bag(tmp_path / 'a.bag', rows, 'none', 1500))
+    data = bytearray(path.read_bytes())
+    chunk = places_of(bytes(data), OP_CHUNK)[1]
+    length_at = chunk + 4 + int.from_bytes(data[chunk:chunk + 4], 'little')
+    length = int.from_bytes(data[length_at:length_at + 4], 'little')
+    data[length_at:length_at + 4] = ((length + change) % 2 ** 32).to_bytes(4, 'little')
+    path.write_bytes(data)
+    found, gaps = readable(str(path))
+    assert 20 < len(found) < 60 and set(found) < set(rows)
+    assert len(gaps) == 1 and f'at byte {chunk}: a part of the index cannot be read' in gaps[0]
+    assert '/topic0, /topic1, /topic2' in gaps[0]
+
+
+@pytest.mark.parametrize('compression', ['bz2', 'lz4'])
+@pytest.mark.parametrize('size, message', [
+    (10, 'it holds more than the 10 bytes'), (2 ** 29, 'it holds less than the 536870912 bytes'),
+    (2 ** 32 - 1, 'would take 4294967295 bytes of memory')])
+def test_chunk_that_lies_about_its_size(
+        tmp_path: Path, compression: str, size: int, message: str) -> None:
+    path = Path(write_bag(tmp_path / 'a.bag', some_rows(10), compression))
+    data = path.read_bytes()
+    at = data.index(b'size=', places_of(data, OP_CHUNK)[0]) + 5
+    path.write_bytes(data[:at] + size.to_bytes(4, 'little') + data[at + 4:])
+    with Recording([str(path)]) as recording:
+        assert recording.is_readable(0)
+        for _ in range(2):
+            with pytest.raises(BagDamaged, match=message):
+                recording.message(0)
+        assert not recording.is_readable(0)
+        assert len(recording.gaps) == 1
+
+
+def test_unknown_compression_is_named(tmp_path: Path) -> None:
+    path = Path(write_bag(tmp_path / 'a.bag', some_rows(10), 'lz4'))
+    path.write_bytes(path.read_bytes().replace(b'compression=lz4', b'compression=zip'))
+    found, gaps = readable(str(path))
+    assert found == [] and 'its compression "zip" is not known (none, bz2, lz4 are)' in gaps[0]
+
+
+def test_index_that_points_beside_a_message(tmp_path: Path) -> None:
+    """Only this message is missing, the rest of its chunk is there."""
+    rows = some_rows(30)
+    path = Path(write_bag(tmp_path / 'a.bag', rows))
+    data = bytearray(path.read_bytes())
+    index = places_of(bytes(data), OP_INDEX)[0]
+    data[record_at(memoryview(bytes(data)), index).end - 4] ^= 1
+    path.write_bytes(data)
+    found, _ = readable(str(path))
+    assert len(found) == 29 and set(found) < set(rows)
+    with Recording([str(path)]) as recording:
+        with pytest.raises(BagDamaged, match='a message cannot be read') as caught:
+            content(recording)
+        gap = caught.value.gap
+        assert gap.begin_ns == gap.end_ns == (set(rows) - set(found)).pop().time_ns
+
+
+@pytest.mark.parametrize('kind', [OP_CONNECTION, OP_CHUNK_INFO])
+def test_missing_part_of_the_summary_says_that_it_is_to_be_reindexed(
+        tmp_path: Path, kind: int) -> None:
+    path = Path(write_bag(tmp_path / 'a.bag', some_rows(60), chunk_bytes=500))
+    data = path.read_bytes()
+    place = [it for it in places_of(data, kind) if it > places_of(data, OP_INDEX)[-1]][-1]
+    path.write_bytes(data[:place] + data[record_at(memoryview(data), place).end:])
+    with pytest.raises(BagUnindexed, match='a part of its index is missing'):
+        Recording([str(path)])
+
+
+def test_definitions_are_only_text(tmp_path: Path) -> None:
+    """A definition that would be code, or no text at all, is passed on as it is."""
+    path = Path(write_bag(tmp_path / 'a.bag', some_rows(3)))
+    data = path.read_bytes().replace(b'uint8[] data', b'1/0;\xff\0exit()')
+    path.write_bytes(data)
+    with Recording([str(path)]) as recording:
+        assert recording.index.connections[0].message_definition == '1/0;\ufffd\0exit()'
+
+
+def test_bag_that_is_deleted_is_still_played(tmp_path: Path) -> None:
+    rows = some_rows(60)
+    path = write_bag(tmp_path / 'a.bag', rows, chunk_bytes=500)
+    with Recording([path]) as recording:
+        os.remove(path)
+        assert content(recording) == rows
+
+
+def test_bag_that_grows_is_played_as_it_was(tmp_path: Path) -> None:
+    rows = some_rows(60)
+    path = write_bag(tmp_path / 'a.bag', rows, chunk_bytes=500)
+    with Recording([path]) as recording, open(path, 'ab') as file:
+        file.write(os.urandom(10_000))
+        file.flush()
+        assert content(recording) == rows
+
+
+def test_bag_that_becomes_shorter_is_damaged(tmp_path: Path) -> None:
+    rows = some_rows(60)
+    path = write_bag(tmp_path / 'a.bag', rows, chunk_bytes=500)
+    with Recording([path]) as recording:
+        os.truncate(path, 5000)
+        assert bytes(recording.message(0)) == rows[0].data
+        with pytest.raises(BagDamaged, match='the file has become shorter'):
+            recording.message(59)
+
+
+def test_closed_recording_says_so(tmp_path: Path) -> None:
+    recording = Recording([write_bag(tmp_path / 'a.bag', some_rows(60))])
+    recording.close()
+    recording.close()
+    with pytest.raises(BagDamaged, match='cannot be read'):
+        recording.message(0)
