@@ -88,6 +88,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog='view_picture', description=__doc__)
     parser.add_argument('picture', help='file to write, such as cell.png')
     parser.add_argument('--timeout', type=float, default=90.0, help='seconds to wait (%(default)s)')
+    parser.add_argument('--delay', type=float, default=0.0,
+                        help='seconds between the whole view and the picture (%(default)s)')
     options = parser.parse_args(rospy.myargv()[1:])
     if not wait_for_master(options.timeout):
         print(f'view_picture: no ROS master at {rosgraph.get_master_uri()}', file=sys.stderr)
@@ -95,6 +97,8 @@ def main() -> int:
     rospy.init_node('view_picture', anonymous=True, disable_signals=True)
     watcher = ViewWatcher()
     drawn = watcher.wait_until_drawn(options.timeout)
+    if drawn:
+        time.sleep(options.delay)
     try:
         save_picture(options.picture)
     except (OSError, subprocess.CalledProcessError) as error:
