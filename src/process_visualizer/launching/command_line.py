@@ -116,9 +116,13 @@ def _check(cell: Cell) -> int:
         print(problem, file=sys.stderr)
     if not problems:
         count = len(cell.devices)
-        print(f'{cell.file}: {count} device{"s" if count != 1 else ""}, no problem'
-              + (f', {len(warnings)} to know of' if warnings else ''))
+        print(f'{cell.file}: {_counted(count, "device")}, no problem'
+              + (f', {_counted(len(warnings), "warning")}' if warnings else ''))
     return 1 if problems else 0
+
+
+def _counted(count: int, noun: str) -> str:
+    return f'{count} {noun}' + ('' if count == 1 else 's')
 
 
 def _look_at_machine(cell: Cell) -> 'tuple[List[Problem], List[Problem]]':

@@ -24,7 +24,9 @@ def _device_lines(device: Device) -> List[str]:
         lines.append(f'  node        {node.package}/{node.type}{_mode(node.mode)}')
     for file in device.launch_files:
         lines.append(f'  launch      {file.package}/{file.type}{_mode(file.mode)}')
-    return lines + [f'  topic       {_topic(topic)}' for topic in device.topics]
+    lines += [f'  topic       {_topic(topic)}' for topic in device.topics]
+    return lines + [f'  variable    {variable.topic} {variable.field}, at {variable.frame}'
+                    for variable in device.variables]
 
 
 def _numbers(values: Sequence[float]) -> str:

@@ -83,7 +83,7 @@ def test_warnings_do_not_fail_the_check(cell: Cell, write: Write, tmp_path: Path
     monkeypatch.setenv('ROS_PACKAGE_PATH', str(folder))
     path = write('<device type="other" name="d"><launch pkg="my_cell" type="d.launch"/></device>')
     assert cell('check', path) == (
-        0, [f'{path}: 1 device, no problem, 1 to know of'],
+        0, [f'{path}: 1 device, no problem, 1 warning'],
         [f'{path}:2: <launch>: device "d": d.launch: the node /n needs the package "nope", which '
          'is not installed; the device starts without it'])
 
