@@ -1,0 +1,57 @@
+"""Merging of /tf_static, compared with the real messages."""
+from __future__ import annotations
+
+from io import BytesIO
+from typing import Dict, List
+
+import pytest
+from geometry_msgs.msg import TransformStamped
+from hypothesis import given
+from hypothesis import strategies as st
+from tf2_msgs.msg import TFMessage
+
+from process_visualizer.bags.message_layout import MessageDamaged
+from process_visualizer.bags.static_transforms import merged, split
+
+names = st.sampled_from(['world', 'base', '/base', 'ur/tool', 'kamera_ä', ''])
+transforms = st.tuples(names, names, st.floats(-10, 10))
+
+
+def message(rows: List[tuple]) -> TFMessage:
+    """A message with transforms of (parent, child, x)."""
+    result = TFMessage()
+    for parent, child, x in rows:
+        transform = TransformStamped(child_frame_id=child)
+        transform.header.frame_id = parent
+        transform.header.stamp.secs = 7
+        transform.transform.translation.x = x
+        result.transforms.append(transform)
+    return result
+
+
+def serialised(value: TFMessage) -> bytes:
+    buffer = BytesIO()
+    value.serialize(buffer)
+    return buffer.getvalue()
+
+
+@given(st.lists(st.lists(transforms, max_size=4), max_size=5))
+def test_the_last_transform_of_each_child_is_kept(messages: List[List[tuple]]) -> None:
+    kept: Dict[str, TransformStamped] = {}
+    for rows in messages:
+        for transform in message(rows).transforms:
+            kept[transform.child_frame_id.lstrip('/')] = transform
+    data = merged(serialised(message(rows)) for rows in messages)
+    assert TFMessage().deserialize(data).transforms == list(kept.values())
+
+
+@given(st.lists(transforms, min_size=1, max_size=3), st.data())
+def test_damaged_bytes_are_reported(rows: List[tuple], data: st.DataObject) -> None:
+    whole = serialised(message(rows))
+    cut = data.draw(st.integers(0, len(whole) - 1))
+    with pytest.raises(MessageDamaged):
+        list(split(whole[:cut]))
+    with pytest.raises(MessageDamaged):
+        list(split(whole + b'\0'))
+    with pytest.raises(MessageDamaged):
+        list(split(b'\xff\xff\xff\xff' + whole[4:]))
