@@ -78,10 +78,6 @@ class Basis:
         ahead_ns = bag_ns - self.bag_ns if self.forward else self.bag_ns - bag_ns
         return self.monotonic_ns - (-ahead_ns * denominator) // numerator
 
-    def is_past(self, bag_ns: int, position_ns: int) -> bool:
-        """Tell whether a position is behind a bag time in the direction of play."""
-        return position_ns > bag_ns if self.forward else position_ns < bag_ns
-
 
 class Timeline:
     """The basis of playback, changed by commands from any thread, and waits that these interrupt.
