@@ -1,0 +1,209 @@
+"""Stamps inside random messages, damaged ones, and definitions that are wrong or hostile."""
+import struct
+import time
+
+import pytest
+from bags_wire_format import messages
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from process_visualizer.bags.message_definition import DefinitionError, parse_definitions
+from process_visualizer.bags.message_layout import MessageDamaged
+from process_visualizer.bags.stamps import StampLocator
+
+NS_PER_S = 1_000_000_000
+SHIFT_NS = 12_345_678_901
+HEADER = '\n'.join(['=' * 80, 'MSG: std_msgs/Header', 'uint32 seq', 'time stamp',
+                    'string frame_id'])
+
+
+def shifted(stamp_ns):
+    return (stamp_ns + SHIFT_NS) % (NS_PER_S << 32)
+
+
+def header(seconds=7, nanoseconds=8, frame=b'world'):
+    return struct.pack('<III', 1, seconds, nanoseconds) + struct.pack('<I', len(frame)) + frame
+
+
+@settings(deadline=None)
+@given(messages())
+def test_exactly_the_stamps_move(message):
+    name, definition, data, expected = message
+    locator = StampLocator(name, definition)
+    locator.check(data)
+    assert locator.offsets(data) == expected
+    assert locator.has_stamps or not expected
+    moved = bytearray(locator.moved(data, shifted))
+    for offset in expected:
+        seconds, nanoseconds = struct.unpack_from('<II', data, offset)
+        old_ns = seconds * NS_PER_S + nanoseconds
+        new = divmod(shifted(old_ns), NS_PER_S) if old_ns else (0, 0)
+        assert struct.unpack_from('<II', moved, offset) == new
+        moved[offset:offset + 8] = data[offset:offset + 8]
+    assert moved == data
+
+
+@settings(deadline=None)
+@given(messages(), st.data())
+def test_damage_raises_nothing_else(message, data):
+    name, definition, original, _ = message
+    locator = StampLocator(name, definition)
+    damaged = bytearray(original[:data.draw(st.integers(0, len(original)))])
+    for _ in range(data.draw(st.integers(0, 4)) if damaged else 0):
+        position = data.draw(st.integers(0, len(damaged) - 1))
+        damaged[position] ^= 1 << data.draw(st.integers(0, 7))
+    for work in (locator.check, lambda it: locator.moved(it, shifted)):
+        try:
+            work(bytes(damaged))
+        except MessageDamaged as error:
+            assert 'byte' in str(error)
+
+
+@settings(deadline=None)
+@given(messages(), st.data())
+def test_check_finds_every_truncation_and_extension(message, data):
+    name, definition, original, _ = message
+    locator = StampLocator(name, definition)
+    if original:
+        with pytest.raises(MessageDamaged):
+            locator.check(original[:data.draw(st.integers(0, len(original) - 1))])
+    with pytest.raises(MessageDamaged, match='should end'):
+        locator.check(original + b'\0')
+
+
+@settings(deadline=None)
+@given(st.text(max_size=200), st.text(alphabet='abT/[]0129 \n#=:MSG', max_size=200))
+def test_any_text_is_a_definition_or_a_definition_error(first, second):
+    for text in (first, second, f'{first}\n{"=" * 80}\nMSG: {second}'):
+        try:
+            StampLocator('pkg/Type', text).check(b'')
+        except (DefinitionError, MessageDamaged):
+            continue
+
+
+@pytest.mark.parametrize(('definition', 'message'), [
+    ('int32', 'no field'), ('int32 a b', 'no field'), ('int32[ a', 'no field'),
+    ('int32[-1] a', 'no field'), ('int32[9999999999] a', 'no field'), ('1x a', 'no field'),
+    ('a/b/c/d x', 'no field'), ('__import__("os") x', 'no field'), ('int32 a.b', 'no field'),
+    ('Other a', 'definition of pkg/Other is missing'), ('Header h', 'std_msgs/Header is missing'),
+    ('Type a', 'contains itself'), ('Type[] a', 'contains itself'),
+    ('int32 a\n' + '=' * 80 + '\nint32 b', 'MSG'),
+    (f'Event[99999] events\n{"=" * 80}\nMSG: pkg/Event\ntime stamp', 'stamps'),
+    ('#' * 2_000_000, 'too large'), ('int32 a\n' * 20_000, 'too many')])
+def test_wrong_definition(definition, message):
+    with pytest.raises(DefinitionError, match=message):
+        StampLocator('pkg/Type', definition)
+
+
+def chain(count, line):
+    """Return types that each contain the next; the last contains a string."""
+    blocks = [line.format(index + 1) for index in range(count)] + ['string s\ntime stamp']
+    text = [blocks[0]] + [f'MSG: pkg/T{index}\n{block}' for index, block in enumerate(blocks)
+                          if index]
+    return ('\n' + '=' * 80 + '\n').join(text)
+
+
+def test_types_nested_too_deep():
+    with pytest.raises(DefinitionError, match='nested more than'):
+        StampLocator('pkg/T0', chain(100, 'T{} a'))
+
+
+@pytest.mark.parametrize('line', ['T{0} a\nT{0} b\nT{0} c', 'T{0}[999999999] a', 'T{0}[] a'])
+def test_definition_that_multiplies_costs_little(line):
+    started = time.monotonic()
+    locator = StampLocator('pkg/T0', chain(35, line))
+    for data in (b'\0' * 10_000, b'\xff' * 10_000, b'\1\0\0\0' * 2_500):
+        with pytest.raises(MessageDamaged):
+            locator.check(data)
+    assert time.monotonic() - started < 5.0
+
+
+@pytest.mark.parametrize('element', ['Empty', 'string[0]', 'Empty[999999999]'])
+def test_arrays_of_nothing_cost_nothing(element):
+    name = element if element.startswith('Empty') else 'Hollow'
+    definition = (f'{name if "[" not in name else "Hollow"}[] a\nEmpty[999999999] b\n{"=" * 80}\n'
+                  f'MSG: pkg/Empty\n{"=" * 80}\nMSG: pkg/Hollow\n{element} nothing')
+    locator = StampLocator('pkg/Type', definition)
+    locator.check(b'\xff\xff\xff\xff')
+
+
+def test_constants_comments_and_line_ends():
+    definition = ('string TEXT = a # b = "c"\r\nint32 X=1\r\n  time   stamp # = 1\r\n\r\n'
+                  '\tuint8\tvalue\r\n#int32 gone')
+    fields = parse_definitions('pkg/msg/Type', definition)['pkg/Type']
+    assert [(field.type_name, field.name) for field in fields] == [
+        ('time', 'stamp'), ('uint8', 'value')]
+
+
+def test_names_with_msg_in_between():
+    locator = StampLocator('pkg/msg/Type', 'std_msgs/msg/Header header\n'
+                           + HEADER.replace('std_msgs/', 'std_msgs/msg/'))
+    assert locator.offsets(header()) == [4]
+
+
+@pytest.mark.parametrize('definition', [
+    'time clock', 'duration stamp', 'time[] stamp', 'time[2] stamp', 'time time_ref', 'uint8 x'])
+def test_other_times_are_data(definition):
+    locator = StampLocator('pkg/Type', definition)
+    data = b'\1\0\0\0' + b'\1' * 12
+    assert not locator.has_stamps
+    assert locator.moved(data, shifted) is data
+
+
+def test_zero_stamps_stay():
+    locator = StampLocator('pkg/Type', f'Header a\nHeader b\n{HEADER}')
+    data = header(0, 0) + header(5, 0)
+    assert locator.moved(data, lambda _: 9 * NS_PER_S + 1) == header(0, 0) + header(9, 1)
+    assert locator.moved(header(0, 0) * 2, shifted) == header(0, 0) * 2
+
+
+@pytest.mark.parametrize('kind', [bytes, bytearray, memoryview])
+def test_the_data_itself_is_not_changed(kind):
+    locator = StampLocator('pkg/Type', f'Header header\nuint8[] data\n{HEADER}')
+    original = header() + b'\3\0\0\0abc'
+    data = kind(original)
+    assert locator.moved(data, shifted) != original
+    assert bytes(data) == original
+
+
+@pytest.mark.parametrize('stamp_ns', [-1, NS_PER_S << 32])
+def test_stamps_that_ros_does_not_have(stamp_ns):
+    locator = StampLocator('pkg/Type', 'time stamp')
+    with pytest.raises(ValueError, match='no ROS time'):
+        locator.moved(b'\1' * 8, lambda _: stamp_ns)
+
+
+def test_absurd_length_is_found_at_once():
+    locator = StampLocator('pkg/Type', f'string[] names\nHeader header\n{HEADER}')
+    with pytest.raises(MessageDamaged, match='17179869180 bytes are expected at byte 4'):
+        locator.moved(b'\xff' * 1_000_000, shifted)
+
+
+def best_time_s(work, repetitions=20):
+    times = []
+    for _ in range(repetitions):
+        started = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - started)
+    return min(times)
+
+
+def test_picture_costs_a_copy():
+    definition = f'Header header\nuint32 height\nuint8[] data\n{HEADER}'
+    locator = StampLocator('pkg/Image', definition)
+    size = 20_000_000
+    data = header() + struct.pack('<II', 1, size) + bytes(size)
+    copy_s = best_time_s(lambda: bytearray(data))
+    assert best_time_s(lambda: locator.moved(data, shifted)) < 5 * copy_s + 0.001
+
+
+def test_skipping_is_independent_of_the_size():
+    locator = StampLocator('pkg/Two', f'uint8[] picture\nfloat64[] x\nHeader header\n{HEADER}')
+    picture = struct.pack('<I', 20_000_000) + bytes(20_000_000) + b'\0\0\0\0' + header()
+    assert best_time_s(lambda: locator.offsets(picture)) < 0.0005
+
+
+def test_small_message_costs_microseconds():
+    locator = StampLocator('pkg/Small', f'Header header\nfloat64[6] x\n{HEADER}')
+    data = header() + bytes(48)
+    assert best_time_s(lambda: locator.moved(data, shifted), 1000) < 0.0001
