@@ -1,6 +1,7 @@
 """Reads the index of a bag: what it holds and where, without reading the messages."""
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Dict, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
@@ -25,10 +26,11 @@ from process_visualizer.bags.bag_records import (
     Record,
     chunk_info_of,
     connection_of,
+    fields_of,
     number,
     operation,
-    record_at,
     records_in,
+    sized_part,
 )
 
 _LARGEST_SUMMARY_BYTES = 1 << 30
@@ -58,7 +60,8 @@ def read_index(file: BagFile) -> BagIndex:
     """
     by_id, infos = _read_summary(file, file.indexed_header())
     numbers = {connection_id: number_ for number_, connection_id in enumerate(sorted(by_id))}
-    entries = IndexEntries(len(numbers))
+    listed = sum(count for info in infos for _, count in info.counts)
+    entries = IndexEntries(len(numbers), min(listed, file.size // INDEX_ENTRY_BYTES))
     gaps: List[Gap] = []
     for chunk, info in enumerate(infos):
         try:
@@ -74,40 +77,49 @@ def read_index(file: BagFile) -> BagIndex:
 class IndexEntries:
     """Turns index entries into columns, a batch of chunks at a time to need little memory."""
 
-    def __init__(self, connection_count: int) -> None:
-        self._number = connection_dtype(connection_count)
+    def __init__(self, connection_count: int, capacity: int) -> None:
+        """Make room for so many entries; memory is only taken by those that come."""
+        self._columns = Columns(np.empty(capacity, np.int64),
+                                np.empty(capacity, connection_dtype(connection_count)),
+                                np.empty(capacity, np.int32), np.empty(capacity, np.uint32))
+        self._count = 0
         self._parts: List[Part] = []
         self._waiting_bytes = 0
-        self._batches: List[Columns] = []
 
     def add(self, parts: Sequence[Part]) -> None:
-        """Take the parts of a chunk; chunks come in the order of the file."""
+        """Take the parts of a chunk; chunks come in the order of the file.
+
+        Raises:
+            RecordError: there are more entries than there is room for; none is taken.
+        """
+        size = sum(len(part.entries) for part in parts)
+        if (self._count + (self._waiting_bytes + size) // INDEX_ENTRY_BYTES
+                > len(self._columns.time_ns)):
+            raise RecordError('the index lists more messages than the file can hold')
         self._parts.extend(parts)
-        self._waiting_bytes += sum(len(part.entries) for part in parts)
+        self._waiting_bytes += size
         if self._waiting_bytes >= _BATCH_BYTES:
             self._convert()
 
     def columns(self) -> Columns:
         """Return all rows; within a batch they are in order."""
         self._convert()
-        batches, self._batches = self._batches, []
-        columns: List[List[np.ndarray]] = [list(column) for column in zip(*batches)]
-        batches.clear()
-        joined = []
-        while columns:
-            joined.append(np.concatenate(columns.pop(0)))
-        return Columns(*joined)
+        return Columns(*(column[:self._count] for column in self._columns))
 
     def _convert(self) -> None:
         parts, self._parts, self._waiting_bytes = self._parts, [], 0
         entries = np.frombuffer(b''.join(part.entries for part in parts), _ENTRY)
         counts = [len(part.entries) // INDEX_ENTRY_BYTES for part in parts]
         chunk = np.repeat(np.array([part.chunk for part in parts], np.int32), counts)
-        connection = np.repeat(np.array([part.connection for part in parts], self._number), counts)
+        connection = np.repeat(np.array([part.connection for part in parts],
+                                        self._columns.connection.dtype), counts)
         time_ns = entries['seconds'].astype(np.int64) * 1_000_000_000 + entries['nanoseconds']
         order = _order(chunk, entries['offset'], time_ns)
-        self._batches.append(Columns(time_ns[order], connection[order], chunk[order],
-                                     entries['offset'][order]))
+        rows = slice(self._count, self._count + len(order))
+        self._count = rows.stop
+        batch = Columns(time_ns, connection, chunk, entries['offset'])
+        for column, values in zip(self._columns, batch):
+            column[rows] = values[order]
 
 
 def _order(chunk: np.ndarray, offset: np.ndarray, time_ns: np.ndarray) -> np.ndarray:
@@ -156,22 +168,24 @@ def _index_of_chunk(file: BagFile, info: ChunkInfo) -> List[Tuple[int, memoryvie
     block = memoryview(file.read(head.end, min(size, file.size - head.end)))
     found, at = [], 0
     for _ in info.counts:
-        record = record_at(block, at)
-        found.append((_indexed_connection(record), record.data))
-        at = record.end
+        begin, end = sized_part(block, at)
+        connection, count = _index_head(bytes(block[begin:end]))
+        begin, at = sized_part(block, end)
+        if at - begin != count * INDEX_ENTRY_BYTES:
+            raise RecordError('an index record has a wrong length')
+        found.append((connection, block[begin:at]))
     if sum(len(data) for _, data in found) != messages * INDEX_ENTRY_BYTES:
         raise RecordError('it lists another number of messages')
     return found
 
 
-def _indexed_connection(record: Record) -> int:
-    """The connection id of an index record."""
-    fields = record.fields
+@lru_cache(4096)
+def _index_head(header: bytes) -> Tuple[int, int]:
+    """Connection id and number of entries of an index record; most headers come many times."""
+    fields = fields_of(header)
     if operation(fields) != OP_INDEX or number(fields, b'ver') != 1:
         raise RecordError('no index record of version 1 stands here')
-    if number(fields, b'count') * INDEX_ENTRY_BYTES != len(record.data):
-        raise RecordError('an index record has a wrong length')
-    return number(fields, b'conn')
+    return number(fields, b'conn'), number(fields, b'count')
 
 
 def _numbered(numbers: Dict[int, int], connection_id: int) -> int:
