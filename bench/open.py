@@ -1,6 +1,6 @@
 """Opens a bag with an hour of a robot cell: time and memory, and how they grow with the bag.
 
-usage: python3 bench/open.py [--minutes 1,10,60] [--folder FOLDER]   (in the workspace's environment)
+usage: python3 bench/open.py [--minutes 1,10,60] [--folder FOLDER]    (in the workspace)
 
 The bags have 9 topics with 838 small messages a second (two robots at 125 Hz with tool frames and
 forces, and sensors), in chunks of 768 KB as `rosbag record` writes them, and are kept in the folder
@@ -38,7 +38,8 @@ from process_visualizer.bags.recording import Recording
 def open_bag(path): return Recording([path])
 def first_at(bag, part):
     index = bag.index
-    return bag.message(index.count_before(int(index.begin_ns + part * (index.end_ns - index.begin_ns))))
+    time_ns = int(index.begin_ns + part * (index.end_ns - index.begin_ns))
+    return bag.message(index.count_before(time_ns))
 """,
     'rosbags': """
 from pathlib import Path
@@ -126,7 +127,8 @@ def _write(file: BinaryIO, length_ns: int) -> None:
     writer = BagWriter(file)
     connections = [ConnectionRecord(number, name.encode(), _connection_header(name))
                    for number, (name, _, _) in enumerate(TOPICS)]
-    chunk, entries = io.BytesIO(), []  # type: io.BytesIO, List[IndexEntry]
+    chunk = io.BytesIO()
+    entries: List[IndexEntry] = []
     for time_ns, number in heapq.merge(*(_times(number, length_ns)
                                          for number in range(len(TOPICS)))):
         entries.append(IndexEntry(number, time_ns, chunk.tell()))

@@ -35,7 +35,8 @@ from process_visualizer.bags.bag_records import (
 
 _LARGEST_SUMMARY_BYTES = 1 << 30
 _INDEX_HEAD_BYTES = 128
-_BATCH_BYTES = INDEX_ENTRY_BYTES << 16
+# so that a batch's arrays are small enough to use the same memory again: a third of the time
+_BATCH_BYTES = INDEX_ENTRY_BYTES << 13
 _ENTRY = np.dtype([('seconds', '<u4'), ('nanoseconds', '<u4'), ('offset', '<u4')])
 
 Connections = Dict[int, Connection]
@@ -147,7 +148,7 @@ def _read_summary(file: BagFile, header: BagHeader) -> Tuple[Connections, List[C
     if len(connections) < header.connection_count or len(infos) < header.chunk_count:
         raise BagUnindexed(file.path, 'a part of its index is missing (the file is cut off); '
                                       'it has to be reindexed')
-    return connections, sorted(infos)
+    return connections, sorted({info.position: info for info in infos}.values())
 
 
 def _take(record: Record, connections: Connections, infos: List[ChunkInfo]) -> None:

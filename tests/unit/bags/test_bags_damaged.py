@@ -20,6 +20,7 @@ from process_visualizer.bags.bag_records import (
     OP_CHUNK_INFO,
     OP_CONNECTION,
     OP_INDEX,
+    header_of,
     packed_record,
     record_at,
 )
@@ -277,3 +278,46 @@ def test_closed_recording_says_so(tmp_path: Path) -> None:
     recording.close()
     with pytest.raises(BagDamaged, match='cannot be read'):
         recording.message(0)
+
+
+def test_chunks_that_are_listed_twice_count_once(tmp_path: Path) -> None:
+    rows = some_rows(60)
+    path = Path(write_bag(tmp_path / 'a.bag', rows, chunk_bytes=500))
+    data = path.read_bytes()
+    infos = data[places_of(data, OP_CHUNK_INFO)[0]:]
+    path.write_bytes(data + infos * 20)
+    assert readable(str(path)) == (rows, ())
+
+
+def test_index_cannot_take_more_room_than_the_file(tmp_path: Path) -> None:
+    """Chunks that all lead to the same index records do not multiply them without end."""
+    head, count = record_head_of_chunk(0), 400
+    index = packed_record({b'op': bytes([OP_INDEX]), b'ver': u32(1), b'conn': u32(0),
+                           b'count': u32(200)}, bytes(12 * 200))
+    chunks = b''.join(record_head_of_chunk((count - 1 - number) * len(head))
+                      for number in range(count))
+    begin = len(bag_header())
+    infos = b''.join(packed_record(
+        {b'op': bytes([OP_CHUNK_INFO]), b'ver': u32(1), b'count': u32(1),
+         b'chunk_pos': (begin + number * len(head)).to_bytes(8, 'little'),
+         b'start_time': bytes(8), b'end_time': bytes(8)}, u32(0) + u32(200))
+        for number in range(count))
+    connection = packed_record(
+        {b'op': bytes([OP_CONNECTION]), b'conn': u32(0), b'topic': b'/a'},
+        header_of({b'type': b'std_msgs/Empty', b'md5sum': b'd41d8cd98f00b204e9800998ecf8427e'}))
+    path = tmp_path / 'a.bag'
+    place = (begin + len(chunks) + len(index)).to_bytes(8, 'little')
+    path.write_bytes(bag_header(index_pos=place) + chunks + index + connection + infos)
+    with Recording([str(path)]) as recording:
+        assert 0 < len(recording.index) < path.stat().st_size / 12
+        assert 'more messages than the file can hold' in str(recording.gaps[-1])
+
+
+def u32(value: int) -> bytes:
+    return value.to_bytes(4, 'little')
+
+
+def record_head_of_chunk(size: int) -> bytes:
+    """The head of a chunk of so many bytes, without them."""
+    header = header_of({b'op': bytes([OP_CHUNK]), b'compression': b'none', b'size': u32(size)})
+    return u32(len(header)) + header + u32(size)
