@@ -228,16 +228,15 @@ class Timeline:
         """Let a bag time [ns] that is overdue be due now: the machine could not keep up.
 
         All that follows comes later by the same time, so that there is no burst. The position
-        goes back to what has been published. Nothing happens if the time is still to come, or if
-        a command came in between (see wait_until_due).
+        goes back to that time, which must lie within the recording. Nothing happens
+        if the time is still to come, or if a command came in between (see wait_until_due).
         """
         with self._changed:
             due_ns, now_ns = self._basis.due_ns(bag_ns), self._clock.monotonic_ns()
             if self._basis.version != version or due_ns is None or due_ns >= now_ns:
                 return
-            late_ns = now_ns - due_ns
-            self._basis = replace(self._basis, monotonic_ns=self._basis.monotonic_ns + late_ns)
-            self._achieved.lose(now_ns, late_ns)
+            self._basis = replace(self._basis, bag_ns=bag_ns, monotonic_ns=now_ns)
+            self._achieved.lose(now_ns, now_ns - due_ns)
 
     def pass_limit(self, version: int) -> None:
         """At the limit, jump back to the other end of the loop, or pause if there is none.
