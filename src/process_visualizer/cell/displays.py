@@ -35,7 +35,7 @@ def _markers(message_type: str, default_topic: str) -> DisplayType:
                        {'Queue Size': 100, 'Namespaces': {}})
 
 
-_CLOUD = {'Style': 'Flat Squares', 'Size_(m)': 0.005, 'Color_Transformer': 'RGB8',
+_CLOUD = {'Style': 'Points', 'Size_(Pixels)': 4, 'Color_Transformer': 'RGB8',
           'Position_Transformer': 'XYZ', 'Decay_Time': 0}
 
 DISPLAY_TYPES: Dict[str, DisplayType] = {

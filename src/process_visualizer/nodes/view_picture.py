@@ -14,8 +14,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 
 STATUS_TOPIC = '/rviz/display_status'
 _MASTER_PERIOD_S = 0.2
-_FRAMES_AFTER_OK = 30
-"""Frames that must have been drawn since every display is OK, about a second."""
+_FRAMES_AFTER_OK = 5
+"""Frames that must have been drawn since every display is OK; a software renderer needs a second."""
 
 
 class ViewWatcher:
@@ -28,7 +28,7 @@ class ViewWatcher:
         self._subscriber = rospy.Subscriber(STATUS_TOPIC, DiagnosticArray, self._take)
 
     def wait_until_drawn(self, timeout_s: float) -> bool:
-        """Wait until all displays are OK and were drawn about a second long."""
+        """Wait until all displays are OK and were drawn five times."""
         with self._changed:
             return self._changed.wait_for(self._is_drawn, timeout_s)
 
