@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Dict
 
 import pytest
-
 from running import CellRun, run_command
 
 TOPICS = ['/ur_rt_upper/q_act', '/ur_rt_upper/tcf', '/ft_upper/ft', '/feed_rate_est']

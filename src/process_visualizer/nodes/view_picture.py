@@ -15,7 +15,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 STATUS_TOPIC = '/rviz/display_status'
 _MASTER_PERIOD_S = 0.2
 _FRAMES_AFTER_OK = 5
-"""Frames that must have been drawn since every display is OK; a software renderer needs a second."""
+"""Frames that must have been drawn since every display is OK: a second of a software renderer."""
 
 
 class ViewWatcher:
