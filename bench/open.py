@@ -11,26 +11,14 @@ the process. The last column is the time to the bytes of the first message at 90
 from __future__ import annotations
 
 import argparse
-import heapq
-import io
-import os
 import statistics
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
-from typing import BinaryIO, Iterator, List, NamedTuple, Tuple
+from typing import NamedTuple
 
-from process_visualizer.bags.bag_records import header_of, packed_record, packed_time
-from process_visualizer.bags.bag_writer import BagWriter, ConnectionRecord, IndexEntry
-
-_CHUNK_BYTES = 768 * 1024
-_BEGIN_NS = 1_600_000_000_000_000_000
-
-TOPICS = (('/ur_rt_upper/q_act', 125, 36), ('/ur_rt_upper/tcf', 125, 36),
-          ('/ft_upper/ft', 94, 36), ('/ur_rt_lower/q_act', 125, 36), ('/ur_rt_lower/tcf', 125, 36),
-          ('/ft_lower/ft', 94, 36), ('/edge_finder_upper', 50, 12), ('/edge_finder_lower', 50, 12),
-          ('/feed_rate_est', 50, 12))
+from bag_maker import DEFAULT_FOLDER, message_count
+from robots_bag import robots_bag
 
 _READERS = {
     'process_visualizer': """
@@ -81,14 +69,12 @@ class Figures(NamedTuple):
 
 def main() -> None:
     options = _options()
-    os.makedirs(options.folder, exist_ok=True)
     print(f'{"bag":>7} {"messages":>10} {"size MB":>8}  {"reader":<19}'
           f'{"open s":>8} {"memory MB":>10} {"first s":>8}')
     for minutes in options.minutes:
-        path = Path(options.folder) / f'robots_{minutes:g}_min.bag'
-        if not path.exists():
-            _make(path, minutes)
-        count = int(sum(rate for _, rate, _ in TOPICS) * minutes * 60)
+        bag = robots_bag(options.folder, minutes)
+        path = bag.path
+        count = sum(message_count(topic, bag.length_s) for topic in bag.topics)
         for reader in _READERS:
             figures = _measured(reader, path)
             print(f'{minutes:>3g} min {count:>10} {path.stat().st_size / 1e6:>8.1f}  {reader:<19}'
@@ -100,8 +86,7 @@ def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--minutes', default=[1.0, 10.0, 60.0],
                         type=lambda text: [float(part) for part in text.split(',')])
-    parser.add_argument('--folder',
-                        default=os.path.join(tempfile.gettempdir(), 'process_visualizer_bench'))
+    parser.add_argument('--folder', default=DEFAULT_FOLDER)
     return parser.parse_args()
 
 
@@ -112,50 +97,6 @@ def _measured(reader: str, path: Path) -> Figures:
                                 check=True, stdout=subprocess.PIPE, text=True).stdout
         runs.append([float(part) for part in output.split()])
     return Figures(*(statistics.median(column) for column in zip(*runs)))
-
-
-def _make(path: Path, minutes: float) -> None:
-    """Write the bag under another name first, so that an interrupted run leaves none."""
-    print(f'writing {path}', file=sys.stderr)
-    unfinished = path.with_suffix('.unfinished')
-    with open(unfinished, 'wb') as file:
-        _write(file, int(minutes * 60e9))
-    unfinished.rename(path)
-
-
-def _write(file: BinaryIO, length_ns: int) -> None:
-    writer = BagWriter(file)
-    connections = [ConnectionRecord(number, name.encode(), _connection_header(name))
-                   for number, (name, _, _) in enumerate(TOPICS)]
-    chunk = io.BytesIO()
-    entries: List[IndexEntry] = []
-    for time_ns, number in heapq.merge(*(_times(number, length_ns)
-                                         for number in range(len(TOPICS)))):
-        entries.append(IndexEntry(number, time_ns, chunk.tell()))
-        chunk.write(packed_record({b'op': b'\2', b'conn': number.to_bytes(4, 'little'),
-                                   b'time': packed_time(time_ns)}, _message(TOPICS[number][2])))
-        if chunk.tell() >= _CHUNK_BYTES:
-            writer.write_chunk(chunk.getbuffer(), b'none', chunk.tell(), entries)
-            chunk, entries = io.BytesIO(), []
-    writer.write_chunk(chunk.getbuffer(), b'none', chunk.tell(), entries)
-    writer.finish(connections)
-
-
-def _times(number: int, length_ns: int) -> Iterator[Tuple[int, int]]:
-    rate = TOPICS[number][1]
-    return ((_BEGIN_NS + number * 100_000 + count * 1_000_000_000 // rate, number)
-            for count in range(length_ns * rate // 1_000_000_000))
-
-
-def _message(size: int) -> bytes:
-    """A serialised std_msgs/String of so many bytes."""
-    return (size - 4).to_bytes(4, 'little') + b'.' * (size - 4)
-
-
-def _connection_header(topic: str) -> bytes:
-    return header_of({b'topic': topic.encode(), b'type': b'std_msgs/String',
-                      b'md5sum': b'992ce8a1687cec8c8bd883ec73ca41d1',
-                      b'message_definition': b'string data\n', b'callerid': b'/driver'})
 
 
 if __name__ == '__main__':

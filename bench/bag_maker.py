@@ -1,0 +1,102 @@
+"""Writes bags for benchmarks: every message says which one it is, and when each is due is known.
+
+The times are an ideal schedule: message k of a topic at k / rate, and 0.1 ms after that of the
+topic before it. Chunks of 768 KB without compression, as `rosbag record` writes them.
+"""
+from __future__ import annotations
+
+import heapq
+import io
+import os
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any, BinaryIO, Callable, Iterator, List, NamedTuple, Sequence, Tuple
+
+import numpy as np
+
+from process_visualizer.bags.bag_records import header_of, packed_record, packed_time
+from process_visualizer.bags.bag_writer import BagWriter, ConnectionRecord, IndexEntry
+
+BEGIN_NS = 1_600_000_000_000_000_000
+"""Bag time of every bag's first message."""
+DEFAULT_FOLDER = os.path.join(tempfile.gettempdir(), 'process_visualizer_bench')
+
+_CHUNK_BYTES = 768 * 1024
+_PHASE_NS = 100_000
+
+
+class BagTopic(NamedTuple):
+    """A topic of a made bag: its rate, its message class, and its messages.
+
+    ``content(k, time_ns)`` returns the bytes of message k; ``time_ns`` is the same for all topics
+    of that rate, like the stamps of an image and its camera info.
+    """
+
+    name: str
+    rate_hz: int
+    message_class: Any
+    content: Callable[[int, int], bytes]
+
+
+class MadeBag(NamedTuple):
+    """A bag's file, its topics and its length [s]."""
+
+    path: Path
+    topics: Tuple[BagTopic, ...]
+    length_s: float
+
+    def times_ns(self, number: int) -> np.ndarray:
+        """The recording times of all messages of topic ``number``, (n,) int64."""
+        count = message_count(self.topics[number], self.length_s)
+        return np.arange(count) * 1_000_000_000 // self.topics[number].rate_hz \
+            + BEGIN_NS + number * _PHASE_NS
+
+
+def message_count(topic: BagTopic, length_s: float) -> int:
+    """How many messages of a topic are in a bag of this length."""
+    return int(length_s * topic.rate_hz)
+
+
+def made_bag(path: Path, topics: Sequence[BagTopic], length_s: float) -> MadeBag:
+    """Return the bag; write it unless the file is there from an earlier run."""
+    if not path.exists():
+        print(f'writing {path}', file=sys.stderr)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        # Under another name first, so that an interrupted run leaves no half bag.
+        unfinished = path.with_suffix('.unfinished')
+        with open(unfinished, 'wb') as file:
+            _write(file, topics, length_s)
+        unfinished.rename(path)
+    return MadeBag(path, tuple(topics), length_s)
+
+
+def _write(file: BinaryIO, topics: Sequence[BagTopic], length_s: float) -> None:
+    writer = BagWriter(file)
+    chunk = io.BytesIO()
+    entries: List[IndexEntry] = []
+    for phased_ns, number, index in heapq.merge(*(
+            _schedule(number, topic, length_s) for number, topic in enumerate(topics))):
+        time_ns = BEGIN_NS + phased_ns
+        entries.append(IndexEntry(number, time_ns, chunk.tell()))
+        content = topics[number].content(index, time_ns - number * _PHASE_NS)
+        chunk.write(packed_record({b'op': b'\2', b'conn': number.to_bytes(4, 'little'),
+                                   b'time': packed_time(time_ns)}, content))
+        if chunk.tell() >= _CHUNK_BYTES:
+            writer.write_chunk(chunk.getbuffer(), b'none', chunk.tell(), entries)
+            chunk, entries = io.BytesIO(), []
+    writer.write_chunk(chunk.getbuffer(), b'none', chunk.tell(), entries)
+    writer.finish([_connection(number, topic) for number, topic in enumerate(topics)])
+
+
+def _schedule(number: int, topic: BagTopic, length_s: float) -> Iterator[Tuple[int, int, int]]:
+    return ((index * 1_000_000_000 // topic.rate_hz + number * _PHASE_NS, number, index)
+            for index in range(message_count(topic, length_s)))
+
+
+def _connection(number: int, topic: BagTopic) -> ConnectionRecord:
+    message_class = topic.message_class
+    return ConnectionRecord(number, topic.name.encode(), header_of({
+        b'topic': topic.name.encode(), b'type': message_class._type.encode(),
+        b'md5sum': message_class._md5sum.encode(),
+        b'message_definition': message_class._full_text.encode(), b'callerid': b'/driver'}))
