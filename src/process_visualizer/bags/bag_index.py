@@ -62,6 +62,17 @@ class BagIndex:
         """Time of the last message [ns since the epoch]; 0 without messages."""
         return int(self.time_ns[-1]) if len(self) else 0
 
+    def chosen(self, connections: Iterable[int]) -> BagIndex:
+        """Return the index of the messages of some connections, which keep their numbers."""
+        wanted = np.zeros(len(self.connections), bool)
+        wanted[list(connections)] = True
+        if wanted.all():
+            return self
+        rows = wanted[self.connection]
+        columns = Columns(self.time_ns[rows], self.connection[rows], self.chunk[rows],
+                          self.offset[rows])
+        return BagIndex(self.connections, columns, self.chunks, self.gaps)
+
     def count_until(self, time_ns: int) -> int:
         """Return how many messages have a time at or before this one: the next one's position."""
         return int(np.searchsorted(self.time_ns, time_ns, side='right'))

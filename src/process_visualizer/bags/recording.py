@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from types import TracebackType
-from typing import Dict, List, Optional, Sequence, Tuple, Type
+from typing import Dict, Iterable, List, Optional, Sequence, Tuple, Type
 
 import numpy as np
 
@@ -23,6 +23,8 @@ class Recording:
     def __init__(self, paths: Sequence[str], cache_bytes: int = 64 << 20) -> None:
         """Open the files and read their indexes.
 
+        ``begin_ns`` and ``end_ns`` are the bag times of the first and the last message.
+
         Raises:
             BagUnindexed: one of the files has to be reindexed first.
             BagError: one of the files is not a bag, or one that cannot be read.
@@ -38,7 +40,14 @@ class Recording:
         except BaseException:
             self.close()
             raise
+        self.begin_ns, self.end_ns = self.index.begin_ns, self.index.end_ns
+        self._cache_bytes = cache_bytes
         self._store = ChunkStore(self._files, self.index, cache_bytes)
+
+    def choose(self, connections: Iterable[int]) -> None:
+        """Leave out the messages of all other connections; begin and end stay as they are."""
+        self.index = self.index.chosen(connections)
+        self._store = ChunkStore(self._files, self.index, self._cache_bytes)
 
     def __enter__(self) -> Recording:
         """Return itself."""

@@ -40,6 +40,11 @@ class Scene:
                  if topic != STATIC_TOPIC]
         return sorted(position for position in found if position is not None)
 
+    def replaced(self, position: int) -> Optional[int]:
+        """Return the position of the message that the one at a position takes the place of."""
+        number = int(self._index.connection[position])
+        return self._last(self._groups[_group(number, self._index.connections[number])], position)
+
     def static_positions(self, count: int) -> List[int]:
         """Return the positions (rising) of the messages on /tf_static among the first ``count``."""
         numbers = [number for (topic, _), group in self._groups.items() if topic == STATIC_TOPIC

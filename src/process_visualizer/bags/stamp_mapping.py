@@ -39,13 +39,19 @@ class StampMapping:
         self._order = OrderKeeper()
         self._floor_ns = self._lag_ns = self._offset_ns = self._wall_ns = 0
 
-    def stamp(self, basis: Basis, stamp_ns: int, message_ns: int) -> int:
-        """Return the wall stamp [ns] of a bag stamp in a message recorded at a bag time [ns]."""
+    def stamp(self, basis: Basis, stamp_ns: int, message_ns: int,
+              shown_ns: Optional[int] = None) -> int:
+        """Return the wall stamp [ns] of a bag stamp in a message recorded at a bag time [ns].
+
+        Where the message is not shown at the time when it was recorded, as in playing backwards,
+        ``shown_ns`` is the bag time at which it is; its stamps move with it.
+        """
         if basis.paused:
             return self.present(basis, stamp_ns)
         now_ns = self._follow(basis)
         if stamp_ns not in self._known:
             near_ns = nearby(basis, stamp_ns, message_ns)
+            near_ns += 0 if shown_ns is None else shown_ns - message_ns
             wall_ns = max(self._mapped(basis, near_ns, now_ns), self._floor_ns)
             self._remember(stamp_ns, self._order.fit(near_ns if basis.forward else -near_ns,
                                                      wall_ns))

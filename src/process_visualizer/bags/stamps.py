@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from struct import Struct
-from typing import Callable, List
+from typing import Callable, List, Sequence
 
 from process_visualizer.bags.layout_compiler import LayoutCompiler, until_last_stamp
 from process_visualizer.bags.message_definition import parse_definitions, short_name
@@ -48,14 +48,20 @@ class StampLocator:
         return found
 
     def check(self, data: Data) -> None:
-        """Look at the whole message.
+        """Look at the whole message; see ``checked_offsets``."""
+        self.checked_offsets(data)
+
+    def checked_offsets(self, data: Data) -> List[int]:
+        """Return where [bytes] the stamps are, ascending, after a look at the whole message.
 
         Raises:
             MessageDamaged: the bytes do not fit the definition, or there are more than it has.
         """
-        end = self._layout.walk(data, 0, [])
+        found: List[int] = []
+        end = self._layout.walk(data, 0, found)
         if end != len(data):
             raise MessageDamaged(f'the message should end at byte {end}, not at {len(data)}')
+        return found
 
     def moved(self, data: Data, mapping: Callable[[int], int]) -> Data:
         """Return the message with every stamp [ns] replaced by what the mapping makes of it.
@@ -67,16 +73,29 @@ class StampLocator:
             MessageDamaged: the bytes do not fit the definition.
             ValueError: the mapping's result is no ROS time (below zero, or after the year 2106).
         """
-        view = memoryview(data)
-        pieces: List[Data] = []
-        position = 0
-        for offset in self.offsets(data):
-            seconds, nanoseconds = _STAMP.unpack_from(data, offset)
-            if seconds or nanoseconds:
-                stamp = packed(mapping(seconds * NS_PER_S + nanoseconds))
-                pieces += (view[position:offset], stamp)
-                position = offset + _STAMP.size
-        return b''.join([*pieces, view[position:]]) if pieces else data
+        pieces = with_stamps_moved(data, self.offsets(data), mapping)
+        return data if len(pieces) == 1 else b''.join(pieces)
+
+
+def with_stamps_moved(data: Data, offsets: Sequence[int],
+                      mapping: Callable[[int], int]) -> List[Data]:
+    """Return a message in pieces, with the stamps [ns] at some offsets replaced, without a copy.
+
+    Stamps of zero stay: they mean "the latest there is".
+
+    Raises:
+        ValueError: the mapping's result is no ROS time (below zero, or after the year 2106).
+    """
+    view = memoryview(data)
+    pieces: List[Data] = []
+    position = 0
+    for offset in offsets:
+        seconds, nanoseconds = _STAMP.unpack_from(view, offset)
+        if seconds or nanoseconds:
+            pieces += (view[position:offset],
+                       packed(mapping(seconds * NS_PER_S + nanoseconds)))
+            position = offset + _STAMP.size
+    return [*pieces, view[position:]]
 
 
 def packed(stamp_ns: int) -> bytes:

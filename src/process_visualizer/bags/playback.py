@@ -1,0 +1,245 @@
+"""The playback engine: publishes a recording along a timeline, at any rate, in both directions."""
+from __future__ import annotations
+
+import queue
+from concurrent.futures import Future
+from dataclasses import dataclass
+from functools import partial
+from typing import Callable, List, Optional, Protocol, Tuple
+
+from process_visualizer.bags.bag_index import BagIndex
+from process_visualizer.bags.clock import Clock
+from process_visualizer.bags.message_layout import Data
+from process_visualizer.bags.message_loader import LoadedMessage, MessageLoader
+from process_visualizer.bags.playback_event import EventMaker, PlaybackEvent
+from process_visualizer.bags.read_ahead import BACKWARD, FORWARD, ReadAhead
+from process_visualizer.bags.recording import Recording
+from process_visualizer.bags.stamp_mapping import StampMapping
+from process_visualizer.bags.stamps import with_stamps_moved
+from process_visualizer.bags.step_target import StepTarget, step_by_messages, step_by_time
+from process_visualizer.bags.timeline import NS_PER_S, Basis, Timeline
+
+LATE_NS = NS_PER_S // 10  # from here on, playback slows down instead of catching up
+MOST_STEPPED = 200  # messages that a step publishes one by one; of more, only the scene counts
+ANSWER_S = 10.0
+
+
+class Output(Protocol):
+    """Where messages go to; called by one thread."""
+
+    def publish(self, connection: int, pieces: List[Data]) -> None:
+        """Send a message of a connection, given in pieces; it must not wait for receivers."""
+
+    def jump(self, bag_ns: int) -> None:
+        """Take note that the position has jumped to a bag time [ns]; its scene follows."""
+
+
+    def finish(self) -> None:
+        """Take note that the end has been reached, in the direction of play."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """By how many messages, of which topic ('': all), or (count 0) by what time [ns]."""
+
+    count: int
+    topic: str
+    duration_ns: int
+
+
+class Playback:
+    """Publishes what the timeline makes visible; ``run`` is the work of one thread.
+
+    What was published is the scene at the position at any time: after a jump the scene is
+    restored, forwards each message is published as its time comes, backwards each is replaced by
+    the one before it. When the machine cannot keep up, the timeline slips: everything comes
+    later, together.
+    """
+
+    def __init__(self, recording: Recording, timeline: Timeline, output: Output,
+                 restamp: bool = True, clock: Optional[Clock] = None) -> None:
+        """Take a recording, a timeline within it, and where the messages go to.
+
+        With ``restamp`` the stamps in messages are moved to the present.
+        """
+        self._index: BagIndex = recording.index
+        self._timeline = timeline
+        self._output = output
+        self._clock = clock or Clock()
+        self._mapping = StampMapping(self._clock) if restamp else None
+        self._loader = MessageLoader(recording)
+        self._events = EventMaker(self._index, self._loader)
+        self._ahead = ReadAhead(self._events, len(self._index))
+        self._steps: queue.SimpleQueue[Tuple[Step, Future[StepTarget]]] = queue.SimpleQueue()
+        self._passed = 0  # how many messages of the recording are visible, or replaced
+        self._scene = timeline.basis.scene
+        self._next: Optional[PlaybackEvent] = None  # taken already, and not published yet
+        self._next_of = (-1, 0)
+        self._published = 0
+        self._repeat = False
+        self._closed = False
+
+    @property
+    def published(self) -> int:
+        """How many messages were published."""
+        return self._published
+
+    @property
+    def problems(self) -> Tuple[str, ...]:
+        """What could not be played as it should be, so far."""
+        return self._loader.problems
+
+    def close(self) -> None:
+        """End ``run``."""
+        self._closed = True
+        self._timeline.interrupt()
+
+    def repeat_scene(self) -> None:
+        """Publish the scene once more, as its receivers have thrown it away."""
+        self._repeat = True
+        self._timeline.interrupt()
+
+    def step(self, step: Step) -> StepTarget:
+        """Pause and move by a step, in the thread of ``run``; return where it led.
+
+        Raises:
+            CommandRefused: there is nothing to step to.
+        """
+        answer: Future[StepTarget] = Future()
+        self._steps.put((step, answer))
+        self._timeline.interrupt()
+        return answer.result(ANSWER_S)
+
+    def run(self) -> None:
+        """Publish until ``close``."""
+        try:
+            self._begin()
+            while not self._closed:
+                self._work()
+        finally:
+            self._ahead.close()
+
+    def _begin(self) -> None:
+        basis = self._timeline.basis
+        self._scene = basis.scene
+        self._output.jump(basis.bag_ns)
+        self._restore(self._count_at(basis), basis)
+
+    def _count_at(self, basis: Basis) -> int:
+        """How many messages make the scene after a jump; those of just that time are played."""
+        if basis.paused or not basis.forward:
+            return self._index.count_until(basis.bag_ns)
+        return self._index.count_before(basis.bag_ns)
+
+    def _work(self) -> None:
+        while not self._steps.empty():
+            step, answer = self._steps.get()
+            _answer(answer, partial(self._step, step))
+        basis = self._timeline.basis
+        if basis.scene != self._scene:
+            self._scene = basis.scene
+            self._output.jump(basis.bag_ns)
+            self._restore(self._count_at(basis), basis)
+        elif self._repeat:
+            self._repeat = False
+            self._restore(self._passed, basis)
+        elif basis.paused:
+            self._timeline.wait_until_due(None, basis.version)
+        else:
+            self._play(basis)
+
+    def _play(self, basis: Basis) -> None:
+        """Publish the next message when it is due, unless a command comes before."""
+        position, step = (self._passed, FORWARD) if basis.forward else (self._passed - 1, BACKWARD)
+        if not self._is_before_limit(position, basis):
+            if self._timeline.wait_until_due(basis.limit_ns, basis.version):
+                self._pass_limit(basis)
+            return
+        event = self._event(position, step)
+        if self._timeline.wait_until_due(event.time_ns, basis.version):
+            basis = self._kept_up(event.time_ns, basis)
+            self._next = None
+            self._passed = position + (step == FORWARD)
+            self._show(event, basis)
+
+    def _pass_limit(self, basis: Basis) -> None:
+        self._timeline.pass_limit(basis.version)
+        if self._timeline.basis.paused and not basis.loop:
+            self._output.finish()
+
+    def _is_before_limit(self, position: int, basis: Basis) -> bool:
+        if not 0 <= position < len(self._index):
+            return False
+        time_ns = int(self._index.time_ns[position])
+        return time_ns <= basis.limit_ns if basis.forward else time_ns > basis.limit_ns
+
+    def _event(self, position: int, step: int) -> PlaybackEvent:
+        if self._next is None or self._next_of != (position, step):
+            self._next = self._ahead.take(position, step)
+            self._next_of = position, step
+        return self._next
+
+    def _kept_up(self, bag_ns: int, basis: Basis) -> Basis:
+        """The basis by which a message is stamped that is published now, maybe too late."""
+        due_ns = basis.due_ns(bag_ns)
+        if due_ns is None or self._clock.monotonic_ns() - due_ns < LATE_NS:
+            return basis
+        self._timeline.slip_to(bag_ns, basis.version)
+        return self._timeline.basis
+
+    def _step(self, step: Step) -> StepTarget:
+        target = self._target(step)
+        passed, self._passed = self._passed, target.count
+        self._timeline.step_to(target.bag_ns)
+        basis = self._timeline.basis
+        self._scene = basis.scene
+        if 0 <= target.count - passed <= MOST_STEPPED:
+            for position in range(passed, target.count):
+                self._show(self._events.forward(position), basis)
+        else:
+            self._restore(target.count, basis)
+        return target
+
+    def _target(self, step: Step) -> StepTarget:
+        if step.count:
+            return step_by_messages(self._index, self._passed, step.count, step.topic)
+        basis = self._timeline.basis
+        bag_ns = self._timeline.position_ns() + step.duration_ns
+        return step_by_time(self._index, min(max(bag_ns, basis.begin_ns), basis.end_ns))
+
+    def _restore(self, count: int, basis: Basis) -> None:
+        """Publish the scene after ``count`` messages, unless a newer one is asked for already."""
+        self._passed = count
+        self._next = None
+        event = self._events.scene(count)
+        if self._timeline.basis.scene == basis.scene:
+            for message in event.messages:
+                self._publish(message, lambda stamp_ns: self._present(basis, stamp_ns))
+
+    def _show(self, event: PlaybackEvent, basis: Basis) -> None:
+        for message in event.messages:
+            self._publish(message, self._stamper(basis, message.time_ns, event.time_ns))
+
+    def _stamper(self, basis: Basis, message_ns: int, shown_ns: int) -> Callable[[int], int]:
+        mapping = self._mapping
+        if mapping is None:
+            return lambda stamp_ns: stamp_ns
+        return lambda stamp_ns: mapping.stamp(basis, stamp_ns, message_ns, shown_ns)
+
+    def _present(self, basis: Basis, stamp_ns: int) -> int:
+        return stamp_ns if self._mapping is None else self._mapping.present(basis, stamp_ns)
+
+    def _publish(self, message: LoadedMessage, mapping: Callable[[int], int]) -> None:
+        pieces: List[Data] = [message.data]
+        if self._mapping is not None and message.stamp_offsets:
+            pieces = with_stamps_moved(message.data, message.stamp_offsets, mapping)
+        self._output.publish(message.connection, pieces)
+        self._published += 1
+
+
+def _answer(future: 'Future[StepTarget]', work: Callable[[], StepTarget]) -> None:
+    """Do the work for whoever waits for the result, or for the reason why there is none."""
+    try:
+        future.set_result(work())
+    except Exception as error:  # whatever it is belongs to the caller
+        future.set_exception(error)

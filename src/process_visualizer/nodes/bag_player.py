@@ -1,0 +1,186 @@
+"""The player: publishes a recording, with services to move freely in its time."""
+from __future__ import annotations
+
+import threading
+import time
+from typing import List, NamedTuple, Optional, Tuple
+
+import rospy
+
+from process_visualizer.bags.playback import Playback
+from process_visualizer.bags.player_control import PlayerControl
+from process_visualizer.bags.progress_line import Progress
+from process_visualizer.bags.recording import Recording
+from process_visualizer.bags.timeline import NS_PER_S, Timeline
+from process_visualizer.bags.topic_choice import TopicChoice
+from process_visualizer.msg import PlayerState
+from process_visualizer.nodes.bag_publishers import BagPublishers, published_topics
+from process_visualizer.nodes.player_services import PlayerServices
+from process_visualizer.nodes.player_state import StatePublisher
+from process_visualizer.nodes.simulated_clock import SimulatedClock
+from process_visualizer.nodes.topic_conflicts import without_conflicts
+
+DRAIN_S = 5.0
+
+
+class NothingToPlay(Exception):
+    """The recording has no message that can be played; the text says why."""
+
+
+class PlayerSettings(NamedTuple):
+    """How a recording is played, to its end or to a time [s from its beginning]."""
+
+    choice: TopicChoice = TopicChoice()
+    end_s: Optional[float] = None
+    restamp: bool = True
+    clock_hz: Optional[float] = None  # of /clock; None: it is not published
+    queue_size: int = 100
+
+
+class BagPlayer:
+    """A recording being played in this node; paused at the beginning until told to play."""
+
+    def __init__(self, recording: Recording, settings: PlayerSettings) -> None:
+        """Advertise the topics and services, in a node that has been initialised.
+
+        Raises:
+            NothingToPlay: no topic is left that can be played.
+        """
+        self._recording = recording
+        self._problems = self._choose(recording, settings)
+        self._changed = threading.Condition()
+        self._finished = self._quitting = False
+        self._timeline = _timeline(recording, settings.end_s)
+        self._begin = rospy.Time(*divmod(self._timeline.basis.begin_ns, NS_PER_S))
+        self._publishers = BagPublishers(self._topics, settings.queue_size, self)
+        self._playback = Playback(recording, self._timeline, self._publishers, settings.restamp)
+        self._clock = (SimulatedClock(self._timeline, settings.clock_hz,
+                                      self._playback.repeat_scene)
+                       if settings.clock_hz else None)
+        self.control = PlayerControl(self._timeline, self._playback)
+        self._thread = threading.Thread(target=self._run, name='playback', daemon=True)
+        self._state = StatePublisher(self.state_message)
+        self._services = PlayerServices(self.control, self._state.update)
+
+    @property
+    def dropped(self) -> int:
+        """How many messages slow subscribers did not get."""
+        return self._publishers.dropped
+
+    @property
+    def problems(self) -> Tuple[str, ...]:
+        """What cannot be played, so far."""
+        return (*self._problems, *self._playback.problems)
+
+    def prepare(self, rate: float, start_s: Optional[float], loop: bool) -> None:
+        """Set the rate, where to begin (None: at the beginning, backwards at the end), the loop.
+
+        Raises:
+            CommandRefused: what is left is too short for a loop.
+        """
+        self.control.set_rate(rate)
+        end_s = self.control.status().duration_s
+        if loop:
+            self.control.set_loop(True, start_s or 0.0, end_s)
+        self.control.seek((0.0 if rate > 0.0 else end_s) if start_s is None else start_s)
+
+    def wait_for_subscribers(self, delay_s: float, all_topics: bool) -> bool:
+        """Wait for a time [s] and until every topic has a subscriber; False if quit meanwhile."""
+        rospy.on_shutdown(self.quit)
+        with self._changed:
+            self._changed.wait_for(lambda: self._quitting, delay_s)
+            self._changed.wait_for(lambda: self._quitting or not all_topics
+                                   or self._publishers.all_subscribed)
+            return not self._quitting
+
+    def start(self, paused: bool) -> None:
+        """Begin to publish, playing or paused."""
+        if not paused:
+            self.control.play()
+        self._thread.start()
+
+    def wait(self, until_finished: bool) -> None:
+        """Wait until the node is shut down or told to quit, or until the end has been reached."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._quitting or (until_finished and self._finished))
+
+    def quit(self) -> None:
+        """End waiting."""
+        with self._changed:
+            self._quitting = True
+            self._changed.notify_all()
+
+    def progress(self) -> Progress:
+        """Return where playback is."""
+        status = self.control.status()
+        return Progress(status.position_s, status.duration_s, status.rate, status.achieved_rate,
+                        status.paused, status.loop, self.dropped)
+
+    def close(self) -> None:
+        """End: what was published is still sent, if that does not take too long."""
+        self._services.close()
+        if self._thread.is_alive():
+            self._playback.close()
+            self._thread.join()
+        if not rospy.is_shutdown():
+            self._publishers.wait_until_sent(DRAIN_S)
+        self._state.close()
+        if self._clock is not None:
+            self._clock.close()
+        self._publishers.close()
+
+    def state_message(self) -> PlayerState:
+        """Return what the player does now."""
+        stamp_s, status = time.time(), self.control.status()
+        begin_s, end_s = status.loop or (0.0, 0.0)
+        return PlayerState(
+            stamp=rospy.Time.from_sec(stamp_s), begin=self._begin, duration=status.duration_s,
+            position=status.position_s, rate=status.rate, achieved_rate=status.achieved_rate,
+            paused=status.paused, loop=status.loop is not None, loop_begin=begin_s,
+            loop_end=end_s, segment=status.segment, published=self._playback.published,
+            dropped=self.dropped, gaps=self.problems, files=self._recording.paths)
+
+    def _choose(self, recording: Recording, settings: PlayerSettings) -> List[str]:
+        topics, problems = published_topics(recording.index.connections,
+                                            settings.choice.published_name)
+        self._topics, conflicts = without_conflicts(topics)
+        recording.choose(number for topic in self._topics for number in topic.numbers)
+        if not len(recording.index):
+            raise NothingToPlay(' '.join(['no chosen topic can be played', *problems, *conflicts]))
+        return problems + conflicts
+
+    def _run(self) -> None:
+        try:
+            self._playback.run()
+        except Exception as error:
+            rospy.logfatal(f'playback has failed: {error!r}')
+            self.quit()
+            raise
+
+    # What the engine and the publishers tell, in their threads.
+
+    def on_jump(self, bag_ns: int) -> None:
+        """Take note of a jump to a bag time [ns], before its scene is published."""
+        if self._clock is not None:
+            self._clock.jump(bag_ns)
+        self._state.update()
+
+    def on_finish(self) -> None:
+        """Take note that the end has been reached."""
+        self._state.update()
+        with self._changed:
+            self._finished = True
+            self._changed.notify_all()
+
+    def on_subscribe(self) -> None:
+        """Take note that a subscriber has come or gone."""
+        with self._changed:
+            self._changed.notify_all()
+
+
+def _timeline(recording: Recording, end_s: Optional[float]) -> Timeline:
+    """The timeline of a recording up to a time; it ends where the recording does at the latest."""
+    end_ns = recording.end_ns
+    if end_s is not None:
+        end_ns = min(recording.begin_ns + round(end_s * NS_PER_S), end_ns)
+    return Timeline(recording.begin_ns, end_ns)

@@ -1,0 +1,103 @@
+"""The publishers of all chosen topics of a recording."""
+from __future__ import annotations
+
+from typing import Callable, Dict, List, NamedTuple, Optional, Protocol, Sequence, Tuple
+
+from process_visualizer.bags.bag_records import Connection
+from process_visualizer.bags.message_layout import Data
+from process_visualizer.nodes.link_sender import LinkSender
+from process_visualizer.nodes.topic_publisher import TopicPublisher
+
+
+class PublishedTopic(NamedTuple):
+    """A topic as it is published: name, what its first connection says, which ones it has."""
+
+    name: str
+    connection: Connection
+    latch: bool
+    numbers: Sequence[int]
+
+
+class PlaybackListener(Protocol):
+    """Who is told what happens, in the threads in which it happens."""
+
+    def on_jump(self, bag_ns: int) -> None:
+        """Take note of a jump to a bag time [ns], before its scene is published."""
+
+    def on_finish(self) -> None:
+        """Take note that the end has been reached."""
+
+    def on_subscribe(self) -> None:
+        """Take note that a subscriber has come or gone."""
+
+
+class BagPublishers:
+    """Where the playback's messages go to; see process_visualizer.bags.playback.Output."""
+
+    def __init__(self, topics: Sequence[PublishedTopic], queue_size: int,
+                 listener: PlaybackListener) -> None:
+        """Advertise the topics; tell a listener what happens."""
+        self._sender = LinkSender()
+        self._listener = listener
+        self._topics = [TopicPublisher(topic.name, topic.connection, topic.latch, self._sender,
+                                       queue_size, listener.on_subscribe) for topic in topics]
+        self._publish: Dict[int, Callable[[int, List[Data]], None]] = {
+            number: publisher.publish for topic, publisher in zip(topics, self._topics)
+            for number in topic.numbers}
+
+    @property
+    def dropped(self) -> int:
+        """How many messages slow subscribers did not get."""
+        return sum(topic.dropped for topic in self._topics)
+
+    @property
+    def all_subscribed(self) -> bool:
+        """Tell whether every topic has a subscriber."""
+        return all(topic.subscriber_count for topic in self._topics)
+
+    def publish(self, connection: int, pieces: List[Data]) -> None:
+        """Send a message of a connection, given in pieces."""
+        self._publish[connection](connection, pieces)
+
+    def jump(self, bag_ns: int) -> None:
+        """Tell of a jump to a bag time [ns]; its scene follows."""
+        self._listener.on_jump(bag_ns)
+
+    def finish(self) -> None:
+        """Tell that the end has been reached."""
+        self._listener.on_finish()
+
+    def wait_until_sent(self, timeout_s: float) -> bool:
+        """Wait until all that was published has gone; return False if it took too long."""
+        return self._sender.wait_until_idle(timeout_s)
+
+    def close(self) -> None:
+        """Stop publishing."""
+        for topic in self._topics:
+            topic.close()
+        self._sender.close()
+
+
+def published_topics(connections: Sequence[Connection], name_of: Callable[[str], Optional[str]]
+                     ) -> Tuple[List[PublishedTopic], List[str]]:
+    """Return what to publish, and as texts what cannot be: a topic has only one type.
+
+    ``name_of`` gives the name under which a topic is published, None where it is not chosen.
+    """
+    topics: Dict[str, PublishedTopic] = {}
+    problems = []
+    for number, connection in enumerate(connections):
+        name = name_of(connection.topic)
+        if name is None:
+            continue
+        first = topics.setdefault(name, PublishedTopic(name, connection, False, ()))
+        if (first.connection.type, first.connection.md5sum) == (connection.type,
+                                                                connection.md5sum):
+            topics[name] = first._replace(latch=first.latch or connection.latching,
+                                          numbers=(*first.numbers, number))
+        else:
+            problems.append(
+                f'{connection.topic}: left out where it is {connection.type} '
+                f'({connection.md5sum}), as it is {first.connection.type} '
+                f'({first.connection.md5sum}) elsewhere in the recording')
+    return list(topics.values()), problems

@@ -1,0 +1,83 @@
+"""The command ``bag_player``: plays recordings in a terminal or as a node of a launch file."""
+from __future__ import annotations
+
+import sys
+from typing import List, Optional, Sequence
+
+import rosgraph
+import rospy
+
+from process_visualizer.bags.bag_errors import BagError, BagUnindexed
+from process_visualizer.bags.player_options import PlayerOptions, parse_options, topic_remaps
+from process_visualizer.bags.recording import Recording
+from process_visualizer.bags.timeline import CommandRefused
+from process_visualizer.bags.topic_choice import TopicChoice
+from process_visualizer.nodes.bag_player import BagPlayer, NothingToPlay, PlayerSettings
+from process_visualizer.nodes.player_terminal import PlayerTerminal
+from process_visualizer.nodes.reindexing import ReindexRefused, reindexed
+
+SWITCH_INTERVAL_S = 0.0005  # how long a thread may compute while another one has a message to send
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> int:
+    """Run the command; returns its exit code."""
+    words = list(sys.argv if arguments is None else arguments)
+    options = parse_options(rospy.myargv(words)[1:])
+    sys.setswitchinterval(SWITCH_INTERVAL_S)
+    try:
+        return _play(options, words)
+    except (BagError, NothingToPlay, ReindexRefused, CommandRefused, ValueError) as error:
+        print(f'bag_player: {error}', file=sys.stderr)
+    except (rospy.ROSException, rosgraph.MasterException, OSError) as error:
+        print(f'bag_player: the ROS master cannot be used: {error}; is roscore running?',
+              file=sys.stderr)
+    return 1
+
+
+def _play(options: PlayerOptions, words: List[str]) -> int:
+    with opened(options) as recording:
+        rosgraph.Master('/bag_player').getPid()  # instead of rospy's endless wait for a master
+        rospy.init_node('bag_player', argv=words)
+        choice = TopicChoice(options.topics, options.exclude, options.prefix,
+                             topic_remaps(words, rospy.get_namespace()))
+        for message in choice.unmatched_messages([it.topic for it in recording.index.connections]):
+            raise ValueError(message)
+        player = BagPlayer(recording, _settings(options, choice))
+        try:
+            _run(player, options)
+        finally:
+            player.close()
+    return 0
+
+
+def opened(options: PlayerOptions) -> Recording:
+    """Return the recording; a bag without an index is copied into one that has it, if allowed.
+
+    Raises:
+        BagError: a file cannot be played.
+        ReindexRefused: a bag has no index, and none was to be made.
+    """
+    paths = list(options.files)
+    while True:
+        try:
+            return Recording(paths)
+        except BagUnindexed as error:
+            paths = [reindexed(path, str(error), options.reindex) if path == error.file else path
+                     for path in paths]
+
+
+def _settings(options: PlayerOptions, choice: TopicChoice) -> PlayerSettings:
+    start_s = options.start_s or 0.0
+    end_s = None if options.duration_s is None else start_s + options.duration_s
+    return PlayerSettings(choice, end_s, not options.recorded_stamps,
+                          options.clock_hz if options.clock else None, options.queue_size)
+
+
+def _run(player: BagPlayer, options: PlayerOptions) -> None:
+    for problem in player.problems:
+        rospy.logwarn(problem)
+    player.prepare(options.rate, options.start_s, options.loop)
+    if player.wait_for_subscribers(options.delay_s, options.wait_for_subscribers):
+        player.start(options.paused)
+        with PlayerTerminal(player.progress, player.control, player.quit, options.quiet):
+            player.wait(until_finished=not options.keep_alive)

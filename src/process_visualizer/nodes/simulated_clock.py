@@ -1,0 +1,62 @@
+"""Publishes the time of the recording on /clock, for nodes with use_sim_time."""
+from __future__ import annotations
+
+import threading
+import time
+from typing import Callable
+
+import rospy
+from genpy import Time
+from rosgraph_msgs.msg import Clock
+
+from process_visualizer.bags.timeline import NS_PER_S, Timeline
+
+SETTLING_S = 0.3
+
+
+class SimulatedClock:
+    """A thread of its own, so that the clock goes on under load, and stands still when paused.
+
+    RViz and tf2 throw away what they have when time jumps back, some time after they have been
+    told; what they are sent before that is lost. ``on_settled`` is called when that is over.
+    """
+
+    def __init__(self, timeline: Timeline, frequency_hz: float,
+                 on_settled: Callable[[], None]) -> None:
+        """Begin to publish."""
+        self._timeline = timeline
+        self._period_s = 1.0 / frequency_hz
+        self._on_settled = on_settled
+        self._publisher = rospy.Publisher('/clock', Clock, queue_size=10, tcp_nodelay=True)
+        self._last_ns = 0
+        self._settled_s = float('inf')
+        self._changed = threading.Event()
+        self._closed = False
+        self._thread = threading.Thread(target=self._run, name='clock', daemon=True)
+        self._thread.start()
+
+    def jump(self, bag_ns: int) -> None:
+        """Publish a bag time [ns] now, before its scene is published."""
+        if bag_ns < self._last_ns:
+            self._settled_s = time.monotonic() + SETTLING_S
+        self._publish(bag_ns)
+
+    def close(self) -> None:
+        """End the thread."""
+        self._closed = True
+        self._changed.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        while not self._changed.wait(self._period_s) and not self._closed:
+            self._publish(self._timeline.position_ns())
+            if time.monotonic() >= self._settled_s:
+                self._settled_s = float('inf')
+                self._on_settled()
+
+    def _publish(self, bag_ns: int) -> None:
+        self._last_ns = bag_ns
+        try:
+            self._publisher.publish(Clock(Time(*divmod(bag_ns, NS_PER_S))))
+        except rospy.ROSException as error:  # the node is shutting down
+            rospy.logdebug('the clock is not published: %s', error)
