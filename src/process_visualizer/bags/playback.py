@@ -77,12 +77,18 @@ class Playback:
         self._next_of = (-1, 0)
         self._published = 0
         self._repeat = False
+        self._playing = False  # published lately as time went on
         self._closed = False
 
     @property
     def published(self) -> int:
         """How many messages were published."""
         return self._published
+
+    @property
+    def passed(self) -> int:
+        """How many messages of the recording make the scene that was published."""
+        return self._passed
 
     @property
     def problems(self) -> Tuple[str, ...]:
@@ -105,10 +111,14 @@ class Playback:
         Raises:
             CommandRefused: there is nothing to step to.
         """
+        return self.request(step).result(ANSWER_S)
+
+    def request(self, step: Step) -> Future[StepTarget]:
+        """Ask for a step without waiting for it."""
         answer: Future[StepTarget] = Future()
         self._steps.put((step, answer))
         self._timeline.interrupt()
-        return answer.result(ANSWER_S)
+        return answer
 
     def run(self) -> None:
         """Publish until ``close``."""
@@ -144,12 +154,14 @@ class Playback:
             self._repeat = False
             self._restore(self._passed, basis)
         elif basis.paused:
+            self._catch_up(basis)
             self._timeline.wait_until_due(None, basis.version)
         else:
             self._play(basis)
 
     def _play(self, basis: Basis) -> None:
         """Publish the next message when it is due, unless a command comes before."""
+        self._playing = True
         position, step = (self._passed, FORWARD) if basis.forward else (self._passed - 1, BACKWARD)
         if not self._is_before_limit(position, basis):
             if self._timeline.wait_until_due(basis.limit_ns, basis.version):
@@ -161,6 +173,17 @@ class Playback:
             self._next = None
             self._passed = position + (step == FORWARD)
             self._show(event, basis)
+
+    def _catch_up(self, basis: Basis) -> None:
+        """Publish what had become visible already, and was not published yet, when paused."""
+        if self._playing:
+            self._playing = False
+            count = self._index.count_until(basis.bag_ns)
+            for position in range(self._passed, count):
+                self._show(self._events.forward(position), basis)
+            for position in reversed(range(count, self._passed)):
+                self._show(self._events.backward(position), basis)
+            self._passed = count
 
     def _pass_limit(self, basis: Basis) -> None:
         self._timeline.pass_limit(basis.version)
@@ -189,7 +212,7 @@ class Playback:
 
     def _step(self, step: Step) -> StepTarget:
         target = self._target(step)
-        passed, self._passed = self._passed, target.count
+        passed, self._passed, self._playing = self._passed, target.count, False
         self._timeline.step_to(target.bag_ns)
         basis = self._timeline.basis
         self._scene = basis.scene
@@ -210,7 +233,7 @@ class Playback:
     def _restore(self, count: int, basis: Basis) -> None:
         """Publish the scene after ``count`` messages, unless a newer one is asked for already."""
         self._passed = count
-        self._next = None
+        self._next, self._playing = None, False
         event = self._events.scene(count)
         if self._timeline.basis.scene == basis.scene:
             for message in event.messages:

@@ -45,7 +45,10 @@ class EventMaker:
                              tuple(self._loader.load_all([position])))
 
     def backward(self, position: int) -> PlaybackEvent:
-        """Return the event of passing the message at a position backwards."""
+        """Return the event of passing the message at a position backwards.
+
+        It comes just before the message's time, at which the message is still visible.
+        """
         number = int(self._index.connection[position])
         if self._index.connections[number].topic == STATIC_TOPIC:
             messages = self._static(position)
@@ -53,7 +56,7 @@ class EventMaker:
             replaced = self._scene.replaced(position)
             messages = self._removals([number]) if number in self._marker_connections else []
             messages += self._loader.load_all([] if replaced is None else [replaced])
-        return PlaybackEvent(int(self._index.time_ns[position]), tuple(messages))
+        return PlaybackEvent(int(self._index.time_ns[position]) - 1, tuple(messages))
 
     def scene(self, count: int) -> PlaybackEvent:
         """Return the event of coming to the scene after ``count`` messages from anywhere."""

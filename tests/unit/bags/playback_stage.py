@@ -1,0 +1,189 @@
+"""A stage for playback without ROS: a recording in memory, a scripted clock, and a viewer."""
+from __future__ import annotations
+
+import io
+import struct
+import threading
+from typing import Callable, Dict, List, NamedTuple, Sequence, Tuple
+
+import numpy as np
+from bags_fake_clock import FakeClock
+from geometry_msgs.msg import TransformStamped
+from std_msgs.msg import Header
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import Marker
+
+from process_visualizer.bags.bag_index import BagIndex, ChunkPlaces, Columns
+from process_visualizer.bags.bag_records import Connection
+from process_visualizer.bags.playback import Playback
+from process_visualizer.bags.player_control import PlayerControl
+from process_visualizer.bags.timeline import Timeline
+
+BEGIN_NS = 1_600_000_000_000_000_000
+MS = 1_000_000
+
+NUMBERED = Connection('/a', 'test_msgs/Numbered', '*', 'Header header\nint32 number\n' + '=' * 80
+                      + '\nMSG: std_msgs/Header\n' + Header._full_text, False, '/n')
+CONNECTIONS = (
+    NUMBERED,
+    NUMBERED._replace(topic='/b'),
+    NUMBERED._replace(topic='/latched', latching=True, caller_id='/one'),
+    NUMBERED._replace(topic='/latched', latching=True, caller_id='/two'),
+    Connection('/tf_static', TFMessage._type, TFMessage._md5sum, TFMessage._full_text, True, '/n'),
+    Connection('/markers', Marker._type, Marker._md5sum, Marker._full_text, False, '/n'),
+)
+STATIC, MARKERS = 4, 5
+
+
+class Message(NamedTuple):
+    """A message of the recording: its connection's number and time [ms from the beginning]."""
+
+    connection: int
+    time_ms: int
+
+    @property
+    def time_ns(self) -> int:
+        """Bag time [ns]."""
+        return BEGIN_NS + self.time_ms * MS
+
+
+class MemoryRecording:
+    """As much of a Recording as playback needs; the number in a message is its position."""
+
+    gaps = ()
+
+    def __init__(self, messages: Sequence[Message]) -> None:
+        count = len(messages)
+        columns = Columns(np.array([it.time_ns for it in messages], np.int64),
+                          np.array([it.connection for it in messages], np.int16),
+                          np.zeros(count, np.int32), np.arange(count, dtype=np.int32))
+        self.index = BagIndex(CONNECTIONS, columns,
+                              ChunkPlaces(np.zeros(1, np.int32), np.zeros(1, np.int64)))
+        self.begin_ns, self.end_ns = self.index.begin_ns, self.index.end_ns
+
+    def message(self, position: int) -> memoryview:
+        """The serialised message."""
+        connection = int(self.index.connection[position])
+        stamp = struct.pack('<II', *divmod(int(self.index.time_ns[position]), 10 ** 9))
+        if connection == STATIC:
+            return memoryview(static_message(position, stamp))
+        if connection == MARKERS:
+            return memoryview(serialised(Marker(header=Header(frame_id='world'), id=position % 3,
+                                                ns=str(position))))
+        return memoryview(struct.pack('<I', 0) + stamp + struct.pack('<Ii', 0, position))
+
+
+def static_message(position: int, stamp: bytes) -> bytes:
+    """A transform to one of three frames, with its position in the recording as x."""
+    transform = TransformStamped(child_frame_id=f'frame{position % 3}')
+    transform.transform.translation.x = position
+    data = serialised(TFMessage([transform]))
+    return data[:8] + stamp + data[16:]
+
+
+def serialised(message: object) -> bytes:
+    """The bytes of a message."""
+    buffer = io.BytesIO()
+    message.serialize(buffer)
+    return buffer.getvalue()
+
+
+class ScriptedClock(FakeClock):
+    """Does what is scripted at its times [ns]; when nothing is left to wait for, it is the end."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.begin_ns = self.now_ns
+        self._script: List[Tuple[int, int, Callable[[], object]]] = []
+        self.at_end: Callable[[], object] = lambda: None
+
+    def at(self, time_ms: int, action: Callable[[], object]) -> None:
+        """Do something at a time from the beginning."""
+        self._script.append((self.begin_ns + time_ms * MS, len(self._script), action))
+        self._script.sort(key=lambda it: it[:2])
+
+    def wait(self, condition: threading.Condition, timeout_ns: int) -> None:
+        if self._script and self._script[0][0] <= self.now_ns + timeout_ns:
+            time_ns, _, action = self._script.pop(0)
+            self.now_ns = max(self.now_ns, time_ns)
+            action()
+        elif timeout_ns < 1 << 60:
+            self.now_ns += timeout_ns
+        else:
+            self.at_end()
+
+
+class Shown(NamedTuple):
+    """A message that was published: connection, bytes, and when [monotonic ns]."""
+
+    connection: int
+    data: bytes
+    now_ns: int
+
+    @property
+    def number(self) -> int:
+        """The message's position in the recording."""
+        return int(struct.unpack_from('<i', self.data, len(self.data) - 4)[0])
+
+    @property
+    def stamp_ns(self) -> int:
+        """The stamp in a numbered message."""
+        seconds, nanoseconds = struct.unpack_from('<II', self.data, 4)
+        return int(seconds) * 10 ** 9 + int(nanoseconds)
+
+
+class Viewer:
+    """What somebody sees who receives everything, and how long receiving takes [ns]."""
+
+    def __init__(self, clock: ScriptedClock) -> None:
+        self._clock = clock
+        self.log: List[Shown] = []
+        self.jumps: List[int] = []
+        self.finished = 0
+        self.work_ns = 0
+        self.watch: Callable[[], object] = lambda: None  # called at each message
+        self.seen: Dict[int, int] = {}  # connection (topic): position of the message
+        self.markers: List[str] = []  # their namespaces
+        self.static: Dict[str, float] = {}
+
+    def publish(self, connection: int, pieces: Sequence[bytes]) -> None:
+        data = b''.join(pieces)
+        self.log.append(Shown(connection, data, self._clock.now_ns))
+        self._clock.now_ns += self.work_ns
+        self.watch()
+        if connection == STATIC:
+            self.static.update({it.child_frame_id: it.transform.translation.x
+                                for it in TFMessage().deserialize(data).transforms})
+        elif connection == MARKERS:
+            marker = Marker().deserialize(data)
+            self.markers = [] if marker.action == Marker.DELETEALL else [*self.markers, marker.ns]
+        else:
+            self.seen[connection] = self.log[-1].number
+
+    def jump(self, bag_ns: int) -> None:
+        self.jumps.append(bag_ns)
+
+    def finish(self) -> None:
+        self.finished += 1
+
+
+class Stage:
+    """A recording that is played to a viewer, in fake time."""
+
+    def __init__(self, messages: Sequence[Message], restamp: bool = True) -> None:
+        self.messages = sorted(messages, key=lambda it: it.time_ms)
+        self.clock = ScriptedClock()
+        recording = MemoryRecording(self.messages)
+        self.timeline = Timeline(recording.begin_ns, recording.end_ns, self.clock)
+        self.viewer = Viewer(self.clock)
+        self.playback = Playback(recording, self.timeline, self.viewer, restamp, self.clock)
+        self.control = PlayerControl(self.timeline, self.playback)
+        self.clock.at_end = self.playback.close
+
+    def run(self) -> None:
+        """Play until it is paused and the script is done."""
+        self.playback.run()
+
+    def numbers(self) -> List[int]:
+        """Positions of the numbered messages in the order in which they were published."""
+        return [it.number for it in self.viewer.log if it.connection < STATIC]

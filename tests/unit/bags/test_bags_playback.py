@@ -1,0 +1,249 @@
+"""Playback as a viewer sees it, compared with a scan of the recording from its beginning."""
+from __future__ import annotations
+
+from typing import Callable, Dict, List, Tuple
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from playback_stage import BEGIN_NS, CONNECTIONS, MARKERS, MS, STATIC, Message, Stage
+
+from process_visualizer.bags.playback import Step
+from process_visualizer.bags.timeline import CommandRefused
+
+SECOND = [Message(number % 2, 10 * number) for number in range(101)]
+
+messages_of_a_recording = st.lists(
+    st.builds(Message, st.integers(0, len(CONNECTIONS) - 1), st.integers(0, 300)),
+    min_size=1, max_size=40)
+rates = st.sampled_from([0.01, 0.25, 1.0, 3.0, 16.0, -0.1, -1.0, -4.0])
+commands = st.one_of(
+    st.just(('play',)), st.just(('pause',)), st.just(('toggle_paused',)), st.just(('stop',)),
+    st.tuples(st.just('seek'), st.floats(-0.1, 0.5)),
+    st.tuples(st.just('set_rate'), rates),
+    st.tuples(st.just('set_loop'), st.just(True), st.floats(0.0, 0.1), st.floats(0.11, 0.4)),
+    st.just(('set_loop', False)),
+)
+scripts = st.lists(st.tuples(st.integers(0, 500), commands), max_size=8)
+steps = st.lists(st.builds(Step, st.integers(-3, 3), st.sampled_from(['', '/a', '/latched']),
+                           st.sampled_from([-50 * MS, 1, 20 * MS])), max_size=4)
+
+
+def obeying(action: Callable[..., object], *arguments: object) -> Callable[[], None]:
+    """An action for the script that takes a refusal."""
+    def act() -> None:
+        try:
+            action(*arguments)
+        except CommandRefused:
+            pass
+    return act
+
+
+def scanned(messages: List[Message]) -> Tuple[Dict[int, int], List[str], Dict[str, float]]:
+    """What is to be seen after some messages: numbered ones, marker, static transforms."""
+    seen: Dict[int, int] = {}
+    markers: List[str] = []
+    static: Dict[str, float] = {}
+    for position, message in enumerate(messages):
+        if message.connection == STATIC:
+            static[f'frame{position % 3}'] = position
+        elif message.connection == MARKERS:
+            markers = [str(position)]
+        else:
+            seen[message.connection] = position
+    return seen, markers, static
+
+
+def check_scene(stage: Stage) -> None:
+    """Compare what is seen with a scan up to the position; topics not there yet may stay."""
+    position_ns = stage.timeline.position_ns()
+    count = sum(message.time_ns <= position_ns for message in stage.messages)
+    seen, markers, static = scanned(stage.messages[:count])
+    assert {number: stage.viewer.seen.get(number) for number in seen} == seen
+    assert stage.viewer.markers[-1:] == markers
+    assert {frame: stage.viewer.static.get(frame) for frame in static} == static
+
+
+@given(messages_of_a_recording, st.sampled_from([0.25, 1.0, 16.0]))
+def test_every_message_is_published_once_in_order_and_when_it_is_due(
+        messages: List[Message], rate: float) -> None:
+    stage = Stage(messages)
+    stage.control.set_rate(rate)
+    stage.control.play()
+    begin_ns = stage.clock.now_ns
+    stage.run()
+    log = [shown for shown in stage.viewer.log
+           if shown.connection != MARKERS or b'\x03\x00\x00\x00' not in shown.data[28:40]]
+    assert [shown.connection for shown in log] == [it.connection for it in stage.messages]
+    first_ms = stage.messages[0].time_ms
+    for shown, message in zip(log, stage.messages):
+        due_ns = begin_ns + round((message.time_ms - first_ms) * MS / rate)
+        assert abs(shown.now_ns - due_ns) <= 1
+    assert stage.viewer.finished == (len({it.time_ms for it in messages}) > 0)
+
+
+@given(messages_of_a_recording)
+def test_bytes_are_as_recorded_but_for_the_stamps(messages: List[Message]) -> None:
+    stage, recorded = Stage(messages), Stage(messages, restamp=False)
+    for it in (stage, recorded):
+        it.control.play()
+        it.run()
+    assert len(stage.viewer.log) == len(recorded.viewer.log)
+    for moved, kept in zip(stage.viewer.log, recorded.viewer.log):
+        assert (moved.connection, len(moved.data)) == (kept.connection, len(kept.data))
+        if moved.connection < STATIC:
+            assert moved.data[12:] == kept.data[12:] and moved.data[:4] == kept.data[:4]
+            assert kept.stamp_ns == stage.messages[kept.number].time_ns
+            assert moved.stamp_ns <= moved.now_ns + stage.clock.wall_offset_ns
+
+
+@settings(max_examples=300)
+@given(messages_of_a_recording, scripts)
+def test_when_paused_what_is_seen_is_the_scene_at_the_position(
+        messages: List[Message], script: List[Tuple[int, Tuple[object, ...]]]) -> None:
+    stage = Stage(messages)
+    for time_ms, (name, *arguments) in script:
+        stage.clock.at(time_ms, obeying(getattr(stage.control, str(name)), *arguments))
+    stage.clock.at(600, stage.control.pause)
+    stage.run()
+    check_scene(stage)
+
+
+@given(messages_of_a_recording, st.integers(0, 300))
+def test_playing_backwards_shows_at_each_moment_the_scene_of_that_moment(
+        messages: List[Message], pause_ms: int) -> None:
+    stage = Stage(messages)
+    stage.control.set_rate(-1.0)
+    stage.control.play()
+    stage.clock.at(pause_ms, stage.control.pause)
+    stage.run()
+    check_scene(stage)
+
+
+def queued(stage: Stage, step: Step) -> None:
+    """Ask for a step from the thread that performs it, which must not wait for the answer."""
+    stage.playback.request(step)
+
+
+@settings(max_examples=300)
+@given(messages_of_a_recording, st.integers(0, 300), steps)
+def test_after_steps_what_is_seen_is_the_scene(messages: List[Message], pause_ms: int,
+                                               steps: List[Step]) -> None:
+    stage = Stage(messages)
+    stage.control.play()
+    stage.clock.at(pause_ms, stage.control.pause)
+    for number, step in enumerate(steps):
+        stage.clock.at(400 + number, lambda step=step: queued(stage, step))
+    stage.run()
+    seen, markers, static = scanned(stage.messages[:stage.playback.passed])
+    assert {number: stage.viewer.seen.get(number) for number in seen} == seen
+    assert stage.viewer.markers[-1:] == markers
+    assert {frame: stage.viewer.static.get(frame) for frame in static} == static
+    position_ns = stage.timeline.position_ns()
+    before = sum(message.time_ns < position_ns for message in stage.messages)
+    until = sum(message.time_ns <= position_ns for message in stage.messages)
+    assert before <= stage.playback.passed <= until
+
+
+@pytest.mark.parametrize('count, topic, expected', [
+    (1, '', 51), (3, '', 53), (-1, '', 49), (1, '/b', 52), (2, '/a', 53), (-1, '/a', 48),
+    (1000, '', 101), (-1000, '', 0)])
+def test_a_step_by_messages(count: int, topic: str, expected: int) -> None:
+    stage = Stage(SECOND)
+    stage.clock.at(0, lambda: stage.control.seek(0.499))  # 50 messages have passed, /b was last
+    answers = []
+    stage.clock.at(1, lambda: answers.append(stage.playback.request(Step(count, topic, 0))))
+    stage.run()
+    assert answers[0].result(0).count == stage.playback.passed == expected
+    assert stage.timeline.basis.paused
+
+
+def test_a_step_beyond_the_end_is_refused_and_changes_nothing() -> None:
+    stage = Stage(SECOND)
+    stage.clock.at(0, lambda: stage.control.seek(1.0))
+    answers = []
+    stage.clock.at(1, lambda: answers.append(stage.playback.request(Step(1, '', 0))))
+    stage.clock.at(2, lambda: answers.append(stage.playback.request(Step(1, '/nothing', 0))))
+    stage.run()
+    with pytest.raises(CommandRefused, match='no message after'):
+        answers[0].result(0)
+    with pytest.raises(CommandRefused, match='/nothing is not in the recording'):
+        answers[1].result(0)
+    assert stage.timeline.position_ns() == BEGIN_NS + 1000 * MS
+
+
+def test_messages_stepped_through_with_equal_stamps_keep_them_equal() -> None:
+    stage = Stage([Message(0, 0), Message(0, 10), Message(1, 10)])
+    for number in range(2):
+        stage.clock.at(100 * number, lambda: stage.playback.request(Step(1, '', 0)))
+    stage.run()
+    first, second = [shown for shown in stage.viewer.log if shown.number in (1, 2)]
+    assert second.now_ns > first.now_ns
+    assert second.stamp_ns == first.stamp_ns
+
+
+def test_playing_at_a_loop_repeats_exactly_the_messages_within() -> None:
+    stage = Stage(SECOND)
+    stage.control.set_loop(True, 0.2, 0.4)
+    stage.clock.at(0, lambda: stage.control.seek(0.2))
+    stage.clock.at(0, stage.control.play)
+    stage.clock.at(590, stage.control.pause)
+    stage.run()
+    numbers = stage.numbers()
+    round_ = list(range(20, 41))
+    begin = numbers.index(20)
+    again = numbers.index(20, begin + 1)
+    assert numbers[begin:begin + 21] == round_
+    assert numbers[again:again + 21] == round_
+    assert stage.timeline.basis.segment >= 3
+
+
+def test_when_the_receiver_is_too_slow_all_slows_down_and_nothing_is_lost() -> None:
+    stage = Stage(SECOND)
+    stage.viewer.work_ns = 20 * MS  # for messages each 10 ms
+    rates = []
+    stage.viewer.watch = lambda: rates.append(stage.timeline.achieved_rate())
+    stage.control.play()
+    stage.run()
+    assert stage.numbers() == list(range(101))
+    times_ms = [(shown.now_ns - stage.clock.begin_ns) / MS for shown in stage.viewer.log]
+    assert all(later - earlier >= 19.99 for earlier, later in zip(times_ms, times_ms[1:]))
+    assert rates[80] == pytest.approx(0.5, abs=0.1)
+
+
+def test_a_short_delay_is_caught_up() -> None:
+    stage = Stage(SECOND)
+    stage.clock.at(200, lambda: setattr(stage.clock, 'now_ns', stage.clock.now_ns + 60 * MS))
+    stage.control.play()
+    stage.run()
+    assert (stage.viewer.log[-1].now_ns - stage.clock.begin_ns) / MS == pytest.approx(1000)
+
+
+def test_only_the_newest_of_several_seeks_is_published() -> None:
+    stage = Stage(SECOND)
+
+    def seek_often() -> None:
+        for position_s in (0.1, 0.9, 0.3, 0.5):
+            stage.control.seek(position_s)
+
+    stage.clock.at(10, seek_often)
+    stage.run()
+    assert stage.numbers() == [0, 49, 50]  # at first the scene at the beginning
+    assert stage.viewer.jumps == [BEGIN_NS, BEGIN_NS + 500 * MS]
+
+
+def test_recorded_stamps_stay_also_after_a_jump_back() -> None:
+    stage = Stage(SECOND, restamp=False)
+    stage.control.play()
+    stage.clock.at(600, lambda: stage.control.seek(0.2))
+    stage.run()
+    for shown in stage.viewer.log:
+        assert shown.stamp_ns == stage.messages[shown.number].time_ns
+
+
+def test_the_scene_is_repeated_on_request() -> None:
+    stage = Stage(SECOND)
+    stage.clock.at(10, lambda: stage.control.seek(0.5))
+    stage.clock.at(20, stage.playback.repeat_scene)
+    stage.run()
+    assert stage.numbers() == [0, 49, 50, 49, 50]
