@@ -34,6 +34,7 @@ namespace {
 constexpr size_t FRONT_BYTES = 64;
 constexpr uint32_t QUEUE_SIZE = 100000;
 constexpr std::chrono::milliseconds QUIET_TIME{300};
+const ros::Duration SERVICE_TIMEOUT(30.0);
 
 int64_t now_ns() {
   // steady_clock is CLOCK_MONOTONIC, as Python's time.monotonic_ns.
@@ -204,6 +205,7 @@ void obey(std::istream& input, Arrivals& arrivals, ros::NodeHandle& node) {
       continue;
     }
     if (!player) {
+      ros::service::waitForService("/bag_player/play", SERVICE_TIMEOUT);
       player = std::make_unique<Player>(node);
     }
     std::cout << player->call(name, value) << std::endl;
