@@ -89,3 +89,25 @@ def test_x_axis_is_turned_onto_the_vector(vector):
 
 def test_zero_vector_is_the_identity():
     assert rotations.quaternion_turning_x_onto((0.0, 0.0, 0.0)).tolist() == [0, 0, 0, 1]
+
+
+quaternions = st.tuples(*[st.floats(-2.0, 2.0)] * 4).filter(lambda q: np.linalg.norm(q) > 0.1)
+
+
+@given(quaternions, st.tuples(*[st.floats(-5.0, 5.0)] * 3))
+def test_vectors_are_turned(quaternion, vector):
+    expected = Rotation.from_quat(quaternion).apply(vector)
+    assert np.allclose(rotations.rotated(quaternion, vector), expected, atol=1e-9)
+    back = rotations.rotated(rotations.conjugate(quaternion), expected)
+    assert np.allclose(back, vector, atol=1e-9)
+
+
+@given(quaternions, quaternions)
+@example((0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0, -1.0))
+@example((0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 1.0, 0.0))
+@example((0.0, 0.0, 0.0, 1.0), (1e-12, 0.0, 0.0, 1.0))
+def test_rotation_between_two_poses(first, second):
+    vector = rotations.rotation_vector_between(first, second)
+    assert np.linalg.norm(vector) <= np.pi + 1e-9
+    between = Rotation.from_quat(first).inv() * Rotation.from_quat(second)
+    assert (between * Rotation.from_rotvec(vector).inv()).magnitude() < 1e-7

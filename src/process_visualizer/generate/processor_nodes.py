@@ -17,7 +17,7 @@ from process_visualizer.cell.model import (
 from process_visualizer.generate.robot_description import RobotDescription
 
 _PACKAGE = 'process_visualizer'
-_PUBLISH_FREQUENCY_HZ = 100.0
+PUBLISH_FREQUENCY_HZ = 100.0
 """Upper bound of robot_state_publisher: every second state of a 125 Hz driver, more than a screen
 shows. It asks the master at each (for tf_prefix), which costs a tenth of a core at 125 Hz."""
 
@@ -41,7 +41,7 @@ def processor_nodes(device: Device, description: Optional[RobotDescription]
     if description is not None and description.parents:
         nodes.append(ProcessorNode('robot_state_publisher', 'robot_state_publisher',
                                    'robot_state_publisher',
-                                   {'publish_frequency': _PUBLISH_FREQUENCY_HZ}))
+                                   {'publish_frequency': PUBLISH_FREQUENCY_HZ}))
     if device.type is DeviceType.ROBOT:
         nodes.append(ProcessorNode(_PACKAGE, 'robot_proc', 'robot_proc',
                                    robot_parameters(device, description)))

@@ -6,11 +6,15 @@ x y z w, yaw pitch roll (3,) in radians, or a rotation vector (3,) in radians (a
 from __future__ import annotations
 
 import math
-from typing import Sequence, Union
+from typing import Sequence, Tuple, Union
 
 import numpy as np
 
 Vector = Union[Sequence[float], np.ndarray]
+Triple = Tuple[float, float, float]
+Quaternion = Tuple[float, float, float, float]  # x y z w
+
+NO_ROTATION: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 
 def matrix_from_ypr(ypr: Vector) -> np.ndarray:
@@ -94,12 +98,52 @@ def matrix_from_rotation_vector(rotation_vector: Vector) -> np.ndarray:
     return matrix
 
 
-def quaternion_from_rotation_vector(rotation_vector: Vector) -> np.ndarray:
+# The following run for each message of a driver. For so few numbers Python's own arithmetic is
+# several times as fast as arrays.
+
+def quaternion_from_rotation_vector(rotation_vector: Vector) -> Quaternion:
     """Return the quaternion (4,) x y z w of a rotation vector (3,) [rad]."""
     x, y, z = rotation_vector
     angle = math.sqrt(x * x + y * y + z * z)
     scale = 0.5 if angle < 1e-6 else math.sin(0.5 * angle) / angle
-    return np.array([x * scale, y * scale, z * scale, math.cos(0.5 * angle)])
+    return x * scale, y * scale, z * scale, math.cos(0.5 * angle)
+
+
+def rotated(quaternion: Vector, vector: Vector) -> Triple:
+    """Return a vector (3,) turned by a quaternion (4,) x y z w of any length but zero."""
+    x, y, z, w = quaternion
+    a, b, c = vector
+    scale = 2.0 / (x * x + y * y + z * z + w * w)
+    # v + scale * (w (q x v) + q x (q x v)) with the quaternion's vector part q
+    p, q, r = y * c - z * b, z * a - x * c, x * b - y * a
+    return (a + scale * (w * p + y * r - z * q), b + scale * (w * q + z * p - x * r),
+            c + scale * (w * r + x * q - y * p))
+
+
+def conjugate(quaternion: Vector) -> Quaternion:
+    """Return the quaternion (4,) x y z w of the inverse rotation."""
+    x, y, z, w = quaternion
+    return -x, -y, -z, w
+
+
+def rotation_vector_between(first: Vector, second: Vector) -> Triple:
+    """Return the shortest rotation vector (3,) [rad], in the first's axes, from first to second.
+
+    Args:
+        first, second: quaternions (4,) x y z w of any length but zero.
+    """
+    a, b, c, d = first
+    x, y, z, w = second
+    p = d * x - a * w - b * z + c * y
+    q = d * y + a * z - b * w - c * x
+    r = d * z - a * y + b * x - c * w
+    cosine = d * w + a * x + b * y + c * z
+    sine = math.sqrt(p * p + q * q + r * r)
+    if sine <= 1e-9 * abs(cosine):
+        scale = 2.0 / cosine
+    else:
+        scale = 2.0 * math.atan2(math.copysign(sine, cosine), abs(cosine)) / sine
+    return p * scale, q * scale, r * scale
 
 
 def rotation_vector_from_matrix(matrix: np.ndarray) -> np.ndarray:

@@ -1,12 +1,24 @@
-"""The velocity of a point from positions that arrive at uneven times."""
+"""The velocity of a tool from poses that arrive at uneven times."""
 from __future__ import annotations
 
 from collections import deque
-from typing import Deque, Optional, Sequence, Tuple, Union
+from typing import Deque, List, NamedTuple, Optional
 
-import numpy as np
+from process_visualizer.motion.rotations import (
+    NO_ROTATION,
+    Quaternion,
+    Triple,
+    Vector,
+    rotated,
+    rotation_vector_between,
+)
 
-Sample = Tuple[float, float, float, float]  # time [s], position [m]
+
+class _Sample(NamedTuple):
+    time_s: float
+    position: Triple
+    quaternion: Quaternion
+    wall_s: float
 
 
 class ScaledClock:
@@ -52,7 +64,7 @@ class VelocityEstimator:
             raise ValueError(f'0 < window < gap is needed, not 0 < {window_s} < {gap_s}')
         self._window_s = window_s
         self._gap_s = gap_s
-        self._samples: Deque[Sample] = deque(maxlen=max_samples)
+        self._samples: Deque[_Sample] = deque(maxlen=max_samples)
         self._newest_s: Optional[float] = None
 
     def reset(self) -> None:
@@ -60,36 +72,63 @@ class VelocityEstimator:
         self._samples.clear()
         self._newest_s = None
 
-    def add(self, time_s: float, position: Union[Sequence[float], np.ndarray]) -> None:
-        """Add a position (3,) [m] at a time [s]; both must be finite."""
+    def add(self, time_s: float, position: Vector, quaternion: Quaternion = NO_ROTATION,
+            wall_s: float = 0.0) -> None:
+        """Add a pose at a time [s]: position (3,) [m], quaternion (4,) x y z w; all finite.
+
+        The wall time [s] is carried along for wall_s().
+        """
         if self._newest_s is not None and abs(time_s - self._newest_s) > self._gap_s:
             self.reset()
         self._newest_s = time_s
-        sample = (time_s, float(position[0]), float(position[1]), float(position[2]))
-        if self._is_repetition(sample):
+        x, y, z = position
+        sample = _Sample(time_s, (float(x), float(y), float(z)), quaternion, wall_s)
+        samples = self._samples
+        if samples and self._is_repetition(sample, samples[-1]):
             return
-        self._samples.append(sample)
-        while len(self._samples) > 2 and abs(self._samples[1][0] - time_s) >= self._window_s:
-            self._samples.popleft()
+        samples.append(sample)
+        while len(samples) > 2 and abs(samples[1].time_s - time_s) >= self._window_s:
+            samples.popleft()
 
-    def velocity(self) -> Optional[np.ndarray]:
+    def velocity(self) -> Optional[Triple]:
         """Return the velocity (3,) [m/s], or None before the samples span half a window."""
+        return self._slopes([sample.position for sample in self._samples])
+
+    def angular_velocity(self) -> Optional[Triple]:
+        """Return the angular velocity (3,) [rad/s] in the frame of the poses, or None as above.
+
+        It is the slope of the rotation vectors from the window's middle pose, which is exact for
+        a constant axis and has an error of second order in the window's angle otherwise.
+        """
         if len(self._samples) < 2:
             return None
-        times, *axes = zip(*self._samples)
-        if max(times) - min(times) < 0.5 * self._window_s:
+        middle = self._samples[len(self._samples) // 2].quaternion
+        slope = self._slopes([rotation_vector_between(middle, sample.quaternion)
+                              for sample in self._samples])
+        return None if slope is None else rotated(middle, slope)
+
+    def wall_s(self) -> float:
+        """Return the wall time [s] of the estimate: the mean of the window's samples."""
+        return sum(sample.wall_s for sample in self._samples) / max(len(self._samples), 1)
+
+    def _slopes(self, vectors: List[Triple]) -> Optional[Triple]:
+        """Return the least-squares slopes (3,) of the samples' vectors over their times."""
+        times = [sample.time_s for sample in self._samples]
+        if len(times) < 2 or max(times) - min(times) < 0.5 * self._window_s:
             return None
         mean_s = sum(times) / len(times)
         # A dozen samples: Python's own numbers are faster here than arrays.
         lever = [time_s - mean_s for time_s in times]
         inertia = sum(part * part for part in lever)
-        return np.array([
-            sum(part * (value - axis[0]) for part, value in zip(lever, axis)) / inertia
-            for axis in axes
-        ])
+        x_0, y_0, z_0 = vectors[0]
+        x = y = z = 0.0
+        for part, vector in zip(lever, vectors):
+            x += part * (vector[0] - x_0)
+            y += part * (vector[1] - y_0)
+            z += part * (vector[2] - z_0)
+        return x / inertia, y / inertia, z / inertia
 
-    def _is_repetition(self, sample: Sample) -> bool:
-        """Tell whether the position repeats the last one, for less than half a window."""
-        if not self._samples or sample[1:] != self._samples[-1][1:]:
-            return False
-        return abs(sample[0] - self._samples[-1][0]) < 0.5 * self._window_s
+    def _is_repetition(self, sample: _Sample, last: _Sample) -> bool:
+        """Tell whether a pose repeats the last one, for less than half a window."""
+        return (sample.position == last.position and sample.quaternion == last.quaternion
+                and abs(sample.time_s - last.time_s) < 0.5 * self._window_s)

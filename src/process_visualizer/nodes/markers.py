@@ -50,7 +50,9 @@ class Pace:
         # A clock that was set back starts anew.
         if self._next_s - self._period_s <= now_s < self._next_s:
             return False
-        self._next_s = now_s + self._period_s
+        late_s = now_s - self._next_s
+        # A little late is made up for, so that the rate holds whatever the rate of asking.
+        self._next_s = now_s + self._period_s - (late_s if 0.0 <= late_s < self._period_s else 0.0)
         return True
 
 
@@ -86,6 +88,13 @@ def text_marker(namespace: str, frame: str, position: Vector, text: str, height_
     marker.scale.z = height_m
     marker.pose.position = Point(*position)
     marker.color = ColorRGBA(*color)
+    return marker
+
+
+def deletion(namespace: str, number: int, frame: str) -> Marker:
+    """Return the deletion of a marker."""
+    marker = _marker(namespace, number, frame)
+    marker.action = Marker.DELETE
     return marker
 
 

@@ -153,11 +153,13 @@ class TopicParameters:
 
     name: str = ''
     message_type: str = ''  # package/Type; empty: what the topic turns out to carry
+    frame: str = ''  # of a tf topic: which frame
 
     @staticmethod
     def read(parameters: Parameters) -> 'TopicParameters':
         """Return the topic of a group of parameters."""
-        return TopicParameters(parameters.text('name', ''), parameters.text('msg', ''))
+        return TopicParameters(parameters.text('name', ''), parameters.text('msg', ''),
+                               parameters.frame('frame', ''))
 
 
 @dataclass(frozen=True)
@@ -185,6 +187,7 @@ class RobotParameters:
     force_arrow: ArrowStyle = FORCE_ARROW
     text: TextParameters = field(default_factory=TextParameters)
     marker_rate_hz: float = 30.0
+    joint_rate_hz: float = 40.0  # at most; faster drivers' states are thinned out
     velocity_window_s: float = 0.1
     stale_after_s: float = 1.0
 
@@ -218,6 +221,7 @@ def read_robot_parameters(parameters: Parameters, robot_name: str,
                             text.number('outward', TextParameters.outward_m),
                             text.number('up', TextParameters.up_m)),
         marker_rate_hz=parameters.number('marker_rate', 30.0, above=0.0),
+        joint_rate_hz=parameters.number('joint_rate', 40.0, above=0.0),
         velocity_window_s=parameters.number('velocity_window', 0.1, above=0.0),
         stale_after_s=parameters.number('stale_after', 1.0, above=0.0),
     )

@@ -2,23 +2,24 @@
 from __future__ import annotations
 
 import math
-from typing import List, NamedTuple, Optional, Tuple
+from typing import Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 from visualization_msgs.msg import Marker
 
-from process_visualizer.motion.arrows import label_position, line_of_block
-from process_visualizer.motion.rotations import Vector
+from process_visualizer.motion.arrows import format_age, label_position, line_of_block
+from process_visualizer.motion.rotations import Vector, conjugate, rotated
 from process_visualizer.nodes.markers import (
     TEXT_PERIOD_S,
     Pace,
     VectorSample,
+    deletion,
     text_color,
     text_marker,
     value_text,
     vector_arrow,
 )
-from process_visualizer.nodes.parameters import ArrowStyle, RobotParameters
+from process_visualizer.nodes.parameters import ArrowStyle, Color, RobotParameters
 from process_visualizer.nodes.robot_messages import ToolPose
 
 
@@ -29,8 +30,14 @@ class ToolMotion(NamedTuple):
     """
 
     pose: ToolPose
-    velocity: Optional[np.ndarray]
+    velocity: Optional[Vector]
     time_s: float
+
+
+class _Shown(NamedTuple):
+    namespace: str
+    style: ArrowStyle
+    sample: VectorSample
 
 
 class RobotDisplay:
@@ -40,43 +47,74 @@ class RobotDisplay:
         """Take frames, styles and places."""
         self._parameters = parameters
         self._texts = Pace(TEXT_PERIOD_S)
+        self._present: Dict[Tuple[str, int], str] = {}  # what RViz has, with its frame
 
-    def markers(self, motion: Optional[ToolMotion], force: Optional[VectorSample],
-                now_s: float) -> List[Marker]:
-        """Return the arrows, and the numbers too when it is time for them."""
-        parameters = self._parameters
-        shown: List[Tuple[str, int, ArrowStyle, VectorSample]] = []
-        if motion and motion.velocity is not None:
-            velocity = motion.pose.rotation().T @ motion.velocity
-            sample = VectorSample(velocity, parameters.tool_frame, motion.time_s)
-            shown.append(('velocity', 0, parameters.velocity_arrow, sample))
-        if force:
-            shown.append(('force', 1, parameters.force_arrow, force))
-        markers = [vector_arrow(namespace, style, sample, self._is_stale(sample, now_s))
-                   for namespace, _, style, sample in shown]
-        if self._texts.is_due(now_s):
-            markers += [self._text(namespace, line, style, sample, motion, now_s)
-                        for namespace, line, style, sample in shown]
+    def markers(self, motion: Optional[ToolMotion], force: Optional[VectorSample], data_s: float,
+                wall_s: Optional[float] = None, joints_age_s: Optional[float] = None
+                ) -> List[Marker]:
+        """Return the arrows, and the numbers too when it is time for them.
+
+        Args:
+            motion, force: the last ones; None for what is not known.
+            data_s: the present time of the clock that times the data; it may stand still.
+            wall_s: the present time of a clock that does not, if that is another one.
+            joints_age_s: since when no joint states have come; None if none came or will come.
+        """
+        shown = self._shown(motion, force)
+        markers = [vector_arrow(entry.namespace, entry.style, entry.sample,
+                                self._is_stale(entry.sample.age_s(data_s))) for entry in shown]
+        if self._texts.is_due(data_s if wall_s is None else wall_s):
+            texts = self._text_lines(shown, data_s, joints_age_s)
+            place = self._text_place(motion, force)
+            markers += [
+                text_marker(namespace, *place, line_of_block(text, line, len(texts)),
+                            self._parameters.text.height_m, text_color(color))
+                for line, (namespace, text, color) in enumerate(texts) if text]
+            markers += self._deletions(markers)
         return markers
 
-    def _text(self, namespace: str, line: int, style: ArrowStyle, sample: VectorSample,
-              motion: Optional[ToolMotion], now_s: float) -> Marker:
-        """Return a number in one line of the robot's two."""
-        frame, position = self._text_place(sample, motion)
-        text = value_text(style, math.hypot(*sample.vector), sample.age_s(now_s),
-                          self._parameters.stale_after_s)
-        color = text_color(None if self._is_stale(sample, now_s) else style.color)
-        return text_marker(namespace, frame, position, line_of_block(text, line, 2),
-                           self._parameters.text.height_m, color)
+    def _shown(self, motion: Optional[ToolMotion],
+               force: Optional[VectorSample]) -> List[_Shown]:
+        parameters, shown = self._parameters, []
+        if motion and motion.velocity is not None:
+            velocity = rotated(conjugate(motion.pose.quaternion), motion.velocity)
+            sample = VectorSample(velocity, parameters.tool_frame, motion.time_s)
+            shown.append(_Shown('velocity', parameters.velocity_arrow, sample))
+        if force:
+            shown.append(_Shown('force', parameters.force_arrow, force))
+        return shown
 
-    def _text_place(self, sample: VectorSample,
-                    motion: Optional[ToolMotion]) -> Tuple[str, Vector]:
+    def _text_lines(self, shown: List[_Shown], data_s: float, joints_age_s: Optional[float]
+                    ) -> List[Tuple[str, str, Optional[Color]]]:
+        """Return namespace, text and arrow's colour (None: grey) of each line; '' is a gap."""
+        lines: Dict[str, Tuple[str, Optional[Color]]] = {}
+        for entry in shown:
+            age_s = entry.sample.age_s(data_s)
+            text = value_text(entry.style, math.hypot(*entry.sample.vector), age_s,
+                              self._parameters.stale_after_s)
+            lines[entry.namespace] = text, None if self._is_stale(age_s) else entry.style.color
+        if joints_age_s is not None and self._is_stale(joints_age_s):
+            lines['joints'] = format_age('joints', joints_age_s), None
+        names = ('velocity', 'force', 'joints') if 'joints' in lines else ('velocity', 'force')
+        return [(name, *lines.get(name, ('', None))) for name in names]
+
+    def _text_place(self, motion: Optional[ToolMotion],
+                    force: Optional[VectorSample]) -> Tuple[str, Vector]:
         """Return frame and position: at the tool where its pose is known, else at the arrow."""
         text = self._parameters.text
         if motion is None:
-            return sample.frame, (text.outward_m, 0.0, text.up_m)
+            frame = force.frame if force else self._parameters.tool_frame
+            return frame, (text.outward_m, 0.0, text.up_m)
         return self._parameters.tool_frame, label_position(
             np.asarray(motion.pose.position), motion.pose.rotation(), text.outward_m, text.up_m)
 
-    def _is_stale(self, sample: VectorSample, now_s: float) -> bool:
-        return sample.age_s(now_s) > self._parameters.stale_after_s
+    def _deletions(self, markers: List[Marker]) -> List[Marker]:
+        """Return the deletions of what was shown and is not any more."""
+        present = {(marker.ns, marker.id): marker.header.frame_id for marker in markers}
+        gone = [deletion(*key, frame) for key, frame in self._present.items()
+                if key not in present]
+        self._present = present
+        return gone
+
+    def _is_stale(self, age_s: float) -> bool:
+        return age_s > self._parameters.stale_after_s

@@ -12,7 +12,7 @@ from sensor_msgs.msg import JointState
 
 from process_visualizer.motion.float32_multi_array import float32_values
 from process_visualizer.motion.rotations import (
-    Vector,
+    Quaternion,
     matrix_from_quaternion,
     quaternion_from_rotation_vector,
 )
@@ -34,8 +34,9 @@ class ToolPose:
     """Pose of the tool in a frame ('' is the robot's base frame)."""
 
     position: Sequence[float]  # (3,) [m]
-    quaternion: Vector  # (4,) x y z w, not zero, of any length
+    quaternion: Quaternion  # x y z w, not zero, of any length
     frame: str = ''
+    stamp_s: float = 0.0  # when it was measured; 0: the message does not say
 
     def rotation(self) -> np.ndarray:
         """Return the rotation matrix (3, 3)."""
@@ -56,7 +57,7 @@ def _joints_from_array(message: bytes) -> JointPositions:
 
 
 def _joints_from_joint_state(message: bytes) -> JointPositions:
-    state = _deserialize(JointState, message)
+    state = deserialize(JointState, message)
     return JointPositions(state.name, list(_finite(state.position)))
 
 
@@ -72,11 +73,11 @@ def _pose_from_array(message: bytes) -> ToolPose:
 
 
 def _pose_from_pose_stamped(message: bytes) -> ToolPose:
-    stamped = _deserialize(PoseStamped, message)
+    stamped = deserialize(PoseStamped, message)
     position, rotation = stamped.pose.position, stamped.pose.orientation
     quaternion = _finite((rotation.x, rotation.y, rotation.z, rotation.w))
     return ToolPose(_finite(_numbers(position)), _not_zero(quaternion),
-                    stamped.header.frame_id.lstrip('/'))
+                    stamped.header.frame_id.lstrip('/'), stamped.header.stamp.to_sec())
 
 
 def _wrench_from_array(message: bytes) -> Wrench:
@@ -89,7 +90,7 @@ def _wrench_from_array(message: bytes) -> Wrench:
 
 
 def _wrench_from_wrench_stamped(message: bytes) -> Wrench:
-    stamped = _deserialize(WrenchStamped, message)
+    stamped = deserialize(WrenchStamped, message)
     return Wrench(_finite(_numbers(stamped.wrench.force)),
                   _finite(_numbers(stamped.wrench.torque)),
                   stamped.header.frame_id.lstrip('/'))
@@ -109,7 +110,8 @@ WRENCH_DECODERS: Dict[str, Decoder[Wrench]] = {
 }
 
 
-def _deserialize(message_class: Type[genpy.Message], message: bytes) -> Any:
+def deserialize(message_class: Type[genpy.Message], message: bytes) -> Any:
+    """Return a message from its bytes; raises genpy.DeserializationError."""
     return message_class().deserialize(message)
 
 
@@ -123,7 +125,8 @@ def _finite(values: Sequence[float]) -> Sequence[float]:
     return values
 
 
-def _not_zero(quaternion: Sequence[float]) -> Sequence[float]:
+def _not_zero(quaternion: Sequence[float]) -> Quaternion:
     if max(map(abs, quaternion)) < 1e-6:
         raise ValueError('its quaternion is zero, which is no rotation')
-    return quaternion
+    x, y, z, w = quaternion
+    return x, y, z, w

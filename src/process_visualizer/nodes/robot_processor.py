@@ -2,18 +2,20 @@
 from __future__ import annotations
 
 import sys
+import threading
 from typing import Callable, Dict, List, Optional
 
-import numpy as np
 import rospy
 from geometry_msgs.msg import TwistStamped, Vector3, WrenchStamped
-from sensor_msgs.msg import JointState
 from visualization_msgs.msg import MarkerArray
 
-from process_visualizer.motion.joints import match_joints, movable_joints
-from process_visualizer.motion.velocity import ScaledClock, VelocityEstimator
+from process_visualizer.motion.joints import movable_joints
+from process_visualizer.motion.measuring_time import MeasuringTime
+from process_visualizer.motion.tool_velocity import ToolVelocity
+from process_visualizer.nodes.frame_reader import TF_MESSAGE, FrameReader
+from process_visualizer.nodes.joint_states import JointStates
 from process_visualizer.nodes.live_number import LiveNumber
-from process_visualizer.nodes.markers import VectorSample
+from process_visualizer.nodes.markers import Pace, VectorSample
 from process_visualizer.nodes.message_reader import Decoder, Quantity, TopicReader
 from process_visualizer.nodes.parameters import (
     ParameterError,
@@ -22,48 +24,53 @@ from process_visualizer.nodes.parameters import (
     private_parameters,
     read_robot_parameters,
 )
+from process_visualizer.nodes.playback import PlaybackFollower
 from process_visualizer.nodes.robot_display import RobotDisplay, ToolMotion
 from process_visualizer.nodes.robot_messages import (
     JOINT_DECODERS,
     POSE_DECODERS,
     WRENCH_DECODERS,
-    JointPositions,
     ToolPose,
     Wrench,
 )
 
 PLAYBACK_RATE = '/process_visualizer/playback_rate'
+TICK_S = 0.1
 
 
 class RobotProcessor:
     """Republishes a robot's measurements as standard messages and shows them (thesis section 5.3).
 
-    Each quantity whose topic is configured: joint states for robot_state_publisher, as received;
-    the tool's velocity as TwistStamped in the base frame (its angular part is not estimated and
-    zero); the force as WrenchStamped in the force frame; arrows and numbers for RViz at the rate
-    of a screen.
+    Each quantity whose topic is configured: joint states for robot_state_publisher; the tool's
+    velocity as TwistStamped in the base frame, stamped with the time it belongs to; the force as
+    WrenchStamped in the force frame; arrows and numbers for RViz.
+
+    What a screen shows is published no faster than a screen can show it: with the message that
+    brings it, so that it is not late, or with the next tick of a slow timer, which also notices
+    that nothing comes any more.
     """
 
     def __init__(self, parameters: RobotParameters) -> None:
-        """Advertise, subscribe, and start the timer of the markers."""
+        """Advertise, subscribe, and start the timer."""
         self._parameters = parameters
-        self._clock = ScaledClock()
+        self._playback = PlaybackFollower()
         self._playback_rate = LiveNumber(PLAYBACK_RATE, 1.0)
-        window_s = parameters.velocity_window_s
-        self._estimator = VelocityEstimator(window_s, gap_s=max(1.0, 2.0 * window_s))
+        self._joints = JointStates(parameters, self._playback)
+        self._tool_times = MeasuringTime()
+        self._velocity = ToolVelocity(self._playback.clock, parameters.velocity_window_s)
         self._display = RobotDisplay(parameters)
-        self._motion: Optional[ToolMotion] = None
+        self._drawing = Pace(1.0 / parameters.marker_rate_hz)
+        self._lock = threading.Lock()  # each topic has its thread, and so has the timer
+        self._pose: Optional[ToolPose] = None
+        self._pose_time_s = 0.0
         self._force: Optional[VectorSample] = None
-        self._joint_states = rospy.Publisher('joint_states', JointState, queue_size=10,
-                                             tcp_nodelay=True)
         self._tool_velocity = rospy.Publisher('tool_velocity', TwistStamped, queue_size=10)
         self._tool_force = rospy.Publisher('tool_force', WrenchStamped, queue_size=10)
         self._markers = rospy.Publisher('marker_array', MarkerArray, queue_size=1)
-        self._subscribe(parameters.joint_states, JOINT_DECODERS, self._on_joints)
-        self._subscribe(parameters.tool_center_frame, POSE_DECODERS, self._on_tool_pose)
+        self._subscribe(parameters.joint_states, JOINT_DECODERS, self._joints.take)
+        self._subscribe_tool(parameters.tool_center_frame)
         self._subscribe(parameters.force_sensor, WRENCH_DECODERS, self._on_wrench)
-        self._timer = rospy.Timer(rospy.Duration(1.0 / parameters.marker_rate_hz),
-                                  self._on_timer, reset=True)
+        self._timer = rospy.Timer(rospy.Duration(TICK_S), self._on_timer, reset=True)
 
     def _subscribe(self, topic: TopicParameters, decoders: Dict[str, Decoder[Quantity]],
                    callback: Callable[[Quantity], None]) -> None:
@@ -71,36 +78,47 @@ class RobotProcessor:
             TopicReader(self._parameters.robot_name, topic.name, topic.message_type,
                         decoders, callback)
 
-    def _on_joints(self, joints: JointPositions) -> None:
-        message = JointState()
-        message.name, message.position = match_joints(
-            self._parameters.robot_name, self._parameters.joint_names,
-            joints.names, joints.positions)
-        message.header.stamp = rospy.Time.now()
-        self._joint_states.publish(message)
+    def _subscribe_tool(self, topic: TopicParameters) -> None:
+        parameters = self._parameters
+        if topic.message_type == TF_MESSAGE:
+            FrameReader(parameters.robot_name, topic.name, parameters.base_frame,
+                        topic.frame or parameters.tool_frame, self._on_tool_pose)
+        else:
+            self._subscribe(topic, POSE_DECODERS, self._on_tool_pose)
 
     def _on_tool_pose(self, pose: ToolPose) -> None:
         if pose.frame not in ('', self._parameters.base_frame):
             raise ValueError(f'its frame is {pose.frame}, and the base frame '
                              f'{self._parameters.base_frame} is expected')
         now_s = rospy.get_time()
-        time_s = self._clock.advance(now_s, self._playback_rate.value())
-        self._estimator.add(time_s, pose.position)
-        velocity = self._estimator.velocity()
-        self._motion = ToolMotion(pose, velocity, now_s)
-        if velocity is not None and self._tool_velocity.get_num_connections() > 0:
-            self._publish_velocity(rospy.Time.from_sec(now_s), velocity)
+        wall_s = self._tool_times.wall_s(pose.stamp_s, now_s)
+        with self._lock:
+            self._velocity.add(now_s, wall_s, pose.position, pose.quaternion,
+                               self._playback_rate.value())
+            self._pose, self._pose_time_s = pose, self._playback.clock.data_time_s(now_s)
+            if self._tool_velocity.get_num_connections() > 0:
+                self._publish_velocity()
+            self._draw(now_s)
+        if self._tool_times.standing and not self._playback.clock.follows_player(now_s):
+            raise ValueError('its stamp is not later than the one before; until the stamps go on, '
+                             'the velocity is computed from the times of arrival')
 
-    def _publish_velocity(self, stamp: rospy.Time, velocity: np.ndarray) -> None:
+    def _publish_velocity(self) -> None:
+        velocity, turning = self._velocity.velocity(), self._velocity.angular_velocity()
+        if velocity is None or turning is None:
+            return
         message = TwistStamped()
-        message.header.stamp = stamp
+        message.header.stamp = rospy.Time.from_sec(self._velocity.wall_s())
         message.header.frame_id = self._parameters.base_frame
-        message.twist.linear = Vector3(*velocity)
+        message.twist.linear, message.twist.angular = Vector3(*velocity), Vector3(*turning)
         self._tool_velocity.publish(message)
 
     def _on_wrench(self, wrench: Wrench) -> None:
         frame, now_s = wrench.frame or self._parameters.force_frame, rospy.get_time()
-        self._force = VectorSample(wrench.force, frame, now_s)
+        with self._lock:
+            self._force = VectorSample(wrench.force, frame,
+                                       self._playback.clock.data_time_s(now_s))
+            self._draw(now_s)
         if self._tool_force.get_num_connections() > 0:
             self._publish_force(rospy.Time.from_sec(now_s), frame, wrench)
 
@@ -113,11 +131,25 @@ class RobotProcessor:
         self._tool_force.publish(message)
 
     def _on_timer(self, _event: rospy.timer.TimerEvent) -> None:
-        if self._markers.get_num_connections() == 0:
-            return
-        markers = self._display.markers(self._motion, self._force, rospy.get_time())
-        if markers:
-            self._markers.publish(MarkerArray(markers))
+        now_s = rospy.get_time()
+        self._joints.flush(now_s)
+        with self._lock:
+            self._velocity.settle(now_s)
+            self._draw(now_s)
+
+    def _draw(self, now_s: float) -> None:
+        """Publish the markers if it is time for them and somebody looks."""
+        if self._drawing.is_due(now_s) and self._markers.get_num_connections() > 0:
+            data_s = self._playback.clock.data_time_s(now_s)
+            markers = self._display.markers(self._motion(), self._force, data_s, now_s,
+                                            self._joints.age_s(data_s))
+            if markers:
+                self._markers.publish(MarkerArray(markers))
+
+    def _motion(self) -> Optional[ToolMotion]:
+        if self._pose is None:
+            return None
+        return ToolMotion(self._pose, self._velocity.velocity(), self._pose_time_s)
 
 
 def model_joints() -> List[str]:

@@ -1,0 +1,83 @@
+"""From wall time to the time of the recording, as the player's states tell it."""
+from __future__ import annotations
+
+from typing import NamedTuple, Optional, Tuple
+
+LOST_AFTER_S = 1.0  # without a state of the player, which sends ten a second
+_MEMORY = 64  # states: some seconds
+
+
+class PlaybackState(NamedTuple):
+    """What the player says of itself (process_visualizer/PlayerState)."""
+
+    stamp_s: float  # wall time for which the position holds
+    position_s: float  # seconds from the beginning of the recording
+    rate: float  # seconds of recording per second; below 0 backwards
+    paused: bool
+    segment: int  # grows where the position jumps
+
+
+class BagTime(NamedTuple):
+    """A time of the recording; times of two segments must not be compared."""
+
+    segment: int
+    time_s: float
+
+
+class PlaybackClock:
+    """Maps wall times to bag times; without a player every time is as it is.
+
+    Each state holds from its stamp until the next one's. A playing state is extrapolated with its
+    rate, but not past the position that the next one tells: where the player could not keep up,
+    its position says so.
+
+    States come from one thread; reading is safe from others.
+    """
+
+    def __init__(self) -> None:
+        self._states: Tuple[PlaybackState, ...] = ()
+        self._age_basis = (0.0, 0.0, 1.0)  # wall time, data time, data seconds per second
+
+    def add(self, state: PlaybackState) -> None:
+        """Take the player's next state; when its clock was set back, start anew."""
+        if self._states and state.stamp_s < self._states[-1].stamp_s:
+            self._states = ()
+        self._states = (*self._states[-(_MEMORY - 1):], state)
+        # Data that the player sends slowly is not old for that.
+        speed = 0.0 if state.paused else min(abs(state.rate), 1.0)
+        self._age_basis = (state.stamp_s, self.data_time_s(state.stamp_s), speed)
+
+    def follows_player(self, now_s: float) -> bool:
+        """Tell whether there is a player that has said something lately."""
+        return bool(self._states) and now_s - self._states[-1].stamp_s < LOST_AFTER_S
+
+    def bag_time(self, wall_s: float) -> Optional[BagTime]:
+        """Return the bag time that was played at a wall time [s]; None without a player."""
+        following: Optional[PlaybackState] = None
+        for state in reversed(self._states):
+            if state.stamp_s <= wall_s:
+                return _extrapolated(state, wall_s, following)
+            following = state
+        return following and BagTime(following.segment, following.position_s)
+
+    def data_time_s(self, wall_s: float) -> float:
+        """Return a clock [s] for the age of data: it stands while paused, and is slow if playback is.
+
+        Without a player, or when it is lost, it runs as the wall clock does.
+        """
+        basis_s, data_s, speed = self._age_basis
+        elapsed_s = max(wall_s - basis_s, 0.0)
+        followed_s = min(elapsed_s, LOST_AFTER_S)
+        return data_s + followed_s * speed + (elapsed_s - followed_s)
+
+
+def _extrapolated(state: PlaybackState, wall_s: float,
+                  following: Optional[PlaybackState]) -> BagTime:
+    if state.paused:
+        return BagTime(state.segment, state.position_s)
+    time_s = state.position_s + (wall_s - state.stamp_s) * state.rate
+    if (following is not None and following.segment == state.segment
+            and not following.paused):  # a step pauses, and may lead back
+        nearer = min if state.rate > 0.0 else max
+        time_s = nearer(time_s, following.position_s)
+    return BagTime(state.segment, time_s)

@@ -1,0 +1,26 @@
+"""Follows the player, so that nodes know what time it is in the recording."""
+from __future__ import annotations
+
+import rospy
+
+from process_visualizer.motion.playback_clock import PlaybackClock, PlaybackState
+from process_visualizer.msg import PlayerState
+
+STATE_TOPIC = '/bag_player/state'
+
+
+class PlaybackFollower:
+    """Keeps a clock of playback up to date; in real time nothing comes, and it costs nothing."""
+
+    def __init__(self) -> None:
+        """Subscribe the player's state."""
+        self.clock = PlaybackClock()
+        rospy.Subscriber(STATE_TOPIC, PlayerState, self._receive, tcp_nodelay=True)
+
+    def data_time_s(self) -> float:
+        """Return the present time [s] of the clock for the age of data (see PlaybackClock)."""
+        return self.clock.data_time_s(rospy.get_time())
+
+    def _receive(self, state: PlayerState) -> None:
+        self.clock.add(PlaybackState(state.stamp.to_sec(), state.position, state.rate,
+                                     state.paused, state.segment))

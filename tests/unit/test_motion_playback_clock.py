@@ -1,0 +1,89 @@
+"""Bag times from the player's states: rates, pauses, steps, jumps, slips, and the age of data."""
+import pytest
+
+from process_visualizer.motion.playback_clock import PlaybackClock, PlaybackState
+
+
+def clock_of(*states):
+    clock = PlaybackClock()
+    for state in states:
+        clock.add(PlaybackState(*state))
+    return clock
+
+
+def test_without_a_player():
+    clock = PlaybackClock()
+    assert clock.bag_time(100.0) is None
+    assert not clock.follows_player(100.0)
+    assert clock.data_time_s(100.0) == 100.0
+
+
+@pytest.mark.parametrize('rate', [0.25, 1.0, 4.0, -1.0])
+def test_bag_time_runs_with_the_rate(rate):
+    clock = clock_of((100.0, 20.0, rate, False, 3))
+    assert clock.bag_time(102.0) == (3, 20.0 + 2.0 * rate)
+
+
+def test_each_state_holds_from_its_stamp():
+    clock = clock_of((100.0, 20.0, 1.0, False, 0), (101.0, 21.0, 4.0, False, 0),
+                     (102.0, 25.0, -1.0, False, 0))
+    times = [clock.bag_time(wall_s).time_s for wall_s in (100.5, 101.0, 101.5, 102.5)]
+    assert times == [20.5, 21.0, 23.0, 24.5]
+
+
+def test_before_the_first_state_is_its_position():
+    assert clock_of((100.0, 20.0, 1.0, False, 2)).bag_time(99.9) == (2, 20.0)
+
+
+def test_while_paused_each_step_has_its_position():
+    clock = clock_of((100.0, 5.0, 1.0, True, 0), (101.0, 5.008, 1.0, True, 0))
+    assert [clock.bag_time(wall_s).time_s for wall_s in (100.9, 101.001)] == [5.0, 5.008]
+
+
+def test_a_jump_is_another_segment():
+    clock = clock_of((100.0, 5.0, 1.0, False, 0), (101.0, 50.0, 1.0, False, 1))
+    assert clock.bag_time(100.999).segment == 0
+    assert clock.bag_time(101.001) == (1, pytest.approx(50.001))
+
+
+@pytest.mark.parametrize('rate, position', [(4.0, 22.0), (-4.0, 18.0)])
+def test_where_the_player_could_not_keep_up_time_waits_for_it(rate, position):
+    clock = clock_of((100.0, 20.0, rate, False, 0), (101.0, position, rate, False, 0))
+    assert clock.bag_time(100.25).time_s == pytest.approx(20.0 + 0.25 * rate)
+    assert clock.bag_time(100.9).time_s == position
+
+
+def test_a_clock_that_was_set_back_starts_anew():
+    clock = clock_of((100.0, 5.0, 1.0, False, 0), (40.0, 6.0, 1.0, False, 0))
+    assert clock.bag_time(41.0).time_s == 7.0
+
+
+def test_a_player_is_lost_after_a_second():
+    clock = clock_of((100.0, 5.0, 1.0, False, 0))
+    assert clock.follows_player(100.9)
+    assert not clock.follows_player(101.1)
+
+
+def test_data_does_not_age_while_paused_and_slowly_in_slow_motion():
+    clock = clock_of((100.0, 5.0, 1.0, False, 0))
+    begin = clock.data_time_s(100.0)
+    for second in range(101, 111):
+        clock.add(PlaybackState(float(second), 6.0, 1.0, True, 0))
+    assert clock.data_time_s(110.5) - begin == pytest.approx(1.0)
+    clock.add(PlaybackState(111.0, 6.0, -0.1, False, 0))
+    assert clock.data_time_s(111.5) - begin == pytest.approx(1.05)
+    clock.add(PlaybackState(112.0, 6.0, 8.0, False, 0))
+    assert clock.data_time_s(112.5) - begin == pytest.approx(1.6)
+
+
+def test_data_ages_again_when_the_player_is_lost():
+    clock = clock_of((100.0, 5.0, 1.0, True, 0))
+    assert clock.data_time_s(105.0) - clock.data_time_s(100.0) == pytest.approx(4.0)
+
+
+def test_memory_is_bounded():
+    clock = PlaybackClock()
+    for step in range(10_000):
+        clock.add(PlaybackState(100.0 + 0.1 * step, 0.1 * step, 1.0, False, 0))
+    assert clock.bag_time(1099.95).time_s == pytest.approx(999.95)
+    assert clock.bag_time(100.0).time_s > 900.0  # long forgotten

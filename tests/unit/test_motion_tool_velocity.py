@@ -1,0 +1,134 @@
+"""The velocity in playback: the same at every rate, backwards, across changes, in single steps."""
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from process_visualizer.motion.playback_clock import PlaybackClock, PlaybackState
+from process_visualizer.motion.tool_velocity import HOLD_S, ToolVelocity
+
+VELOCITY = np.array([0.05, -0.12, 0.02])
+TURNING = np.array([0.3, -0.5, 0.8])  # rad/s in the base frame
+PERIOD_S = 0.008
+START_S = 1000.0
+
+
+def pose(bag_s):
+    """Return position and quaternion at a bag time."""
+    rotation = Rotation.from_rotvec(TURNING * bag_s) * Rotation.from_rotvec((3.1, 0.1, 0.2))
+    return tuple(VELOCITY * bag_s + [0.5, 0.1, 0.2]), tuple(rotation.as_quat())
+
+
+class Player:
+    """Plays poses every 8 ms of a recording; states may come later than what they belong to."""
+
+    def __init__(self, state_delay_s=0.0):
+        self.clock = PlaybackClock()
+        self.velocity = ToolVelocity(self.clock, 0.1)
+        self.wall_s, self.bag_s, self.segment = START_S, 10.0, 0
+        self._state_delay_s = state_delay_s
+        self._states = []
+        self.found = []
+
+    def say(self, rate, paused=False):
+        self._states.append(PlaybackState(self.wall_s, self.bag_s, rate, paused, self.segment))
+
+    def play(self, rate, duration_s):
+        """Play for a time of the recording."""
+        count = int(round(duration_s / PERIOD_S))
+        for step in range(count):
+            if step % 10 == 0:
+                self.say(rate)
+            self.wall_s += PERIOD_S / abs(rate)
+            self.bag_s += np.copysign(PERIOD_S, rate)
+            self.send()
+
+    def step(self, count):
+        """Step from pose to pose, three a second."""
+        for _ in range(abs(count)):
+            self.wall_s += 0.3
+            self.bag_s += np.copysign(PERIOD_S, count)
+            self.say(1.0, paused=True)
+            self.send(0.002)
+
+    def seek(self, bag_s, paused=False):
+        self.wall_s += 0.001
+        self.bag_s, self.segment = bag_s, self.segment + 1
+        self.say(1.0, paused)
+        self.send(age_s=0.005)
+
+    def send(self, late_s=0.0, age_s=0.0):
+        arrival_s = self.wall_s + late_s
+        while self._states and self._states[0].stamp_s + self._state_delay_s <= arrival_s:
+            self.clock.add(self._states.pop(0))
+        self.velocity.add(arrival_s, arrival_s, *pose(self.bag_s - age_s))
+        if self.velocity.velocity() is not None:
+            self.found.append((*self.velocity.velocity(), *self.velocity.angular_velocity()))
+
+    def assert_right(self, at_least):
+        assert len(self.found) >= at_least
+        assert np.allclose(self.found, np.concatenate([VELOCITY, TURNING]), atol=2e-4)
+
+
+@pytest.mark.parametrize('delay_s', [0.0, 0.03])
+@pytest.mark.parametrize('rate', [0.25, 1.0, 4.0, 16.0, -0.5, -1.0, -4.0])
+def test_every_rate(rate, delay_s):
+    player = Player(delay_s)
+    player.play(rate, 4.0)
+    player.assert_right(200)
+
+
+@pytest.mark.parametrize('delay_s', [0.0, 0.03])
+def test_live_changes_of_the_rate(delay_s):
+    player = Player(delay_s)
+    for rate in (1.0, 4.0, 0.5, -1.0, -8.0, 2.0):
+        player.play(rate, 1.0)
+    player.assert_right(500)
+
+
+@pytest.mark.parametrize('delay_s', [0.0, 0.001])
+@pytest.mark.parametrize('count', [40, -40])
+def test_single_steps(count, delay_s):
+    player = Player(delay_s)
+    player.play(1.0, 0.5)
+    player.step(count)
+    player.assert_right(60)
+
+
+@pytest.mark.parametrize('delay_s', [0.0, 0.03])
+def test_never_across_a_jump(delay_s):
+    player = Player(delay_s)
+    for target_s in (100.0, 20.0, 20.5, 60.0):
+        player.play(1.0, 0.5)
+        player.seek(target_s)
+    player.play(1.0, 0.5)
+    player.assert_right(150)
+
+
+def test_after_a_jump_the_velocity_is_not_known():
+    player = Player()
+    player.play(1.0, 0.5)
+    player.seek(100.0, paused=True)
+    assert player.velocity.velocity() is not None  # it may belong to what was before
+    player.velocity.settle(player.wall_s + HOLD_S)
+    assert player.velocity.velocity() is None
+
+
+def test_pause_and_resume():
+    player = Player()
+    player.play(1.0, 0.5)
+    player.say(1.0, paused=True)
+    for _ in range(30):
+        player.wall_s += 0.1
+        player.say(1.0, paused=True)
+    player.play(1.0, 0.5)
+    player.assert_right(80)
+
+
+def test_without_a_player_the_rate_scales_the_time_and_nothing_waits():
+    velocity = ToolVelocity(PlaybackClock(), 0.1)
+    for step in range(30):
+        velocity.add(START_S + step * PERIOD_S / 2, START_S + step * PERIOD_S / 2,
+                     *pose(step * PERIOD_S), 2.0)
+    assert np.allclose(velocity.velocity(), VELOCITY)
+    assert np.allclose(velocity.angular_velocity(), TURNING, atol=1e-4)
+    assert velocity.wall_s() == pytest.approx(START_S + 22.5 * PERIOD_S / 2, abs=PERIOD_S)
