@@ -1,0 +1,39 @@
+# The recorder: a library without a master, and the node bag_recorder.
+
+find_package(Threads REQUIRED)
+
+add_library(process_visualizer_recorder
+  src/recorder/bag_file.cpp
+  src/recorder/bag_name.cpp
+  src/recorder/message.cpp
+  src/recorder/recent_messages.cpp
+  src/recorder/recording.cpp
+  src/recorder/topic_board.cpp
+  src/recorder/topic_statistics.cpp
+)
+process_visualizer_compile(process_visualizer_recorder)
+target_link_libraries(process_visualizer_recorder
+  ${roscpp_serialization_LIBRARIES} ${roslz4_LIBRARIES} ${rostime_LIBRARIES} Threads::Threads)
+add_dependencies(process_visualizer_recorder process_visualizer_generate_messages_cpp)
+
+add_executable(bag_recorder
+  src/recorder/bag_recorder.cpp
+  src/recorder/main.cpp
+  src/recorder/publishers.cpp
+  src/recorder/subscriptions.cpp
+)
+process_visualizer_compile(bag_recorder)
+target_link_libraries(bag_recorder process_visualizer_recorder ${roscpp_LIBRARIES})
+
+install(TARGETS process_visualizer_recorder LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})
+install(TARGETS bag_recorder RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
+
+add_executable(record_load EXCLUDE_FROM_ALL bench/record_load.cpp)
+process_visualizer_compile(record_load)
+target_link_libraries(record_load ${roscpp_LIBRARIES})
+
+if(CATKIN_ENABLE_TESTING)
+  catkin_add_gtest(test_recorder tests/cpp/test_recorder.cpp)
+  process_visualizer_compile(test_recorder)
+  target_link_libraries(test_recorder process_visualizer_recorder)
+endif()

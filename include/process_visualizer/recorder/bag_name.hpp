@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string>
+
+namespace process_visualizer {
+
+/// Returns the path of a new bag: FOLDER/NAME.bag, or with an empty name FOLDER/PREFIX_DATE.bag or
+/// FOLDER/DATE.bag with the local date and time, which is numbered if there is one already.
+/// \throws RecordingError if the name cannot be a file's, or there is such a bag already
+std::string newBagPath(const std::string& folder, const std::string& prefix,
+                       const std::string& name);
+
+/// Returns the path of a part of a recording that is split: a.bag becomes a_0.bag, a_1.bag, ...
+std::string partPath(const std::string& path, unsigned part);
+
+/// Creates a folder with those above it. \throws RecordingError
+void createFolder(const std::string& folder);
+
+}  // namespace process_visualizer

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <process_visualizer/Mark.h>
+#include <process_visualizer/RecorderState.h>
+#include <process_visualizer/StartRecording.h>
+#include <ros/node_handle.h>
+#include <std_srvs/Trigger.h>
+
+#include <condition_variable>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "process_visualizer/recorder/recording.hpp"
+#include "process_visualizer/recorder/subscriptions.hpp"
+#include "process_visualizer/recorder/topic_board.hpp"
+
+namespace process_visualizer {
+
+/// The node bag_recorder: services `~start ~save_recent ~stop ~mark`, topic `~state`.
+class BagRecorder {
+ public:
+  BagRecorder();
+  ~BagRecorder();
+
+  /// Ends the recording, if there is one, and the services.
+  void shutDown();
+
+ private:
+  using Start = StartRecording;
+
+  bool start(Start::Request& request, Start::Response& response);
+  bool saveRecent(Start::Request& request, Start::Response& response);
+  bool stop(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
+  bool mark(Mark::Request& request, Mark::Response& response);
+
+  std::string begin(const Start::Request& request);
+  std::string save(const Start::Request& request);
+  void connect();
+  void open(const RecordingOptions& options, const Start::Request& request, double recent_s);
+  RecordingOptions optionsOf(const Start::Request& request) const;
+  LatchedMessages latchedMessages(const std::string& configuration) const;
+  Message account(const std::vector<ClockJump>& jumps,
+                  const std::map<std::string, std::uint64_t>& unwritten) const;
+  void finish(std::chrono::milliseconds under_way);
+  void requireIdle() const;
+  void watch(const std::vector<std::string>& topics);
+
+  void receive(const Message& message);
+  void takeIn(const Message& message);
+  void addProblem(const std::string& problem);
+  void setPhase(std::uint8_t phase);
+
+  void publishStates();
+  void publishState();
+  RecorderState state() const;
+  void followMaster();
+  void lookAtMaster();
+  bool waitFor(std::chrono::milliseconds period);
+
+  ros::NodeHandle node_{"~"};
+  const std::string name_;
+  const std::string folder_;
+  const std::string configuration_;
+  const double connection_timeout_;
+  const ConnectionPtr mark_connection_, account_connection_, configuration_connection_;
+
+  std::mutex command_mutex_;  ///< one command at a time; before mutex_
+
+  mutable std::mutex mutex_;  ///< for what follows
+  std::uint8_t phase_ = RecorderState::IDLE;
+  std::shared_ptr<Recording> recording_;  ///< the one that takes messages
+  std::shared_ptr<Recording> last_;       ///< the one whose figures are shown
+  ros::SteadyTime begin_, end_;           ///< of that one
+  TopicBoard board_;
+  LatchedMessages latched_;
+  RecentMessages recent_;
+  std::map<ConnectionPtr, ConnectionPtr> calibrations_;
+  std::vector<std::string> chosen_;
+  std::vector<std::string> problems_;
+  bool has_master_ = true;
+  bool shutting_down_ = false;
+  std::condition_variable wake_;
+
+  ros::Publisher state_publisher_, mark_publisher_;
+  std::vector<ros::ServiceServer> services_;
+  Subscriptions subscriptions_;
+  std::thread state_thread_, master_thread_;
+};
+
+}  // namespace process_visualizer

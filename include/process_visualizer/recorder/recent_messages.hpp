@@ -1,0 +1,45 @@
+#pragma once
+
+#include <deque>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "process_visualizer/recorder/message.hpp"
+
+namespace process_visualizer {
+
+/// The newest message of each latching publisher: what a bag has to begin with.
+class LatchedMessages {
+ public:
+  void add(const Message& message);  ///< takes it if its connection is latching
+  /// The messages with another time: that of the bag's beginning.
+  std::vector<Message> at(const ros::Time& time) const;
+
+ private:
+  std::map<std::pair<std::string, std::string>, Message> newest_;  ///< by topic and publisher
+};
+
+/// The messages of the last seconds, bounded in time and in bytes.
+class RecentMessages {
+ public:
+  RecentMessages(double duration_s, std::size_t limit_bytes)
+      : duration_(duration_s), limit_bytes_(limit_bytes) {}
+
+  void add(const Message& message);
+  /// The messages of the last seconds before `now`.
+  std::deque<Message> last(const ros::Time& now, double duration_s) const;
+  void clear();
+
+  double duration() const;  ///< time from the oldest message to the newest, s
+  std::size_t bytes() const { return bytes_; }
+  bool isKept() const { return duration_ > 0; }  ///< whether anything is kept at all
+
+ private:
+  double duration_;
+  std::size_t limit_bytes_;
+  std::size_t bytes_ = 0;
+  std::deque<Message> messages_;
+};
+
+}  // namespace process_visualizer

@@ -1,0 +1,105 @@
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "process_visualizer/recorder/bag_file.hpp"
+#include "process_visualizer/recorder/clock_watch.hpp"
+#include "process_visualizer/recorder/recent_messages.hpp"
+
+namespace process_visualizer {
+
+struct RecordingOptions {
+  std::string path;
+  Compression compression = Compression::kNone;
+  std::uint64_t split_bytes = 0;  ///< 0: no limit
+  double split_duration = 0;      ///< s; 0: no limit
+  std::uint64_t queue_bytes = 512 << 20;
+  std::uint64_t minimum_free_bytes = 1 << 30;
+};
+
+/// What a recording is made with, besides what arrives.
+struct RecordingContents {
+  LatchedMessages latched;     ///< every bag begins with these
+  std::deque<Message> recent;  ///< then with these
+  /// The last message of every bag, an account of what was lost until then.
+  /// Takes the jumps of the clock, and how many messages could not be written, by topic.
+  std::function<Message(const std::vector<ClockJump>&, const std::map<std::string, std::uint64_t>&)>
+      account;
+  std::function<void()> on_end;  ///< called by the writing thread when it ends by itself
+};
+
+/// How far a recording is.
+struct RecordingStatus {
+  std::vector<std::string> files;  ///< the bags, the one being written last
+  std::uint64_t bytes = 0;         ///< written into all of them
+  std::uint64_t free_bytes = 0;    ///< on the disk
+  std::string problem;             ///< why it ended by itself; empty if it did not
+  bool ended = false;
+  std::vector<ClockJump> clock_jumps;
+};
+
+/// One recording: a queue bounded in bytes, and a thread that writes it into bags.
+class Recording {
+ public:
+  /// Opens the first bag and starts to write. \throws RecordingError
+  Recording(RecordingOptions options, RecordingContents contents);
+  ~Recording();
+
+  /// Queues a message; returns false if it is dropped because the queue is full or closed.
+  bool push(const Message& message);
+
+  /// Writes everything that was pushed, and finishes the bag. May be called twice.
+  void stop();
+
+  RecordingStatus status() const;
+  /// Messages that were pushed and not written, by topic; to be called after stop().
+  const std::map<std::string, std::uint64_t>& unwritten() const { return unwritten_; }
+
+ private:
+  void run();
+  void writeAll();
+  void write(const Message& message);
+  void open(const ros::Time& time);
+  void close();
+  bool isFull(const ros::Time& time) const;
+  std::optional<Message> take();
+  bool isDone() const;
+  bool isClosed() const;
+  void look();
+  void setProblem(const std::string& problem);
+  void countUnwritten();
+  void end();
+
+  const RecordingOptions options_;
+  RecordingContents contents_;
+  std::unique_ptr<BagFile> file_;
+  ros::Time file_begin_;
+  unsigned part_ = 0;
+  ClockWatch clock_watch_;
+  std::chrono::steady_clock::time_point last_look_;
+  std::optional<Message> current_;  ///< not in the queue any more, and not in the bag yet
+  std::map<std::string, std::uint64_t> unwritten_;
+
+  mutable std::mutex mutex_;  ///< for what follows
+  std::condition_variable changed_;
+  std::deque<Message> queue_;
+  std::uint64_t queued_bytes_ = 0;
+  bool closing_ = false;
+  std::uint64_t finished_bytes_ = 0;
+  RecordingStatus status_;
+  std::thread thread_;
+};
+
+/// Returns the bytes that a user may still write into a folder's disk. \throws RecordingError
+std::uint64_t freeBytes(const std::string& folder);
+
+}  // namespace process_visualizer

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <ros/callback_queue.h>
+#include <ros/node_handle.h>
+#include <ros/spinner.h>
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "process_visualizer/recorder/message.hpp"
+#include "process_visualizer/recorder/publishers.hpp"
+
+namespace process_visualizer {
+
+/// Subscribes to topics of any type and hands on their messages as bytes, in the order in which
+/// they arrive, from one thread. Nothing is dropped on the way.
+class Subscriptions {
+ public:
+  explicit Subscriptions(std::function<void(const Message&)> receive);
+  ~Subscriptions();
+
+  void choose(const std::set<std::string>& topics);  ///< subscribes to these and to no others
+  std::set<std::string> topics() const;
+  std::map<std::string, unsigned> publisherCounts() const;
+
+  /// Waits until every publisher of the topics sends to this node.
+  /// \returns those that do not after the timeout, as "TOPIC (NODE)"
+  std::vector<std::string> waitUntilConnected(double timeout_s);
+
+  /// Runs a function in the receiving thread after everything that has arrived until now.
+  void runAfterArrived(const std::function<void()>& function);
+
+  /// Subscribes anew to topics that have publishers and are connected to none: roscpp keeps the
+  /// first type it saw, and a publisher of another type refuses it. To be called every second.
+  /// \returns the topics that it did this for
+  std::vector<std::string> followChangedTypes(const Publishers& publishers);
+
+ private:
+  void subscribe(const std::string& topic);
+  void take(const std::string& topic, const ros::MessageEvent<RawMessage const>& event);
+  ConnectionPtr connectionOf(const std::string& topic,
+                             const boost::shared_ptr<ros::M_string>& header);
+
+  std::function<void(const Message&)> receive_;
+  ros::NodeHandle node_;
+  ros::CallbackQueue queue_;
+  ros::AsyncSpinner spinner_;
+  mutable std::mutex mutex_;  ///< for the subscribers
+  std::map<std::string, ros::Subscriber> subscribers_;
+  std::set<std::string> unconnected_;  ///< topics that had publishers and no connection
+  /// By topic and address; the header is kept so that its address stays its own.
+  std::map<std::pair<std::string, boost::shared_ptr<ros::M_string>>, ConnectionPtr> connections_;
+};
+
+}  // namespace process_visualizer

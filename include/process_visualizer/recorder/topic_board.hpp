@@ -1,0 +1,46 @@
+#pragma once
+
+#include <process_visualizer/TopicRecord.h>
+
+#include <chrono>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "process_visualizer/recorder/topic_statistics.hpp"
+
+namespace process_visualizer {
+
+/// The figures of all topics: counts of a recording, and what arrives now.
+class TopicBoard {
+ public:
+  void begin();                            ///< counts anew
+  void freeze() { is_counting_ = false; }  ///< the counts stay as they are; rates go on
+  void add(const Message& message, bool is_recorded);
+  void addDropped(const std::map<std::string, std::uint64_t>& counts);
+
+  /// Computes the rates since the last call; to be called about every second.
+  void measureRates();
+  double byteRate() const { return byte_rate_; }  ///< of all topics, bytes/s
+
+  std::vector<TopicRecord> records(const std::set<std::string>& topics) const;
+  const std::map<std::string, TopicStatistics>& statistics() const { return statistics_; }
+
+ private:
+  struct Arrival {
+    std::uint64_t count = 0, counted = 0;
+    double rate = 0;
+    std::string type;
+    ros::Time last;
+  };
+
+  bool is_counting_ = true;
+  std::map<std::string, TopicStatistics> statistics_;
+  std::map<std::string, Arrival> arrivals_;
+  std::uint64_t bytes_ = 0;
+  double byte_rate_ = 0;
+  std::chrono::steady_clock::time_point measured_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace process_visualizer

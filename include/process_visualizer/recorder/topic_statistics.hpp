@@ -1,0 +1,55 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "process_visualizer/recorder/message.hpp"
+
+namespace process_visualizer {
+
+/// Counts the messages of a topic and finds what is missing between them.
+///
+/// Messages of one publisher whose type begins with a Header carry a sequence number: a number left
+/// out is a lost message. Where there is no such number, an interval of more than three times the
+/// usual one (the median of the last ones) is a gap.
+class TopicStatistics {
+ public:
+  void add(const Message& message);  ///< a message that arrived
+  void addDropped(std::uint64_t count) { dropped_ += count; }
+
+  std::string type;  ///< of the newest message; empty before the first
+  std::uint64_t messages() const { return received_ - dropped_; }  ///< recorded
+  std::uint64_t received() const { return received_; }
+  std::uint64_t bytes() const { return bytes_; }      ///< of those that arrived
+  std::uint64_t dropped() const { return dropped_; }  ///< arrived, but not recorded
+  std::uint64_t lost() const { return lost_; }        ///< sequence numbers left out
+  std::uint64_t gaps() const { return gaps_; }
+  double largestGap() const { return largest_gap_; }              ///< longest interval, s
+  ros::Time largestGapTime() const { return largest_gap_time_; }  ///< when it began
+  ros::Time lastTime() const { return last_time_; }               ///< zero before the first
+
+ private:
+  struct Publisher {
+    bool has_header = false;
+    std::optional<std::uint32_t> sequence;
+  };
+  bool takeSequence(const Message& message);
+  void takeInterval(double interval, bool may_be_gap);
+  double usualInterval() const;
+
+  static constexpr std::size_t kIntervals = 31;
+  std::array<double, kIntervals> intervals_{};
+  std::size_t interval_count_ = 0;
+  std::map<ConnectionPtr, Publisher> publishers_;
+  std::uint64_t received_ = 0, bytes_ = 0, dropped_ = 0, lost_ = 0, gaps_ = 0;
+  double largest_gap_ = 0;
+  ros::Time largest_gap_time_, last_time_;
+};
+
+/// Returns whether the type with this definition begins with a std_msgs/Header.
+bool beginsWithHeader(const std::string& definition);
+
+}  // namespace process_visualizer

@@ -1,0 +1,139 @@
+"""The recorder's services as methods, for the launcher and the command line."""
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+from typing import Callable, Optional, Tuple
+
+import rosgraph
+import rospy
+from std_srvs.srv import Trigger
+
+from process_visualizer.msg import RecorderState
+from process_visualizer.srv import Mark, StartRecording, StartRecordingRequest
+
+_NODE = '/bag_recorder'
+
+
+class RecorderError(Exception):
+    """What the recorder refused or could not do; the text says why, and what to do."""
+
+
+@dataclass(frozen=True)
+class RecordingOptions:
+    """How a recording is made; what is left out keeps the recorder's parameters.
+
+    The bag is called ``NAME.bag``, without a name ``PREFIX_DATE.bag`` or ``DATE.bag`` (local date
+    and time). ``recent_s`` begins it with the last seconds that the recorder has in memory.
+    """
+
+    topics: Tuple[str, ...] = ()
+    folder: str = ''
+    prefix: str = ''
+    name: str = ''
+    compression: str = 'none'
+    split_bytes: int = 0
+    split_duration_s: float = 0.0
+    configuration: str = ''
+    recent_s: float = 0.0
+
+    def request(self) -> StartRecordingRequest:
+        """Return them as the service's request."""
+        return StartRecordingRequest(
+            topics=list(self.topics), folder=self.folder, prefix=self.prefix, name=self.name,
+            compression=self.compression, split_bytes=self.split_bytes,
+            split_duration=self.split_duration_s, configuration=self.configuration,
+            recent=self.recent_s)
+
+
+class BagRecorder:
+    """Commands the node ``bag_recorder`` and follows its state; needs an initialised rospy node.
+
+    Every method waits for the recorder's answer: call them off the GUI thread. ``on_state`` is
+    called from rospy's thread.
+    """
+
+    def __init__(self, on_state: Optional[Callable[[RecorderState], None]] = None,
+                 node: str = _NODE) -> None:
+        self._node = node
+        self._on_state = on_state
+        self._state: Optional[RecorderState] = None
+        self._changed = threading.Condition()
+        self._subscriber = rospy.Subscriber(f'{node}/state', RecorderState, self._take_state)
+
+    @property
+    def state(self) -> Optional[RecorderState]:
+        """The last state; None before the first one."""
+        return self._state
+
+    def close(self) -> None:
+        """Stop following the state; the recorder goes on."""
+        self._subscriber.unregister()
+
+    def wait_until_ready(self, timeout_s: float) -> None:
+        """Wait until the recorder runs.
+
+        Raises:
+            RecorderError: it does not after the timeout.
+        """
+        try:
+            rospy.wait_for_service(f'{self._node}/start', timeout_s)
+        except rospy.ROSException as error:
+            raise RecorderError(f'{self._node} does not run; start it with '
+                                '"rosrun process_visualizer bag_recorder"') from error
+
+    def wait_for(self, condition: Callable[[RecorderState], bool],
+                 timeout_s: Optional[float] = None) -> Optional[RecorderState]:
+        """Wait for a state that fulfils a condition; return it, or None after the timeout."""
+        with self._changed:
+            fulfilled = self._changed.wait_for(
+                lambda: self._state is not None and condition(self._state), timeout_s)
+            return self._state if fulfilled else None
+
+    def start(self, options: RecordingOptions) -> str:
+        """Start a recording; return its path when every topic with a publisher is connected.
+
+        Raises:
+            RecorderError: nothing is recorded.
+        """
+        return str(self._call('start', StartRecording, options.request()).path)
+
+    def save_recent(self, options: RecordingOptions) -> str:
+        """Write what is in memory (or its last ``recent_s``) into a bag; return its path.
+
+        Raises:
+            RecorderError: it is not written.
+        """
+        return str(self._call('save_recent', StartRecording, options.request()).path)
+
+    def stop(self) -> str:
+        """Stop; return the paths, separated by commas, when everything is written.
+
+        Raises:
+            RecorderError: nothing was being recorded, or something could not be written.
+        """
+        return str(self._call('stop', Trigger).message)
+
+    def mark(self, label: str) -> None:
+        """Write a labelled moment, now, into the recording or into the memory.
+
+        Raises:
+            RecorderError: there is neither.
+        """
+        self._call('mark', Mark, label)
+
+    def _call(self, name: str, service: type, *request: object) -> 'object':
+        try:
+            answer = rospy.ServiceProxy(f'{self._node}/{name}', service)(*request)
+        except (rospy.ServiceException, rosgraph.MasterException, OSError) as error:
+            raise RecorderError(f'{self._node} does not answer: {error}') from error
+        if not answer.success:
+            raise RecorderError(answer.message)
+        return answer
+
+    def _take_state(self, state: RecorderState) -> None:
+        with self._changed:
+            self._state = state
+            self._changed.notify_all()
+        if self._on_state is not None:
+            self._on_state(state)

@@ -1,0 +1,297 @@
+#include "process_visualizer/recorder/bag_file.hpp"
+
+#include <fcntl.h>
+#include <roslz4/lz4s.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+
+#include "process_visualizer/recorder/bag_name.hpp"
+
+namespace process_visualizer {
+namespace {
+
+constexpr char kMagic[] = "#ROSBAG V2.0\n";
+constexpr std::size_t kMagicBytes = sizeof kMagic - 1;
+constexpr std::size_t kBagHeaderBytes = 4096;
+constexpr std::size_t kChunkBytes = 1 << 20;
+constexpr std::uint64_t kWriteBackBytes = 8 << 20;
+// Kept free behind every chunk, for the account that a recording ends with.
+constexpr std::uint64_t kSpareBytes = 128 << 10;
+constexpr int kLz4BlockSize = 6;  // as rosbag has it
+
+enum Operation : char {
+  kMessage = 2,
+  kBagHeader = 3,
+  kIndex = 4,
+  kChunk = 5,
+  kChunkInfo = 6,
+  kConnection = 7,
+};
+
+using Fields = std::vector<std::pair<std::string, std::string>>;
+
+// Numbers are little-endian in a bag, as on every machine that ROS 1 runs on.
+template <typename Number>
+std::string packed(Number number) {
+  return {reinterpret_cast<const char*>(&number), sizeof number};
+}
+
+std::string packed(const ros::Time& time) { return packed(time.sec) + packed(time.nsec); }
+
+std::string packedHeader(const Fields& fields) {
+  std::string header;
+  for (const auto& [name, value] : fields)
+    header +=
+        packed(static_cast<std::uint32_t>(name.size() + 1 + value.size())) + name + "=" + value;
+  return header;
+}
+
+void append(std::string& to, const Fields& fields, const char* data, std::size_t size) {
+  const std::string header = packedHeader(fields);
+  to += packed(static_cast<std::uint32_t>(header.size()));
+  to += header;
+  to += packed(static_cast<std::uint32_t>(size));
+  to.append(data, size);
+}
+
+std::string record(const Fields& fields, const std::string& data) {
+  std::string bytes;
+  append(bytes, fields, data.data(), data.size());
+  return bytes;
+}
+
+std::string bagHeader(std::uint64_t index, std::size_t connections, std::uint32_t chunks) {
+  const Fields fields = {{"op", {kBagHeader}},
+                         {"index_pos", packed(index)},
+                         {"conn_count", packed(static_cast<std::uint32_t>(connections))},
+                         {"chunk_count", packed(chunks)}};
+  const std::size_t used = packedHeader(fields).size() + 2 * sizeof(std::uint32_t);
+  return kMagic + record(fields, std::string(kBagHeaderBytes - used, ' '));
+}
+
+std::string compressed(const std::string& data, const std::string& path) {
+  std::string source = data;  // the library's function takes no constant
+  // lz4 cannot make anything larger than this
+  std::string result(data.size() + data.size() / 255 + 1024, '\0');
+  unsigned size = result.size();
+  if (roslz4_buffToBuffCompress(source.data(), source.size(), result.data(), &size,
+                                kLz4BlockSize) != ROSLZ4_OK)
+    throw RecordingError(path + ": lz4 cannot compress a chunk; record without compression");
+  result.resize(size);
+  return result;
+}
+
+}  // namespace
+
+BagFile::BagFile(std::string path, Compression compression)
+    : path_(std::move(path)),
+      compression_(compression),
+      descriptor_(open(activePath().c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666)) {
+  if (descriptor_ < 0) fail("cannot be created");
+  const std::string header = bagHeader(0, 0, 0);
+  try {
+    reserve(header.size());
+    writeAt(0, header);
+  } catch (const RecordingError&) {
+    ::close(descriptor_);
+    unlink(activePath().c_str());
+    throw;
+  }
+  position_ = header.size();
+}
+
+BagFile::~BagFile() { ::close(descriptor_); }
+
+void BagFile::write(const Message& message) {
+  if (chunk_.size() >= kChunkBytes) flush();
+  const std::uint32_t id = connectionId(message.connection);
+  entries_[id].push_back({message.time, static_cast<std::uint32_t>(chunk_.size())});
+  append(chunk_, {{"op", {kMessage}}, {"conn", packed(id)}, {"time", packed(message.time)}},
+         reinterpret_cast<const char*>(message.content->bytes.data()), message.size());
+}
+
+std::uint32_t BagFile::connectionId(const ConnectionPtr& connection) {
+  const auto [place, is_new] = ids_.try_emplace(connection, ids_.size());
+  if (is_new) {
+    const Fields header(connection->header.begin(), connection->header.end());
+    connection_records_.push_back(record(
+        {{"op", {kConnection}}, {"conn", packed(place->second)}, {"topic", connection->topic}},
+        packedHeader(header)));
+    chunk_ += connection_records_.back();
+    connection_bytes_ += connection_records_.back().size();
+  }
+  return place->second;
+}
+
+void BagFile::flush() { writeChunk(kSpareBytes); }
+
+void BagFile::writeChunk(std::uint64_t spare_bytes) {
+  if (chunk_.empty()) return;
+  const std::string info = chunkInfo();
+  try {
+    const std::string bytes = chunkRecord() + chunkIndex();
+    reserve(bytes.size() + connection_bytes_ + chunk_infos_.size() + info.size() + spare_bytes);
+    writeAt(position_, bytes);
+    position_ += bytes.size();
+  } catch (const RecordingError&) {
+    discard();
+    throw;
+  }
+  chunk_infos_ += info;
+  ++chunk_count_;
+  chunk_.clear();
+  entries_.clear();
+  if (position_ - flushed_ >= kWriteBackBytes) {
+    // A disk that is kept busy all the time never makes the writer wait for all of it at once.
+    sync_file_range(descriptor_, flushed_, position_ - flushed_, SYNC_FILE_RANGE_WRITE);
+    flushed_ = position_;
+  }
+}
+
+std::string BagFile::chunkRecord() const {
+  const bool is_lz4 = compression_ == Compression::kLz4;
+  const Fields fields = {{"op", {kChunk}},
+                         {"compression", is_lz4 ? "lz4" : "none"},
+                         {"size", packed(static_cast<std::uint32_t>(chunk_.size()))}};
+  return record(fields, is_lz4 ? compressed(chunk_, path_) : chunk_);
+}
+
+std::string BagFile::chunkIndex() const {
+  std::string index;
+  for (const auto& [id, entries] : entries_) {
+    std::string data;
+    for (const Entry& entry : entries) data += packed(entry.time) + packed(entry.offset);
+    index += record({{"op", {kIndex}},
+                     {"ver", packed(std::uint32_t{1})},
+                     {"conn", packed(id)},
+                     {"count", packed(static_cast<std::uint32_t>(entries.size()))}},
+                    data);
+  }
+  return index;
+}
+
+std::string BagFile::chunkInfo() const {
+  std::string counts;
+  ros::Time begin = ros::TIME_MAX, end = ros::TIME_MIN;
+  for (const auto& [id, entries] : entries_) {
+    counts += packed(id) + packed(static_cast<std::uint32_t>(entries.size()));
+    for (const Entry& entry : entries) {
+      begin = std::min(begin, entry.time);
+      end = std::max(end, entry.time);
+    }
+  }
+  return record({{"op", {kChunkInfo}},
+                 {"ver", packed(std::uint32_t{1})},
+                 {"chunk_pos", packed(position_)},
+                 {"start_time", packed(begin)},
+                 {"end_time", packed(end)},
+                 {"count", packed(static_cast<std::uint32_t>(entries_.size()))}},
+                counts);
+}
+
+std::string BagFile::finish() {
+  std::string problem;
+  try {
+    writeChunk(0);
+  } catch (const RecordingError& error) {
+    problem = error.what();  // what was written before becomes a bag all the same
+  }
+  std::string index;
+  for (const std::string& connection : connection_records_) index += connection;
+  index += chunk_infos_;
+  writeAt(position_, index);
+  if (ftruncate(descriptor_, position_ + index.size()) != 0) fail("cannot be finished");
+  writeAt(0, bagHeader(position_, connection_records_.size(), chunk_count_));
+  if (isRemoved()) rescue();
+  rename();
+  // The bag is whole for every program from here on; this is for a power cut.
+  if (fsync(descriptor_) != 0) fail("cannot be written to the disk");
+  return problem;
+}
+
+/// Makes sure that so many bytes behind the written ones can be written, where the file system can.
+void BagFile::reserve(std::uint64_t bytes) {
+  while (fallocate(descriptor_, FALLOC_FL_KEEP_SIZE, position_, bytes) != 0) {
+    if (errno == EOPNOTSUPP || errno == ENOSYS) return;
+    if (errno != EINTR) fail("cannot be written");
+  }
+}
+
+void BagFile::discard() {
+  for (const auto& [connection, id] : ids_) {
+    const auto entries = entries_.find(id);
+    if (entries != entries_.end()) discarded_[connection->topic] += entries->second.size();
+  }
+  chunk_.clear();
+  entries_.clear();
+  // Where nothing could be reserved, the chunk may stand there in part.
+  if (ftruncate(descriptor_, position_) != 0) fail("cannot be cut to its whole chunks");
+}
+
+void BagFile::writeAt(std::uint64_t position, const std::string& bytes) {
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t count =
+        pwrite(descriptor_, bytes.data() + done, bytes.size() - done, position + done);
+    if (count < 0 && errno != EINTR) fail("cannot be written");
+    done += std::max<ssize_t>(count, 0);
+  }
+}
+
+bool BagFile::isRemoved() const {
+  struct stat here {};
+  struct stat there {};
+  return fstat(descriptor_, &here) != 0 || stat(activePath().c_str(), &there) != 0 ||
+         here.st_ino != there.st_ino || here.st_dev != there.st_dev;
+}
+
+/// Copies the file, which lives on without a name while it is open, to where it was.
+void BagFile::rescue() {
+  createFolder(std::filesystem::path(path_).parent_path());
+  const int copy = open(activePath().c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (copy < 0) fail("was removed while it was written, and cannot be created again");
+  const int original = descriptor_;
+  descriptor_ = copy;
+  std::string buffer(kChunkBytes, '\0');
+  std::uint64_t position = 0;
+  ssize_t count;
+  while ((count = pread(original, buffer.data(), buffer.size(), position)) > 0) {
+    writeAt(position, buffer.substr(0, count));
+    position += count;
+  }
+  ::close(original);
+  if (count < 0) fail("was removed while it was written, and cannot be read any more");
+}
+
+void BagFile::rename() {
+  const std::string wanted = path_;
+  const std::string active = activePath();
+  for (unsigned i = 2; link(active.c_str(), path_.c_str()) != 0; ++i) {
+    if (errno == EPERM || errno == EOPNOTSUPP || errno == ENOSYS) {  // no hard links there
+      if (access(path_.c_str(), F_OK) != 0) {
+        if (std::rename(active.c_str(), path_.c_str()) != 0) fail("cannot be renamed");
+        return;
+      }
+    } else if (errno != EEXIST) {
+      fail("cannot be renamed");
+    }
+    path_ = wanted.substr(0, wanted.size() - 4) + "-" + std::to_string(i) + ".bag";
+  }
+  unlink(active.c_str());
+}
+
+void BagFile::fail(const std::string& what) const {
+  const int number = errno;
+  const bool is_full = number == ENOSPC || number == EDQUOT || number == EFBIG;
+  throw RecordingError(path_ + " " + what + ": " + std::strerror(number) +
+                       (is_full ? "; make room or choose another folder"
+                                : "; check the folder and its permissions"));
+}
+
+}  // namespace process_visualizer

@@ -1,0 +1,82 @@
+#include "process_visualizer/recorder/bag_name.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <ctime>
+#include <filesystem>
+
+#include "process_visualizer/recorder/bag_file.hpp"
+
+namespace process_visualizer {
+namespace {
+
+constexpr const char* kExtension = ".bag";
+
+std::string stemOf(const std::string& path) {
+  const std::string extension = kExtension;
+  const bool has_extension =
+      path.size() > extension.size() &&
+      path.compare(path.size() - extension.size(), std::string::npos, extension) == 0;
+  return has_extension ? path.substr(0, path.size() - extension.size()) : path;
+}
+
+void checkName(const std::string& name) {
+  const auto is_control = [](unsigned char c) { return std::iscntrl(c) != 0; };
+  if (name.find('/') != std::string::npos)
+    throw RecordingError("the name \"" + name +
+                         "\" has a slash in it: a folder is chosen apart from the name");
+  if (std::any_of(name.begin(), name.end(), is_control))
+    throw RecordingError("the name has a character that cannot be printed; choose another");
+  if (stemOf(name).empty() || name[0] == '.')
+    throw RecordingError("the name \"" + name + "\" begins with a dot; choose another");
+}
+
+bool isTaken(const std::string& path) {
+  namespace fs = std::filesystem;
+  std::error_code ignored;
+  const std::string first = partPath(path, 0);
+  for (const std::string& it : {path, path + ".active", first, first + ".active"})
+    if (fs::exists(fs::symlink_status(it, ignored))) return true;
+  return false;
+}
+
+std::string dateAndTime() {
+  const std::time_t now = std::time(nullptr);
+  std::tm local{};
+  localtime_r(&now, &local);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%d-%H-%M-%S", &local);
+  return text;
+}
+
+}  // namespace
+
+std::string newBagPath(const std::string& folder, const std::string& prefix,
+                       const std::string& name) {
+  if (!name.empty()) {
+    checkName(name);
+    const std::string path = folder + "/" + stemOf(name) + kExtension;
+    if (isTaken(path))
+      throw RecordingError(path + " exists already and is not overwritten; choose another name");
+    return path;
+  }
+  if (!prefix.empty()) checkName(prefix);
+  const std::string stem = folder + "/" + (prefix.empty() ? "" : prefix + "_") + dateAndTime();
+  std::string path = stem + kExtension;
+  for (unsigned i = 2; isTaken(path); ++i) path = stem + "-" + std::to_string(i) + kExtension;
+  return path;
+}
+
+std::string partPath(const std::string& path, unsigned part) {
+  return stemOf(path) + "_" + std::to_string(part) + kExtension;
+}
+
+void createFolder(const std::string& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error)
+    throw RecordingError(folder + ": the folder cannot be created: " + error.message() +
+                         "; choose another");
+}
+
+}  // namespace process_visualizer

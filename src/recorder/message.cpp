@@ -1,0 +1,30 @@
+#include "process_visualizer/recorder/message.hpp"
+
+#include <std_msgs/String.h>
+
+#include <boost/make_shared.hpp>
+
+namespace process_visualizer {
+
+ConnectionPtr textConnection(const std::string& topic, const std::string& node) {
+  using Text = std_msgs::String;
+  return std::make_shared<Connection>(
+      Connection{topic,
+                 {{"topic", topic},
+                  {"type", ros::message_traits::datatype<Text>()},
+                  {"md5sum", ros::message_traits::md5sum<Text>()},
+                  {"message_definition", ros::message_traits::definition<Text>()},
+                  {"callerid", node},
+                  {"latching", "1"}}});
+}
+
+Message textMessage(const ConnectionPtr& connection, const ros::Time& time,
+                    const std::string& text) {
+  const auto content = boost::make_shared<RawMessage>();
+  content->bytes.resize(sizeof(std::uint32_t) + text.size());
+  ros::serialization::OStream stream(content->bytes.data(), content->bytes.size());
+  stream.next(text);
+  return {connection, time, content};
+}
+
+}  // namespace process_visualizer

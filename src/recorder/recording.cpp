@@ -1,0 +1,220 @@
+#include "process_visualizer/recorder/recording.hpp"
+
+#include <sys/statvfs.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <utility>
+
+#include "process_visualizer/recorder/bag_name.hpp"
+
+namespace process_visualizer {
+namespace {
+
+// A chunk is not kept back for longer than this: it is all that a kill can cost.
+constexpr std::chrono::milliseconds kFlushPeriod(500);
+// Large messages leave this part of the queue to small ones: a slow disk costs images before it
+// costs a robot's positions.
+constexpr std::size_t kLargeBytes = 64 << 10;
+constexpr double kLargePart = 0.9;
+
+std::string folderOf(const std::string& path) {
+  return std::filesystem::path(path).parent_path().string();
+}
+
+}  // namespace
+
+std::uint64_t freeBytes(const std::string& folder) {
+  struct statvfs disk {};
+  if (statvfs(folder.c_str(), &disk) != 0)
+    throw RecordingError(folder + ": " + std::strerror(errno) + "; choose another folder");
+  return static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize;
+}
+
+Recording::Recording(RecordingOptions options, RecordingContents contents)
+    : options_(std::move(options)), contents_(std::move(contents)) {
+  const std::string folder = folderOf(options_.path);
+  status_.free_bytes = freeBytes(folder);
+  if (status_.free_bytes < options_.minimum_free_bytes)
+    throw RecordingError(folder + ": less than " +
+                         std::to_string(options_.minimum_free_bytes >> 20) +
+                         " MB are free; make room or choose another folder");
+  open(contents_.recent.empty() ? ros::Time::now() : contents_.recent.front().time);
+  thread_ = std::thread(&Recording::run, this);
+}
+
+Recording::~Recording() { stop(); }
+
+bool Recording::push(const Message& message) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const double limit = options_.queue_bytes * (message.size() > kLargeBytes ? kLargePart : 1.0);
+  if (isClosed() || queued_bytes_ + message.size() > limit) return false;
+  queued_bytes_ += message.size();
+  queue_.push_back(message);
+  if (queue_.size() == 1) changed_.notify_one();
+  return true;
+}
+
+void Recording::stop() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    closing_ = true;
+    changed_.notify_one();
+  }
+  if (thread_.joinable()) thread_.join();
+}
+
+RecordingStatus Recording::status() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return status_;
+}
+
+void Recording::run() {
+  try {
+    writeAll();
+  } catch (const RecordingError& error) {
+    setProblem(error.what());
+  }
+  countUnwritten();
+  try {
+    close();
+  } catch (const RecordingError& error) {
+    setProblem(error.what());
+  }
+  end();
+}
+
+void Recording::writeAll() {
+  for (;;) {
+    current_ = take();
+    if (current_)
+      write(*current_);
+    else if (isDone())
+      return;
+    current_.reset();
+    look();
+  }
+}
+
+/// The next message; nothing after a while without any.
+std::optional<Message> Recording::take() {
+  if (!contents_.recent.empty()) {
+    const Message message = contents_.recent.front();
+    contents_.recent.pop_front();
+    return message;
+  }
+  std::unique_lock<std::mutex> lock(mutex_);
+  changed_.wait_for(lock, kFlushPeriod, [this] { return isClosed() || !queue_.empty(); });
+  if (queue_.empty()) return std::nullopt;
+  const Message message = queue_.front();
+  queue_.pop_front();
+  queued_bytes_ -= message.size();
+  return message;
+}
+
+bool Recording::isDone() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return isClosed() && queue_.empty();
+}
+
+void Recording::write(const Message& message) {
+  if (isFull(message.time)) {
+    close();
+    open(message.time);
+  }
+  contents_.latched.add(message);
+  file_->write(message);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  status_.bytes = finished_bytes_ + file_->size();
+}
+
+bool Recording::isFull(const ros::Time& time) const {
+  return (options_.split_bytes > 0 && file_->size() >= options_.split_bytes) ||
+         (options_.split_duration > 0 && (time - file_begin_).toSec() >= options_.split_duration);
+}
+
+void Recording::open(const ros::Time& time) {
+  const bool is_split = options_.split_bytes > 0 || options_.split_duration > 0;
+  file_ = std::make_unique<BagFile>(is_split ? partPath(options_.path, part_++) : options_.path,
+                                    options_.compression);
+  file_begin_ = time;
+  for (const Message& message : contents_.latched.at(time)) file_->write(message);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  status_.files.push_back(file_->path());
+}
+
+void Recording::close() {
+  if (!file_) return;  // the last part was finished, and no new one could be begun
+  const std::unique_ptr<BagFile> file = std::move(file_);
+  std::string problem;
+  try {
+    std::map<std::string, std::uint64_t> unwritten = unwritten_;
+    for (const auto& [topic, count] : file->discarded()) unwritten[topic] += count;
+    file->write(contents_.account(clock_watch_.jumps(), unwritten));
+    problem = file->finish();
+  } catch (const RecordingError& error) {
+    problem = std::string(error.what()) + "; " + file->path() +
+              ".active holds what was written before, `rosrun process_visualizer cell reindex "
+              "FILE` makes a bag of it";
+  }
+  for (const auto& [topic, count] : file->discarded()) unwritten_[topic] += count;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    finished_bytes_ += file->size();
+    status_.files.back() = file->path();
+  }
+  if (!problem.empty()) throw RecordingError(problem);
+}
+
+/// What has to be done every half second, however many messages there are. A problem that is set
+/// here keeps new messages away; those that have arrived are written.
+void Recording::look() {
+  const auto now = std::chrono::steady_clock::now();
+  if (now - last_look_ < kFlushPeriod) return;
+  last_look_ = now;
+  file_->flush();
+  clock_watch_.look();
+  if (file_->isRemoved())
+    setProblem(file_->path() +
+               ".active was removed or moved while it was written: the "
+               "recording was stopped, and the bag written again");
+  const std::uint64_t free = freeBytes(folderOf(options_.path));
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    status_.free_bytes = free;
+    status_.clock_jumps = clock_watch_.jumps();
+  }
+  if (free < options_.minimum_free_bytes)
+    setProblem("the recording was stopped, because less than " +
+               std::to_string(options_.minimum_free_bytes >> 20) + " MB are free in " +
+               folderOf(options_.path) + "; the bag is complete until then");
+}
+
+void Recording::setProblem(const std::string& problem) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (status_.problem.empty()) status_.problem = problem;
+}
+
+void Recording::countUnwritten() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (current_) ++unwritten_[current_->topic()];
+  for (const Message& message : contents_.recent) ++unwritten_[message.topic()];
+  for (const Message& message : queue_) ++unwritten_[message.topic()];
+  queue_.clear();
+}
+
+/// Whether no more messages are taken; the mutex has to be locked.
+bool Recording::isClosed() const { return closing_ || !status_.problem.empty(); }
+
+/// Tells the owner, if it was not the owner who ended the recording.
+void Recording::end() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    status_.ended = true;
+    if (closing_) return;
+  }
+  contents_.on_end();
+}
+
+}  // namespace process_visualizer

@@ -1,0 +1,131 @@
+#include "process_visualizer/recorder/subscriptions.hpp"
+
+#include <boost/make_shared.hpp>
+#include <chrono>
+#include <future>
+#include <thread>
+#include <utility>
+
+namespace process_visualizer {
+namespace {
+
+constexpr unsigned kUnlimited = 0;  // for roscpp's queue: the recorder's own one is bounded
+constexpr std::chrono::milliseconds kPeriod(20);
+
+/// A function in a queue of callbacks.
+class Call : public ros::CallbackInterface {
+ public:
+  explicit Call(std::function<void()> function) : function_(std::move(function)) {}
+  CallResult call() override {
+    function_();
+    return Success;
+  }
+
+ private:
+  std::function<void()> function_;
+};
+
+}  // namespace
+
+Subscriptions::Subscriptions(std::function<void(const Message&)> receive)
+    : receive_(std::move(receive)), spinner_(1, &queue_) {
+  node_.setCallbackQueue(&queue_);
+  spinner_.start();
+}
+
+Subscriptions::~Subscriptions() {
+  choose({});
+  spinner_.stop();
+}
+
+void Subscriptions::choose(const std::set<std::string>& topics) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (auto it = subscribers_.begin(); it != subscribers_.end();)
+    it = topics.count(it->first) != 0 ? std::next(it) : subscribers_.erase(it);
+  for (const std::string& topic : topics)
+    if (subscribers_.count(topic) == 0) subscribe(topic);
+}
+
+std::set<std::string> Subscriptions::topics() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  std::set<std::string> topics;
+  for (const auto& [topic, subscriber] : subscribers_) topics.insert(topic);
+  return topics;
+}
+
+std::map<std::string, unsigned> Subscriptions::publisherCounts() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  std::map<std::string, unsigned> counts;
+  for (const auto& [topic, subscriber] : subscribers_)
+    counts[topic] = subscriber.getNumPublishers();
+  return counts;
+}
+
+std::vector<std::string> Subscriptions::waitUntilConnected(double timeout_s) {
+  using Clock = std::chrono::steady_clock;
+  const auto deadline = Clock::now() + std::chrono::duration<double>(timeout_s);
+  for (;;) {
+    const std::chrono::duration<double> left = deadline - Clock::now();
+    const auto publishers = publishersAtMaster();
+    if (!publishers) return {"the ROS master does not answer"};
+    auto unconnected = unconnectedPublishers(*publishers, topics(), left.count());
+    if (unconnected.empty() || Clock::now() >= deadline) return unconnected;
+    std::this_thread::sleep_for(kPeriod);  // other programs cannot be waited for
+  }
+}
+
+void Subscriptions::runAfterArrived(const std::function<void()>& function) {
+  std::promise<void> done;
+  queue_.addCallback(boost::make_shared<Call>([&] {
+    function();
+    done.set_value();
+  }));
+  done.get_future().wait();
+}
+
+std::vector<std::string> Subscriptions::followChangedTypes(const Publishers& publishers) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  std::set<std::string> unconnected;
+  for (const auto& [topic, subscriber] : subscribers_)
+    if (publishers.count(topic) != 0 && subscriber.getNumPublishers() == 0)
+      unconnected.insert(topic);
+  std::vector<std::string> anew;
+  for (const std::string& topic : unconnected) {
+    if (unconnected_.count(topic) == 0) continue;  // it may still be connecting
+    subscribers_.erase(topic);
+    subscribe(topic);
+    anew.push_back(topic);
+  }
+  unconnected_ = std::move(unconnected);
+  return anew;
+}
+
+void Subscriptions::subscribe(const std::string& topic) {
+  using Event = ros::MessageEvent<RawMessage const>;
+  ros::SubscribeOptions options;
+  options.topic = topic;
+  options.queue_size = kUnlimited;
+  options.md5sum = ros::message_traits::md5sum<RawMessage>();
+  options.datatype = ros::message_traits::datatype<RawMessage>();
+  options.transport_hints = ros::TransportHints().tcpNoDelay();
+  options.helper = boost::make_shared<ros::SubscriptionCallbackHelperT<const Event&>>(
+      [this, topic](const Event& event) { take(topic, event); });
+  subscribers_[topic] = node_.subscribe(options);
+}
+
+void Subscriptions::take(const std::string& topic,
+                         const ros::MessageEvent<RawMessage const>& event) {
+  receive_({connectionOf(topic, event.getConnectionHeaderPtr()), event.getReceiptTime(),
+            event.getConstMessage()});
+}
+
+ConnectionPtr Subscriptions::connectionOf(const std::string& topic,
+                                          const boost::shared_ptr<ros::M_string>& header) {
+  ConnectionPtr& connection = connections_[{topic, header}];
+  if (!connection) {
+    connection = std::make_shared<Connection>(Connection{topic, {header->begin(), header->end()}});
+  }
+  return connection;
+}
+
+}  // namespace process_visualizer

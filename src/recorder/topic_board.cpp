@@ -1,0 +1,67 @@
+#include "process_visualizer/recorder/topic_board.hpp"
+
+namespace process_visualizer {
+
+void TopicBoard::begin() {
+  is_counting_ = true;
+  statistics_.clear();
+}
+
+void TopicBoard::add(const Message& message, bool is_recorded) {
+  Arrival& arrival = arrivals_[message.topic()];
+  ++arrival.count;
+  arrival.type = message.connection->field("type");
+  arrival.last = message.time;
+  bytes_ += message.size();
+  if (!is_counting_) return;
+  TopicStatistics& statistics = statistics_[message.topic()];
+  statistics.add(message);
+  if (!is_recorded) statistics.addDropped(1);
+}
+
+void TopicBoard::addDropped(const std::map<std::string, std::uint64_t>& counts) {
+  for (const auto& [topic, count] : counts) statistics_[topic].addDropped(count);
+}
+
+void TopicBoard::measureRates() {
+  const auto now = std::chrono::steady_clock::now();
+  const double period = std::chrono::duration<double>(now - measured_).count();
+  measured_ = now;
+  byte_rate_ = bytes_ / period;
+  bytes_ = 0;
+  for (auto& [topic, arrival] : arrivals_) {
+    arrival.rate = (arrival.count - arrival.counted) / period;
+    arrival.counted = arrival.count;
+  }
+}
+
+std::vector<TopicRecord> TopicBoard::records(const std::set<std::string>& topics) const {
+  std::vector<TopicRecord> records;
+  const ros::Time now = ros::Time::now();
+  for (const std::string& topic : topics) {
+    TopicRecord record;
+    record.name = topic;
+    record.silence = -1;
+    const auto arrival = arrivals_.find(topic);
+    if (arrival != arrivals_.end()) {
+      record.type = arrival->second.type;
+      record.rate = arrival->second.rate;
+      record.silence = (now - arrival->second.last).toSec();
+    }
+    const auto found = statistics_.find(topic);
+    if (found != statistics_.end()) {
+      const TopicStatistics& statistics = found->second;
+      record.messages = statistics.messages();
+      record.bytes = statistics.bytes();
+      record.dropped = statistics.dropped();
+      record.lost = statistics.lost();
+      record.gaps = statistics.gaps();
+      record.largest_gap = statistics.largestGap();
+      record.largest_gap_time = statistics.largestGapTime();
+    }
+    records.push_back(record);
+  }
+  return records;
+}
+
+}  // namespace process_visualizer

@@ -1,0 +1,72 @@
+#include "process_visualizer/recorder/topic_statistics.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <sstream>
+
+namespace process_visualizer {
+namespace {
+
+constexpr double kGapFactor = 3.0;
+constexpr std::size_t kLeastIntervals = 8;  ///< before that it is not known what is usual
+
+}  // namespace
+
+void TopicStatistics::add(const Message& message) {
+  ++received_;
+  bytes_ += message.size();
+  type = message.connection->field("type");
+  const bool is_numbered = takeSequence(message);
+  if (!last_time_.isZero()) takeInterval((message.time - last_time_).toSec(), !is_numbered);
+  last_time_ = message.time;
+}
+
+/// Returns whether the number shows what is missing: it grew since the publisher's last message.
+bool TopicStatistics::takeSequence(const Message& message) {
+  const auto [place, is_new] = publishers_.try_emplace(message.connection);
+  Publisher& publisher = place->second;
+  if (is_new)
+    publisher.has_header = beginsWithHeader(message.connection->field("message_definition"));
+  if (!publisher.has_header || message.size() < sizeof(std::uint32_t)) return false;
+  std::uint32_t sequence;
+  std::memcpy(&sequence, message.content->bytes.data(), sizeof sequence);
+  const bool grew = publisher.sequence && sequence > *publisher.sequence;
+  if (grew && sequence - *publisher.sequence > 1) {
+    lost_ += sequence - *publisher.sequence - 1;
+    ++gaps_;
+  }
+  publisher.sequence = sequence;
+  return grew;
+}
+
+void TopicStatistics::takeInterval(double interval, bool may_be_gap) {
+  if (interval > largest_gap_) {
+    largest_gap_ = interval;
+    largest_gap_time_ = last_time_;
+  }
+  if (may_be_gap && interval_count_ >= kLeastIntervals && interval > kGapFactor * usualInterval())
+    ++gaps_;
+  intervals_[interval_count_++ % kIntervals] = interval;
+}
+
+double TopicStatistics::usualInterval() const {
+  auto sorted = intervals_;
+  const auto end = sorted.begin() + std::min(interval_count_, kIntervals);
+  const auto middle = sorted.begin() + (end - sorted.begin()) / 2;
+  std::nth_element(sorted.begin(), middle, end);
+  return *middle;
+}
+
+bool beginsWithHeader(const std::string& definition) {
+  std::istringstream lines(definition);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line.substr(0, line.find('#')));
+    std::string type;
+    if (!(words >> type)) continue;
+    const bool is_constant = line.find('=') < line.find('#');
+    if (!is_constant) return type == "Header" || type == "std_msgs/Header";
+  }
+  return false;
+}
+
+}  // namespace process_visualizer
