@@ -1,0 +1,64 @@
+"""A terminal with a process in it, typed at and read by a test."""
+import fcntl
+import os
+import pty
+import select
+import subprocess
+import termios
+import time
+
+DEADLINE_S = 20.0
+
+
+class TerminalSession:
+    """Starts a command as the leader of a new session with a terminal of its own."""
+
+    def __init__(self, command, environment):
+        self.master, terminal = pty.openpty()
+        self._begun = termios.tcgetattr(self.master)
+        self._unread = b''
+        try:
+            self.process = subprocess.Popen(
+                command, stdin=terminal, stdout=terminal, stderr=terminal, env=environment,
+                start_new_session=True,
+                preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0))
+        finally:
+            os.close(terminal)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.kill()
+        self.process.wait()
+        self.hang_up()
+
+    def hang_up(self):
+        """Close the terminal, which ends what still runs in its foreground."""
+        if self.master >= 0:
+            os.close(self.master)
+        self.master = -1
+
+    def type(self, data):
+        os.write(self.master, data)
+
+    def expect(self, text):
+        """Read up to a text; returns what came before it."""
+        deadline = time.monotonic() + DEADLINE_S
+        while text not in self._unread:
+            remaining = deadline - time.monotonic()
+            ready = select.select([self.master], [], [], max(remaining, 0.0))[0]
+            assert ready, f'{text!r} did not come, but {self._unread!r}'
+            try:
+                self._unread += os.read(self.master, 4096)
+            except OSError:
+                raise AssertionError(f'ended before {text!r} came: {self._unread!r}') from None
+        before, _, self._unread = self._unread.partition(text)
+        return before
+
+    def is_restored(self):
+        """Tell whether lines are edited and echoed, and all else is as in the beginning."""
+        return termios.tcgetattr(self.master) == self._begun
+
+    def wait(self):
+        return self.process.wait(DEADLINE_S)
