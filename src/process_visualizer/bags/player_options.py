@@ -4,7 +4,7 @@ from __future__ import annotations
 import argparse
 import re
 from dataclasses import dataclass
-from typing import Any, Callable, Dict, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
 from process_visualizer.bags.player_keys import KEY_HELP
 from process_visualizer.bags.timeline import CommandRefused, checked_rate
@@ -18,6 +18,7 @@ _REMAP = re.compile(r'(?P<source>[/A-Za-z][A-Za-z0-9_/]*):=(?P<target>.*)\Z', re
 _NOT_OFFERED = {
     '--immediate': 'choose a rate up to 16, such as -r 16',
     '--try-future-version': 'bags of version 2.0 are read',
+    '--skip-empty': 'pass what is empty with the arrow keys or the service ~seek',
     '--pause-topics': 'pause with the space key or the service ~pause',
     '--rate-control-topic': 'change the rate with the keys [ and ] or the service ~set_rate',
     '--rate-control-max-delay': 'change the rate with the keys [ and ] or the service ~set_rate',
@@ -37,7 +38,6 @@ class PlayerOptions:
     delay_s: float  # from advertising to playing
     wait_for_subscribers: bool
     keep_alive: bool
-    skip_empty_s: Optional[float]  # None: skip nothing
     topics: Tuple[str, ...]  # names or patterns; none: all
     exclude: Tuple[str, ...]
     prefix: str  # '' or a global name
@@ -67,8 +67,7 @@ def parse_options(arguments: Sequence[str]) -> PlayerOptions:
         files=tuple(files), rate=values.rate, start_s=values.start, duration_s=values.duration,
         loop=values.loop, paused=values.pause, delay_s=values.delay,
         wait_for_subscribers=values.wait_for_subscribers, keep_alive=values.keep_alive,
-        skip_empty_s=values.skip_empty, topics=tuple(values.topics),
-        exclude=tuple(values.exclude), prefix=values.prefix,
+        topics=tuple(values.topics), exclude=tuple(values.exclude), prefix=values.prefix,
         recorded_stamps=stamps == 'recorded', clock=values.clock, clock_hz=values.hz,
         queue_size=values.queue, quiet=values.quiet, reindex=values.reindex)
 
@@ -86,6 +85,11 @@ def topic_remaps(arguments: Sequence[str], namespace: str = '/') -> Dict[str, st
     return {resolved_name(it.group('source'), namespace): resolved_name(it.group('target'),
                                                                         namespace)
             for it in found}
+
+
+def without_topic_remaps(arguments: Sequence[str]) -> List[str]:
+    """Return a raw command line for rospy, which would remap the names of TopicChoice again."""
+    return [it for it in arguments if not _REMAP.match(it)]
 
 
 class _NotOffered(argparse.Action):
@@ -132,8 +136,6 @@ def _add_playing(parser: argparse.ArgumentParser) -> None:
                        help='wait for a subscriber of every topic before playing')
     group.add_argument('-k', '--keep-alive', action='store_true',
                        help='stay at the end instead of exiting')
-    group.add_argument('--skip-empty', metavar='SEC', type=_positive_seconds,
-                       help='skip parts longer than SEC seconds without a message')
 
 
 def _add_choice(parser: argparse.ArgumentParser) -> None:

@@ -3,7 +3,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.bags.player_options import PlayerOptions, parse_options, topic_remaps
+from process_visualizer.bags.player_options import (
+    PlayerOptions,
+    parse_options,
+    topic_remaps,
+    without_topic_remaps,
+)
 
 BAG = 'some.bag'
 SECONDS = st.floats(0.001, 1e6).map(lambda value: round(value, 3))
@@ -22,8 +27,8 @@ def refused(capsys, *arguments):
 def test_defaults_are_those_of_rosbag_play():
     assert parse_options([BAG]) == PlayerOptions(
         files=(BAG,), rate=1.0, start_s=None, duration_s=None, loop=False, paused=False,
-        delay_s=0.2, wait_for_subscribers=False, keep_alive=False, skip_empty_s=None, topics=(),
-        exclude=(), prefix='', recorded_stamps=False, clock=False, clock_hz=100.0,
+        delay_s=0.2, wait_for_subscribers=False, keep_alive=False, topics=(), exclude=(), prefix='',
+        recorded_stamps=False, clock=False, clock_hz=100.0,
         queue_size=100, quiet=False, reindex=False)
 
 
@@ -38,7 +43,6 @@ def test_defaults_are_those_of_rosbag_play():
     ('-d 0', 'delay_s', 0.0), ('--delay 2', 'delay_s', 2.0),
     ('--wait-for-subscribers', 'wait_for_subscribers', True),
     ('-k', 'keep_alive', True), ('--keep-alive', 'keep_alive', True),
-    ('--skip-empty 2', 'skip_empty_s', 2.0),
     ('--topics /a b/*', 'topics', ('/a', 'b/*')),
     ('--topics /a --topics /b', 'topics', ('/a', '/b')),
     ('--exclude /a', 'exclude', ('/a',)),
@@ -86,7 +90,7 @@ def test_numbers_are_taken_exactly(rate, backwards, start_s, duration_s):
     ('-s -1', 'argument -s/--start: must be from 0 to 1000000000 s, not -1'),
     ('-s 1e10', 'must be from 0 to'), ('-s nan', 'finite'), ('-s x', 'not a number'),
     ('-u 0', 'argument -u/--duration: must be more than 0'), ('-u -2', 'must be more than 0'),
-    ('-d -1', 'must be from 0 to'), ('--skip-empty 0', 'must be more than 0'),
+    ('-d -1', 'must be from 0 to'), ('--skip-empty 2', 'not offered: pass what is empty'),
     ('--hz 0', 'must be from 1 to 1000 Hz, not 0'), ('--hz 5000', 'must be from 1 to 1000 Hz'),
     ('--queue 0', 'must be a whole number from 1'), ('--queue 1.5', 'must be a whole number'),
     ('--queue -1', 'must be a whole number'), ('--queue 1e300', 'must be a whole number'),
@@ -126,6 +130,9 @@ def test_topic_remaps():
     assert topic_remaps(arguments) == {'/tf': '/older/tf', '/image': '/depth'}
     assert topic_remaps(arguments, '/cell/') == {'/tf': '/older/tf', '/cell/image': '/cell/depth'}
     assert topic_remaps([]) == {}
+    assert without_topic_remaps(arguments) == [
+        '/opt/bag_player', 'a.bag', '__name:=player', '_rate:=2', '~state:=/state', '__ns:=/x',
+        '-r', '2']
 
 
 @pytest.mark.parametrize('remap', ['/tf:=', '/tf:=a b', '/tf:=~a', 'tf:=/a:=/b', '/:=/a'])
