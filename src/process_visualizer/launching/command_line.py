@@ -1,4 +1,4 @@
-"""The command ``cell``: check, show, generate and run a configuration without a window."""
+"""The command ``cell``: what the window does with configurations and bags, without a window."""
 from __future__ import annotations
 
 import argparse
@@ -7,6 +7,7 @@ import re
 import sys
 from typing import Dict, List, Optional, Sequence
 
+from process_visualizer.bags.bag_errors import BagError
 from process_visualizer.cell.environment import check_environment
 from process_visualizer.cell.errors import ConfigurationError, Problem, ProblemList
 from process_visualizer.cell.model import Cell, Mode
@@ -16,16 +17,20 @@ from process_visualizer.generate.drivers import inspect_launch_files
 from process_visualizer.generate.generator import generate
 from process_visualizer.generate.plan import Plan, PlanError, write_plan
 from process_visualizer.generate.robot_description import describe_devices
+from process_visualizer.launching.bag_commands import add_bag_commands, execute_bag_command
 from process_visualizer.launching.overview import overview
+from process_visualizer.launching.record_command import add_record_options, record
 from process_visualizer.launching.run_command import run_plan
 
-_DESCRIPTION = 'Checks, shows, generates or runs the robot cell of a configuration file.'
+_DESCRIPTION = ('Checks, shows, generates, runs or records the robot cell of a configuration file; '
+                'reports on recordings.')
 _NAMED_VALUE = re.compile('[A-Za-z]\\w*:=')
 _COMMANDS = {
     'check': 'report every problem of the configuration; exit code 1 if there is one',
     'show': 'list devices, nodes and topics',
     'generate': 'write the launch file, the RViz file and the models',
     'run': 'generate, start everything, and stop all of it on Ctrl-C',
+    'record': "record the devices' topics until Ctrl-C, then report",
 }
 
 
@@ -33,14 +38,17 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the command; returns its exit code."""
     words = list(sys.argv[1:] if arguments is None else arguments)
     options = _parser().parse_args([word for word in words if not _NAMED_VALUE.match(word)])
-    options.args += filter(_NAMED_VALUE.match, words)  # argparse takes them in one place only
+    named = list(filter(_NAMED_VALUE.match, words))  # argparse takes them in one place only
     try:
+        if hasattr(options, 'bag_command'):
+            return execute_bag_command(options)
+        options.args += named
         return _execute(options)
     except ConfigurationError as error:
         for problem in error.problems:
             print(problem, file=sys.stderr)
         return 1
-    except (PlanError, ValueError, OSError) as error:
+    except (BagError, PlanError, ValueError, OSError) as error:
         print(f'cell: {error}', file=sys.stderr)
         return 1
 
@@ -57,6 +65,9 @@ def _parser() -> argparse.ArgumentParser:
             command.add_argument('--devices', metavar='A,B', help='the devices; all without it')
         if name in ('generate', 'run'):
             _add_run_options(command)
+        if name == 'record':
+            add_record_options(command)
+    add_bag_commands(commands)
     return parser
 
 
@@ -71,6 +82,9 @@ def _execute(options: argparse.Namespace) -> int:
     cell = XmlParser(_named_values(options.args)).parse(options.config)
     if options.command == 'check':
         return _check(cell)
+    if options.command == 'record':
+        return record(cell, choose_devices(cell, _names(options.devices)), options,
+                      _named_values(options.args))
     if options.command == 'show':
         print(overview(cell, choose_devices(cell, _names(options.devices))))
         return 0

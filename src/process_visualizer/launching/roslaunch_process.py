@@ -25,7 +25,7 @@ class RoslaunchProcess:
         command = ['roslaunch', '--no-summary', '--disable-title', '--skip-log-check', *arguments]
         self._run_id = run_id
         self._process = subprocess.Popen(
-            _dying_with_parent() + command, env=environment, stdin=subprocess.DEVNULL,
+            dying_with_parent() + command, env=environment, stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True, text=True,
             errors='replace')
 
@@ -64,7 +64,7 @@ class RoslaunchProcess:
         return True
 
 
-def _dying_with_parent() -> List[str]:
+def dying_with_parent() -> List[str]:
     """The command that makes the kernel interrupt a process when its parent dies, if there is."""
     setpriv = shutil.which('setpriv')
     return [setpriv, '--pdeathsig', 'INT', '--'] if setpriv else []

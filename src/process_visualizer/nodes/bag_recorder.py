@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass
-from typing import Callable, Optional, Tuple
+from typing import Any, Callable, Optional, Tuple
 
 import rosgraph
 import rospy
@@ -122,7 +122,7 @@ class BagRecorder:
         """
         self._call('mark', Mark, label)
 
-    def _call(self, name: str, service: type, *request: object) -> 'object':
+    def _call(self, name: str, service: type, *request: object) -> Any:
         try:
             answer = rospy.ServiceProxy(f'{self._node}/{name}', service)(*request)
         except (rospy.ServiceException, rosgraph.MasterException, OSError) as error:

@@ -1,0 +1,76 @@
+"""Labelled moments of a recording: those in the bag, and those added afterwards beside it."""
+from __future__ import annotations
+
+import json
+import os
+from typing import List, NamedTuple, Sequence
+
+from process_visualizer.bags.bag_errors import BagError
+from process_visualizer.bags.recorder_topics import MARKS, texts
+from process_visualizer.bags.recording import Recording
+
+
+class Mark(NamedTuple):
+    """A labelled moment [ns since the epoch]."""
+
+    time_ns: int
+    label: str
+
+
+def marks_path(bag: str) -> str:
+    """Return the file beside a bag that holds the marks added afterwards."""
+    return f'{bag}.marks.json'
+
+
+def read_marks(recording: Recording) -> List[Mark]:
+    """Return all marks of a recording in the order of time.
+
+    Raises:
+        BagError: a file of marks beside a bag is not one.
+    """
+    marks = [Mark(*text) for text in texts(recording, MARKS)]
+    for path in recording.paths:
+        marks += added_marks(path)
+    return sorted(marks)
+
+
+def added_marks(bag: str) -> List[Mark]:
+    """Return the marks in the file beside a bag; an empty list if there is none.
+
+    Raises:
+        BagError: the file is not one of marks.
+    """
+    path = marks_path(bag)
+    if not os.path.exists(path):
+        return []
+    try:
+        with open(path, encoding='utf-8') as file:
+            return [Mark(int(mark['time_ns']), str(mark['label'])) for mark in json.load(file)]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise BagError(path, f'cannot be read as marks ({error}); mend or remove it') from error
+
+
+def add_mark(bag: str, mark: Mark) -> None:
+    """Add a mark to the file beside a bag; the bag itself is not touched.
+
+    Raises:
+        BagError: the file cannot be read or written; then it is as it was.
+    """
+    write_added_marks(bag, [*added_marks(bag), mark])
+
+
+def write_added_marks(bag: str, marks: Sequence[Mark]) -> None:
+    """Replace the marks in the file beside a bag, all at once.
+
+    Raises:
+        BagError: the file cannot be written; then it is as it was.
+    """
+    path = marks_path(bag)
+    unfinished = f'{path}.unfinished'
+    try:
+        with open(unfinished, 'w', encoding='utf-8') as file:
+            json.dump([mark._asdict() for mark in sorted(marks)], file, indent=1,
+                      ensure_ascii=False)
+        os.replace(unfinished, path)
+    except OSError as error:
+        raise BagError(path, f'cannot be written: {error.strerror}') from error

@@ -1,0 +1,102 @@
+"""A report as text for people and as JSON for programs."""
+from __future__ import annotations
+
+import json
+import time
+from typing import List
+
+from process_visualizer.bags.report import Report, TopicReport
+from process_visualizer.bags.report_streams import StreamGap
+
+_MOST_GAPS = 10
+
+
+def verdict(report: Report) -> str:
+    """Return in one line whether the recording is complete, else how much is missing."""
+    if report.is_complete:
+        return 'complete' if report.has_account else \
+            'complete as far as the bag tells (its recorder left no account of dropped messages)'
+    parts = []
+    gaps = sum(len(topic.gaps) for topic in report.topics)
+    if gaps:
+        topics = ', '.join(topic.topic for topic in report.topics if topic.gaps)
+        parts.append(f'{gaps} gap{"s" if gaps > 1 else ""} in {topics}')
+    dropped = sum(topic.dropped or 0 for topic in report.topics)
+    if dropped:
+        parts.append(f'{dropped} dropped by the recorder')
+    if report.unreadable:
+        parts.append('a part of the file cannot be read')
+    return 'not complete: ' + '; '.join(parts)
+
+
+def as_text(report: Report) -> str:
+    """Return the report as lines of text; times count from the recording's begin."""
+    duration_s = (report.end_ns - report.begin_ns) / 1e9
+    begin = time.strftime('%Y-%m-%d %H:%M:%S', time.localtime(report.begin_ns / 1e9))
+    lines = [*report.files, f'begin {begin}, duration {duration_s:.1f} s', '', *_table(report), '']
+    for topic in report.topics:
+        lines += _gap_lines(topic, report.begin_ns)
+    for jump in report.clock_jumps:
+        lines.append(f'the clock jumped by {jump.seconds:+.3f} s '
+                     f'at {_clock(jump.time_ns - report.begin_ns)}')
+    lines += [f'mark at {_clock(mark.time_ns - report.begin_ns)}: {mark.label}'
+              for mark in report.marks]
+    return '\n'.join([*lines, *report.unreadable, f'verdict: {verdict(report)}'])
+
+
+def as_json(report: Report) -> str:
+    """Return the report as JSON; times in s since the epoch."""
+    return json.dumps({
+        'files': list(report.files), 'begin': report.begin_ns / 1e9, 'end': report.end_ns / 1e9,
+        'complete': report.is_complete, 'verdict': verdict(report),
+        'has_account': report.has_account,
+        'topics': [_topic_json(topic) for topic in report.topics],
+        'clock_jumps': [{'time': it.time_ns / 1e9, 'seconds': it.seconds}
+                        for it in report.clock_jumps],
+        'marks': [{'time': it.time_ns / 1e9, 'label': it.label} for it in report.marks],
+        'unreadable': list(report.unreadable)}, indent=1, ensure_ascii=False)
+
+
+def _topic_json(topic: TopicReport) -> 'dict[str, object]':
+    return {'topic': topic.topic, 'types': list(topic.types), 'messages': topic.message_count,
+            'rate_hz': topic.rate_hz, 'largest_interval_s': topic.largest_interval_s,
+            'largest_interval_at': topic.largest_interval_ns / 1e9, 'lost': topic.lost,
+            'dropped': topic.dropped,
+            'gaps': [{'at': gap.begin_ns / 1e9, 'duration_s': gap.duration_s,
+                      'missing': gap.missing, 'exact': gap.is_numbered} for gap in topic.gaps]}
+
+
+def _table(report: Report) -> List[str]:
+    width = max([len(topic.topic) for topic in report.topics], default=5)
+    head = (f'{"topic":{width}}  {"messages":>9} {"Hz":>8} {"longest interval":>22} '
+            f'{"lost":>6} {"dropped":>8} {"gaps":>5}')
+    return [head, *(_row(topic, width, report.begin_ns) for topic in report.topics)]
+
+
+def _row(topic: TopicReport, width: int, begin_ns: int) -> str:
+    dropped = '?' if topic.dropped is None else str(topic.dropped)
+    longest = ''
+    if topic.message_count > 1:
+        at = _clock(topic.largest_interval_ns - begin_ns)
+        longest = f'{topic.largest_interval_s:.3f} s at {at}'
+    return (f'{topic.topic:{width}}  {topic.message_count:>9} {topic.rate_hz:>8.2f} {longest:>22} '
+            f'{topic.lost:>6} {dropped:>8} {len(topic.gaps):>5}')
+
+
+def _gap_lines(topic: TopicReport, begin_ns: int) -> List[str]:
+    lines = [_gap_line(topic.topic, gap, begin_ns) for gap in topic.gaps[:_MOST_GAPS]]
+    if len(topic.gaps) > _MOST_GAPS:
+        lines.append(f'gap in {topic.topic}: and {len(topic.gaps) - _MOST_GAPS} more')
+    return lines
+
+
+def _gap_line(topic: str, gap: StreamGap, begin_ns: int) -> str:
+    about = '' if gap.is_numbered else 'about '
+    return (f'gap in {topic} at {_clock(gap.begin_ns - begin_ns)} of {gap.duration_s:.3f} s: '
+            f'{about}{gap.missing} missing')
+
+
+def _clock(offset_ns: int) -> str:
+    """A time from the begin as m:ss.mmm."""
+    minutes, rest_ms = divmod(round(offset_ns / 1e6), 60_000)
+    return f'{minutes}:{rest_ms / 1e3:06.3f}'
