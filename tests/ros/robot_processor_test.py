@@ -12,11 +12,19 @@ import rospy
 import rostest
 import tf2_ros
 from cloud_testing import Listener, log_listener, logged, wait_until
-from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
+from geometry_msgs.msg import (
+    PoseStamped,
+    TransformStamped,
+    TwistStamped,
+    WrenchStamped,
+)
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float32MultiArray, String
 from visualization_msgs.msg import Marker, MarkerArray
+
+from process_visualizer.motion.rotations import rotated
+from process_visualizer.msg import PlayerState
 
 RATE_PARAMETER = '/process_visualizer/playback_rate'
 
@@ -46,6 +54,45 @@ def median_velocity(listener: Listener) -> np.ndarray:
     """Return the middle of the last velocities that were published."""
     linear = [message.twist.linear for message in listener.messages[-80:]]
     return np.median([[part.x, part.y, part.z] for part in linear], axis=0)
+
+
+def arrow_foot(buffer: tf2_ros.Buffer, arrow: Marker) -> List[float]:
+    """Return where RViz draws the foot of an arrow now, in the base frame."""
+    found = buffer.lookup_transform('r/link0', arrow.header.frame_id, arrow.header.stamp).transform
+    turn, place, foot = found.rotation, found.translation, arrow.pose.position
+    turned = rotated((turn.x, turn.y, turn.z, turn.w), (foot.x, foot.y, foot.z))
+    return [turned[0] + place.x, turned[1] + place.y, turned[2] + place.z]
+
+
+def player_state(position_s: float, rate: float, segment: int, paused: bool = False
+                 ) -> PlayerState:
+    """Return what a player says now."""
+    return PlayerState(stamp=rospy.Time.now(), position=position_s, rate=rate, segment=segment,
+                       paused=paused)
+
+
+def play(states: rospy.Publisher, tool: rospy.Publisher, position_s: float, rate: float,
+         segment: int) -> float:
+    """Play 2 s (wall) of a tool that moves at 0.1 m/s along +y; return the position [s]."""
+    start_s, ticker, tick = time.monotonic(), rospy.Rate(125), 0
+    now_s = position_s
+    while time.monotonic() < start_s + 2.0:
+        now_s = position_s + rate * (time.monotonic() - start_s)
+        if tick % 10 == 0:
+            states.publish(player_state(now_s, rate, segment))
+        tool.publish(array(-0.6, 0.1 * now_s, 0.2, np.pi, 0.0, 0.0))
+        ticker.sleep()
+        tick += 1
+    return now_s
+
+
+def transform(parent: str, child: str, x: float, z: float) -> TransformStamped:
+    """Return a transform of now without rotation."""
+    message = TransformStamped(child_frame_id=child)
+    message.header.frame_id, message.header.stamp = parent, rospy.Time.now()
+    message.transform.translation.x, message.transform.translation.z = x, z
+    message.transform.rotation.w = 1.0
+    return message
 
 
 def last_markers(listener: Listener) -> Dict[Tuple[str, int], Marker]:
@@ -108,6 +155,123 @@ class RobotProcessorTest(unittest.TestCase):
             self.assertIn('v 0.000 m/s', markers['velocity', 1].text)
             wait_until(lambda: 'v no data for 2' in last_markers(arrays)['velocity', 1].text,
                        'a text that says since when there is no data')
+
+    def test_arrow_and_tool_are_at_one_place_at_every_moment(self) -> None:
+        joints, tool = publisher('/r/q_act', Float32MultiArray), publisher('/r/tcf',
+                                                                           Float32MultiArray)
+        buffer = tf2_ros.Buffer()
+        tf2_ros.TransformListener(buffer)
+        distances: List[float] = []
+
+        def measure(message: MarkerArray) -> None:
+            arrow = message.markers[0]
+            if arrow.ns == 'velocity' and np.isfinite(tool_position(buffer)[0]):
+                foot = np.array(arrow_foot(buffer, arrow))
+                distances.append(float(np.linalg.norm(foot - tool_position(buffer))))
+
+        subscriber = rospy.Subscriber('/r/marker_array', MarkerArray, measure)
+        rate = rospy.Rate(125)
+        for step in range(400):
+            joints.publish(array(step * 0.01, 0.25))
+            tool.publish(array(0.75 * np.cos(step * 0.01), 0.75 * np.sin(step * 0.01), 0.3,
+                               0.0, 0.0, step * 0.01))
+            rate.sleep()
+        subscriber.unregister()
+        self.assertGreater(len(distances), 50)
+        # tf may bring one state (12 mm) between the two look-ups of this test.
+        self.assertLess(np.quantile(distances, 0.9), 1e-9)
+
+    def test_angular_velocity(self) -> None:
+        tool = publisher('/r/tcf', Float32MultiArray)
+        rate, start_s = rospy.Rate(125), time.monotonic()
+        with Listener('/r/tool_velocity', TwistStamped) as velocities:
+            while time.monotonic() < start_s + 1.5:
+                tool.publish(array(0.5, 0.0, 0.2, 0.0, 0.0, 0.8 * (time.monotonic() - start_s)))
+                rate.sleep()
+        found = [message.twist.angular.z for message in velocities.messages[-80:]]
+        self.assertAlmostEqual(float(np.median(found)), 0.8, delta=0.04)
+        age = velocities.messages[-1].header.stamp.to_sec()
+        self.assertLess(age, rospy.get_time() - 0.03)  # the middle of the window
+
+    def test_tool_frame_from_tf(self) -> None:
+        static, moving = tf2_ros.StaticTransformBroadcaster(), tf2_ros.TransformBroadcaster()
+        static.sendTransform(transform('f/flange', 'f/tip', 0.0, 0.25))
+        rate, start_s = rospy.Rate(60), time.monotonic()
+        with Listener('/f/tool_velocity', TwistStamped) as velocities, \
+                Listener('/f/marker_array', MarkerArray) as arrays:
+            while time.monotonic() < start_s + 3.0:
+                moving.sendTransform(transform('f/base', 'f/flange',
+                                               0.1 * (time.monotonic() - start_s), 0.0))
+                rate.sleep()
+        np.testing.assert_allclose(median_velocity(velocities), [0.1, 0.0, 0.0], atol=0.005)
+        self.assertEqual(velocities.messages[-1].header.frame_id, 'f/base')
+        self.assertEqual(last_markers(arrays)['velocity', 0].header.frame_id, 'f/tool')
+
+    def test_playback_follows_the_player(self) -> None:
+        tool = publisher('/p/tcf', Float32MultiArray)
+        states = publisher('/p/player_state', PlayerState)
+        position, segment = 10.0, 0
+        with Listener('/p/tool_velocity', TwistStamped) as velocities:
+            for rate in (0.5, 4.0, -1.0):
+                del velocities.messages[:]
+                position = play(states, tool, position, rate, segment)
+                np.testing.assert_allclose(median_velocity(velocities), [0.0, 0.1, 0.0],
+                                           atol=0.01)
+            del velocities.messages[:]
+            play(states, tool, 500.0, 1.0, 1)
+        speeds = [abs(message.twist.linear.y) for message in velocities.messages]
+        self.assertLess(max(speeds), 0.3)  # 49 m away within a moment, and no spike
+
+    def test_data_is_not_stale_while_playback_is_paused(self) -> None:
+        tool = publisher('/p/tcf', Float32MultiArray)
+        states = publisher('/p/player_state', PlayerState)
+        with Listener('/p/marker_array', MarkerArray) as arrays:
+            position = play(states, tool, 10.0, 1.0, 2)
+            rate, paused_s = rospy.Rate(20), time.monotonic()
+            while time.monotonic() < paused_s + 2.5:
+                states.publish(player_state(position, 1.0, 2, paused=True))
+                rate.sleep()
+            self.assertRegex(last_markers(arrays)['velocity', 1].text, r'^v 0\.\d\d\d m/s')
+            wait_until(lambda: 'no data' in last_markers(arrays)['velocity', 1].text,
+                       'a stale velocity once the player is gone')
+
+    def test_joint_states_that_stop_are_shown(self) -> None:
+        joints = publisher('/p/joints', JointState)
+        with Listener('/p/marker_array', MarkerArray) as arrays:
+            joints.publish(JointState(name=['a'], position=[0.5]))
+            wait_until(lambda: ('joints', 1) in last_markers(arrays)
+                       and 'joints no data for' in last_markers(arrays)['joints', 1].text,
+                       'a text that there are no joint states')
+            wait_until(lambda: last_markers(arrays)['joints', 1].action == Marker.DELETE,
+                       'the end of the text', lambda: joints.publish(
+                           JointState(name=['a'], position=[0.5])))
+
+    def test_every_joint_state_of_a_slow_driver_and_the_last_of_a_fast_one(self) -> None:
+        joints = publisher('/s/joints', JointState)
+        with Listener('/s/joint_states', JointState) as states:
+            rate, start_s = rospy.Rate(500), time.monotonic()
+            for step in range(1000):
+                joints.publish(JointState(name=['b'], position=[step * 1e-3]))
+                rate.sleep()
+            wait_until(lambda: bool(states.messages)
+                       and states.messages[-1].position[0] == 0.999, 'the last joint state')
+            self.assertLess(len(states.messages), 44 * (time.monotonic() - start_s) + 2)
+            del states.messages[:]
+            rate = rospy.Rate(20)
+            for _ in range(20):
+                joints.publish(JointState(name=['b'], position=[0.5]))
+                rate.sleep()
+            wait_until(lambda: len(states.messages) == 20, 'every joint state')
+
+    def test_stamps_that_stand_still_are_named(self) -> None:
+        pose, sent = publisher('/s/pose', PoseStamped), PoseStamped()
+        sent.header.frame_id, sent.pose.orientation.w = 'base', 1.0
+        sent.header.stamp = rospy.Time.now()
+        with log_listener() as log:
+            for _ in range(3):
+                pose.publish(sent)
+            wait_until(lambda: logged(log, Log.WARN, 's: ', '/s/pose', 'stamp'),
+                       'a warning about the stamps', lambda: pose.publish(sent))
 
     def test_force(self) -> None:
         force = publisher('/ft/ft', Float32MultiArray)

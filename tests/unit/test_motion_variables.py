@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from process_visualizer.motion.variables import (
     MAX_LENGTH_M,
+    arrow_feet,
     text_position,
     variable_text,
     variable_vector,
@@ -75,3 +76,17 @@ def test_every_number_has_a_short_text(value, offset, scale):
 ])
 def test_text_stands_above_feet_and_tips(vectors, height):
     assert text_position(vectors, 0.1) == pytest.approx((0.0, 0.0, height))
+
+
+def test_parallel_arrows_in_one_frame_stand_side_by_side():
+    feet = arrow_feet([('a', (1, 0, 0)), ('a', (-1, 0, 0)), ('a', (0, 0, 1)), ('b', (1, 0, 0)),
+                       ('a', (1, 0, 0))], 0.1)
+    assert np.allclose(feet, [(0, -0.1, 0), (0, 0, 0), (0, 0, 0), (0, 0, 0), (0, 0.1, 0)])
+
+
+@given(AXES, st.integers(2, 5))
+def test_no_parallel_arrow_touches_another(axis, count):
+    feet = np.array(arrow_feet([('a', axis)] * count, 0.1))
+    assert np.allclose(feet.mean(axis=0), 0.0, atol=1e-12)
+    apart = np.linalg.norm(np.cross(np.diff(feet, axis=0), axis), axis=1)
+    assert np.allclose(apart, 0.1, atol=2e-4)

@@ -11,7 +11,6 @@ from process_visualizer.nodes.value_board import ShownValue, TextPlace, ValueBoa
 from process_visualizer.nodes.variable_parameters import VariablesParameters
 from process_visualizer.nodes.variable_processor import (
     Variable,
-    arrow_style,
     marker_namespaces,
     text_places,
 )
@@ -65,7 +64,7 @@ def shown():
         def markers(now_s):
             sample = variable.sample()
             text = variable.text(sample.age_s(now_s), 1.0)
-            value = ShownValue('variable/v', arrow_style(parameters.variables[0]), sample, text,
+            value = ShownValue('variable/v', variable.style(), sample, text,
                                TextPlace('tool', (0, 0, 1)))
             return {marker.id: marker for marker in board.markers([value], now_s)}
         return source, markers
@@ -76,7 +75,7 @@ def test_parameters():
     parameters = read({'axis': [0, 0, -2], 'color': [0.0, 0.0, 1.0], 'field': 'a.b[2]'}, {})
     first, second = parameters.variables
     assert (first.topic, str(first.field), first.frame) == ('/speed', 'a.b[2]', 'tool')
-    assert (first.axis, first.color) == ((0.0, 0.0, -1.0), (0.0, 0.0, 1.0, 1.0))
+    assert (first.axis, first.colors.color) == ((0.0, 0.0, -1.0), (0.0, 0.0, 1.0, 1.0))
     assert (str(second.field), second.axis, second.offset) == ('data', (1.0, 0.0, 0.0), 0.0)
     assert (parameters.marker_rate_hz, parameters.stale_after_s) == (30.0, 1.0)
 
@@ -93,6 +92,9 @@ def test_parameters():
     ({'scale': 'long'}, r'variables\[0\]/scale: a number'),
     ({'offset': float('nan')}, r'variables\[0\]/offset: a number'),
     ({'color': 'red'}, r'variables\[0\]/color: three or four numbers'),
+    ({'limits': {'low': 'x'}}, r'variables\[0\]/limits/low: a number'),
+    ({'color_scale': {'begin': 1, 'end': 1}}, r'color_scale/end: another value than begin'),
+    ({'offset_param': 'a b'}, r'variables\[0\]/offset_param: the name of a parameter'),
 ])
 def test_wrong_parameters_are_named(values, problem):
     with pytest.raises(ParameterError, match=problem):
@@ -221,3 +223,35 @@ def test_each_message_is_decoded_once(shown):
 def test_what_cannot_be_decoded(message, message_class, problem):
     with pytest.raises(ValueError, match=problem):
         decode(message, message_class)
+
+
+@pytest.mark.parametrize('value, color', [
+    (-1.0, (0.9, 0.1, 0.1)), (0.0, (0.0, 0.0, 1.0)), (20.0, (0.0, 0.0, 1.0)),
+    (40.0, (0.0, 0.5, 0.5)), (60.0, (0.0, 1.0, 0.0)), (90.0, (0.0, 1.0, 0.0)),
+    (90.1, (0.9, 0.1, 0.1))])
+def test_colours_by_scale_and_warning_limits(shown, value, color):
+    source, markers = shown(color=[0, 0, 1], limits={'low': 0.0, 'high': 90.0},
+                            color_scale={'begin': 20.0, 'end': 60.0, 'color': [0, 1, 0]},
+                            scale=1.0, offset=-100.0)
+    source.last = raw(Float32(data=value), 10.0)
+    found = markers(10.1)[0].color
+    assert (found.r, found.g, found.b) == pytest.approx(color)
+
+
+def test_offset_is_read_live(shown, monkeypatch):
+    class Live:
+        def __init__(self, name, default):
+            self.name = name
+
+        def value(self):
+            return setpoints[self.name]
+
+    setpoints = {'setpoint': 0.25}
+    monkeypatch.setattr('process_visualizer.nodes.variable_processor.LiveNumber', Live)
+    source, markers = shown(offset=1.0, offset_param='setpoint')
+    source.last = raw(Float32(data=1.25), 10.0)
+    made = markers(10.0)
+    assert (made[0].scale.x, made[1].text) == (pytest.approx(0.5), 'v 1.25 m/s (+1.00)')
+    setpoints['setpoint'] = 0.75
+    made = markers(10.2)
+    assert (made[0].scale.x, made[1].text) == (pytest.approx(0.25), 'v 1.25 m/s (+0.50)')

@@ -18,6 +18,7 @@ from process_visualizer.nodes.parameters import (
     Parameters,
     private_parameters,
 )
+from process_visualizer.nodes.playback import PlaybackFollower
 from process_visualizer.nodes.value_board import ShownValue, TextPlace, ValueBoard
 
 MESH = 'package://sewing_cell/meshes/sewing_machine.dae'
@@ -110,6 +111,7 @@ class SewingTransformer:
         self._parameters = parameters
         self._setpoints = {which: LiveNumber(f'setpoint_{which}', DEFAULT_SETPOINT)
                            for which in ('upper', 'lower')}
+        self._playback = PlaybackFollower()
         self._board = ValueBoard(parameters.text_height_m, self.STALE_AFTER_S)
         self._feed: Optional[Reading] = None
         self._upper: Optional[Reading] = None
@@ -127,26 +129,27 @@ class SewingTransformer:
             rospy.logwarn_throttle(5.0, 'sewing_machine: /feed_rate_est is NaN or infinite; '
                                         'the last good value stays')
             return
-        self._feed = Reading(message.data, rospy.get_time())
+        self._feed = Reading(message.data, self._playback.data_time_s())
 
     def _on_upper(self, message: UInt16) -> None:
-        self._upper = Reading(float(message.data), rospy.get_time())
+        self._upper = Reading(float(message.data), self._playback.data_time_s())
 
     def _on_lower(self, message: UInt16) -> None:
-        self._lower = Reading(float(message.data), rospy.get_time())
+        self._lower = Reading(float(message.data), self._playback.data_time_s())
 
     def _on_timer(self, _event: rospy.timer.TimerEvent) -> None:
         if self._publisher.get_num_connections() > 0:
             self._publish()
 
     def _publish(self) -> None:
-        self._publisher.publish(MarkerArray(self._build_markers(rospy.get_time())))
+        self._publisher.publish(MarkerArray(self._build_markers(self._playback.data_time_s())))
 
     def _build_markers(self, now_s: float) -> List[Marker]:
         """Return the machine and the arrows, and the numbers too when it is time for them."""
         shown = [self._feed_display(now_s), self._edge_display('upper', 1, now_s),
                  self._edge_display('lower', 2, now_s)]
-        markers = self._board.markers([value for value in shown if value], now_s)
+        markers = self._board.markers([value for value in shown if value], now_s,
+                                      rospy.get_time())
         if self._parameters.mesh:
             markers.append(mesh_marker('machine', self._parameters.base_frame,
                                        self._parameters.mesh))

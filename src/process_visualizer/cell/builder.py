@@ -8,6 +8,7 @@ from process_visualizer.cell.language import CONDITIONS
 from process_visualizer.cell.model import (
     Arrow,
     BaseFrame,
+    ColorScale,
     Device,
     DeviceType,
     Display,
@@ -24,6 +25,7 @@ from process_visualizer.cell.model import (
     TopicFunction,
     Variable,
     Vector3,
+    WarningLimits,
 )
 
 _ROSLAUNCH_NODE_ATTRIBUTES = ('args', 'machine', 'respawn', 'respawn_delay', 'required',
@@ -123,7 +125,7 @@ def _topic(parsed: Parsed) -> Topic:
     values = parsed.values
     function = None if values['type'] is None else TopicFunction(values['type'])
     return Topic(absolute_topic(values['ns'], values['name']), function, values['msg'],
-                 values['record'], parsed.location)
+                 values['record'], parsed.location, values['frame'])
 
 
 def _display(parsed: Parsed) -> Display:
@@ -153,7 +155,19 @@ def _variable(parsed: Parsed) -> Variable:
         label = values['topic'].split('/')[-1]
     return Variable(absolute_topic('', values['topic']), values['field'], values['frame'],
                     cast(Vector3, values['axis']), values['color'], values['unit'],
-                    values['scale'], values['offset'], label, parsed.location)
+                    values['scale'], values['offset'], label, parsed.location,
+                    values['offset_param'], _limits(values), _color_scale(values))
+
+
+def _limits(values: Dict[str, Any]) -> Optional[WarningLimits]:
+    if values['low'] is None and values['high'] is None:
+        return None
+    return WarningLimits(values['low'], values['high'], values['warning_color'])
+
+
+def _color_scale(values: Dict[str, Any]) -> Optional[ColorScale]:
+    ends = values['color_begin'], values['color_end'], values['end_color']
+    return None if None in ends else ColorScale(*ends)
 
 
 def build_machines(machines: Iterable[Parsed]) -> Tuple[RoslaunchElement, ...]:

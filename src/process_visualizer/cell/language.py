@@ -209,6 +209,8 @@ _DRAWN: Dict[str, Tag] = {
                            choices=tuple(MESSAGE_TYPES)),
          'msg': _optional('message', 'message type; without it what the topic turns out to '
                                      'carry'),
+         'frame': _optional('frame', 'with `msg="tf2_msgs/TFMessage"`: which frame of tf the tool '
+                                     'is; without it the last link of the model'),
          'record': _optional('boolean', 'whether the topic is recorded', 'True')}),
     'rviz': Tag(
         'An RViz display of the device.',
@@ -240,6 +242,15 @@ _DRAWN: Dict[str, Tag] = {
          'unit': _optional('text', 'unit to write behind the value', ''),
          'scale': _optional('number', 'length in m per unit of the value', '1'),
          'offset': _optional('number', 'value (setpoint) at which the arrow has no length', '0'),
+         'offset_param': _optional('resource', 'parameter that holds the offset, read live; '
+                                               '`offset` counts until it is set'),
+         'low': _optional('number', 'below this value the arrow has the warning colour'),
+         'high': _optional('number', 'above this value the arrow has the warning colour'),
+         'warning_color': _optional('color', 'the warning colour', 'red'),
+         'color_begin': _optional('number', 'value up to which the arrow has its `color`; from '
+                                            'there it fades to `end_color`'),
+         'color_end': _optional('number', 'value from which it has its `end_color`'),
+         'end_color': _optional('color', 'the other end of the colour scale'),
          'label': _optional('text', 'text before the value; the name of the topic without it')}),
 }
 

@@ -119,6 +119,7 @@ class Topic:
     message_type: Optional[str]
     record: bool
     location: Location
+    frame: Optional[str] = None  # of a tf topic: which frame
 
 
 @dataclass(frozen=True)
@@ -159,6 +160,24 @@ class Arrow:
 
 
 @dataclass(frozen=True)
+class ColorScale:
+    """Colours by value: linear between the variable's own colour at begin and another at end."""
+
+    begin: float
+    end: float
+    end_color: Color
+
+
+@dataclass(frozen=True)
+class WarningLimits:
+    """Values below low or above high have the warning colour; None: no such limit."""
+
+    low: Optional[float]
+    high: Optional[float]
+    color: Color
+
+
+@dataclass(frozen=True)
 class Variable:
     """A number of a topic, drawn as an arrow of length ``scale * (value - offset)`` m."""
 
@@ -172,6 +191,9 @@ class Variable:
     offset: float
     label: str
     location: Location
+    offset_param: Optional[str] = None  # a parameter that overrides the offset, live
+    limits: Optional[WarningLimits] = None
+    color_scale: Optional[ColorScale] = None
 
 
 @dataclass(frozen=True)

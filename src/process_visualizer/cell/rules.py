@@ -13,6 +13,7 @@ from process_visualizer.cell.model import Device, DeviceType, Node, Topic, Topic
 from process_visualizer.cell.roslaunch_rules import check_node, check_parameter
 from process_visualizer.cell.suggestions import advice
 
+TF_MESSAGE = 'tf2_msgs/TFMessage'
 _ROBOT_TOPICS = ('joint_states', 'tool_center_frame', 'force_sensor')
 _PROGRAM_NODES = ('process_visualizer', 'cell_frames', 'bag_player', 'bag_recorder', 'rviz',
                   'rosout')
@@ -28,6 +29,8 @@ def check_devices(parsed_devices: Sequence[Parsed], global_frame: str,
               for parsed in parsed_devices for child in parsed.children
               if child.tag in ('base', 'force') and child.values.get('frame')]
     _report_duplicates(frames, 'the frame "{}"', problems)
+    for variable in (child for parsed in parsed_devices for child in parsed.all('variable')):
+        _check_variable(variable, problems)
     for launch in (child for parsed in parsed_devices for child in parsed.all('launch')):
         passed_arguments(launch, problems)
     for frame, location, tag in frames:
@@ -150,6 +153,9 @@ def _check_topic_function(topic: Topic, device: Device, problems: ProblemList) -
     if topic.message_type is not None and topic.message_type not in possible:
         problems.add(topic.location, 'topic', f'"{topic.message_type}" cannot be read as '
                      f'{function}; ' + advice(topic.message_type, possible))
+    if topic.frame is not None and topic.message_type != TF_MESSAGE:
+        problems.add(topic.location, 'topic', f'attribute "frame" belongs to msg="{TF_MESSAGE}"; '
+                                              'remove it, or say what the topic carries')
 
 
 def _check_arrows(device: Device, problems: ProblemList) -> None:
@@ -160,3 +166,20 @@ def _check_arrows(device: Device, problems: ProblemList) -> None:
                 and arrow.minimum_m > arrow.maximum_m:
             problems.add(arrow.location, 'arrow', f'min ({arrow.minimum_m}) is greater than max '
                                                   f'({arrow.maximum_m}); exchange them')
+
+
+def _check_variable(parsed: Parsed, problems: ProblemList) -> None:
+    """The attributes of a ``<variable>`` that go together."""
+    values = parsed.values
+    scale = {name: values.get(name) for name in ('color_begin', 'color_end', 'end_color')}
+    missing = [name for name, value in scale.items() if value is None]
+    if 0 < len(missing) < len(scale):
+        problems.add(parsed.location, 'variable', 'a colour scale needs color_begin, color_end '
+                     f'and end_color; {" and ".join(missing)} is missing')
+    if scale['color_begin'] is not None and scale['color_begin'] == scale['color_end']:
+        problems.add(parsed.location, 'variable', 'color_begin and color_end are the same value; '
+                                                  'write two different ones')
+    low, high = values.get('low'), values.get('high')
+    if low is not None and high is not None and low > high:
+        problems.add(parsed.location, 'variable', f'low ({low}) is greater than high ({high}); '
+                                                  'exchange them')

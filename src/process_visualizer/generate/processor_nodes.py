@@ -95,6 +95,8 @@ def _topic(topic: Topic) -> Dict[str, str]:
     values = {'name': topic.name}
     if topic.message_type is not None:
         values['msg'] = topic.message_type
+    if topic.frame is not None:
+        values['frame'] = topic.frame
     return values
 
 
@@ -120,6 +122,20 @@ def _depth_nodes(device: Device) -> List[ProcessorNode]:
 
 
 def _variable(variable: Variable) -> Dict[str, Any]:
-    return {'topic': variable.topic, 'field': variable.field, 'frame': variable.frame,
-            'axis': list(variable.axis), 'color': list(variable.color), 'unit': variable.unit,
-            'scale': variable.scale, 'offset': variable.offset, 'label': variable.label}
+    values: Dict[str, Any] = {
+        'topic': variable.topic, 'field': variable.field, 'frame': variable.frame,
+        'axis': list(variable.axis), 'color': list(variable.color), 'unit': variable.unit,
+        'scale': variable.scale, 'offset': variable.offset, 'label': variable.label}
+    if variable.offset_param is not None:
+        values['offset_param'] = variable.offset_param
+    if variable.limits is not None:
+        limits = variable.limits
+        values['limits'] = {'color': list(limits.color)}
+        values['limits'].update({name: value for name, value in
+                                 (('low', limits.low), ('high', limits.high))
+                                 if value is not None})
+    if variable.color_scale is not None:
+        scale = variable.color_scale
+        values['color_scale'] = {'begin': scale.begin, 'end': scale.end,
+                                 'color': list(scale.end_color)}
+    return values

@@ -2,11 +2,11 @@
 from __future__ import annotations
 
 import math
-from typing import Sequence, Tuple, Union
+from typing import List, Sequence, Tuple, Union
 
 import numpy as np
 
-from process_visualizer.motion.rotations import Vector
+from process_visualizer.motion.rotations import Triple, Vector
 
 Number = Union[int, float]
 
@@ -41,6 +41,41 @@ def variable_text(label: str, value: Number, unit: str, offset: float, scale_m: 
         decimals = _decimals(difference if isinstance(value, int) else value, scale_m)
         parts.append(f'({_written(difference, decimals, "+")})')
     return ' '.join(part for part in parts if part)
+
+
+def arrow_feet(arrows: Sequence[Tuple[str, Vector]], distance_m: float) -> List[Triple]:
+    """Return where arrows begin, (3,) [m] each in its frame, so that none hides another.
+
+    Arrows along one line in one frame stand side by side, around the frame's origin; others begin
+    in it.
+
+    Args:
+        arrows: frame, and axis as a unit vector (3,), of each.
+        distance_m: between neighbours.
+    """
+    lines = [(frame, _line(axis)) for frame, axis in arrows]
+    feet: List[Triple] = []
+    for index, line in enumerate(lines):
+        members = [other for other, same in enumerate(lines) if same == line]
+        shift = (members.index(index) - 0.5 * (len(members) - 1)) * distance_m
+        x, y, z = _sideways(line[1])
+        feet.append((shift * x, shift * y, shift * z))
+    return feet
+
+
+def _line(axis: Vector) -> Triple:
+    """Return an axis without its sign, rounded."""
+    x, y, z = (round(float(part), 3) for part in axis)
+    first = next(part for part in (x, y, z) if part)
+    return (x, y, z) if first > 0.0 else (-x + 0.0, -y + 0.0, -z + 0.0)
+
+
+def _sideways(axis: Triple) -> Triple:
+    """Return a horizontal unit vector across an axis; y for a vertical one."""
+    length = math.hypot(axis[0], axis[1])
+    if length < 1e-3:
+        return 0.0, 1.0, 0.0
+    return -axis[1] / length, axis[0] / length, 0.0
 
 
 def text_position(vectors: Sequence[Vector], block_height_m: float) -> Tuple[float, float, float]:

@@ -1,7 +1,7 @@
 """The newest message of a topic of any type, decoded only when it is looked at."""
 from __future__ import annotations
 
-from typing import Any, Dict, NamedTuple, Optional
+from typing import Any, Callable, Dict, NamedTuple, Optional
 
 import genpy
 import roslib.message
@@ -23,8 +23,9 @@ class NewestMessage:
     It stays in bytes until somebody wants it, so that a topic costs little however fast it is.
     """
 
-    def __init__(self, topic: str) -> None:
-        """Subscribe."""
+    def __init__(self, topic: str, clock: Callable[[], float]) -> None:
+        """Subscribe; the clock [s] gives the messages their times."""
+        self._clock = clock
         self._raw: Optional[RawMessage] = None
         self._decoded_raw: Optional[RawMessage] = None
         self._message: Any = None
@@ -33,7 +34,7 @@ class NewestMessage:
 
     def _receive(self, message: Any) -> None:
         header = message._connection_header
-        self._raw = RawMessage(header['type'], header['md5sum'], message._buff, rospy.get_time())
+        self._raw = RawMessage(header['type'], header['md5sum'], message._buff, self._clock())
 
     def newest(self) -> Optional[RawMessage]:
         """Return the newest message in bytes; none before the first one."""

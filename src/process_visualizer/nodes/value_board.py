@@ -1,7 +1,7 @@
 """Arrows with their values: what the displays of variables have in common."""
 from __future__ import annotations
 
-from typing import List, NamedTuple, Sequence
+from typing import List, NamedTuple, Optional, Sequence
 
 from visualization_msgs.msg import Marker
 
@@ -46,11 +46,18 @@ class ValueBoard:
         self._stale_after_s = stale_after_s
         self._texts = Pace(TEXT_PERIOD_S)
 
-    def markers(self, values: Sequence[ShownValue], now_s: float) -> List[Marker]:
-        """Return the arrows, and the texts too when it is time for them."""
+    def markers(self, values: Sequence[ShownValue], now_s: float,
+                wall_s: Optional[float] = None) -> List[Marker]:
+        """Return the arrows, and the texts too when it is time for them.
+
+        Args:
+            values: what is shown.
+            now_s: the present time of the clock that times the values; it may stand still.
+            wall_s: the present time of a clock that does not, if that is another one.
+        """
         markers = [vector_arrow(value.namespace, value.style, value.sample,
                                 self._is_stale(value.sample, now_s)) for value in values]
-        if self._texts.is_due(now_s):
+        if self._texts.is_due(now_s if wall_s is None else wall_s):
             markers += [self._text(value, now_s) for value in values]
         return markers
 

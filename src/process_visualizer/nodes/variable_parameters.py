@@ -11,7 +11,45 @@ from process_visualizer.motion.field_path import FieldPath
 from process_visualizer.nodes.parameters import Color, Parameters
 
 ORANGE: Color = (1.0, 0.55, 0.1, 1.0)
+RED: Color = (0.9, 0.1, 0.1, 1.0)
 UnitVector = Tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class VariableColors:
+    """The colour of a variable by its value: a warning limit goes before the scale."""
+
+    color: Color
+    scale: Optional[Tuple[float, float, Color]] = None  # begin, end, colour at the end
+    low: float = -math.inf
+    high: float = math.inf
+    warning_color: Color = RED
+
+    def of(self, value: float) -> Color:
+        """Return the colour of a value."""
+        if not self.low <= value <= self.high:
+            return self.warning_color
+        if self.scale is None:
+            return self.color
+        begin, end, end_color = self.scale
+        share = min(max((value - begin) / (end - begin), 0.0), 1.0)
+        red, green, blue, alpha = (first + share * (second - first)
+                                   for first, second in zip(self.color, end_color))
+        return red, green, blue, alpha
+
+    @staticmethod
+    def read(parameters: Parameters) -> 'VariableColors':
+        """Return the checked colours of a variable.
+
+        Raises:
+            ParameterError: a value is wrong.
+        """
+        limits, scale = parameters.group('limits'), parameters.group('color_scale')
+        return VariableColors(
+            parameters.color('color', ORANGE), _color_scale(scale),
+            limits.number('low', -math.inf) if limits.has('low') else -math.inf,
+            limits.number('high', math.inf) if limits.has('high') else math.inf,
+            limits.color('color', RED))
 
 
 @dataclass(frozen=True)
@@ -22,11 +60,12 @@ class VariableParameters:
     field: FieldPath
     frame: str
     axis: UnitVector  # in the frame
-    color: Color
+    colors: VariableColors
     unit: str
     scale_m: float  # metres of arrow per unit; 0: text only
     offset: float  # value at which the arrow has no length
     label: str
+    offset_param: str = ''  # a parameter that holds the offset; empty: there is none
 
     @staticmethod
     def read(parameters: Parameters) -> 'VariableParameters':
@@ -38,9 +77,9 @@ class VariableParameters:
         return VariableParameters(
             topic=_topic(parameters), field=_field(parameters),
             frame=_required(parameters, 'frame').lstrip('/'), axis=_axis(parameters),
-            color=parameters.color('color', ORANGE), unit=parameters.text('unit', ''),
+            colors=VariableColors.read(parameters), unit=parameters.text('unit', ''),
             scale_m=parameters.number('scale', 1.0), offset=parameters.number('offset', 0.0),
-            label=parameters.text('label', ''))
+            label=parameters.text('label', ''), offset_param=_offset_param(parameters))
 
 
 @dataclass(frozen=True)
@@ -94,6 +133,22 @@ def _field(parameters: Parameters) -> FieldPath:
     except ValueError:
         raise parameters.error('field', 'a field such as data, data[2] or wrench.force.z',
                                text) from None
+
+
+def _offset_param(parameters: Parameters) -> str:
+    name = parameters.text('offset_param', '')
+    if name and not rosgraph.names.is_legal_name(name):
+        raise parameters.error('offset_param', 'the name of a parameter', name)
+    return name
+
+
+def _color_scale(parameters: Parameters) -> Optional[Tuple[float, float, Color]]:
+    if not parameters.has('begin') and not parameters.has('end'):
+        return None
+    begin, end = parameters.number('begin', 0.0), parameters.number('end', 1.0)
+    if begin == end:
+        raise parameters.error('end', 'another value than begin', end)
+    return begin, end, parameters.color('color', RED)
 
 
 def _axis(parameters: Parameters) -> UnitVector:

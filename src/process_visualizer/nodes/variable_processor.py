@@ -15,30 +15,37 @@ from process_visualizer.motion.rotations import Vector
 from process_visualizer.motion.variables import (
     MAX_LENGTH_M,
     Number,
+    arrow_feet,
     text_position,
     variable_text,
     variable_vector,
 )
+from process_visualizer.nodes.live_number import LiveNumber
 from process_visualizer.nodes.markers import Pace, VectorSample
 from process_visualizer.nodes.message_reader import WARNING_PERIOD_S
 from process_visualizer.nodes.newest_message import NewestMessage, RawMessage
 from process_visualizer.nodes.parameters import ArrowStyle, ParameterError, private_parameters
+from process_visualizer.nodes.playback import PlaybackFollower
 from process_visualizer.nodes.value_board import ShownValue, TextPlace, ValueBoard
 from process_visualizer.nodes.variable_parameters import VariableParameters, VariablesParameters
 
 SHORTEST_ARROW_M = 0.005  # a shorter one is a mere disc
 DIAMETER_M = 0.016
+FOOT_DISTANCE_M = 0.045  # between parallel arrows: their heads are twice as thick as shafts
 
 
 class Variable:
     """A variable's last good value; it looks at its topic only when it is drawn."""
 
-    def __init__(self, device: str, parameters: VariableParameters,
-                 source: NewestMessage) -> None:
-        """Take the device's name, for messages to the user, and the topic."""
+    def __init__(self, device: str, parameters: VariableParameters, source: NewestMessage,
+                 foot: Vector = (0.0, 0.0, 0.0)) -> None:
+        """Take the device's name, for messages to the user, the topic, and the arrow's foot [m]."""
         self._device = device
         self._parameters = parameters
         self._source = source
+        self._foot = foot
+        self._live_offset = (LiveNumber(parameters.offset_param, parameters.offset)
+                             if parameters.offset_param else None)
         self._seen: Optional[RawMessage] = None
         self._value: Optional[Number] = None
         self._time_s = -math.inf  # when the value came
@@ -50,9 +57,17 @@ class Variable:
         parameters = self._parameters
         if self._value is None:
             return VectorSample((0.0, 0.0, 0.0), parameters.frame, self._time_s)
-        vector = variable_vector(self._value, parameters.offset, parameters.scale_m,
+        vector = variable_vector(self._value, self._offset(), parameters.scale_m,
                                  parameters.axis)
-        return VectorSample(vector, parameters.frame, self._time_s)
+        return VectorSample(vector, parameters.frame, self._time_s, self._foot)
+
+    def style(self) -> ArrowStyle:
+        """Return the style of the arrow of now, whose vector is in metres already."""
+        colors = self._parameters.colors
+        color = colors.color if self._value is None else colors.of(self._value)
+        return ArrowStyle(self._parameters.label, 'm', 3, scale_m=1.0, min_m=SHORTEST_ARROW_M,
+                          max_m=MAX_LENGTH_M, threshold=SHORTEST_ARROW_M, color=color,
+                          diameter_m=DIAMETER_M)
 
     def text(self, age_s: float, stale_after_s: float) -> str:
         """Return the last value, or since when there is none."""
@@ -62,7 +77,10 @@ class Variable:
         if age_s > stale_after_s:
             return format_age(parameters.label, age_s)
         return variable_text(parameters.label, self._value, parameters.unit,
-                             parameters.offset, parameters.scale_m)
+                             self._offset(), parameters.scale_m)
+
+    def _offset(self) -> float:
+        return self._parameters.offset if self._live_offset is None else self._live_offset.value()
 
     def _update(self) -> None:
         raw = self._source.newest()
@@ -95,34 +113,31 @@ class VariableProcessor:
         self._parameters = parameters
         self._board = ValueBoard(parameters.text_height_m, parameters.stale_after_s)
         self._namespaces = marker_namespaces(parameters.variables)
-        self._styles = [arrow_style(variable) for variable in parameters.variables]
-        topics = {variable.topic: NewestMessage(variable.topic)
+        self._playback = PlaybackFollower()
+        topics = {variable.topic: NewestMessage(variable.topic, self._playback.data_time_s)
                   for variable in parameters.variables}
-        self._variables = [Variable(device, variable, topics[variable.topic])
-                           for variable in parameters.variables]
+        feet = arrow_feet([(variable.frame, variable.axis) for variable in parameters.variables],
+                          FOOT_DISTANCE_M)
+        self._variables = [Variable(device, variable, topics[variable.topic], foot)
+                           for variable, foot in zip(parameters.variables, feet)]
         self._publisher = rospy.Publisher('marker_array', MarkerArray, queue_size=1)
         self._timer = rospy.Timer(rospy.Duration(1.0 / parameters.marker_rate_hz),
                                   self._on_timer, reset=True)
 
     def _on_timer(self, _event: rospy.timer.TimerEvent) -> None:
         if self._publisher.get_num_connections() > 0:
-            now_s = rospy.get_time()
-            self._publisher.publish(MarkerArray(self._board.markers(self._shown(now_s), now_s)))
+            data_s = self._playback.data_time_s()
+            self._publisher.publish(MarkerArray(self._board.markers(
+                self._shown(data_s), data_s, rospy.get_time())))
 
-    def _shown(self, now_s: float) -> List[ShownValue]:
+    def _shown(self, data_s: float) -> List[ShownValue]:
         samples = [variable.sample() for variable in self._variables]
-        texts = [variable.text(sample.age_s(now_s), self._parameters.stale_after_s)
+        texts = [variable.text(sample.age_s(data_s), self._parameters.stale_after_s)
                  for variable, sample in zip(self._variables, samples)]
+        styles = [variable.style() for variable in self._variables]
         places = text_places(self._parameters, [sample.vector for sample in samples])
         return [ShownValue(*value) for value in zip(
-            self._namespaces, self._styles, samples, texts, places)]
-
-
-def arrow_style(parameters: VariableParameters) -> ArrowStyle:
-    """Return the style of a variable's arrow, whose vector is in metres already."""
-    return ArrowStyle(parameters.label, 'm', 3, scale_m=1.0, min_m=SHORTEST_ARROW_M,
-                      max_m=MAX_LENGTH_M, threshold=SHORTEST_ARROW_M, color=parameters.color,
-                      diameter_m=DIAMETER_M)
+            self._namespaces, styles, samples, texts, places)]
 
 
 def marker_namespaces(variables: Sequence[VariableParameters]) -> List[str]:

@@ -175,6 +175,18 @@ VALUES: List[Bad] = [
               '3: <variable>: attribute "axis": "up" is not a direction'),
     _in_robot('axis of length zero', '<variable topic="t" frame="f" axis="0 0 0"/>',
               '3: <variable>: attribute "axis": "0 0 0" has no direction', schema_sees=False),
+    _in_robot('half a colour scale', '<variable topic="t" frame="f" color_begin="1"/>',
+              '3: <variable>: a colour scale needs color_begin, color_end and end_color; '
+              'color_end and end_color is missing', schema_sees=False),
+    _in_robot('colour scale without length', '<variable topic="t" frame="f" color_begin="1" '
+              'color_end="1" end_color="red"/>',
+              '3: <variable>: color_begin and color_end are the same', schema_sees=False),
+    _in_robot('limits', '<variable topic="t" frame="f" low="2" high="1"/>',
+              '3: <variable>: low (2.0) is greater than high (1.0)', schema_sees=False),
+    _in_robot('frame of a topic that is not tf', '<topic name="a" type="tool_center_frame" '
+              'frame="tool0"/>',
+              '3: <topic>: attribute "frame" belongs to msg="tf2_msgs/TFMessage"',
+              schema_sees=False),
     _in_robot('size', '<topic name="a" type="pointcloud"/><roi size="1 0 1"/>',
               '3: <roi>: attribute "size": "1 0 1": each edge length', kind='depth_sensor'),
     _in_robot('environment variable', _NODE + '><env name="A B" value=""/></node>',

@@ -6,7 +6,15 @@ import pytest
 
 from process_visualizer.cell.displays import DISPLAY_TYPES
 from process_visualizer.cell.language import TAGS
-from process_visualizer.cell.model import Cell, Device, Mode, Pose, Property
+from process_visualizer.cell.model import (
+    Cell,
+    ColorScale,
+    Device,
+    Mode,
+    Pose,
+    Property,
+    WarningLimits,
+)
 from process_visualizer.cell.xml_parser import XmlParser
 
 Parse = Callable[..., Cell]
@@ -171,6 +179,21 @@ def test_everything_of_a_variable(device: Callable[..., Device]) -> None:
     assert variable.axis == pytest.approx((0, 0.6, -0.8))
     assert (variable.field, variable.color, variable.unit, variable.scale, variable.offset,
             variable.label) == ('pose.position[2].x', (0, 0.5, 1), 'mm/s', -0.2, 255, '')
+
+
+def test_colours_and_live_offset_of_a_variable(device: Callable[..., Device]) -> None:
+    variable = device('<variable topic="t" frame="f" high="90" warning_color="#ff0000" '
+                      'color_begin="20" color_end="60" end_color="0 1 0" '
+                      'offset_param="setpoint"/>', 'other').variables[0]
+    assert variable.offset_param == 'setpoint'
+    assert variable.limits == WarningLimits(None, 90, (1, 0, 0))
+    assert variable.color_scale == ColorScale(20, 60, (0, 1, 0))
+
+
+def test_tool_frame_in_tf(device: Callable[..., Device]) -> None:
+    topic = device('<topic name="tf" type="tool_center_frame" msg="tf2_msgs/TFMessage" '
+                   'frame="/tool0"/>', 'robot').topics[0]
+    assert (topic.name, topic.message_type, topic.frame) == ('/tf', 'tf2_msgs/TFMessage', 'tool0')
 
 
 @pytest.mark.parametrize('attributes, frame, center', [

@@ -83,6 +83,22 @@ def test_variables(parse: Parse) -> None:
         '/u', 'data', 'u', 1)
 
 
+def test_colours_and_live_offset_of_a_variable(parse: Parse) -> None:
+    (node,) = nodes_of(parse, 'other', '<variable topic="t" frame="f" low="1" color_begin="2" '
+                       'color_end="3" end_color="0 1 0" offset_param="setpoint"/>')
+    (variable,) = node.parameters['variables']
+    assert variable['limits'] == {'low': 1, 'color': [0.9, 0.1, 0.1]}
+    assert variable['color_scale'] == {'begin': 2, 'end': 3, 'color': [0, 1, 0]}
+    assert variable['offset_param'] == 'setpoint'
+
+
+def test_tool_frame_in_tf(parse: Parse) -> None:
+    found = robot_parameters(device(parse, 'robot', '<topic name="tf" type="tool_center_frame" '
+                                    'msg="tf2_msgs/TFMessage" frame="tool0"/>'), None)
+    assert found['topics'] == {'tool_center_frame': {
+        'name': '/tf', 'msg': 'tf2_msgs/TFMessage', 'frame': 'tool0'}}
+
+
 def test_robot_with_everything(parse: Parse) -> None:
     found = robot_parameters(device(parse, 'robot', '''
         <base frame="/base"/>
