@@ -1,0 +1,71 @@
+"""A recorder for a test: its process, its client, its folder, and what its bags hold."""
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import tempfile
+from types import TracebackType
+from typing import Any, List, Optional, Tuple, Type
+
+import rosbag
+import rospy
+from roslib.packages import find_node
+
+from process_visualizer.nodes.bag_recorder import BagRecorder, RecordingOptions
+
+TIMEOUT_S = 20.0
+
+
+class RecorderUnderTest:
+    """Starts a recorder with parameters; use it in a ``with``. Its bags go into ``folder``."""
+
+    _count = 0
+
+    def __init__(self, *prefix: str, folder: str = '', **parameters: object) -> None:
+        type(self)._count += 1
+        self.node = f'/recorder_{type(self)._count}'
+        self._temporary = tempfile.TemporaryDirectory(prefix='recorder_test_')
+        self.folder = folder or os.path.join(self._temporary.name, 'bags')
+        parameters = {'minimum_free_megabytes': 0, 'recent_duration': 0, **parameters}
+        for name, value in parameters.items():
+            rospy.set_param(f'{self.node}/{name}', value)
+        self.process = subprocess.Popen(
+            [*prefix, find_node('process_visualizer', 'bag_recorder')[0],
+             f'__name:={self.node[1:]}'])
+        self.client = BagRecorder(node=self.node)
+
+    def __enter__(self) -> RecorderUnderTest:
+        self.client.wait_until_ready(TIMEOUT_S)
+        return self
+
+    def __exit__(self, kind: Optional[Type[BaseException]], error: Optional[BaseException],
+                 traceback: Optional[TracebackType]) -> None:
+        self.client.close()
+        self.end(signal.SIGKILL)
+        self._temporary.cleanup()
+
+    def end(self, number: int) -> int:
+        """Send a signal if it still runs; return the exit code."""
+        if self.process.poll() is None:
+            self.process.send_signal(number)
+        return self.process.wait(TIMEOUT_S)
+
+    def start(self, *topics: str, **options: Any) -> str:
+        """Start a recording into the folder."""
+        return self.client.start(RecordingOptions(topics=topics, folder=self.folder, **options))
+
+    def files(self) -> List[str]:
+        """The names in the folder."""
+        return sorted(os.listdir(self.folder)) if os.path.isdir(self.folder) else []
+
+
+def contents(path: str, topic: str) -> List[Tuple[Any, float]]:
+    """The messages of a topic with their times, read by rosbag."""
+    with rosbag.Bag(path) as bag:
+        return [(message, time.to_sec()) for _, message, time in bag.read_messages([topic])]
+
+
+def numbers(path: str, topic: str) -> List[int]:
+    """The numbers in a topic of type std_msgs/UInt32."""
+    return [message.data for message, _ in contents(path, topic)]
