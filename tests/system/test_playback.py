@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import signal
+import subprocess
 from pathlib import Path
 from typing import Dict
 
@@ -35,8 +36,24 @@ def test_the_cell_moves_as_recorded(bag, ros_environment, simulated_config, run_
     assert moved.returncode == 0 and len(moved.stdout.split(',')) == 6, moved.stdout
     nodes = run_command(ros_environment, 'rosnode', 'list').stdout.split()
     assert '/simulator' not in nodes
-    run.wait_for_line('/bag_player: exited with code 0')
+    early, late = joints_at(ros_environment, 0.5), joints_at(ros_environment, 4.5)
+    assert early.count(',') == late.count(',') == 5 and early != late
+    assert joints_at(ros_environment, 0.5) == early
     assert run.signal_and_wait(signal.SIGINT) == 0
+
+
+def joints_at(environment: Dict[str, str], position_s: float) -> str:
+    """The joints that the cell shows after a seek while paused."""
+    run_command(environment, 'rosservice', 'call', '/bag_player/pause')
+    with subprocess.Popen(['timeout', '40', 'rostopic', 'echo', '-n', '1',
+                           '/ur_rt_upper/joint_states/position'], env=environment,
+                          stdout=subprocess.PIPE, text=True) as echo:
+        while echo.poll() is None:  # until it has subscribed, the answer is not for it
+            answer = run_command(environment, 'rosservice', 'call', '/bag_player/seek',
+                                 str(position_s))
+            assert 'success: True' in answer.stdout, answer.stdout
+        assert echo.stdout is not None
+        return echo.stdout.read()
 
 
 @pytest.mark.parametrize(('options', 'message'), [

@@ -19,7 +19,7 @@ from process_visualizer.bags.stamps import with_stamps_moved
 from process_visualizer.bags.step_target import StepTarget, step_by_messages, step_by_time
 from process_visualizer.bags.timeline import NS_PER_S, Basis, Timeline
 
-LATE_NS = NS_PER_S // 10  # from here on, playback slows down instead of catching up
+LATE_NS = NS_PER_S // 5  # from here on, playback slows down instead of catching up
 MOST_STEPPED = 200  # messages that a step publishes one by one; of more, only the scene counts
 ANSWER_S = 10.0
 
@@ -101,7 +101,7 @@ class Playback:
         self._timeline.interrupt()
 
     def repeat_scene(self) -> None:
-        """Publish the scene once more, as its receivers have thrown it away."""
+        """Publish the scene once more, for receivers that are new or have thrown it away."""
         self._repeat = True
         self._timeline.interrupt()
 
@@ -152,6 +152,8 @@ class Playback:
             self._restore(self._count_at(basis), basis)
         elif self._repeat:
             self._repeat = False
+            if self._mapping is not None:
+                self._mapping.forget()
             self._restore(self._passed, basis)
         elif basis.paused:
             self._catch_up(basis)

@@ -62,6 +62,8 @@ def parse_options(arguments: Sequence[str]) -> PlayerOptions:
         parser.error('no bag is given; name one or more files'
                      + (', before --topics and --exclude or after --bags'
                         if values.topics or values.exclude else ''))
+    if values.duration and values.rate < 0.0:
+        parser.error('argument -u/--duration: only for playing forwards')
     stamps = values.stamps or ('recorded' if values.clock else 'present')
     return PlayerOptions(
         files=tuple(files), rate=values.rate, start_s=values.start, duration_s=values.duration,

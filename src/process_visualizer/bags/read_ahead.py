@@ -56,8 +56,7 @@ class ReadAhead:
         event = self._ready.popleft()
         self._ready_bytes -= event.size
         self._first += self._step
-        if self._ready_bytes < self._limit_bytes // 2:
-            self._changed.notify_all()
+        self._changed.notify_all()  # read on now, when the next message is not due yet
         return event
 
     def _restart(self, position: int, step: int) -> None:

@@ -66,6 +66,10 @@ class StampMapping:
             self._order = OrderKeeper()
         return self._known[stamp_ns]
 
+    def forget(self) -> None:
+        """Stamp anew what is published again, as somebody has not seen it yet."""
+        self._known.clear()
+
     def _mapped(self, basis: Basis, near_ns: int, now_ns: int) -> int:
         due_ns = basis.due_ns(near_ns)
         assert due_ns is not None, 'the basis is not paused'

@@ -105,8 +105,10 @@ class LaunchFileBuilder:
             return
         root.comment("the recording, restricted to the devices' own topics")
         root.add('node', {
-            'pkg': 'rosbag', 'type': 'play', 'name': 'bag_player', 'output': 'log',
-            'args': ' '.join([shlex.quote(self._choice.bag), '--topics', *topics])})
+            'pkg': 'process_visualizer', 'type': 'bag_player', 'name': 'bag_player',
+            'output': 'screen',
+            'args': ' '.join([shlex.quote(self._choice.bag), '--keep-alive', '--quiet', '--topics',
+                              *topics])})
 
     def _rviz(self, root: Tag) -> None:
         start = self._choice.rviz

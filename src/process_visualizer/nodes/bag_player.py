@@ -21,6 +21,7 @@ from process_visualizer.nodes.simulated_clock import SimulatedClock
 from process_visualizer.nodes.topic_conflicts import without_conflicts
 
 DRAIN_S = 5.0
+SIGNALS_S = 0.5  # how long the main thread waits at most before it looks at signals
 
 
 class NothingToPlay(Exception):
@@ -49,7 +50,7 @@ class BagPlayer:
         self._recording = recording
         self._problems = self._choose(recording, settings)
         self._changed = threading.Condition()
-        self._finished = self._quitting = False
+        self._started = self._finished = self._quitting = False
         self._timeline = _timeline(recording, settings.end_s)
         self._begin = rospy.Time(*divmod(self._timeline.basis.begin_ns, NS_PER_S))
         self._publishers = BagPublishers(self._topics, settings.queue_size, self)
@@ -89,8 +90,8 @@ class BagPlayer:
         rospy.on_shutdown(self.quit)
         with self._changed:
             self._changed.wait_for(lambda: self._quitting, delay_s)
-            self._changed.wait_for(lambda: self._quitting or not all_topics
-                                   or self._publishers.all_subscribed)
+            while not self._quitting and all_topics and not self._publishers.all_subscribed:
+                self._changed.wait(SIGNALS_S)
             return not self._quitting
 
     def start(self, paused: bool) -> None:
@@ -98,11 +99,14 @@ class BagPlayer:
         if not paused:
             self.control.play()
         self._thread.start()
+        self._started = True
 
     def wait(self, until_finished: bool) -> None:
         """Wait until the node is shut down or told to quit, or until the end has been reached."""
         with self._changed:
-            self._changed.wait_for(lambda: self._quitting or (until_finished and self._finished))
+            while not (self._quitting or (until_finished and self._finished)):
+                # a signal just before the wait is handled only after it
+                self._changed.wait(SIGNALS_S)
 
     def quit(self) -> None:
         """End waiting."""
@@ -173,9 +177,11 @@ class BagPlayer:
             self._changed.notify_all()
 
     def on_subscribe(self) -> None:
-        """Take note that a subscriber has come or gone."""
+        """Take note of a new subscriber; while paused, it is to see the scene at once."""
         with self._changed:
             self._changed.notify_all()
+        if self._timeline.basis.paused and self._started:
+            self._playback.repeat_scene()
 
 
 def _timeline(recording: Recording, end_s: Optional[float]) -> Timeline:

@@ -28,7 +28,7 @@ class PlaybackListener(Protocol):
         """Take note that the end has been reached."""
 
     def on_subscribe(self) -> None:
-        """Take note that a subscriber has come or gone."""
+        """Take note of a new subscriber."""
 
 
 class BagPublishers:

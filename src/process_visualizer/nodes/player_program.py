@@ -8,7 +8,12 @@ import rosgraph
 import rospy
 
 from process_visualizer.bags.bag_errors import BagError, BagUnindexed
-from process_visualizer.bags.player_options import PlayerOptions, parse_options, topic_remaps
+from process_visualizer.bags.player_options import (
+    PlayerOptions,
+    parse_options,
+    topic_remaps,
+    without_topic_remaps,
+)
 from process_visualizer.bags.recording import Recording
 from process_visualizer.bags.timeline import CommandRefused
 from process_visualizer.bags.topic_choice import TopicChoice
@@ -37,11 +42,11 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 def _play(options: PlayerOptions, words: List[str]) -> int:
     with opened(options) as recording:
         rosgraph.Master('/bag_player').getPid()  # instead of rospy's endless wait for a master
-        rospy.init_node('bag_player', argv=words)
+        rospy.init_node('bag_player', argv=without_topic_remaps(words))
         choice = TopicChoice(options.topics, options.exclude, options.prefix,
                              topic_remaps(words, rospy.get_namespace()))
         for message in choice.unmatched_messages([it.topic for it in recording.index.connections]):
-            raise ValueError(message)
+            rospy.logwarn(message)
         player = BagPlayer(recording, _settings(options, choice))
         try:
             _run(player, options)

@@ -41,8 +41,8 @@ class StatePublisher:
             self._changed.wait(PERIOD_S)
             self._changed.clear()
             state = self._state()
-            self._publish(state)
             self._follow_rate(state.rate)
+            self._publish(state)
 
     def _publish(self, state: PlayerState) -> None:
         try:

@@ -10,11 +10,11 @@ from typing import Callable, Dict, List, Optional, Type
 from process_visualizer.bags.player_control import PlayerControl
 from process_visualizer.bags.player_keys import KEY_HELP, Action, Command, key_action
 from process_visualizer.bags.progress_line import Progress, progress_line, symbols_for
-from process_visualizer.bags.timeline import MAX_RATE, MIN_RATE, CommandRefused
-from process_visualizer.nodes.player_keyboard import Keyboard
+from process_visualizer.bags.rate_ladder import faster, slower
+from process_visualizer.bags.timeline import CommandRefused
+from process_visualizer.nodes.player_keyboard import Keyboard, in_foreground
 
 PERIOD_S = 0.1
-RATES = (0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 _CLEAR_LINE = '\r\x1b[K'
 
 
@@ -102,19 +102,9 @@ class PlayerTerminal:
 
     def _show(self) -> None:
         while self._shown and not self._ended.wait(PERIOD_S):
+            if not in_foreground(sys.stdout.fileno()):
+                continue
             width = os.get_terminal_size(sys.stdout.fileno()).columns
             line = progress_line(self._status(), width - 1, self._symbols)
             sys.stdout.write(_CLEAR_LINE + line)
             sys.stdout.flush()
-
-
-def faster(rate: float) -> float:
-    """Return the next greater of the usual rates, in the same direction."""
-    size = next((it for it in RATES if it > abs(rate) * 1.001), MAX_RATE)
-    return size if rate > 0 else -size
-
-
-def slower(rate: float) -> float:
-    """Return the next smaller of the usual rates, in the same direction."""
-    size = next((it for it in reversed(RATES) if it < abs(rate) * 0.999), MIN_RATE)
-    return size if rate > 0 else -size

@@ -9,7 +9,7 @@ from typing import Any, Callable, Deque, List, Optional
 
 from process_visualizer.bags.message_layout import Data
 
-DIRECT_BYTES = 64 << 10  # what is larger is left to the sender's thread
+DIRECT_BYTES = 4 << 20  # what is larger is left to the sender thread
 _LENGTH = struct.Struct('<I')
 _FLAGS = socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL
 

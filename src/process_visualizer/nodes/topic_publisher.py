@@ -84,9 +84,11 @@ class TopicPublisher(rospy.SubscribeListener):
             connections = {id(connection): connection for connection in publisher.impl.connections}
             for key in self._links.keys() - connections.keys():
                 self._dropped_before += self._links.pop(key).dropped
-            for key in connections.keys() - self._links.keys():
+            new = connections.keys() - self._links.keys()
+            for key in new:
                 self._links[key] = self._new_link(connections[key])
-        self._on_subscribe()
+        if new:
+            self._on_subscribe()
 
     def _new_link(self, connection: Any) -> SubscriberLink:
         link = SubscriberLink(connection, self._queue_size, QUEUE_BYTES, self._sender.wake)

@@ -78,8 +78,9 @@ def test_files_keep_their_order():
 @given(st.floats(0.01, 16), st.booleans(), SECONDS, SECONDS)
 def test_numbers_are_taken_exactly(rate, backwards, start_s, duration_s):
     rate = round(-rate if backwards else rate, 4)
-    options = parse_options(['-r', f'{rate:f}', BAG, f'-s{start_s}', '-u', str(duration_s)])
-    assert (options.rate, options.start_s, options.duration_s) == (rate, start_s, duration_s)
+    options = parse_options(['-r', f'{rate:f}', BAG, f'-s{start_s}'])
+    assert (options.rate, options.start_s, options.duration_s) == (rate, start_s, None)
+    assert parse_options([BAG, '-u', str(duration_s)]).duration_s == duration_s
 
 
 @pytest.mark.parametrize('arguments, message', [
@@ -89,6 +90,7 @@ def test_numbers_are_taken_exactly(rate, backwards, start_s, duration_s):
     ('-r -17', 'the rate must be from'), ('-r 0.001', 'the rate must be from'),
     ('-s -1', 'argument -s/--start: must be from 0 to 1000000000 s, not -1'),
     ('-s 1e10', 'must be from 0 to'), ('-s nan', 'finite'), ('-s x', 'not a number'),
+    ('-u 5 -r -1', 'only for playing forwards'),
     ('-u 0', 'argument -u/--duration: must be more than 0'), ('-u -2', 'must be more than 0'),
     ('-d -1', 'must be from 0 to'), ('--skip-empty 2', 'not offered: pass what is empty'),
     ('--hz 0', 'must be from 1 to 1000 Hz, not 0'), ('--hz 5000', 'must be from 1 to 1000 Hz'),

@@ -252,8 +252,8 @@ TOPICS = '<topic ns="d" name="q"/><topic name="secret" record="False"/><topic na
 def test_bag_player(bag: str, build: Build) -> None:
     config = build(device(TOPICS), mode=Mode.PLAYBACK, bag=bag)
     player = one_node(config, '/bag_player')
-    assert (player.package, player.type) == ('rosbag', 'play')
-    assert shlex.split(player.args) == [bag, '--topics', '/d/q', '/p']
+    assert (player.package, player.type) == ('process_visualizer', 'bag_player')
+    assert shlex.split(player.args) == [bag, '--keep-alive', '--quiet', '--topics', '/d/q', '/p']
 
 
 @pytest.mark.parametrize('mode, bag', [(Mode.REALTIME, '/a.bag'), (Mode.PLAYBACK, None)])
@@ -262,7 +262,7 @@ def test_no_bag_player(mode: Mode, bag: 'str | None', build: Build) -> None:
 
 
 def test_nothing_to_play(build: Build) -> None:
-    """rosbag would refuse --topics without any."""
+    """The player would refuse --topics without any."""
     config = build(device('<topic name="secret" record="False"/>'), mode=Mode.PLAYBACK, bag='/a')
     assert '/bag_player' not in nodes(config)
 
