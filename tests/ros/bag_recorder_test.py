@@ -242,9 +242,9 @@ class BagRecorderTest(unittest.TestCase):
             self.assertEqual(recorder.files(), ['taken.bag'])
 
     def test_without_a_topic_nothing_is_recorded(self):
-        with RecorderUnderTest() as recorder:
-            with self.assertRaisesRegex(RecorderError, 'no topic is chosen'):
-                recorder.start()
+        with RecorderUnderTest() as recorder, \
+                self.assertRaisesRegex(RecorderError, 'no topic is chosen'):
+            recorder.start()
 
     def test_a_publisher_that_hangs_is_named_and_one_that_is_dead_is_not_waited_for(self):
         topic = new_topic()

@@ -90,7 +90,8 @@ def _unnumbered(time_ns: np.ndarray, row: int) -> Optional[StreamGap]:
 
 def usual_interval_ns(time_ns: np.ndarray) -> float:
     """Return the usual interval [ns], over many messages, so that jitter does not matter."""
-    span = max(min(_SPAN_MESSAGES, len(time_ns) // 2), 1)
+    # of short recordings over less, so that a gap is in few of the spans
+    span = max(min(_SPAN_MESSAGES, len(time_ns) // 8), 1)
     return max(float(np.median(time_ns[span:] - time_ns[:-span])) / span, 1.0)
 
 

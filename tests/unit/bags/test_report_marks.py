@@ -1,0 +1,90 @@
+"""Marks in the bag and beside it; the configuration that a bag carries."""
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+import rosbag
+from genpy import Time
+from std_msgs.msg import String
+
+from process_visualizer.bags.bag_errors import BagError
+from process_visualizer.bags.marks import Mark, add_mark, added_marks, marks_path, read_marks
+from process_visualizer.bags.recorder_topics import (
+    CONFIGURATION,
+    MARKS,
+    configuration_text,
+    stored_configuration,
+    write_configuration,
+)
+from process_visualizer.bags.recording import Recording
+
+
+def bag_with(path: Path, topic: str, *texts: str) -> str:
+    """A bag with a text every second."""
+    with rosbag.Bag(str(path), 'w') as bag:
+        for second, text in enumerate(texts, 1):
+            bag.write(topic, String(text), Time(second, 0))
+    return str(path)
+
+
+def test_marks_of_the_bag_and_added_ones(tmp_path: Path) -> None:
+    bag = bag_with(tmp_path / 'a.bag', MARKS, 'one', 'zwei ü')
+    before = Path(bag).read_bytes()
+    add_mark(bag, Mark(1_500_000_000, 'between'))
+    add_mark(bag, Mark(0, 'first'))
+    with Recording([bag]) as recording:
+        assert [mark.label for mark in read_marks(recording)] == [
+            'first', 'one', 'between', 'zwei ü']
+    assert Path(bag).read_bytes() == before
+
+
+@pytest.mark.parametrize('text', ['', '{}x', '[{"label": "a"}]', '[3]', '3'])
+def test_a_broken_file_of_marks_is_named_and_kept(tmp_path: Path, text: str) -> None:
+    bag = str(tmp_path / 'a.bag')
+    Path(marks_path(bag)).write_text(text)
+    with pytest.raises(BagError, match='a.bag.marks.json'):
+        add_mark(bag, Mark(0, 'x'))
+    assert Path(marks_path(bag)).read_text() == text
+
+
+def test_marks_that_cannot_be_written(tmp_path: Path) -> None:
+    with pytest.raises(BagError, match='cannot be written'):
+        add_mark(str(tmp_path / 'no' / 'a.bag'), Mark(0, 'x'))
+    assert added_marks(str(tmp_path / 'no' / 'a.bag')) == []
+
+
+def test_a_configuration_comes_back_with_the_files_it_includes(tmp_path: Path) -> None:
+    files = {'cell.xml': '<visualizer/> ü', 'parts/robot.xml': '<visualizer />'}
+    for name, text in files.items():
+        path = tmp_path / 'was' / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    text = configuration_text([str(tmp_path / 'was' / name) for name in files], {'a': '1'})
+    with Recording([bag_with(tmp_path / 'a.bag', CONFIGURATION, text)]) as recording:
+        stored = stored_configuration(recording)
+    assert stored is not None and stored.arguments == {'a': '1'}
+    main = write_configuration(stored, str(tmp_path / 'is'))
+    assert main == str(tmp_path / 'is' / 'cell.xml')
+    for name, content in files.items():
+        assert (tmp_path / 'is' / name).read_text() == content
+    with pytest.raises(FileExistsError):
+        write_configuration(stored, str(tmp_path / 'is'))
+
+
+def test_paths_of_a_bag_cannot_leave_the_folder(tmp_path: Path) -> None:
+    text = json.dumps({'file': '/a/b/../../../x.xml', 'arguments': {},
+                       'files': {'/a/b/../../../x.xml': '', '/a/../../y.xml': ''}})
+    with Recording([bag_with(tmp_path / 'a.bag', CONFIGURATION, text)]) as recording:
+        stored = stored_configuration(recording)
+    assert stored is not None
+    write_configuration(stored, str(tmp_path / 'is'))
+    assert {path.name for path in (tmp_path / 'is').iterdir()} == {'x.xml', 'y.xml'}
+
+
+@pytest.mark.parametrize('text', ['', '[]', '{}', '{"file": 1, "files": {}, "arguments": {}}',
+                                  '{"file": "/a", "files": 3, "arguments": {}}'])
+def test_a_configuration_that_is_none(tmp_path: Path, text: str) -> None:
+    with Recording([bag_with(tmp_path / 'a.bag', CONFIGURATION, text)]) as recording:
+        assert stored_configuration(recording) is None
