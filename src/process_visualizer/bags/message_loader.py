@@ -10,6 +10,7 @@ from process_visualizer.bags.message_layout import Data, MessageDamaged
 from process_visualizer.bags.recording import Recording
 from process_visualizer.bags.stamps import StampLocator
 
+STAMP_BYTES = 8
 _MAX_PROBLEMS = 100
 
 
@@ -93,3 +94,11 @@ class MessageLoader:
         with self._lock:
             if len(self._problems) < _MAX_PROBLEMS:
                 self._problems[problem] = None
+
+
+def first_stamp(message: LoadedMessage) -> Tuple[bytes, ...]:
+    """Return the first stamp in a message as its eight bytes, if it has one that is not zero."""
+    for offset in message.stamp_offsets[:1]:
+        stamp = bytes(memoryview(message.data)[offset:offset + STAMP_BYTES])
+        return (stamp,) if any(stamp) else ()
+    return ()

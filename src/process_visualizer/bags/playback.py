@@ -20,6 +20,7 @@ from process_visualizer.bags.step_target import StepTarget, step_by_messages, st
 from process_visualizer.bags.timeline import NS_PER_S, Basis, Timeline
 
 LATE_NS = NS_PER_S // 5  # from here on, playback slows down instead of catching up
+SETTLING_NS = NS_PER_S // 10  # without a message or command, until the scene is repeated
 MOST_STEPPED = 200  # messages that a step publishes one by one; of more, only the scene counts
 ANSWER_S = 10.0
 
@@ -78,6 +79,7 @@ class Playback:
         self._published = 0
         self._repeat = False
         self._playing = False  # published lately as time went on
+        self._settled_ns: Optional[int] = None  # monotonic, where it is quiet but not settled yet
         self._closed = False
 
     @property
@@ -155,9 +157,9 @@ class Playback:
             if self._mapping is not None:
                 self._mapping.forget()
             self._restore(self._passed, basis)
+            self._settled_ns = None
         elif basis.paused:
-            self._catch_up(basis)
-            self._timeline.wait_until_due(None, basis.version)
+            self._rest(basis)
         else:
             self._play(basis)
 
@@ -175,6 +177,17 @@ class Playback:
             self._next = None
             self._passed = position + (step == FORWARD)
             self._show(event, basis)
+
+    def _rest(self, basis: Basis) -> None:
+        """Wait for a command; once it has been quiet for a while, publish the scene once more.
+
+        Receivers that match messages with similar stamps take a pair only when the next one has
+        come: without that they would show what was before.
+        """
+        self._catch_up(basis)
+        if not self._timeline.wait_for_command(self._settled_ns, basis.version):
+            self._settled_ns = None
+            self._repeat = True
 
     def _catch_up(self, basis: Basis) -> None:
         """Publish what had become visible already, and was not published yet, when paused."""
@@ -260,6 +273,7 @@ class Playback:
             pieces = with_stamps_moved(message.data, message.stamp_offsets, mapping)
         self._output.publish(message.connection, pieces)
         self._published += 1
+        self._settled_ns = self._clock.monotonic_ns() + SETTLING_NS
 
 
 def _answer(future: 'Future[StepTarget]', work: Callable[[], StepTarget]) -> None:

@@ -1,14 +1,17 @@
 """What has to be published when the position passes a message, in either direction."""
 from __future__ import annotations
 
-from typing import Iterable, List, NamedTuple, Optional, Tuple
+from typing import Iterable, Iterator, List, NamedTuple, Optional, Tuple
 
 from process_visualizer.bags.bag_index import BagIndex
 from process_visualizer.bags.marker_removal import marker_removal, shows_markers
 from process_visualizer.bags.message_layout import MessageDamaged
-from process_visualizer.bags.message_loader import LoadedMessage, MessageLoader
+from process_visualizer.bags.message_loader import LoadedMessage, MessageLoader, first_stamp
 from process_visualizer.bags.scene import STATIC_TOPIC, Scene
 from process_visualizer.bags.static_transforms import merged
+
+
+_PARTNERS = 2  # how many messages of a topic before its last may belong to others' last ones
 
 
 class PlaybackEvent(NamedTuple):
@@ -62,8 +65,33 @@ class EventMaker:
         """Return the event of coming to the scene after ``count`` messages from anywhere."""
         time_ns = int(self._index.time_ns[count - 1]) if count else self._index.begin_ns
         messages = self._static(count) + self._removals(self._marker_connections)
-        messages += self._loader.load_all(self._scene.positions(count))
+        messages += self._with_partners(self._scene.positions(count))
         return PlaybackEvent(time_ns, tuple(messages))
+
+    def _with_partners(self, positions: List[int]) -> List[LoadedMessage]:
+        """The messages at some positions, and earlier ones with the same stamp as one of these.
+
+        A camera's info comes before its image, so that the newest ones often do not belong
+        together; receivers that match them by their stamps would have nothing to show.
+        """
+        found = {it: message for it in positions
+                 for message in [self._loader.load(it)] if message is not None}
+        stamps = {stamp for message in found.values() for stamp in first_stamp(message)}
+        for position, message in list(found.items()):
+            for earlier in self._earlier(position) if message.stamp_offsets else ():
+                partner = self._loader.load(earlier)
+                if partner is not None and stamps.intersection(first_stamp(partner)):
+                    found[earlier] = partner
+        return [found[position] for position in sorted(found)]
+
+    def _earlier(self, position: int) -> Iterator[int]:
+        """The positions of the messages before one on its topic, the nearest first."""
+        for _ in range(_PARTNERS):
+            replaced = self._scene.replaced(position)
+            if replaced is None:
+                return
+            position = replaced
+            yield position
 
     def _static(self, count: int) -> List[LoadedMessage]:
         """All of /tf_static as one message: later subscribers get only the last one."""

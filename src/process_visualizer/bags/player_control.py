@@ -18,6 +18,7 @@ class PlayerStatus(NamedTuple):
     paused: bool
     loop: Optional[Tuple[float, float]]
     segment: int
+    since_ns: int  # monotonic time from which on the position has run as it does
 
 
 class PlayerControl:
@@ -37,7 +38,7 @@ class PlayerControl:
         loop = basis.loop and (self._seconds(basis.loop[0]), self._seconds(basis.loop[1]))
         return PlayerStatus(self._seconds(self._timeline.position_ns()), duration_s(basis),
                             basis.rate, self._timeline.achieved_rate(), basis.paused, loop,
-                            basis.segment)
+                            basis.segment, basis.monotonic_ns)
 
     def play(self) -> str:
         """Play on; from the end, where nothing is left, start over."""

@@ -224,6 +224,20 @@ class Timeline:
                 self._clock.wait(self._changed, remaining_ns)
             return False
 
+    def wait_for_command(self, until_ns: Optional[int], version: int) -> bool:
+        """Wait for a command, at most until a monotonic time [ns]; False if none came.
+
+        See wait_until_due for the version.
+        """
+        with self._changed:
+            while self._basis.version == version:
+                remaining_ns = (FOREVER_NS if until_ns is None
+                                else until_ns - self._clock.monotonic_ns())
+                if remaining_ns <= 0:
+                    return False
+                self._clock.wait(self._changed, remaining_ns)
+            return True
+
     def slip_to(self, bag_ns: int, version: int) -> None:
         """Let a bag time [ns] that is overdue be due now: the machine could not keep up.
 

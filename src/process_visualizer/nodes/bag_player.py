@@ -52,7 +52,7 @@ class BagPlayer:
         self._changed = threading.Condition()
         self._started = self._finished = self._quitting = False
         self._timeline = _timeline(recording, settings.end_s)
-        self._begin = rospy.Time(*divmod(self._timeline.basis.begin_ns, NS_PER_S))
+        self._begin = _ros_time(self._timeline.basis.begin_ns)
         self._publishers = BagPublishers(self._topics, settings.queue_size, self)
         self._playback = Playback(recording, self._timeline, self._publishers, settings.restamp)
         self._clock = (SimulatedClock(self._timeline, settings.clock_hz,
@@ -135,10 +135,11 @@ class BagPlayer:
 
     def state_message(self) -> PlayerState:
         """Return what the player does now."""
-        stamp_s, status = time.time(), self.control.status()
+        wall_ns, monotonic_ns, status = time.time_ns(), time.monotonic_ns(), self.control.status()
         begin_s, end_s = status.loop or (0.0, 0.0)
         return PlayerState(
-            stamp=rospy.Time.from_sec(stamp_s), begin=self._begin, duration=status.duration_s,
+            stamp=_ros_time(wall_ns), since=_ros_time(wall_ns - monotonic_ns + status.since_ns),
+            begin=self._begin, duration=status.duration_s,
             position=status.position_s, rate=status.rate, achieved_rate=status.achieved_rate,
             paused=status.paused, loop=status.loop is not None, loop_begin=begin_s,
             loop_end=end_s, segment=status.segment, published=self._playback.published,
@@ -190,3 +191,7 @@ def _timeline(recording: Recording, end_s: Optional[float]) -> Timeline:
     if end_s is not None:
         end_ns = min(recording.begin_ns + round(end_s * NS_PER_S), end_ns)
     return Timeline(recording.begin_ns, end_ns)
+
+
+def _ros_time(time_ns: int) -> rospy.Time:
+    return rospy.Time(*divmod(time_ns, NS_PER_S))

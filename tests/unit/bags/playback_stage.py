@@ -36,10 +36,16 @@ STATIC, MARKERS = 4, 5
 
 
 class Message(NamedTuple):
-    """A message of the recording: its connection's number and time [ms from the beginning]."""
+    """A message of the recording: its connection's number, time and stamp [ms from the start]."""
 
     connection: int
     time_ms: int
+    stamp_ms: int = -1  # below 0: its time
+
+    @property
+    def stamp_ns(self) -> int:
+        """The stamp in the message [bag ns]."""
+        return self.time_ns if self.stamp_ms < 0 else BEGIN_NS + self.stamp_ms * MS
 
     @property
     def time_ns(self) -> int:
@@ -54,6 +60,7 @@ class MemoryRecording:
 
     def __init__(self, messages: Sequence[Message]) -> None:
         count = len(messages)
+        self._messages = messages
         columns = Columns(np.array([it.time_ns for it in messages], np.int64),
                           np.array([it.connection for it in messages], np.int16),
                           np.zeros(count, np.int32), np.arange(count, dtype=np.int32))
@@ -64,7 +71,7 @@ class MemoryRecording:
     def message(self, position: int) -> memoryview:
         """The serialised message."""
         connection = int(self.index.connection[position])
-        stamp = struct.pack('<II', *divmod(int(self.index.time_ns[position]), 10 ** 9))
+        stamp = struct.pack('<II', *divmod(self._messages[position].stamp_ns, 10 ** 9))
         if connection == STATIC:
             return memoryview(static_message(position, stamp))
         if connection == MARKERS:

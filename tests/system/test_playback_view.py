@@ -1,0 +1,64 @@
+"""What RViz shows while playback is paused: the same time is the same picture."""
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+from typing import Dict
+
+import pytest
+from running import CellRun, run_command
+
+TOPICS = ['/ur_rt_upper/q_act', '/ur_rt_upper/tcf', '/ft_upper/ft', '/ur_rt_lower/q_act',
+          '/ur_rt_lower/tcf', '/ft_lower/ft', '/camera/rgb/image_color', '/camera/rgb/camera_info',
+          '/camera/depth_registered/image_raw', '/camera/depth_registered/camera_info',
+          '/camera/driver/parameter_updates', '/camera/driver/parameter_descriptions',
+          '/edge_finder_upper', '/edge_finder_lower', '/feed_rate_est']
+SCENE = '1200x800+200+80'  # the view without RViz's own frame rate and time
+FEW_PIXELS = 1200 * 800 // 1000
+
+
+@pytest.fixture(scope='module')
+def bag(ros_environment: Dict[str, str], simulated_config: str,
+        tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Eight seconds of all drivers' topics, with five images a second."""
+    path = tmp_path_factory.mktemp('bags') / 'seam.bag'
+    run = CellRun(['run', simulated_config, 'image_rate:=5', '--no-rviz',
+                   '--devices', 'simulator'], ros_environment)
+    run.wait_for_line('/simulator: running')
+    recorded = run_command(ros_environment, 'rosbag', 'record', '--duration', '8', '-O', str(path),
+                           *TOPICS)
+    assert recorded.returncode == 0 and path.exists(), recorded.stdout
+    run.end()
+    return str(path)
+
+
+def picture_at(environment: Dict[str, str], position_s: float, path: Path) -> Path:
+    """Seek while paused, and take a picture once all is drawn."""
+    answer = run_command(environment, 'rosservice', 'call', '/bag_player/seek', str(position_s))
+    assert 'success: True' in answer.stdout, answer.stdout
+    taken = run_command(environment, 'rosrun', 'process_visualizer', 'view_picture', str(path),
+                        '--delay', '2')
+    assert taken.returncode == 0, taken.stdout
+    return path
+
+
+def different_pixels(first: Path, second: Path) -> int:
+    """How many pixels of the view differ visibly."""
+    compared = subprocess.run(
+        ['compare', '-metric', 'AE', '-fuzz', '8%', f'{first}[{SCENE}]', f'{second}[{SCENE}]',
+         'null:'], stderr=subprocess.PIPE, text=True, check=False)
+    return int(float(compared.stderr.split()[0]))
+
+
+def test_the_same_time_is_the_same_picture(bag, ros_environment, screen, simulated_config,
+                                           run_cell, tmp_path):
+    devices = 'ur_rt_upper,ur_rt_lower,kinect,sewing_machine'
+    run = run_cell(simulated_config, '--mode', 'playback', '--bag', bag, '--devices', devices)
+    run.wait_for_line('/rviz: running')
+    assert run_command(ros_environment, 'rosservice', 'call', '--wait', '/bag_player/pause')
+    pictures = {name: picture_at(ros_environment, position_s, tmp_path / f'{name}.png')
+                for name, position_s in (('early', 1.0), ('late', 7.0), ('again', 1.0),
+                                         ('middle', 4.0), ('late_again', 7.0))}
+    assert different_pixels(pictures['early'], pictures['late']) > 5 * FEW_PIXELS
+    assert different_pixels(pictures['early'], pictures['again']) < FEW_PIXELS
+    assert different_pixels(pictures['late'], pictures['late_again']) < FEW_PIXELS
