@@ -11,6 +11,7 @@ namespace {
 
 constexpr unsigned kUnlimited = 0;  // for roscpp's queue: the recorder's own one is bounded
 constexpr std::chrono::milliseconds kPeriod(20);
+constexpr unsigned kPatience = 3;  ///< looks; a publisher of many topics takes a while to connect
 
 /// A function in a queue of callbacks.
 class Call : public ros::CallbackInterface {
@@ -85,18 +86,18 @@ void Subscriptions::runAfterArrived(const std::function<void()>& function) {
 
 std::vector<std::string> Subscriptions::followChangedTypes(const Publishers& publishers) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  std::set<std::string> unconnected;
-  for (const auto& [topic, subscriber] : subscribers_)
-    if (publishers.count(topic) != 0 && subscriber.getNumPublishers() == 0)
-      unconnected.insert(topic);
   std::vector<std::string> anew;
-  for (const std::string& topic : unconnected) {
-    if (unconnected_.count(topic) == 0) continue;  // it may still be connecting
+  for (const auto& [topic, subscriber] : subscribers_) {
+    const bool is_connected = publishers.count(topic) == 0 || subscriber.getNumPublishers() > 0;
+    unsigned& count = unconnected_[topic];
+    count = is_connected ? 0 : count + 1;
+    if (count == kPatience) anew.push_back(topic);
+  }
+  for (const std::string& topic : anew) {
+    unconnected_[topic] = 0;
     subscribers_.erase(topic);
     subscribe(topic);
-    anew.push_back(topic);
   }
-  unconnected_ = std::move(unconnected);
   return anew;
 }
 

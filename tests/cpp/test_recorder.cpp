@@ -229,6 +229,18 @@ TEST_F(Recordings, EndByThemselvesOnAFullDiskAndCountWhatIsMissing) {
   EXPECT_GT(indexPosition(path("a.bag")), 1u << 20);
 }
 
+TEST(Clock, JumpsAreNotedAndDriftIsNot) {
+  double offset = 5;
+  ClockWatch watch([&offset] { return offset; });
+  for (const double step : {0.0, 0.05, -0.05, -3600.0, 0.0, 0.2}) {
+    offset += step;
+    watch.look();
+  }
+  ASSERT_EQ(watch.jumps().size(), 2u);
+  EXPECT_DOUBLE_EQ(watch.jumps()[0].seconds, -3600.0);
+  EXPECT_NEAR(watch.jumps()[1].seconds, 0.2, 1e-9);
+}
+
 TEST(Recent, IsBoundedInTimeAndBytes) {
   RecentMessages recent(10, 1000);
   const auto connection = connectionWith("");

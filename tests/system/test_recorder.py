@@ -146,6 +146,10 @@ def test_the_recorder_is_killed_while_recording(record, own_environment, tmp_pat
     os.kill(int(pid), signal.SIGKILL)
     assert run.wait() == 1
     assert f'cell reindex {active}' in run.text
+    refused = run_command(own_environment, 'rosrun', 'process_visualizer', 'cell', 'report',
+                          str(active))
+    assert refused.returncode == 1
+    assert f'"rosrun process_visualizer cell reindex {active}"' in refused.stdout
     mended = run_command(own_environment, 'rosrun', 'process_visualizer', 'cell', 'reindex',
                          str(active))
     assert mended.returncode == 0, mended.stdout

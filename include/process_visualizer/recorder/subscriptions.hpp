@@ -52,7 +52,7 @@ class Subscriptions {
   ros::AsyncSpinner spinner_;
   mutable std::mutex mutex_;  ///< for the subscribers
   std::map<std::string, ros::Subscriber> subscribers_;
-  std::set<std::string> unconnected_;  ///< topics that had publishers and no connection
+  std::map<std::string, unsigned> unconnected_;  ///< looks in a row that found no connection
   /// By topic and address; the header is kept so that its address stays its own.
   std::map<std::pair<std::string, boost::shared_ptr<ros::M_string>>, ConnectionPtr> connections_;
 };

@@ -5,6 +5,7 @@ import argparse
 import sys
 from typing import Any
 
+from process_visualizer.bags.bag_errors import BagError, BagUnindexed
 from process_visualizer.bags.recorder_topics import stored_configuration, write_configuration
 from process_visualizer.bags.recording import Recording
 from process_visualizer.bags.reindex import reindex
@@ -43,10 +44,14 @@ def execute_bag_command(options: argparse.Namespace) -> int:
     """
     if options.bag_command == 'reindex':
         return _reindex(options.bag)
-    with Recording(options.bags) as recording:
-        if options.bag_command == 'configuration':
-            return _configuration(recording, options.output)
-        report = make_report(recording)
+    try:
+        with Recording(options.bags) as recording:
+            if options.bag_command == 'configuration':
+                return _configuration(recording, options.output)
+            report = make_report(recording)
+    except BagUnindexed as error:
+        raise BagError(error.file, f'{error.reason}: '
+                       f'"rosrun process_visualizer cell reindex {error.file}"') from error
     print(as_json(report) if options.json else as_text(report))
     return 0 if report.is_complete else 2
 
