@@ -87,3 +87,11 @@ def test_memory_is_bounded():
         clock.add(PlaybackState(100.0 + 0.1 * step, 0.1 * step, 1.0, False, 0))
     assert clock.bag_time(1099.95).time_s == pytest.approx(999.95)
     assert clock.bag_time(100.0).time_s > 900.0  # long forgotten
+
+
+def test_a_state_that_is_told_late_holds_since_the_command():
+    clock = clock_of((100.0, 20.0, 1.0, False, 0, 99.0), (101.0, 23.0, 4.0, False, 0, 100.5),
+                     (101.1, 50.1, 1.0, False, 1, 101.0), (101.3, 60.0, 1.0, True, 2, 101.2))
+    expected = {100.25: (0, 20.25), 100.75: (0, 22.0), 101.05: (1, 50.05), 101.25: (2, 60.0)}
+    for wall_s, (segment, time_s) in expected.items():
+        assert clock.bag_time(wall_s) == (segment, pytest.approx(time_s))

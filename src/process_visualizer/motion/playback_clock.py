@@ -15,6 +15,15 @@ class PlaybackState(NamedTuple):
     rate: float  # seconds of recording per second; below 0 backwards
     paused: bool
     segment: int  # grows where the position jumps
+    since_s: float = 0.0  # wall time since which this holds; 0: since the stamp
+
+    def begin_s(self) -> float:
+        """Return the wall time [s] from which the state holds."""
+        return min(self.since_s, self.stamp_s) if self.since_s else self.stamp_s
+
+    def position_at(self, wall_s: float) -> float:
+        """Return the position [s] at a wall time, as if the state held then."""
+        return self.position_s + (0.0 if self.paused else (wall_s - self.stamp_s) * self.rate)
 
 
 class BagTime(NamedTuple):
@@ -27,9 +36,9 @@ class BagTime(NamedTuple):
 class PlaybackClock:
     """Maps wall times to bag times; without a player every time is as it is.
 
-    Each state holds from its stamp until the next one's. A playing state is extrapolated with its
-    rate, but not past the position that the next one tells: where the player could not keep up,
-    its position says so.
+    Each state holds until the next one does. A playing state is extrapolated with its rate, but
+    not past the position at which the next one begins: where the player could not keep up, its
+    position says so.
 
     States come from one thread; reading is safe from others.
     """
@@ -55,15 +64,18 @@ class PlaybackClock:
         """Return the bag time that was played at a wall time [s]; None without a player."""
         following: Optional[PlaybackState] = None
         for state in reversed(self._states):
-            if state.stamp_s <= wall_s:
+            if state.begin_s() <= wall_s:
                 return _extrapolated(state, wall_s, following)
             following = state
-        return following and BagTime(following.segment, following.position_s)
+        if following is None:
+            return None
+        return BagTime(following.segment, following.position_at(following.begin_s()))
 
     def data_time_s(self, wall_s: float) -> float:
-        """Return a clock [s] for the age of data: it stands while paused, and is slow if playback is.
+        """Return a clock [s] for the age of data.
 
-        Without a player, or when it is lost, it runs as the wall clock does.
+        It stands while playback is paused, and is slow where playback is. Without a player, or
+        when it is lost, it runs as the wall clock does.
         """
         basis_s, data_s, speed = self._age_basis
         elapsed_s = max(wall_s - basis_s, 0.0)
@@ -73,11 +85,9 @@ class PlaybackClock:
 
 def _extrapolated(state: PlaybackState, wall_s: float,
                   following: Optional[PlaybackState]) -> BagTime:
-    if state.paused:
-        return BagTime(state.segment, state.position_s)
-    time_s = state.position_s + (wall_s - state.stamp_s) * state.rate
+    time_s = state.position_at(wall_s)
     if (following is not None and following.segment == state.segment
-            and not following.paused):  # a step pauses, and may lead back
+            and not state.paused and not following.paused):  # a step pauses, and may lead back
         nearer = min if state.rate > 0.0 else max
-        time_s = nearer(time_s, following.position_s)
+        time_s = nearer(time_s, following.position_at(following.begin_s()))
     return BagTime(state.segment, time_s)

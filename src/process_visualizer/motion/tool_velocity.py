@@ -6,6 +6,7 @@ from typing import Deque, NamedTuple, Optional, Sequence
 
 from process_visualizer.motion.playback_clock import PlaybackClock
 from process_visualizer.motion.rotations import Quaternion, Triple
+from process_visualizer.motion.sending_period import SendingPeriod
 from process_visualizer.motion.velocity import ScaledClock, VelocityEstimator
 
 HOLD_S = 0.05
@@ -34,6 +35,7 @@ class ToolVelocity:
         self._clock = clock
         self._scaled = ScaledClock()
         self._estimator = VelocityEstimator(window_s, gap_s=max(1.0, 2.0 * window_s))
+        self._period = SendingPeriod()
         self._waiting: Deque[_Sample] = deque(maxlen=1000)
         self._segment: Optional[int] = None
 
@@ -51,7 +53,8 @@ class ToolVelocity:
         if not self._clock.follows_player(arrival_s):
             self._waiting.clear()
             self._enter(None)
-            self._estimator.add(self._scaled.advance(wall_s, rate), position, quaternion, wall_s)
+            self._estimate(self._scaled.advance(wall_s, rate),
+                           _Sample(arrival_s, wall_s, position, quaternion))
             return
         self._waiting.append(_Sample(arrival_s, wall_s, position, quaternion))
         self.settle(arrival_s)
@@ -63,7 +66,7 @@ class ToolVelocity:
             bag = self._clock.bag_time(sample.wall_s)
             assert bag is not None, 'poses wait only if there is a player'
             if self._enter(bag.segment):
-                self._estimator.add(bag.time_s, sample.position, sample.quaternion, sample.wall_s)
+                self._estimate(bag.time_s, sample)
 
     def velocity(self) -> Optional[Triple]:
         """Return the velocity (3,) [m/s] in the base frame; None while it is not known."""
@@ -77,10 +80,17 @@ class ToolVelocity:
         """Return the wall time [s] at which the tool had that velocity: the window's middle."""
         return self._estimator.wall_s()
 
+    def _estimate(self, time_s: float, sample: _Sample) -> None:
+        """Take a pose at a time that is exact if it has a stamp, and else that of its arrival."""
+        stamped = sample.wall_s != sample.arrival_s
+        self._estimator.period_s = 0.0 if stamped else self._period.add(time_s)
+        self._estimator.add(time_s, sample.position, sample.quaternion, sample.wall_s)
+
     def _enter(self, segment: Optional[int]) -> bool:
         """Forget what was before if this is another segment; tell whether it is not."""
         if segment == self._segment:
             return True
         self._segment = segment
         self._estimator.reset()
+        self._period.reset()
         return False

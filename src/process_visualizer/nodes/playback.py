@@ -23,4 +23,4 @@ class PlaybackFollower:
 
     def _receive(self, state: PlayerState) -> None:
         self.clock.add(PlaybackState(state.stamp.to_sec(), state.position, state.rate,
-                                     state.paused, state.segment))
+                                     state.paused, state.segment, state.since.to_sec()))
