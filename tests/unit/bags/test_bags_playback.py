@@ -177,7 +177,8 @@ def test_messages_stepped_through_with_equal_stamps_keep_them_equal() -> None:
     for number in range(2):
         stage.clock.at(50 * number, lambda: stage.playback.request(Step(1, '', 0)))
     stage.run()
-    shown = {it.number: it for it in stage.viewer.log if it.now_ns <= stage.clock.begin_ns + 50 * MS}
+    shown = {it.number: it for it in stage.viewer.log
+             if it.now_ns <= stage.clock.begin_ns + 50 * MS}
     assert shown[2].now_ns > shown[1].now_ns
     assert shown[2].stamp_ns == shown[1].stamp_ns
 

@@ -109,7 +109,7 @@ def test_values_of_arguments_reach_the_simulator(loaded: Dict[str, ROSLaunchConf
 
 def test_bag_player_plays_what_is_recorded(loaded: Dict[str, ROSLaunchConfig]) -> None:
     arguments = nodes(loaded['devices_playback'])['/bag_player'].args
-    assert arguments.startswith(f"'{BAG}' --topics /ur_rt_upper/q_act ")
+    assert arguments.startswith(f"'{BAG}' --keep-alive --quiet --topics /ur_rt_upper/q_act ")
     assert '/kinect/roi_points' not in arguments  # record="False"
 
 
