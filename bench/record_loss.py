@@ -27,7 +27,7 @@ from recorders import (
 )
 
 Recorder = Union[Type[OwnRecorder], Type[RosbagRecord]]
-_THESIS = """the thesis' table 6.2, Kinect at 30 Hz: tool frame published 123.5 Hz, recorded 102.8 Hz
+_THESIS = """thesis, table 6.2, Kinect at 30 Hz: tool frame published 123.5 Hz, recorded 102.8 Hz
 (16.8 % lost); force published 93.8 Hz, recorded 77.2 Hz (17.7 % lost)"""
 
 

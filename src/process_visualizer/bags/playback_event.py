@@ -10,7 +10,6 @@ from process_visualizer.bags.message_loader import LoadedMessage, MessageLoader,
 from process_visualizer.bags.scene import STATIC_TOPIC, Scene
 from process_visualizer.bags.static_transforms import merged
 
-
 _PARTNERS = 2  # how many messages of a topic before its last may belong to others' last ones
 
 

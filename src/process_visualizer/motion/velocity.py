@@ -13,7 +13,6 @@ from process_visualizer.motion.rotations import (
     rotation_vector_between,
 )
 
-
 _SHORTEST_PERIOD = 0.99  # of the measured one: periods must not add up to an error
 
 
