@@ -135,10 +135,17 @@ void BagFile::writeChunk(std::uint64_t spare_bytes) {
   if (chunk_.empty()) return;
   const std::string info = chunkInfo();
   try {
-    const std::string bytes = chunkRecord() + chunkIndex();
-    reserve(bytes.size() + connection_bytes_ + chunk_infos_.size() + info.size() + spare_bytes);
-    writeAt(position_, bytes);
-    position_ += bytes.size();
+    const bool is_lz4 = compression_ == Compression::kLz4;
+    const std::string smaller = is_lz4 ? compressed(chunk_, path_) : std::string();
+    const std::string& data = is_lz4 ? smaller : chunk_;
+    const std::string head = chunkHead(data.size());
+    const std::string index = chunkIndex();
+    const std::uint64_t size = head.size() + data.size() + index.size();
+    reserve(size + connection_bytes_ + chunk_infos_.size() + info.size() + spare_bytes);
+    writeAt(position_, head);
+    writeAt(position_ + head.size(), data);
+    writeAt(position_ + head.size() + data.size(), index);
+    position_ += size;
   } catch (const RecordingError&) {
     discard();
     throw;
@@ -154,12 +161,14 @@ void BagFile::writeChunk(std::uint64_t spare_bytes) {
   }
 }
 
-std::string BagFile::chunkRecord() const {
-  const bool is_lz4 = compression_ == Compression::kLz4;
-  const Fields fields = {{"op", {kChunk}},
-                         {"compression", is_lz4 ? "lz4" : "none"},
-                         {"size", packed(static_cast<std::uint32_t>(chunk_.size()))}};
-  return record(fields, is_lz4 ? compressed(chunk_, path_) : chunk_);
+/// What stands before the data of the chunk's record: its header, and how many bytes the data has.
+std::string BagFile::chunkHead(std::size_t data_bytes) const {
+  const std::string header =
+      packedHeader({{"op", {kChunk}},
+                    {"compression", compression_ == Compression::kLz4 ? "lz4" : "none"},
+                    {"size", packed(static_cast<std::uint32_t>(chunk_.size()))}});
+  return packed(static_cast<std::uint32_t>(header.size())) + header +
+         packed(static_cast<std::uint32_t>(data_bytes));
 }
 
 std::string BagFile::chunkIndex() const {

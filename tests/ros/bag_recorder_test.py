@@ -8,6 +8,7 @@ import os
 import shutil
 import signal
 import subprocess
+import tempfile
 import threading
 import unittest
 
@@ -314,7 +315,7 @@ class BagRecorderTest(unittest.TestCase):
 
     def test_a_full_disk_stops_the_recording_and_leaves_a_whole_bag(self):
         topic = new_topic()
-        with self.full_disk() as recorder:
+        with self.small_disk(megabytes=20) as recorder:
             publisher = rospy.Publisher(topic, UInt8MultiArray, queue_size=100)
             path = recorder.start(topic, name='a')
             while recorder.client.wait_for(lambda state: state.problems, 0.02) is None:
@@ -332,27 +333,29 @@ class BagRecorderTest(unittest.TestCase):
                 report = make_report(recording)
             self.assertGreater(report.topics[0].dropped, 0)
 
-    def full_disk(self) -> RecorderUnderTest:
-        """A recorder on a disk of 20 MB; without the right to mount one, with files limited so."""
-        folder = f'/tmp/recorder_test_disk_{os.getpid()}'
-        os.makedirs(folder)
-        mounted = subprocess.run(['mount', '-t', 'tmpfs', '-o', 'size=20m', 'tmpfs', folder],
-                                 stderr=subprocess.DEVNULL).returncode == 0
+    def small_disk(self, megabytes: int) -> RecorderUnderTest:
+        """A recorder on a small disk; without the right to mount one, with files limited so."""
+        folder = tempfile.mkdtemp(prefix='recorder_test_disk_')
+        mounted = subprocess.run(
+            ['mount', '-t', 'tmpfs', '-o', f'size={megabytes}m', 'tmpfs', folder],
+            stderr=subprocess.DEVNULL).returncode == 0
         self.addCleanup(shutil.rmtree, folder)
         if mounted:
             self.addCleanup(subprocess.run, ['umount', '--lazy', folder])
             return RecorderUnderTest(folder=folder)
-        return RecorderUnderTest('prlimit', '--fsize=20000000', folder=folder)
+        return RecorderUnderTest('prlimit', f'--fsize={megabytes << 20}', folder=folder)
 
     def test_too_little_room_is_refused_or_stops_the_recording(self):
         topic = new_topic()
         publisher = rospy.Publisher(topic, UInt8MultiArray, queue_size=100)
-        with RecorderUnderTest(minimum_free_megabytes=2_000_000_000) as recorder:
+        with self.small_disk(megabytes=200) as recorder:
+            rospy.set_param(f'{recorder.node}/minimum_free_megabytes', 2_000_000_000)
             with self.assertRaisesRegex(RecorderError, 'MB are free'):
                 recorder.start(topic, name='a')
             self.assertEqual(recorder.files(), [])
+            # Where no disk could be mounted, others use this one too: they only end it earlier.
             free = shutil.disk_usage(recorder.folder).free >> 20
-            rospy.set_param(f'{recorder.node}/minimum_free_megabytes', free - 30)
+            rospy.set_param(f'{recorder.node}/minimum_free_megabytes', free - 100)
             path = recorder.start(topic, name='a')
             while recorder.client.wait_for(
                     lambda state: state.state == RecorderState.IDLE, 0.02) is None:

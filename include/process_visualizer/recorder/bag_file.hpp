@@ -58,7 +58,7 @@ class BagFile {
   };
   std::string activePath() const { return path_ + ".active"; }
   std::uint32_t connectionId(const ConnectionPtr& connection);
-  std::string chunkRecord() const;
+  std::string chunkHead(std::size_t data_bytes) const;
   std::string chunkIndex() const;
   std::string chunkInfo() const;
   std::string fileIndex() const;
