@@ -54,7 +54,7 @@ def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--rounds', type=int, default=2, help='runs of each player (%(default)s)')
     parser.add_argument('--rates', default=[1.0, 0.25, 4.0],
-                        type=lambda text: [float(part) for part in text.split(',')])
+                        type=lambda text: [float(part) for part in text.split(',') if part])
     parser.add_argument('--folder', default=DEFAULT_FOLDER, help='for the bag (%(default)s)')
     parser.add_argument('--players', default=[PEER, OURS], choices=list(COMMANDS), nargs='+')
     parser.add_argument('--no-rviz', dest='rviz', action='store_false')

@@ -3,8 +3,13 @@ import sys
 from pathlib import Path
 from pkgutil import extend_path
 
+from hypothesis import settings
+
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / 'src'))
 
 import process_visualizer  # noqa: E402
 
 process_visualizer.__path__ = extend_path(process_visualizer.__path__, 'process_visualizer')
+
+settings.register_profile('any machine', deadline=None)  # how long an example takes proves nothing
+settings.load_profile('any machine')

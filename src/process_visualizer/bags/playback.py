@@ -2,10 +2,11 @@
 from __future__ import annotations
 
 import queue
+from collections import deque
 from concurrent.futures import Future
 from dataclasses import dataclass
 from functools import partial
-from typing import Callable, List, Optional, Protocol, Tuple
+from typing import Callable, Deque, List, NamedTuple, Optional, Protocol, Tuple
 
 from process_visualizer.bags.bag_index import BagIndex
 from process_visualizer.bags.clock import Clock
@@ -19,21 +20,28 @@ from process_visualizer.bags.stamps import with_stamps_moved
 from process_visualizer.bags.step_target import StepTarget, step_by_messages, step_by_time
 from process_visualizer.bags.timeline import NS_PER_S, Basis, Timeline
 
+LEAD_NS = NS_PER_S // 20  # by which messages are given to the output before they are due
 LATE_NS = NS_PER_S // 5  # from here on, playback slows down instead of catching up
 SETTLING_NS = NS_PER_S // 10  # without a message or command, until the scene is repeated
 MOST_STEPPED = 200  # messages that a step publishes one by one; of more, only the scene counts
 ANSWER_S = 10.0
+AT_ONCE = 0  # a monotonic time [ns] that has passed
 
 
 class Output(Protocol):
     """Where messages go to; called by one thread."""
 
-    def publish(self, connection: int, pieces: List[Data]) -> None:
-        """Send a message of a connection, given in pieces; it must not wait for receivers."""
+    def publish(self, connection: int, pieces: List[Data], due_ns: int) -> None:
+        """Send a message of a connection, given in pieces, when a monotonic time [ns] has come.
+
+        Messages are given in the order of their times. This must not wait for receivers.
+        """
+
+    def revoke(self, after_ns: int) -> int:
+        """Take back what is due after a monotonic time [ns] and not sent; return how many."""
 
     def jump(self, bag_ns: int) -> None:
         """Take note that the position has jumped to a bag time [ns]; its scene follows."""
-
 
     def finish(self) -> None:
         """Take note that the end has been reached, in the direction of play."""
@@ -48,6 +56,16 @@ class Step:
     duration_ns: int
 
 
+class Scheduled(NamedTuple):
+    """An event that was given to the output before it is due."""
+
+    event: PlaybackEvent
+    position: int
+    step: int
+    due_ns: int
+    stamps: int  # StampMapping.remembered before it
+
+
 class Playback:
     """Publishes what the timeline makes visible; ``run`` is the work of one thread.
 
@@ -55,6 +73,9 @@ class Playback:
     restored, forwards each message is published as its time comes, backwards each is replaced by
     the one before it. When the machine cannot keep up, the timeline slips: everything comes
     later, together.
+
+    Messages are prepared and given to the output LEAD_NS before they are due, which sends them at
+    their times whatever else the machine does; at a command those not sent yet are taken back.
     """
 
     def __init__(self, recording: Recording, timeline: Timeline, output: Output,
@@ -74,8 +95,8 @@ class Playback:
         self._steps: queue.SimpleQueue[Tuple[Step, Future[StepTarget]]] = queue.SimpleQueue()
         self._passed = 0  # how many messages of the recording are visible, or replaced
         self._scene = timeline.basis.scene
-        self._next: Optional[PlaybackEvent] = None  # taken already, and not published yet
-        self._next_of = (-1, 0)
+        self._scheduled: Deque[Scheduled] = deque()  # those not due yet, and some that are
+        self._version = -1  # of the basis for which they were
         self._published = 0
         self._repeat = False
         self._playing = False  # published lately as time went on
@@ -84,7 +105,7 @@ class Playback:
 
     @property
     def published(self) -> int:
-        """How many messages were published."""
+        """How many messages were published, with those that will be within the next moment."""
         return self._published
 
     @property
@@ -96,6 +117,12 @@ class Playback:
     def problems(self) -> Tuple[str, ...]:
         """What could not be played as it should be, so far."""
         return self._loader.problems
+
+    def prepare(self) -> None:
+        """Begin to read what comes first, before ``run``."""
+        basis = self._timeline.basis
+        count = self._index.count_before(basis.bag_ns)
+        self._ahead.begin(*(count, FORWARD) if basis.forward else (count - 1, BACKWARD))
 
     def close(self) -> None:
         """End ``run``."""
@@ -148,6 +175,9 @@ class Playback:
             step, answer = self._steps.get()
             _answer(answer, partial(self._step, step))
         basis = self._timeline.basis
+        if basis.version != self._version:
+            self._version = basis.version
+            self._take_back()
         if basis.scene != self._scene:
             self._scene = basis.scene
             self._output.jump(basis.bag_ns)
@@ -171,12 +201,35 @@ class Playback:
             if self._timeline.wait_until_due(basis.limit_ns, basis.version):
                 self._pass_limit(basis)
             return
-        event = self._event(position, step)
-        if self._timeline.wait_until_due(event.time_ns, basis.version):
-            basis = self._kept_up(event.time_ns, basis)
-            self._next = None
-            self._passed = position + (step == FORWARD)
-            self._show(event, basis)
+        event = self._ahead.take(position, step)
+        if (self._timeline.wait_until_due(event.time_ns, basis.version, LEAD_NS)
+                and self._keeps_up(event.time_ns, basis.version)):
+            self._schedule(event, position, step)
+        else:
+            self._ahead.put_back(position, step, event)
+
+    def _schedule(self, event: PlaybackEvent, position: int, step: int) -> None:
+        """Give an event to the output, to be sent when it is due."""
+        stamps = 0 if self._mapping is None else self._mapping.remembered
+        basis, now_ns = self._timeline.basis, self._clock.monotonic_ns()
+        due_ns = basis.due_ns(event.time_ns) or now_ns
+        while self._scheduled and self._scheduled[0].due_ns < now_ns:
+            self._scheduled.popleft()
+        self._scheduled.append(Scheduled(event, position, step, due_ns, stamps))
+        self._passed = position + (step == FORWARD)
+        self._show(event, basis, due_ns)
+
+    def _take_back(self) -> None:
+        """Take back what has not been sent yet, as a command may have changed when it is due."""
+        count = self._output.revoke(self._clock.monotonic_ns())
+        self._published -= count
+        while count > 0:
+            event, position, step, _, stamps = self._scheduled.pop()
+            count -= len(event.messages)
+            self._passed = position + (step == BACKWARD)
+            self._ahead.put_back(position, step, event)
+            if self._mapping is not None:
+                self._mapping.forget_since(stamps)
 
     def _rest(self, basis: Basis) -> None:
         """Wait for a command; once it has been quiet for a while, publish the scene once more.
@@ -211,21 +264,15 @@ class Playback:
         time_ns = int(self._index.time_ns[position])
         return time_ns <= basis.limit_ns if basis.forward else time_ns > basis.limit_ns
 
-    def _event(self, position: int, step: int) -> PlaybackEvent:
-        if self._next is None or self._next_of != (position, step):
-            self._next = self._ahead.take(position, step)
-            self._next_of = position, step
-        return self._next
-
-    def _kept_up(self, bag_ns: int, basis: Basis) -> Basis:
-        """The basis by which a message is stamped that is published now, maybe too late."""
-        due_ns = basis.due_ns(bag_ns)
-        if due_ns is None or self._clock.monotonic_ns() - due_ns < LATE_NS:
-            return basis
-        self._timeline.slip_to(bag_ns, basis.version)
-        return self._timeline.basis
+    def _keeps_up(self, bag_ns: int, version: int) -> bool:
+        """Slip if a message comes too late; tell whether no command came meanwhile."""
+        due_ns = self._timeline.basis.due_ns(bag_ns)
+        if due_ns is not None and self._clock.monotonic_ns() - due_ns >= LATE_NS:
+            self._timeline.slip_to(bag_ns, version)
+        return self._timeline.basis.version == version
 
     def _step(self, step: Step) -> StepTarget:
+        self._take_back()
         target = self._target(step)
         passed, self._passed, self._playing = self._passed, target.count, False
         self._timeline.step_to(target.bag_ns)
@@ -248,32 +295,35 @@ class Playback:
     def _restore(self, count: int, basis: Basis) -> None:
         """Publish the scene after ``count`` messages, unless a newer one is asked for already."""
         self._passed = count
-        self._next, self._playing = None, False
+        self._playing = False
         event = self._events.scene(count)
         if self._timeline.basis.scene == basis.scene:
             for message in event.messages:
                 self._publish(message, lambda stamp_ns: self._present(basis, stamp_ns))
 
-    def _show(self, event: PlaybackEvent, basis: Basis) -> None:
+    def _show(self, event: PlaybackEvent, basis: Basis, due_ns: int = AT_ONCE) -> None:
         for message in event.messages:
-            self._publish(message, self._stamper(basis, message.time_ns, event.time_ns))
+            self._publish(message, self._stamper(basis, message.time_ns, event.time_ns, due_ns),
+                          due_ns)
 
-    def _stamper(self, basis: Basis, message_ns: int, shown_ns: int) -> Callable[[int], int]:
+    def _stamper(self, basis: Basis, message_ns: int, shown_ns: int,
+                 due_ns: int) -> Callable[[int], int]:
         mapping = self._mapping
         if mapping is None:
             return lambda stamp_ns: stamp_ns
-        return lambda stamp_ns: mapping.stamp(basis, stamp_ns, message_ns, shown_ns)
+        return lambda stamp_ns: mapping.stamp(basis, stamp_ns, message_ns, shown_ns, due_ns)
 
     def _present(self, basis: Basis, stamp_ns: int) -> int:
         return stamp_ns if self._mapping is None else self._mapping.present(basis, stamp_ns)
 
-    def _publish(self, message: LoadedMessage, mapping: Callable[[int], int]) -> None:
+    def _publish(self, message: LoadedMessage, mapping: Callable[[int], int],
+                 due_ns: int = AT_ONCE) -> None:
         pieces: List[Data] = [message.data]
         if self._mapping is not None and message.stamp_offsets:
             pieces = with_stamps_moved(message.data, message.stamp_offsets, mapping)
-        self._output.publish(message.connection, pieces)
+        self._output.publish(message.connection, pieces, due_ns)
         self._published += 1
-        self._settled_ns = self._clock.monotonic_ns() + SETTLING_NS
+        self._settled_ns = max(self._clock.monotonic_ns(), due_ns) + SETTLING_NS
 
 
 def _answer(future: 'Future[StepTarget]', work: Callable[[], StepTarget]) -> None:

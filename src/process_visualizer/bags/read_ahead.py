@@ -52,6 +52,19 @@ class ReadAhead:
             self._restart(position + step, step)
         return self._make(position, step)
 
+    def put_back(self, position: int, step: int, event: PlaybackEvent) -> None:
+        """Give back the event that was taken last, to be taken again."""
+        with self._changed:
+            if (position + step, step) == (self._first, self._step):
+                self._ready.appendleft(event)
+                self._ready_bytes += event.size
+                self._first = position
+
+    def begin(self, position: int, step: int) -> None:
+        """Begin to read at a position, as that is where ``take`` will go on."""
+        with self._changed:
+            self._restart(position, step)
+
     def _pop(self) -> PlaybackEvent:
         event = self._ready.popleft()
         self._ready_bytes -= event.size

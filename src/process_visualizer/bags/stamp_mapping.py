@@ -36,15 +36,22 @@ class StampMapping:
         self._clock = clock or Clock()
         self._command = self._scene = -1
         self._known: OrderedDict[int, int] = OrderedDict()  # bag stamp -> wall stamp
+        self._remembered = 0
         self._order = OrderKeeper()
         self._floor_ns = self._lag_ns = self._offset_ns = self._wall_ns = 0
 
+    @property
+    def remembered(self) -> int:
+        """How many different stamps were mapped so far: a mark for ``forget_since``."""
+        return self._remembered
+
     def stamp(self, basis: Basis, stamp_ns: int, message_ns: int,
-              shown_ns: Optional[int] = None) -> int:
+              shown_ns: Optional[int] = None, sent_ns: int = 0) -> int:
         """Return the wall stamp [ns] of a bag stamp in a message recorded at a bag time [ns].
 
-        Where the message is not shown at the time when it was recorded, as in playing backwards,
-        ``shown_ns`` is the bag time at which it is; its stamps move with it.
+        The message is sent at a monotonic time [ns], now if that has passed. Where it is not shown
+        at the time when it was recorded, as in playing backwards, ``shown_ns`` is the bag time at
+        which it is; its stamps move with it.
         """
         if basis.paused:
             return self.present(basis, stamp_ns)
@@ -52,7 +59,8 @@ class StampMapping:
         if stamp_ns not in self._known:
             near_ns = nearby(basis, stamp_ns, message_ns)
             near_ns += 0 if shown_ns is None else shown_ns - message_ns
-            wall_ns = max(self._mapped(basis, near_ns, now_ns), self._floor_ns)
+            sent_wall_ns = max(now_ns, sent_ns + self._offset_ns)
+            wall_ns = max(self._mapped(basis, near_ns, sent_wall_ns), self._floor_ns)
             self._remember(stamp_ns, self._order.fit(near_ns if basis.forward else -near_ns,
                                                      wall_ns))
         return self._known[stamp_ns]
@@ -70,11 +78,17 @@ class StampMapping:
         """Stamp anew what is published again, as somebody has not seen it yet."""
         self._known.clear()
 
-    def _mapped(self, basis: Basis, near_ns: int, now_ns: int) -> int:
+    def forget_since(self, remembered: int) -> None:
+        """Forget the stamps mapped since a mark, as their messages were not sent after all."""
+        for _ in range(min(self._remembered - remembered, len(self._known))):
+            self._known.popitem()
+        self._remembered = remembered
+
+    def _mapped(self, basis: Basis, near_ns: int, sent_ns: int) -> int:
         due_ns = basis.due_ns(near_ns)
         assert due_ns is not None, 'the basis is not paused'
         wall_ns = due_ns + self._offset_ns
-        self._lag_ns = max(self._lag_ns, wall_ns - now_ns)
+        self._lag_ns = max(self._lag_ns, wall_ns - sent_ns)
         return wall_ns - self._lag_ns
 
     def _follow(self, basis: Basis) -> int:
@@ -96,6 +110,7 @@ class StampMapping:
         if len(self._known) >= MEMORY:
             self._known.popitem(last=False)
         self._known[stamp_ns] = wall_ns
+        self._remembered += 1
 
 
 class OrderKeeper:

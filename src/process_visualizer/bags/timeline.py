@@ -210,15 +210,16 @@ class Timeline:
 
     # For the one who publishes.
 
-    def wait_until_due(self, bag_ns: Optional[int], version: int) -> bool:
+    def wait_until_due(self, bag_ns: Optional[int], version: int, lead_ns: int = 0) -> bool:
         """Wait until a bag time [ns] is due (None: for ever); False if a command came first.
 
-        The version is that of the basis from which the caller concluded what to wait for: a
-        command since then ends the wait before it begins.
+        With a lead, the wait ends so much earlier [ns]. The version is that of the basis from
+        which the caller concluded what to wait for: a command since then ends the wait before it
+        begins.
         """
         with self._changed:
             while self._basis.version == version:
-                remaining_ns = self._remaining_ns(bag_ns)
+                remaining_ns = self._remaining_ns(bag_ns) - lead_ns
                 if remaining_ns <= 0:
                     return True
                 self._clock.wait(self._changed, remaining_ns)

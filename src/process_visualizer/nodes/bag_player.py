@@ -96,6 +96,7 @@ class BagPlayer:
 
     def start(self, paused: bool) -> None:
         """Begin to publish, playing or paused."""
+        self._playback.prepare()
         if not paused:
             self.control.play()
         self._thread.start()

@@ -3,9 +3,11 @@ from __future__ import annotations
 
 from typing import Callable, Dict, List, NamedTuple, Optional, Protocol, Sequence, Tuple
 
+import rospy
+
 from process_visualizer.bags.bag_records import Connection
 from process_visualizer.bags.message_layout import Data
-from process_visualizer.nodes.link_sender import LinkSender
+from process_visualizer.nodes.timed_sender import TimedSender
 from process_visualizer.nodes.topic_publisher import TopicPublisher
 
 
@@ -37,27 +39,33 @@ class BagPublishers:
     def __init__(self, topics: Sequence[PublishedTopic], queue_size: int,
                  listener: PlaybackListener) -> None:
         """Advertise the topics; tell a listener what happens."""
-        self._sender = LinkSender()
+        self._sender = TimedSender()
+        # Before rospy closes its connections: none of them is to be taken for a broken one then.
+        rospy.on_shutdown(self._sender.close)
         self._listener = listener
         self._topics = [TopicPublisher(topic.name, topic.connection, topic.latch, self._sender,
                                        queue_size, listener.on_subscribe) for topic in topics]
-        self._publish: Dict[int, Callable[[int, List[Data]], None]] = {
+        self._publish: Dict[int, Callable[[int, List[Data], int], None]] = {
             number: publisher.publish for topic, publisher in zip(topics, self._topics)
             for number in topic.numbers}
 
     @property
     def dropped(self) -> int:
         """How many messages slow subscribers did not get."""
-        return sum(topic.dropped for topic in self._topics)
+        return self._sender.dropped
 
     @property
     def all_subscribed(self) -> bool:
         """Tell whether every topic has a subscriber."""
         return all(topic.subscriber_count for topic in self._topics)
 
-    def publish(self, connection: int, pieces: List[Data]) -> None:
-        """Send a message of a connection, given in pieces."""
-        self._publish[connection](connection, pieces)
+    def publish(self, connection: int, pieces: List[Data], due_ns: int) -> None:
+        """Send a message of a connection, given in pieces, when a monotonic time [ns] has come."""
+        self._publish[connection](connection, pieces, due_ns)
+
+    def revoke(self, after_ns: int) -> int:
+        """Take back what is due after a monotonic time [ns] and not sent; return how many."""
+        return self._sender.revoke(after_ns)
 
     def jump(self, bag_ns: int) -> None:
         """Tell of a jump to a bag time [ns]; its scene follows."""
@@ -69,13 +77,13 @@ class BagPublishers:
 
     def wait_until_sent(self, timeout_s: float) -> bool:
         """Wait until all that was published has gone; return False if it took too long."""
-        return self._sender.wait_until_idle(timeout_s)
+        return self._sender.wait_until_sent(timeout_s)
 
     def close(self) -> None:
         """Stop publishing."""
+        self._sender.close()
         for topic in self._topics:
             topic.close()
-        self._sender.close()
 
 
 def published_topics(connections: Sequence[Connection], name_of: Callable[[str], Optional[str]]

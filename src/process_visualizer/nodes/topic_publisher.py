@@ -9,8 +9,7 @@ import rospy
 
 from process_visualizer.bags.bag_records import Connection
 from process_visualizer.bags.message_layout import Data
-from process_visualizer.nodes.link_sender import LinkSender
-from process_visualizer.nodes.subscriber_link import Packet, SubscriberLink
+from process_visualizer.nodes.timed_sender import TimedSender
 
 QUEUE_BYTES = 64 << 20
 
@@ -22,7 +21,7 @@ class TopicPublisher(rospy.SubscribeListener):
     thread for each subscriber drop messages without saying so.
     """
 
-    def __init__(self, name: str, connection: Connection, latch: bool, sender: LinkSender,
+    def __init__(self, name: str, connection: Connection, latch: bool, sender: TimedSender,
                  queue_size: int, on_subscribe: Callable[[], None]) -> None:
         """Advertise a topic.
 
@@ -30,38 +29,23 @@ class TopicPublisher(rospy.SubscribeListener):
             rospy.ROSException: the master cannot be reached, or the name is not allowed.
         """
         self._sender = sender
-        self._queue_size = queue_size
-        self._latch = latch
+        self._topic = sender.add_topic(latch, queue_size, QUEUE_BYTES)
         self._on_subscribe = on_subscribe
-        self._lock = threading.Lock()  # messages come from one thread, subscribers from others
-        self._links: Dict[int, SubscriberLink] = {}
-        self._latched: Dict[int, Packet] = {}
-        self._dropped_before = 0
+        self._lock = threading.Lock()  # subscribers come and go in several threads
+        self._links: Dict[int, int] = {}  # by the identity of rospy's connection
         with warnings.catch_warnings():
             warnings.simplefilter('ignore', SyntaxWarning)  # no queue_size: there is a queue here
             self._publisher = rospy.Publisher(name, message_class(connection), self, latch=latch)
         self._update_links()
 
     @property
-    def dropped(self) -> int:
-        """How many messages slow subscribers did not get."""
-        with self._lock:
-            return self._dropped_before + sum(link.dropped for link in self._links.values())
-
-    @property
     def subscriber_count(self) -> int:
         """How many subscribers are connected."""
         return len(self._links)
 
-    def publish(self, connection: int, pieces: List[Data]) -> None:
+    def publish(self, connection: int, pieces: List[Data], due_ns: int) -> None:
         """Send a message of one of the topic's connections in the bag, given in pieces."""
-        with self._lock:
-            if self._latch:
-                self._latched[connection] = Packet(pieces)
-            if self._links:
-                packet = Packet(pieces)
-                for link in self._links.values():
-                    link.send(packet.copy())
+        self._sender.send(self._topic, connection, pieces, due_ns)
 
     def close(self) -> None:
         """Stop publishing."""
@@ -83,18 +67,18 @@ class TopicPublisher(rospy.SubscribeListener):
         with self._lock:
             connections = {id(connection): connection for connection in publisher.impl.connections}
             for key in self._links.keys() - connections.keys():
-                self._dropped_before += self._links.pop(key).dropped
+                self._sender.remove_link(self._links.pop(key))
             new = connections.keys() - self._links.keys()
             for key in new:
-                self._links[key] = self._new_link(connections[key])
+                self._links[key] = self._sender.add_link(
+                    self._topic, _descriptor(connections[key]), connections[key].close)
         if new:
             self._on_subscribe()
 
-    def _new_link(self, connection: Any) -> SubscriberLink:
-        link = SubscriberLink(connection, self._queue_size, QUEUE_BYTES, self._sender.wake)
-        for packet in self._latched.values():
-            link.send(packet.copy())
-        return link
+
+def _descriptor(connection: Any) -> int:
+    socket = connection.socket
+    return -1 if socket is None else int(socket.fileno())
 
 
 def message_class(connection: Connection) -> Type[rospy.AnyMsg]:

@@ -103,6 +103,7 @@ class ScriptedClock(FakeClock):
         self.begin_ns = self.now_ns
         self._script: List[Tuple[int, int, Callable[[], object]]] = []
         self.at_end: Callable[[], object] = lambda: None
+        self.on_time: Callable[[], object] = lambda: None  # called when it is later than before
 
     def at(self, time_ms: int, action: Callable[[], object]) -> None:
         """Do something at a time from the beginning."""
@@ -113,9 +114,11 @@ class ScriptedClock(FakeClock):
         if self._script and self._script[0][0] <= self.now_ns + timeout_ns:
             time_ns, _, action = self._script.pop(0)
             self.now_ns = max(self.now_ns, time_ns)
+            self.on_time()
             action()
         elif timeout_ns < 1 << 60:
             self.now_ns += timeout_ns
+            self.on_time()
         else:
             self.at_end()
 
@@ -140,7 +143,7 @@ class Shown(NamedTuple):
 
 
 class Viewer:
-    """What somebody sees who receives everything, and how long receiving takes [ns]."""
+    """What somebody sees who receives everything at its time; publishing takes ``work_ns``."""
 
     def __init__(self, clock: ScriptedClock) -> None:
         self._clock = clock
@@ -152,12 +155,32 @@ class Viewer:
         self.seen: Dict[int, int] = {}  # connection (topic): position of the message
         self.markers: List[str] = []  # their namespaces
         self.static: Dict[str, float] = {}
+        self.begun_ns = 0  # how long before it is due a message cannot be taken back any more
+        self._scheduled: List[Shown] = []
+        clock.on_time = self.receive
 
-    def publish(self, connection: int, pieces: Sequence[bytes]) -> None:
-        data = b''.join(pieces)
-        self.log.append(Shown(connection, data, self._clock.now_ns))
+    def publish(self, connection: int, pieces: Sequence[bytes], due_ns: int) -> None:
+        last_ns = self._scheduled[-1].now_ns if self._scheduled else 0
+        self._scheduled.append(Shown(connection, b''.join(pieces),
+                                     max(due_ns, self._clock.now_ns, last_ns)))
         self._clock.now_ns += self.work_ns
         self.watch()
+        self.receive()
+
+    def revoke(self, after_ns: int) -> int:
+        kept = [it for it in self._scheduled if it.now_ns <= after_ns + self.begun_ns]
+        revoked = len(self._scheduled) - len(kept)
+        self._scheduled = kept
+        return revoked
+
+    def receive(self) -> None:
+        """See what has become due."""
+        while self._scheduled and self._scheduled[0].now_ns <= self._clock.now_ns:
+            self._see(self._scheduled.pop(0))
+
+    def _see(self, shown: Shown) -> None:
+        self.log.append(shown)
+        connection, data = shown.connection, shown.data
         if connection == STATIC:
             self.static.update({it.child_frame_id: it.transform.translation.x
                                 for it in TFMessage().deserialize(data).transforms})

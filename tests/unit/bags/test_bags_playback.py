@@ -98,10 +98,12 @@ def test_bytes_are_as_recorded_but_for_the_stamps(messages: List[Message]) -> No
 
 
 @settings(max_examples=300)
-@given(messages_of_a_recording, scripts)
+@given(messages_of_a_recording, scripts, st.sampled_from([0, 8 * MS]))
 def test_when_paused_what_is_seen_is_the_scene_at_the_position(
-        messages: List[Message], script: List[Tuple[int, Tuple[object, ...]]]) -> None:
+        messages: List[Message], script: List[Tuple[int, Tuple[object, ...]]],
+        begun_ns: int) -> None:
     stage = Stage(messages)
+    stage.viewer.begun_ns = begun_ns
     for time_ms, (name, *arguments) in script:
         stage.clock.at(time_ms, obeying(getattr(stage.control, str(name)), *arguments))
     stage.clock.at(600, stage.control.pause)
@@ -126,10 +128,11 @@ def queued(stage: Stage, step: Step) -> None:
 
 
 @settings(max_examples=300)
-@given(messages_of_a_recording, st.integers(0, 300), steps)
+@given(messages_of_a_recording, st.integers(0, 300), steps, st.sampled_from([0, 8 * MS]))
 def test_after_steps_what_is_seen_is_the_scene(messages: List[Message], pause_ms: int,
-                                               steps: List[Step]) -> None:
+                                               steps: List[Step], begun_ns: int) -> None:
     stage = Stage(messages)
+    stage.viewer.begun_ns = begun_ns
     stage.control.play()
     stage.clock.at(pause_ms, stage.control.pause)
     for number, step in enumerate(steps):
@@ -181,6 +184,50 @@ def test_messages_stepped_through_with_equal_stamps_keep_them_equal() -> None:
              if it.now_ns <= stage.clock.begin_ns + 50 * MS}
     assert shown[2].now_ns > shown[1].now_ns
     assert shown[2].stamp_ns == shown[1].stamp_ns
+
+
+@given(st.integers(0, 1000), st.sampled_from([0.25, 1.0, 4.0, -1.0]))
+def test_nothing_beyond_the_position_is_seen_when_a_pause_comes(pause_ms: int,
+                                                                rate: float) -> None:
+    stage = Stage(SECOND)
+    if rate < 0.0:
+        stage.control.seek(1.0)
+    stage.control.set_rate(rate)
+    stage.control.play()
+    stage.clock.at(pause_ms, stage.control.pause)
+    stage.run()
+    position_ns = stage.timeline.position_ns()
+    times_ns = [stage.messages[number].time_ns for number in stage.numbers()]
+    if rate > 0.0:
+        assert max(times_ns) <= position_ns
+        assert len(set(times_ns)) == stage.playback.passed
+    else:
+        assert min(times_ns) >= position_ns - 20 * MS  # of each topic, what was visible before
+
+
+def test_a_change_of_the_rate_takes_effect_on_the_next_message() -> None:
+    stage = Stage(SECOND)
+    stage.control.play()
+    stage.clock.at(205, lambda: stage.control.set_rate(0.5))
+    stage.run()
+    seen_ms = [(it.now_ns - stage.clock.begin_ns) / MS for it in stage.viewer.log[:101]]
+    assert seen_ms[:21] == [10 * number for number in range(21)]
+    assert seen_ms[21:] == [215 + 20 * number for number in range(80)]
+    stamps_ms = [it.stamp_ns / MS - stage.clock.wall_offset_ns / MS for it in stage.viewer.log]
+    assert all(stamp - stage.clock.begin_ns / MS <= seen
+               for stamp, seen in zip(stamps_ms, seen_ms))
+
+
+def test_what_was_taken_back_at_a_pause_is_stamped_anew() -> None:
+    stage = Stage(SECOND)
+    stage.control.play()
+    stage.clock.at(205, stage.control.pause)
+    stage.clock.at(5000, stage.control.play)
+    stage.run()
+    later = [it for it in stage.viewer.log if it.number > 20][:20]
+    assert [it.number for it in later] == list(range(21, 41))
+    for it in later:
+        assert it.stamp_ns == it.now_ns + stage.clock.wall_offset_ns
 
 
 def test_playing_at_a_loop_repeats_exactly_the_messages_within() -> None:

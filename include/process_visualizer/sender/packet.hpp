@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+
+namespace process_visualizer {
+
+/// A message as TCPROS wants it on the wire: its length (uint32, little-endian), then its bytes.
+class Packet {
+ public:
+  Packet(const char* message, std::size_t size);
+
+  const char* data() const { return bytes_.get(); }
+  std::size_t size() const { return size_; }  ///< with the length before the message
+
+ private:
+  std::size_t size_;
+  std::unique_ptr<char[]> bytes_;
+};
+
+/// One copy for all subscribers of a topic.
+using PacketPtr = std::shared_ptr<const Packet>;
+
+}  // namespace process_visualizer

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace process_visualizer {
+
+/// What ends a thread's wait: a time, another thread, or a socket.
+class Wakeup {
+ public:
+  struct Event {
+    int number;   ///< by which the socket was added
+    bool broken;  ///< the other side has gone away; else it takes something again
+  };
+  static constexpr std::int64_t kNever = INT64_MAX;
+
+  /// @throws std::system_error if the system has no more descriptors.
+  Wakeup();
+  ~Wakeup();
+  Wakeup(const Wakeup&) = delete;
+  Wakeup& operator=(const Wakeup&) = delete;
+
+  void add(int socket, int number);
+  /// Whether the wait also ends when the socket can be written to.
+  void watchWritable(int socket, int number, bool watch);
+  void remove(int socket);
+
+  /// Ends the wait, or the next one. For any thread; all else is for the thread that waits or
+  /// for one that holds its lock.
+  void ring();
+  /// Waits until a time of the monotonic clock [ns]; returns what happened to sockets.
+  std::vector<Event> waitUntil(std::int64_t time_ns);
+
+ private:
+  void setTimer(std::int64_t time_ns);
+
+  int epoll_;
+  int timer_;
+  int bell_;
+  std::int64_t timer_ns_ = kNever;
+};
+
+}  // namespace process_visualizer

@@ -1,0 +1,309 @@
+// What a subscriber receives, and when: socket pairs stand for the connections of subscribers.
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <future>
+#include <string>
+#include <vector>
+
+#include "process_visualizer/sender/timed_sender.hpp"
+
+using process_visualizer::monotonicNow;
+using process_visualizer::Packet;
+using process_visualizer::QueueLimits;
+using process_visualizer::TimedSender;
+using process_visualizer::Transfer;
+
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000;
+constexpr QueueLimits kMuch{1000, 1 << 30};
+
+std::shared_ptr<const Packet> packet(const std::string& message) {
+  return std::make_shared<const Packet>(message.data(), message.size());
+}
+
+/// A subscriber: the sender writes to `peer`.
+class Subscriber {
+ public:
+  Subscriber() {
+    int sockets[2];
+    if (socketpair(AF_UNIX, SOCK_STREAM, 0, sockets) != 0) throw std::runtime_error("socketpair");
+    socket_ = sockets[0];
+    peer = sockets[1];
+    const timeval timeout{5, 0};
+    setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof(timeout));
+  }
+  ~Subscriber() {
+    leave();
+    close(peer);
+  }
+  void leave() {
+    if (socket_ >= 0) close(socket_);
+    socket_ = -1;
+  }
+  /// The next message, "nothing" if none comes for long.
+  std::string receive() {
+    std::uint32_t size;
+    if (recv(socket_, &size, sizeof(size), MSG_WAITALL) != sizeof(size)) return "nothing";
+    std::string message(size, ' ');
+    recv(socket_, message.data(), size, MSG_WAITALL);
+    return message;
+  }
+  void waitForSomething() {
+    char byte;
+    recv(socket_, &byte, 1, MSG_PEEK);
+  }
+  bool hasSomething() {
+    char byte;
+    return recv(socket_, &byte, 1, MSG_PEEK | MSG_DONTWAIT) > 0;
+  }
+
+  int peer;
+
+ private:
+  int socket_;
+};
+
+TEST(Transfer, ASmallPacketIsWrittenWhenItIsDue) {
+  const Transfer transfer(1000, 5 * kMs);
+  EXPECT_EQ(transfer.begin(), 5 * kMs);
+  EXPECT_EQ(transfer.sizeOf(0, 5 * kMs), 1000U);
+}
+
+TEST(Transfer, ALargePacketIsWrittenInSlicesAndItsLastByteWhenItIsDue) {
+  for (const std::size_t size : {40'000U, 1'000'000U, 50'000'000U}) {
+    const Transfer transfer(size, 1000 * kMs);
+    std::size_t written = 0;
+    std::int64_t last_ns = 0;
+    EXPECT_GE(transfer.begin(), 992 * kMs);
+    while (written < size - 1) {
+      const std::int64_t now_ns = transfer.timeOf(written);
+      EXPECT_GT(now_ns, last_ns);
+      EXPECT_LT(now_ns, 1000 * kMs);
+      last_ns = now_ns;
+      written += transfer.sizeOf(written, now_ns);
+    }
+    ASSERT_EQ(written, size - 1);
+    EXPECT_EQ(transfer.timeOf(written), 1000 * kMs);
+    EXPECT_EQ(transfer.sizeOf(written, 1000 * kMs), 1U);
+  }
+}
+
+TEST(Transfer, WhatIsOverdueIsWrittenAtOnce) {
+  EXPECT_EQ(Transfer(1'000'000, 5).sizeOf(300'000, 6), 700'000U);
+}
+
+TEST(TimedSender, SendsToAllSubscribersOfATopicInOrder) {
+  TimedSender sender;
+  Subscriber one, other, elsewhere;
+  const int topic = sender.addTopic(false, kMuch);
+  sender.addLink(topic, one.peer);
+  sender.addLink(topic, other.peer);
+  sender.addLink(sender.addTopic(false, kMuch), elsewhere.peer);
+  for (const char* message : {"a", "", "ccc"}) sender.send(topic, 0, 0, packet(message));
+  for (Subscriber* it : {&one, &other}) {
+    EXPECT_EQ(it->receive(), "a");
+    EXPECT_EQ(it->receive(), "");
+    EXPECT_EQ(it->receive(), "ccc");
+  }
+  EXPECT_FALSE(elsewhere.hasSomething());
+}
+
+TEST(TimedSender, SendsNothingBeforeItIsDue) {
+  TimedSender sender;
+  Subscriber subscriber;
+  const int topic = sender.addTopic(false, kMuch);
+  sender.addLink(topic, subscriber.peer);
+  const std::int64_t begin_ns = monotonicNow();
+  for (int number = 1; number <= 20; ++number)
+    sender.send(topic, 0, begin_ns + number * 5 * kMs, packet(std::to_string(number)));
+  for (int number = 1; number <= 20; ++number) {
+    EXPECT_EQ(subscriber.receive(), std::to_string(number));
+    EXPECT_GE(monotonicNow(), begin_ns + number * 5 * kMs);
+  }
+}
+
+TEST(TimedSender, KeepsTheOrderInWhichMessagesWereGiven) {
+  TimedSender sender;
+  Subscriber subscriber;
+  const int topic = sender.addTopic(false, kMuch);
+  sender.addLink(topic, subscriber.peer);
+  sender.send(topic, 0, monotonicNow() + 20 * kMs, packet("first"));
+  sender.send(topic, 0, 0, packet("second"));
+  EXPECT_EQ(subscriber.receive(), "first");
+  EXPECT_EQ(subscriber.receive(), "second");
+}
+
+TEST(TimedSender, TakesBackWhatIsNotDue) {
+  TimedSender sender;
+  Subscriber subscriber;
+  const int topic = sender.addTopic(false, kMuch);
+  sender.addLink(topic, subscriber.peer);
+  const std::int64_t later_ns = monotonicNow() + 60'000 * kMs;
+  sender.send(topic, 0, later_ns - 1, packet("kept"));
+  sender.send(topic, 0, later_ns, packet("a"));
+  sender.send(topic, 0, later_ns + 1, packet("b"));
+  EXPECT_EQ(sender.revoke(later_ns - 1), 2U);
+  EXPECT_EQ(sender.revoke(0), 1U);
+  EXPECT_EQ(sender.revoke(0), 0U);
+  sender.send(topic, 0, 0, packet("now"));
+  EXPECT_EQ(subscriber.receive(), "now");
+}
+
+TEST(TimedSender, LargeMessagesArriveWhole) {
+  TimedSender sender;
+  Subscriber subscriber;
+  const int topic = sender.addTopic(false, kMuch);
+  sender.addLink(topic, subscriber.peer);
+  std::string large(20'000'000, ' ');
+  for (std::size_t index = 0; index < large.size(); ++index)
+    large[index] = static_cast<char>(index * 2654435761U >> 24);
+  sender.send(topic, 0, 0, packet(large));
+  sender.send(topic, 0, 0, packet("after"));
+  EXPECT_TRUE(subscriber.receive() == large);
+  EXPECT_EQ(subscriber.receive(), "after");
+  EXPECT_TRUE(sender.waitUntilSent(5.0));
+}
+
+TEST(TimedSender, ALargeMessageIsSentAheadAndArrivesWhenItIsDue) {
+  TimedSender sender;
+  Subscriber subscriber;
+  const int topic = sender.addTopic(false, kMuch);
+  sender.addLink(topic, subscriber.peer);
+  const std::int64_t due_ns = monotonicNow() + 50 * kMs;
+  sender.send(topic, 0, due_ns, packet(std::string(150'000, ' ')));
+  subscriber.waitForSomething();
+  EXPECT_LT(monotonicNow(), due_ns);
+  EXPECT_EQ(sender.revoke(0), 0U);  // it has been begun
+  EXPECT_EQ(subscriber.receive().size(), 150'000U);
+  EXPECT_GE(monotonicNow(), due_ns);
+}
+
+TEST(TimedSender, WhatIsBeforeABegunMessageIsNotTakenBack) {
+  TimedSender sender;
+  Subscriber small, large;
+  const int topic = sender.addTopic(false, kMuch), other = sender.addTopic(false, kMuch);
+  sender.addLink(topic, small.peer);
+  sender.addLink(other, large.peer);
+  const std::int64_t due_ns = monotonicNow() + 50 * kMs;
+  sender.send(topic, 0, due_ns - 1, packet("before"));
+  sender.send(other, 0, due_ns, packet(std::string(150'000, ' ')));
+  sender.send(topic, 0, due_ns, packet("after"));
+  large.waitForSomething();
+  EXPECT_EQ(sender.revoke(0), 1U);
+  sender.send(topic, 0, 0, packet("instead"));
+  EXPECT_EQ(small.receive(), "before");
+  EXPECT_EQ(small.receive(), "instead");
+}
+
+TEST(TimedSender, ASmallMessageDoesNotWaitForALargeOneOfAnotherTopic) {
+  TimedSender sender;
+  Subscriber slow, quick;
+  const int large = sender.addTopic(false, kMuch), small = sender.addTopic(false, kMuch);
+  sender.addLink(large, slow.peer);
+  sender.addLink(small, quick.peer);
+  sender.send(large, 0, 0, packet(std::string(20'000'000, ' ')));
+  sender.send(small, 0, 0, packet("small"));
+  EXPECT_EQ(quick.receive(), "small");  // while nobody takes the large one
+}
+
+TEST(TimedSender, ASlowSubscriberLosesTheOldestAndTheyAreCounted) {
+  TimedSender sender;
+  Subscriber slow;
+  const int topic = sender.addTopic(false, {3, 1 << 30});
+  sender.addLink(topic, slow.peer);
+  sender.send(topic, 0, 0, packet(std::string(20'000'000, ' ')));  // more than the socket takes
+  ASSERT_FALSE(sender.waitUntilSent(0.05));
+  for (int number = 0; number < 10; ++number)
+    sender.send(topic, 0, 0, packet(std::to_string(number)));
+  ASSERT_FALSE(sender.waitUntilSent(0.05));
+  EXPECT_EQ(sender.dropped(), 8U);
+  EXPECT_EQ(slow.receive().size(), 20'000'000U);
+  EXPECT_EQ(slow.receive(), "8");
+  EXPECT_EQ(slow.receive(), "9");
+}
+
+TEST(TimedSender, TheQueueIsBoundedInBytes) {
+  TimedSender sender;
+  Subscriber slow;
+  const int topic = sender.addTopic(false, {1000, 3'000'000});
+  const int link = sender.addLink(topic, slow.peer);
+  for (int number = 0; number < 10; ++number)
+    sender.send(topic, 0, 0, packet(std::string(1'000'000, ' ')));
+  ASSERT_FALSE(sender.waitUntilSent(0.05));
+  EXPECT_EQ(sender.dropped(), 8U);
+  sender.removeLink(link);
+  EXPECT_EQ(sender.dropped(), 8U);
+}
+
+TEST(TimedSender, NewSubscribersGetWhatWasLatchedOfEachSource) {
+  TimedSender sender;
+  Subscriber early, late;
+  const int topic = sender.addTopic(true, kMuch);
+  sender.addLink(topic, early.peer);
+  sender.send(topic, 1, 0, packet("old"));
+  sender.send(topic, 1, 0, packet("one"));
+  sender.send(topic, 2, 0, packet("two"));
+  sender.send(topic, 2, monotonicNow() + 60'000 * kMs, packet("not yet"));
+  for (const char* expected : {"old", "one", "two"}) EXPECT_EQ(early.receive(), expected);
+  sender.addLink(topic, late.peer);
+  EXPECT_EQ(late.receive(), "one");
+  EXPECT_EQ(late.receive(), "two");
+}
+
+TEST(TimedSender, TellsOfASubscriberThatGoesAway) {
+  TimedSender sender;
+  Subscriber going, staying;
+  const int topic = sender.addTopic(false, kMuch);
+  const int link = sender.addLink(topic, going.peer);
+  sender.addLink(topic, staying.peer);
+  going.leave();
+  EXPECT_EQ(sender.waitForBroken(), link);
+  sender.send(topic, 0, 0, packet("on"));
+  EXPECT_EQ(staying.receive(), "on");
+  EXPECT_TRUE(sender.waitUntilSent(5.0));
+  sender.removeLink(link);
+  sender.send(topic, 0, 0, packet("and on"));
+  EXPECT_EQ(staying.receive(), "and on");
+}
+
+TEST(TimedSender, ASubscriberThatGoesAwayInTheMiddleOfAMessageHoldsUpNothing) {
+  TimedSender sender;
+  Subscriber going;
+  const int topic = sender.addTopic(false, kMuch);
+  const int link = sender.addLink(topic, going.peer);
+  sender.send(topic, 0, 0, packet(std::string(20'000'000, ' ')));
+  ASSERT_FALSE(sender.waitUntilSent(0.05));
+  going.leave();
+  EXPECT_EQ(sender.waitForBroken(), link);
+  EXPECT_TRUE(sender.waitUntilSent(5.0));
+}
+
+TEST(TimedSender, ClosingEndsTheWaits) {
+  TimedSender sender;
+  Subscriber slow;
+  sender.addLink(sender.addTopic(false, kMuch), slow.peer);
+  sender.send(0, 0, 0, packet(std::string(20'000'000, ' ')));
+  auto broken = std::async(std::launch::async, [&] { return sender.waitForBroken(); });
+  auto sent = std::async(std::launch::async, [&] { return sender.waitUntilSent(60.0); });
+  sender.close();
+  EXPECT_EQ(broken.get(), -1);
+  EXPECT_FALSE(sent.get());
+}
+
+TEST(TimedSender, RefusesWhatIsNoSocket) {
+  TimedSender sender;
+  EXPECT_THROW(sender.addLink(sender.addTopic(false, kMuch), -1), std::system_error);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  return RUN_ALL_TESTS();
+}
