@@ -20,7 +20,7 @@ from process_visualizer.bags.stamps import with_stamps_moved
 from process_visualizer.bags.step_target import StepTarget, step_by_messages, step_by_time
 from process_visualizer.bags.timeline import NS_PER_S, Basis, Timeline
 
-LEAD_NS = NS_PER_S // 20  # by which messages are given to the output before they are due
+LEAD_NS = NS_PER_S // 10  # by which messages are given to the output before they are due
 LATE_NS = NS_PER_S // 5  # from here on, playback slows down instead of catching up
 SETTLING_NS = NS_PER_S // 10  # without a message or command, until the scene is repeated
 MOST_STEPPED = 200  # messages that a step publishes one by one; of more, only the scene counts
