@@ -4,12 +4,15 @@
 #include <exception>
 #include <memory>
 
+#include "process_visualizer/sender/short_slice.hpp"
 #include "process_visualizer/sender/timed_sender.hpp"
 
 using process_visualizer::Packet;
 using process_visualizer::TimedSender;
 
 extern "C" {
+
+void timed_sender_take_short_slices() { process_visualizer::takeShortSlices(); }
 
 /// Null if the system has no more descriptors or threads.
 TimedSender* timed_sender_new() {
