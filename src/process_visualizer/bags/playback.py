@@ -2,11 +2,10 @@
 from __future__ import annotations
 
 import queue
-from collections import deque
 from concurrent.futures import Future
 from dataclasses import dataclass
 from functools import partial
-from typing import Callable, Deque, List, NamedTuple, Optional, Protocol, Tuple
+from typing import Callable, List, Optional, Protocol, Tuple
 
 from process_visualizer.bags.bag_index import BagIndex
 from process_visualizer.bags.clock import Clock
@@ -15,12 +14,14 @@ from process_visualizer.bags.message_loader import LoadedMessage, MessageLoader
 from process_visualizer.bags.playback_event import EventMaker, PlaybackEvent
 from process_visualizer.bags.read_ahead import BACKWARD, FORWARD, ReadAhead
 from process_visualizer.bags.recording import Recording
+from process_visualizer.bags.schedule import Schedule, Scheduled
 from process_visualizer.bags.stamp_mapping import StampMapping
 from process_visualizer.bags.stamps import with_stamps_moved
 from process_visualizer.bags.step_target import StepTarget, step_by_messages, step_by_time
 from process_visualizer.bags.timeline import NS_PER_S, Basis, Timeline
 
 LEAD_NS = NS_PER_S // 10  # by which messages are given to the output before they are due
+LEAD_BYTES = 32 << 20
 LATE_NS = NS_PER_S // 5  # from here on, playback slows down instead of catching up
 SETTLING_NS = NS_PER_S // 10  # without a message or command, until the scene is repeated
 MOST_STEPPED = 200  # messages that a step publishes one by one; of more, only the scene counts
@@ -56,16 +57,6 @@ class Step:
     duration_ns: int
 
 
-class Scheduled(NamedTuple):
-    """An event that was given to the output before it is due."""
-
-    event: PlaybackEvent
-    position: int
-    step: int
-    due_ns: int
-    stamps: int  # StampMapping.remembered before it
-
-
 class Playback:
     """Publishes what the timeline makes visible; ``run`` is the work of one thread.
 
@@ -79,10 +70,12 @@ class Playback:
     """
 
     def __init__(self, recording: Recording, timeline: Timeline, output: Output,
-                 restamp: bool = True, clock: Optional[Clock] = None) -> None:
+                 restamp: bool = True, clock: Optional[Clock] = None,
+                 lead_bytes: int = LEAD_BYTES) -> None:
         """Take a recording, a timeline within it, and where the messages go to.
 
-        With ``restamp`` the stamps in messages are moved to the present.
+        With ``restamp`` the stamps in messages are moved to the present. About ``lead_bytes`` at
+        most are given to the output before they are due.
         """
         self._index: BagIndex = recording.index
         self._timeline = timeline
@@ -95,8 +88,9 @@ class Playback:
         self._steps: queue.SimpleQueue[Tuple[Step, Future[StepTarget]]] = queue.SimpleQueue()
         self._passed = 0  # how many messages of the recording are visible, or replaced
         self._scene = timeline.basis.scene
-        self._scheduled: Deque[Scheduled] = deque()  # those not due yet, and some that are
-        self._version = -1  # of the basis for which they were
+        self._schedule = Schedule()
+        self._lead_bytes = lead_bytes
+        self._version = -1  # of the basis for which that was made
         self._published = 0
         self._repeat = False
         self._playing = False  # published lately as time went on
@@ -202,20 +196,23 @@ class Playback:
                 self._pass_limit(basis)
             return
         event = self._ahead.take(position, step)
-        if (self._timeline.wait_until_due(event.time_ns, basis.version, LEAD_NS)
+        if (self._timeline.wait_until_due(event.time_ns, basis.version, self._lead_ns())
                 and self._keeps_up(event.time_ns, basis.version)):
-            self._schedule(event, position, step)
+            self._give(event, position, step)
         else:
             self._ahead.put_back(position, step, event)
 
-    def _schedule(self, event: PlaybackEvent, position: int, step: int) -> None:
+    def _lead_ns(self) -> int:
+        """How long before it is due the next message may be given to the output."""
+        self._schedule.forget_due(self._clock.monotonic_ns())
+        return LEAD_NS if self._schedule.bytes < self._lead_bytes else 0
+
+    def _give(self, event: PlaybackEvent, position: int, step: int) -> None:
         """Give an event to the output, to be sent when it is due."""
         stamps = 0 if self._mapping is None else self._mapping.remembered
-        basis, now_ns = self._timeline.basis, self._clock.monotonic_ns()
-        due_ns = basis.due_ns(event.time_ns) or now_ns
-        while self._scheduled and self._scheduled[0].due_ns < now_ns:
-            self._scheduled.popleft()
-        self._scheduled.append(Scheduled(event, position, step, due_ns, stamps))
+        basis = self._timeline.basis
+        due_ns = basis.due_ns(event.time_ns) or self._clock.monotonic_ns()
+        self._schedule.add(Scheduled(event, position, step, due_ns, stamps))
         self._passed = position + (step == FORWARD)
         self._show(event, basis, due_ns)
 
@@ -224,7 +221,7 @@ class Playback:
         count = self._output.revoke(self._clock.monotonic_ns())
         self._published -= count
         while count > 0:
-            event, position, step, _, stamps = self._scheduled.pop()
+            event, position, step, _, stamps = self._schedule.pop()
             count -= len(event.messages)
             self._passed = position + (step == BACKWARD)
             self._ahead.put_back(position, step, event)

@@ -167,6 +167,11 @@ class Viewer:
         self.watch()
         self.receive()
 
+    @property
+    def waiting(self) -> int:
+        """How many messages are not due yet."""
+        return len(self._scheduled)
+
     def revoke(self, after_ns: int) -> int:
         kept = [it for it in self._scheduled if it.now_ns <= after_ns + self.begun_ns]
         revoked = len(self._scheduled) - len(kept)
@@ -200,13 +205,15 @@ class Viewer:
 class Stage:
     """A recording that is played to a viewer, in fake time."""
 
-    def __init__(self, messages: Sequence[Message], restamp: bool = True) -> None:
+    def __init__(self, messages: Sequence[Message], restamp: bool = True,
+                 lead_bytes: int = 32 << 20) -> None:
         self.messages = sorted(messages, key=lambda it: it.time_ms)
         self.clock = ScriptedClock()
         recording = MemoryRecording(self.messages)
         self.timeline = Timeline(recording.begin_ns, recording.end_ns, self.clock)
         self.viewer = Viewer(self.clock)
-        self.playback = Playback(recording, self.timeline, self.viewer, restamp, self.clock)
+        self.playback = Playback(recording, self.timeline, self.viewer, restamp, self.clock,
+                                 lead_bytes)
         self.control = PlayerControl(self.timeline, self.playback)
         self.clock.at_end = self.playback.close
 

@@ -218,6 +218,16 @@ def test_a_change_of_the_rate_takes_effect_on_the_next_message() -> None:
                for stamp, seen in zip(stamps_ms, seen_ms))
 
 
+def test_what_is_given_ahead_is_bounded() -> None:
+    stage = Stage([Message(0, number) for number in range(101)], lead_bytes=1500)  # two messages
+    waiting = []
+    stage.viewer.watch = lambda: waiting.append(stage.viewer.waiting)
+    stage.control.play()
+    stage.run()
+    assert stage.numbers()[:101] == list(range(101))
+    assert 1 < max(waiting) <= 4
+
+
 def test_what_was_taken_back_at_a_pause_is_stamped_anew() -> None:
     stage = Stage(SECOND)
     stage.control.play()
