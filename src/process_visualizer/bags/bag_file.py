@@ -18,6 +18,9 @@ from process_visualizer.bags.bag_records import (
 
 _USUAL_HEAD_BYTES = 256
 _LONGEST_HEADER_BYTES = 1 << 20
+# A long read keeps a processor from threads that must send something, where the kernel cannot be
+# interrupted.
+_PIECE_BYTES = 128 << 10
 
 
 class RecordHead(NamedTuple):
@@ -70,7 +73,7 @@ class BagFile:
             os.close(self._descriptor)
             self._descriptor = -1
 
-    def read(self, offset: int, size: int) -> bytes:
+    def read(self, offset: int, size: int) -> bytearray:
         """Return so many bytes from an offset.
 
         Raises:
@@ -78,21 +81,21 @@ class BagFile:
         """
         if offset + size > self.size:
             raise RecordError('the record goes beyond the end of the file')
-        parts = []
-        while size > 0:
-            part = self._read_once(offset, size)
-            parts.append(part)
-            offset, size = offset + len(part), size - len(part)
-        return parts[0] if len(parts) == 1 else b''.join(parts)
+        buffer = bytearray(size)
+        view = memoryview(buffer)
+        done = 0
+        while done < size:
+            done += self._read_into(view[done:done + _PIECE_BYTES], offset + done)
+        return buffer
 
-    def _read_once(self, offset: int, size: int) -> bytes:
+    def _read_into(self, part: memoryview, offset: int) -> int:
         try:
-            part = os.pread(self._descriptor, size, offset)
+            count = os.preadv(self._descriptor, [part], offset)
         except OSError as error:
             raise RecordError(f'the file cannot be read: {error.strerror}') from error
-        if not part:
+        if not count:
             raise RecordError('the file has become shorter')
-        return part
+        return count
 
     def head_at(self, offset: int) -> RecordHead:
         """Return the head of the record at an offset.
