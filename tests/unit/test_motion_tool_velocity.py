@@ -4,7 +4,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from process_visualizer.motion.playback_clock import PlaybackClock, PlaybackState
-from process_visualizer.motion.tool_velocity import HOLD_S, ToolVelocity
+from process_visualizer.motion.tool_velocity import HOLD_S, STATE_DELAY_S, ToolVelocity
 
 VELOCITY = np.array([0.05, -0.12, 0.02])
 TURNING = np.array([0.3, -0.5, 0.8])  # rad/s in the base frame
@@ -35,12 +35,14 @@ class Player:
     def play(self, rate, duration_s):
         """Play for a time of the recording."""
         count = int(round(duration_s / PERIOD_S))
+        self.wall_s += 1e-6  # the command comes after what was played before
         for step in range(count):
             if step % 10 == 0:
                 self.say(rate)
             self.wall_s += PERIOD_S / abs(rate)
             self.bag_s += np.copysign(PERIOD_S, rate)
-            self.send()
+            # Backwards, what was before is shown.
+            self.send(age_s=PERIOD_S if rate < 0.0 else 0.0)
 
     def step(self, count):
         """Step from pose to pose, three a second."""
@@ -109,7 +111,7 @@ def test_after_a_jump_the_velocity_is_not_known():
     player.play(1.0, 0.5)
     player.seek(100.0, paused=True)
     assert player.velocity.velocity() is not None  # it may belong to what was before
-    player.velocity.settle(player.wall_s + HOLD_S)
+    player.velocity.settle(player.wall_s + HOLD_S + STATE_DELAY_S + 0.001)
     assert player.velocity.velocity() is None
 
 
@@ -124,11 +126,21 @@ def test_pause_and_resume():
     player.assert_right(80)
 
 
-def test_without_a_player_the_rate_scales_the_time_and_nothing_waits():
+def test_without_a_player_the_rate_scales_the_time():
     velocity = ToolVelocity(PlaybackClock(), 0.1)
-    for step in range(30):
-        velocity.add(START_S + step * PERIOD_S / 2, START_S + step * PERIOD_S / 2,
-                     *pose(step * PERIOD_S), 2.0)
+    for step in range(60):
+        wall_s = START_S + step * PERIOD_S / 2
+        velocity.add(wall_s, wall_s, *pose(step * PERIOD_S), 2.0)
     assert np.allclose(velocity.velocity(), VELOCITY)
     assert np.allclose(velocity.angular_velocity(), TURNING, atol=1e-4)
-    assert velocity.wall_s() == pytest.approx(START_S + 22.5 * PERIOD_S / 2, abs=PERIOD_S)
+    newest_s = wall_s - HOLD_S
+    assert velocity.wall_s() == pytest.approx(newest_s - 6.5 * PERIOD_S / 2, abs=PERIOD_S)
+
+
+def test_poses_with_stamps_do_not_wait():
+    velocity = ToolVelocity(PlaybackClock(), 0.1)
+    for step in range(30):
+        wall_s = START_S + step * PERIOD_S
+        velocity.add(wall_s + 0.03 * (step % 3), wall_s - 1e-4, *pose(step * PERIOD_S))
+    assert np.allclose(velocity.velocity(), VELOCITY)
+    assert velocity.wall_s() == pytest.approx(wall_s - 6.5 * PERIOD_S, abs=PERIOD_S)

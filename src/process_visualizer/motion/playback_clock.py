@@ -23,7 +23,11 @@ class PlaybackState(NamedTuple):
 
     def position_at(self, wall_s: float) -> float:
         """Return the position [s] at a wall time, as if the state held then."""
-        return self.position_s + (0.0 if self.paused else (wall_s - self.stamp_s) * self.rate)
+        return self.position_s + (wall_s - self.stamp_s) * self.speed()
+
+    def speed(self) -> float:
+        """Return the bag seconds per second: the rate, or 0 while paused."""
+        return 0.0 if self.paused else self.rate
 
 
 class BagTime(NamedTuple):
@@ -31,6 +35,7 @@ class BagTime(NamedTuple):
 
     segment: int
     time_s: float
+    rate: float = 1.0  # bag seconds per second; 0 while paused
 
 
 class PlaybackClock:
@@ -53,8 +58,8 @@ class PlaybackClock:
             self._states = ()
         self._states = (*self._states[-(_MEMORY - 1):], state)
         # Data that the player sends slowly is not old for that.
-        speed = 0.0 if state.paused else min(abs(state.rate), 1.0)
-        self._age_basis = (state.stamp_s, self.data_time_s(state.stamp_s), speed)
+        self._age_basis = (state.stamp_s, self.data_time_s(state.stamp_s),
+                           min(abs(state.speed()), 1.0))
 
     def follows_player(self, now_s: float) -> bool:
         """Tell whether there is a player that has said something lately."""
@@ -69,7 +74,8 @@ class PlaybackClock:
             following = state
         if following is None:
             return None
-        return BagTime(following.segment, following.position_at(following.begin_s()))
+        return BagTime(following.segment, following.position_at(following.begin_s()),
+                       following.speed())
 
     def data_time_s(self, wall_s: float) -> float:
         """Return a clock [s] for the age of data.
@@ -90,4 +96,4 @@ def _extrapolated(state: PlaybackState, wall_s: float,
             and not state.paused and not following.paused):  # a step pauses, and may lead back
         nearer = min if state.rate > 0.0 else max
         time_s = nearer(time_s, following.position_at(following.begin_s()))
-    return BagTime(state.segment, time_s)
+    return BagTime(state.segment, time_s, state.speed())

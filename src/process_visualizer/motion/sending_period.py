@@ -4,9 +4,11 @@ from __future__ import annotations
 from collections import deque
 from typing import Deque
 
-BLOCK = 16  # messages: intervals over so many are even, although some came late or in bunches
-_MEMORY = 8 * BLOCK
-_MOST_SPREAD = 0.2  # of the middle half of the blocks; more is no period
+BLOCK = 20  # messages: intervals over so many are even, although some came late or in bunches
+_MEMORY = 16 * BLOCK
+_LEAST = 10 * BLOCK
+_LATELY = 8 * BLOCK
+_MOST_SPREAD = 0.1  # of the middle half of the blocks; more is no period
 
 
 class SendingPeriod:
@@ -17,23 +19,32 @@ class SendingPeriod:
         self._countdown = BLOCK
         self._period_s = 0.0
 
+    @property
+    def period_s(self) -> float:
+        """The period [s]; 0 while there is none that can be relied on."""
+        return self._period_s
+
     def reset(self) -> None:
         """Forget the times, but not the period: the driver is the same."""
         self._times.clear()
 
-    def add(self, time_s: float) -> float:
-        """Add an arrival; return the period [s], 0 while there is none that can be relied on."""
+    def add(self, time_s: float) -> None:
+        """Add an arrival."""
         self._times.append(time_s)
         self._countdown -= 1
-        if self._countdown <= 0 and len(self._times) >= 4 * BLOCK:
+        if self._countdown <= 0 and len(self._times) >= _LEAST:
             self._countdown = BLOCK
             self._update()
-        return self._period_s
 
     def _update(self) -> None:
         times = list(self._times)
+        lately_s = abs(times[-1] - times[-1 - _LATELY]) / _LATELY
+        if lately_s < 0.75 * self._period_s:  # longer than any bunch: the driver is faster now
+            self._times.clear()
+            self._period_s = 0.0
+            return
         blocks = sorted(abs(later - sooner) / BLOCK
                         for sooner, later in zip(times, times[BLOCK:]))
-        median = blocks[len(blocks) // 2]
-        spread = blocks[3 * len(blocks) // 4] - blocks[len(blocks) // 4]
-        self._period_s = median if spread <= _MOST_SPREAD * median else 0.0
+        lower, upper = blocks[len(blocks) // 4], blocks[3 * len(blocks) // 4]
+        # The lower one: where messages are lost, a block is longer.
+        self._period_s = lower if upper - lower <= _MOST_SPREAD * lower else 0.0

@@ -2,14 +2,19 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import Deque, NamedTuple, Optional, Sequence
+from itertools import islice
+from typing import Deque, Iterable, NamedTuple, Optional, Sequence
 
-from process_visualizer.motion.playback_clock import PlaybackClock
+from process_visualizer.motion.playback_clock import BagTime, PlaybackClock
 from process_visualizer.motion.rotations import Quaternion, Triple
 from process_visualizer.motion.sending_period import SendingPeriod
 from process_visualizer.motion.velocity import ScaledClock, VelocityEstimator
 
 HOLD_S = 0.05
+STATE_DELAY_S = 0.035  # of the player's states behind what they belong to, at most
+_LIVE = -1  # the segment without a player
+_SHORTEST = 0.99  # of the measured period: small errors of it must not add up
+_MOST_BUNCHED = 50  # messages: what was held up for longer is dated by the rest of them
 
 
 class _Sample(NamedTuple):
@@ -17,17 +22,32 @@ class _Sample(NamedTuple):
     wall_s: float
     position: Sequence[float]
     quaternion: Quaternion
+    live: Optional[BagTime]  # without a player
+
+    def stamped(self) -> bool:
+        """Tell whether the driver says when it measured."""
+        return self.wall_s != self.arrival_s
+
+    def hold_s(self) -> float:
+        """Return how long [s] it must wait for what comes after it."""
+        if self.live is None:
+            return HOLD_S + STATE_DELAY_S
+        return 0.0 if self.stamped() else HOLD_S
 
 
 class ToolVelocity:
     """Gives each pose of a tool its bag time and estimates the velocity from them.
 
-    In playback a pose and the player's state that belongs to it come by two connections, in any
-    order. So poses wait for HOLD_S before their times are taken: a state is known by then, and no
-    velocity is computed across a jump or with the rate of before. The first pose of a segment is
-    what was restored after a jump; when it was measured is not known, and it is left out.
+    Poses without a stamp come late now and then, and then several at once. A driver sends no
+    faster than its period, so each was measured at least a period before the one that follows it
+    in the recording; where messages are lost, nothing follows closely, and the gap stays a gap.
+    To see what follows, poses wait for HOLD_S.
 
-    Without a player there is no wait, and the rate that is given scales the time.
+    In playback a pose and the player's state that belongs to it come by two connections, in any
+    order; so all poses wait for STATE_DELAY_S more. The first pose of a segment is what was
+    restored after a jump; when it was measured is not known, and it is left out. Backwards, the
+    player shows a pose when it passes the one that was recorded after it, and replaces it at the
+    time at which it was recorded itself; where playback turns round before that, it is left out.
     """
 
     def __init__(self, clock: PlaybackClock, window_s: float) -> None:
@@ -37,7 +57,8 @@ class ToolVelocity:
         self._estimator = VelocityEstimator(window_s, gap_s=max(1.0, 2.0 * window_s))
         self._period = SendingPeriod()
         self._waiting: Deque[_Sample] = deque(maxlen=1000)
-        self._segment: Optional[int] = None
+        self._taken: Deque[BagTime] = deque(maxlen=_MOST_BUNCHED)
+        self._segment = _LIVE
 
     def add(self, arrival_s: float, wall_s: float, position: Sequence[float],
             quaternion: Quaternion, rate: float = 1.0) -> None:
@@ -45,28 +66,24 @@ class ToolVelocity:
 
         Args:
             arrival_s: wall time at which it came.
-            wall_s: wall time at which it was measured (or played), if that is known better.
+            wall_s: its stamp, if it has one that can be used, else the same.
             position: (3,) [m] in the base frame.
             quaternion: (4,) x y z w in the base frame, of any length but zero.
             rate: seconds of recording per second, for playback without the player.
         """
+        live = None
         if not self._clock.follows_player(arrival_s):
-            self._waiting.clear()
-            self._enter(None)
-            self._estimate(self._scaled.advance(wall_s, rate),
-                           _Sample(arrival_s, wall_s, position, quaternion))
-            return
-        self._waiting.append(_Sample(arrival_s, wall_s, position, quaternion))
+            live = BagTime(_LIVE, self._scaled.advance(wall_s, rate), rate)
+        self._waiting.append(_Sample(arrival_s, wall_s, position, quaternion, live))
         self.settle(arrival_s)
 
     def settle(self, now_s: float) -> None:
         """Take the poses that have waited for long enough."""
-        while self._waiting and self._waiting[0].arrival_s <= now_s - HOLD_S:
-            sample = self._waiting.popleft()
-            bag = self._clock.bag_time(sample.wall_s)
-            assert bag is not None, 'poses wait only if there is a player'
-            if self._enter(bag.segment):
-                self._estimate(bag.time_s, sample)
+        waiting = self._waiting
+        while waiting and waiting[0].arrival_s <= now_s - waiting[0].hold_s():
+            if len(waiting) < 2 and self._bag_time(waiting[0]).rate < 0.0:
+                return  # played backwards: it is dated by the next one to come
+            self._take(waiting.popleft(), now_s)
 
     def velocity(self) -> Optional[Triple]:
         """Return the velocity (3,) [m/s] in the base frame; None while it is not known."""
@@ -80,17 +97,46 @@ class ToolVelocity:
         """Return the wall time [s] at which the tool had that velocity: the window's middle."""
         return self._estimator.wall_s()
 
-    def _estimate(self, time_s: float, sample: _Sample) -> None:
-        """Take a pose at a time that is exact if it has a stamp, and else that of its arrival."""
-        stamped = sample.wall_s != sample.arrival_s
-        self._estimator.period_s = 0.0 if stamped else self._period.add(time_s)
-        self._estimator.add(time_s, sample.position, sample.quaternion, sample.wall_s)
+    def _bag_time(self, sample: _Sample) -> BagTime:
+        bag = sample.live or self._clock.bag_time(sample.wall_s)
+        assert bag is not None, 'there are states once there is a player'
+        return bag
 
-    def _enter(self, segment: Optional[int]) -> bool:
-        """Forget what was before if this is another segment; tell whether it is not."""
-        if segment == self._segment:
-            return True
-        self._segment = segment
-        self._estimator.reset()
-        self._period.reset()
-        return False
+    def _take(self, sample: _Sample, now_s: float) -> None:
+        played = self._bag_time(sample)
+        restored = played.segment != self._segment
+        if restored:
+            self._segment = played.segment
+            self._estimator.reset()
+            self._period.reset()
+        recorded = played if played.rate >= 0.0 else self._bag_time(self._waiting[0])
+        turned = recorded.segment != played.segment or recorded.rate * played.rate < 0.0
+        if turned or (restored and played.segment != _LIVE):
+            return
+        self._taken.append(recorded)
+        self._period.add(recorded.time_s)
+        time_s = recorded.time_s if sample.stamped() else self._dated(recorded, now_s)
+        moved_s = (time_s - played.time_s) / played.rate if played.rate else 0.0
+        self._estimator.add(time_s, sample.position, sample.quaternion, sample.wall_s + moved_s)
+
+    def _dated(self, bag: BagTime, now_s: float) -> float:
+        """Return the bag time [s] at which a pose was measured at the latest."""
+        if bag.rate < 0.0:  # what follows in the recording has come before
+            followers = islice(reversed(self._taken), 1, None)
+        else:
+            known_s = now_s if bag.segment == _LIVE else now_s - STATE_DELAY_S
+            followers = (self._bag_time(sample) for sample in islice(self._waiting, _MOST_BUNCHED)
+                         if sample.arrival_s <= known_s)
+        return _measured_s(bag, followers, self._period.period_s)
+
+
+def _measured_s(bag: BagTime, followers: Iterable[BagTime], period_s: float) -> float:
+    """Return a bag time [s] that is before those of its followers by so many periods."""
+    step_s = _SHORTEST * period_s
+    latest_s, before_s = bag.time_s, 0.0
+    for follower in followers:
+        if follower.segment != bag.segment or follower.rate * bag.rate <= 0.0:
+            break
+        before_s += step_s
+        latest_s = min(latest_s, follower.time_s - before_s)
+    return latest_s

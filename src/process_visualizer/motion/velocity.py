@@ -13,8 +13,6 @@ from process_visualizer.motion.rotations import (
     rotation_vector_between,
 )
 
-_SHORTEST_PERIOD = 0.99  # of the measured one: periods must not add up to an error
-
 
 class _Sample(NamedTuple):
     time_s: float
@@ -68,7 +66,6 @@ class VelocityEstimator:
         self._gap_s = gap_s
         self._samples: Deque[_Sample] = deque(maxlen=max_samples)
         self._newest_s: Optional[float] = None
-        self.period_s = 0.0  # of the driver; 0: not known, or the times are exact
 
     def reset(self) -> None:
         """Forget all samples: after a discontinuity (a new segment of playback)."""
@@ -112,17 +109,11 @@ class VelocityEstimator:
 
     def wall_s(self) -> float:
         """Return the wall time [s] of the estimate: the mean of the window's samples."""
-        samples, count = self._samples, max(len(self._samples), 1)
-        mean_s = sum(sample.wall_s for sample in samples) / count
-        span_s = samples[-1].time_s - samples[0].time_s if samples else 0.0
-        if not span_s:
-            return mean_s
-        moved_s = sum(sample.time_s for sample in samples) - sum(self._sending_times())
-        return mean_s - moved_s / count * (samples[-1].wall_s - samples[0].wall_s) / span_s
+        return sum(sample.wall_s for sample in self._samples) / max(len(self._samples), 1)
 
     def _slopes(self, vectors: List[Triple]) -> Optional[Triple]:
         """Return the least-squares slopes (3,) of the samples' vectors over their times."""
-        times = self._sending_times()
+        times = [sample.time_s for sample in self._samples]
         if len(times) < 2 or max(times) - min(times) < 0.5 * self._window_s:
             return None
         mean_s = sum(times) / len(times)
@@ -136,29 +127,6 @@ class VelocityEstimator:
             y += part * (vector[1] - y_0)
             z += part * (vector[2] - z_0)
         return x / inertia, y / inertia, z / inertia
-
-    def _sending_times(self) -> List[float]:
-        """Return when the samples were sent at the latest, a period apart.
-
-        What was held up on its way arrives late, and several at once. A driver sends no faster
-        than its period: so each was sent a period before the one after it, or earlier. A gap
-        where messages are lost stays a gap.
-        """
-        times = [sample.time_s for sample in self._samples]
-        step_s = self.period_s * _SHORTEST_PERIOD
-        if not step_s or len(times) < 2:
-            return times
-        backwards = times[0] > times[-1]
-        if not backwards:
-            times.reverse()
-        if any(sooner > later for later, sooner in zip(times, times[1:])):
-            return [sample.time_s for sample in self._samples]  # playback turned round
-        latest_s = times[0]
-        for index in range(1, len(times)):
-            latest_s = times[index] = min(times[index], latest_s - step_s)
-        if not backwards:
-            times.reverse()
-        return times
 
     def _is_repetition(self, sample: _Sample, last: _Sample) -> bool:
         """Tell whether a pose repeats the last one, for less than half a window."""
