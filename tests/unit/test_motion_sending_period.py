@@ -29,7 +29,7 @@ def test_period_of_late_bunched_and_lost_messages():
     random = np.random.default_rng(5)
     times = np.arange(1000) * PERIOD_S
     assert period_of(times) == pytest.approx(PERIOD_S)
-    assert period_of(late(times, random)) == pytest.approx(PERIOD_S, rel=0.03)
+    assert 0.94 * PERIOD_S < period_of(late(times, random)) <= PERIOD_S  # rather too short
     assert period_of(times[::-1]) == pytest.approx(PERIOD_S)
     assert period_of(times[random.random(1000) > 0.02]) == pytest.approx(PERIOD_S, rel=0.01)
 
@@ -42,7 +42,7 @@ def test_irregular_messages_have_no_period():
 
 def errors(times, arrivals, order=1):
     """Return the errors (n,) [share] of the velocity once the period is known."""
-    velocity, found = ToolVelocity(PlaybackClock(), 0.1), []
+    velocity, found = ToolVelocity(PlaybackClock(), 0.15), []
     if order < 0:  # a pose is shown when the one after it is undone
         times, arrivals = times[:-1], arrivals[1:]
     for time_s, arrival_s in list(zip(times, arrivals))[::order]:

@@ -8,7 +8,7 @@ BLOCK = 20  # messages: intervals over so many are even, although some came late
 _MEMORY = 16 * BLOCK
 _LEAST = 10 * BLOCK
 _LATELY = 8 * BLOCK
-_MOST_SPREAD = 0.1  # of the middle half of the blocks; more is no period
+_MOST_SPREAD = 0.2  # from short blocks to the middle one; more is no period
 
 
 class SendingPeriod:
@@ -45,6 +45,6 @@ class SendingPeriod:
             return
         blocks = sorted(abs(later - sooner) / BLOCK
                         for sooner, later in zip(times, times[BLOCK:]))
-        lower, upper = blocks[len(blocks) // 4], blocks[3 * len(blocks) // 4]
-        # The lower one: where messages are lost, a block is longer.
-        self._period_s = lower if upper - lower <= _MOST_SPREAD * lower else 0.0
+        # Short ones: where messages are lost, a block is longer.
+        short, middle = blocks[len(blocks) // 10], blocks[len(blocks) // 2]
+        self._period_s = short if middle - short <= _MOST_SPREAD * short else 0.0

@@ -188,7 +188,7 @@ class RobotParameters:
     text: TextParameters = field(default_factory=TextParameters)
     marker_rate_hz: float = 30.0
     joint_rate_hz: float = 40.0  # at most; faster drivers' states are thinned out
-    velocity_window_s: float = 0.1
+    velocity_window_s: float = 0.15
     stale_after_s: float = 1.0
 
 
@@ -222,6 +222,6 @@ def read_robot_parameters(parameters: Parameters, robot_name: str,
                             text.number('up', TextParameters.up_m)),
         marker_rate_hz=parameters.number('marker_rate', 30.0, above=0.0),
         joint_rate_hz=parameters.number('joint_rate', 40.0, above=0.0),
-        velocity_window_s=parameters.number('velocity_window', 0.1, above=0.0),
+        velocity_window_s=parameters.number('velocity_window', 0.15, above=0.0),
         stale_after_s=parameters.number('stale_after', 1.0, above=0.0),
     )
