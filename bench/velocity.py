@@ -1,0 +1,245 @@
+"""Compares the tool's velocity with the simulator's truth: live, and played at several rates.
+
+usage: bench/run velocity [--rates 0.25 1 4 -1] [--seconds 22] [--bag FILE] [--plot FILE.png]
+
+The simulated cell runs as `cell run` starts it, without RViz but with somebody who takes the
+Kinect's cloud, and is recorded. Then the cell runs in playback mode, and the player plays at each
+rate. Beside the estimate stands what the thesis computes from the same messages: the difference of
+two positions over the time between their arrivals (equation 5.1, figure 6.15).
+
+An estimate is compared with the truth at its stamp; the delay is how long after that it came.
+Errors are lengths of vectors, as shares of the largest speed. A false zero is a speed that shows no
+arrow while the tool moves with 20 mm/s or more; a spike is an error above 6 % of the peak, three
+times the noise that is allowed. The simulator's positions have no noise: all of it is the times'.
+"""
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
+
+import numpy as np
+import rosbag
+import rospy
+from recorders import OwnRecorder
+from std_srvs.srv import Trigger
+from velocity_plot import write_plot
+from velocity_truth import ROBOT, SEED, Truth
+
+from process_visualizer.motion.playback_clock import PlaybackClock, PlaybackState
+from process_visualizer.msg import PlayerState
+from process_visualizer.nodes.view_picture import wait_for_master
+from process_visualizer.srv import Seek, SetRate
+
+POSE, VELOCITY, STATE = f'/{ROBOT}/tcf', f'/{ROBOT}/tool_velocity', '/bag_player/state'
+CLOUD = '/kinect/points'
+TOPICS = ['/ur_rt_upper/q_act', '/ur_rt_upper/tcf', '/ur_rt_lower/q_act', '/ur_rt_lower/tcf',
+          '/ft_upper/ft', '/ft_lower/ft', '/camera/rgb/image_color', '/camera/rgb/camera_info',
+          '/camera/depth_registered/image_raw', '/camera/depth_registered/camera_info',
+          '/edge_finder_upper', '/edge_finder_lower', '/feed_rate_est']
+_WARM_UP_S = 10.0  # until the first images are drawn and the period of the driver is known
+_TIMEOUT_S = 60.0
+_ZERO_M_PER_S, _MOVING_M_PER_S, _SPIKE_PERCENT = 0.002, 0.02, 6.0
+
+
+class Run(NamedTuple):
+    """What came: poses (n, 4) and velocities (n, 5) with wall times [s], and the player's states.
+
+    A pose is its arrival and x y z; a velocity is its stamp, its arrival, and x y z.
+    """
+
+    poses: np.ndarray
+    velocities: np.ndarray
+    states: List[PlaybackState]
+    bag_begin_s: float = 0.0  # of position 0
+
+    def bag_times(self, wall_s: np.ndarray) -> np.ndarray:
+        """Times (n,) [s] of the recording's clock for wall times (n,) in order."""
+        if not self.states:
+            return wall_s
+        clock, states, found = PlaybackClock(), iter(self.states), []
+        known_s = 0.0
+        for one_s in wall_s:
+            while known_s < one_s + 0.3 and (state := next(states, None)) is not None:
+                clock.add(state)
+                known_s = state.stamp_s
+            bag = clock.bag_time(one_s)
+            wanted = bag is not None and bag.segment == self.states[-1].segment
+            found.append(bag.time_s if bag is not None and wanted else np.nan)
+        return np.array(found) + self.bag_begin_s
+
+
+class Series(NamedTuple):
+    """Velocities (n, 3) [m/s] at times (n,) [s] since the simulation began, and the truth."""
+
+    time_s: np.ndarray
+    value: np.ndarray
+    truth: np.ndarray
+
+    def row(self) -> str:
+        """RMS and largest error in % of the peak, and the numbers of false zeros and spikes."""
+        error = _length(self.value - self.truth) / _length(self.truth).max() * 100
+        zeros = (_length(self.value) < _ZERO_M_PER_S) & (_length(self.truth) > _MOVING_M_PER_S)
+        return (f'{np.sqrt((error ** 2).mean()):.2f} | {error.max():.1f} | {zeros.sum()} | '
+                f'{(error > _SPIKE_PERCENT).sum()}')
+
+
+def main() -> int:
+    options = _options()
+    folder = Path(os.environ['ROS_HOME'])
+    folder.mkdir(parents=True, exist_ok=True)
+    bag = options.bag or str(folder / 'velocity_cell.bag')
+    port = os.environ['ROS_MASTER_URI'].rpartition(':')[2]
+    with running('roscore', '-p', port):
+        wait_for_master(30)
+        rospy.init_node('velocity_benchmark', disable_signals=True)
+        if not os.path.exists(bag):
+            _record(bag, options.seconds)
+        runs = {'live': _read(bag)}
+        runs.update(_played(bag, options.rates, folder))
+    _report(runs, options)
+    return 0
+
+
+def _options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument('--rates', nargs='+', type=float, default=[0.25, 1.0, 4.0, -1.0])
+    parser.add_argument('--seconds', type=float, default=22.0, help='of simulation')
+    parser.add_argument('--bag', help='keep the recording here, or play this one')
+    parser.add_argument('--plot', help='a .png file')
+    return parser.parse_args()
+
+
+@contextmanager
+def running(*command: str) -> Iterator['subprocess.Popen[bytes]']:
+    """Run a program meanwhile, and interrupt it then."""
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, start_new_session=True)
+    try:
+        yield process
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait(_TIMEOUT_S)
+
+
+@contextmanager
+def running_cell(*options: str) -> Iterator[None]:
+    """Run the simulated cell until every node is there."""
+    config = Path(__file__).parents[1] / 'sewing_cell' / 'devices' / 'simulated.xml'
+    with running('rosrun', 'process_visualizer', 'cell', 'run', str(config), '--no-rviz',
+                 *options):
+        rospy.wait_for_message(POSE, rospy.AnyMsg, _TIMEOUT_S)
+        yield
+
+
+def _record(bag: str, seconds: float) -> None:
+    with running_cell(f'seed:={SEED}'):
+        images = rospy.Subscriber(TOPICS[6], rospy.AnyMsg, queue_size=1)
+        time.sleep(_WARM_UP_S)
+        recorder = OwnRecorder(bag, [*TOPICS, VELOCITY])
+        recorder.start()
+        images.unregister()
+        time.sleep(seconds)
+        recorder.stop()
+
+
+def _played(bag: str, rates: Sequence[float], folder: Path) -> Dict[str, Run]:
+    runs = {}
+    with running_cell('--mode', 'playback', '--bag', bag):
+        for number, rate in enumerate(rates):
+            _command('pause', Trigger)
+            _command('set_rate', SetRate, rate)
+            path = str(folder / f'played_{number}.bag')
+            recorder = OwnRecorder(path, [POSE, VELOCITY, STATE])
+            recorder.start()
+            state = rospy.wait_for_message(STATE, PlayerState, _TIMEOUT_S)
+            _command('seek', Seek, 0.0 if rate > 0.0 else state.duration)
+            _command('play', Trigger)
+            _wait_for_the_end(rate)
+            recorder.stop()
+            runs[f'{rate:g}x'] = _read(path)
+            os.remove(path)
+    return runs
+
+
+def _command(name: str, service: type, *request: float) -> None:
+    answer = rospy.ServiceProxy(f'/bag_player/{name}', service)(*request)
+    if not answer.success:
+        raise RuntimeError(f'/bag_player/{name}: {answer.message}')
+
+
+def _wait_for_the_end(rate: float) -> None:
+    while True:
+        state = rospy.wait_for_message(STATE, PlayerState, _TIMEOUT_S)
+        left_s = state.duration - state.position if rate > 0.0 else state.position
+        if left_s < 0.02 * abs(rate):
+            return
+        time.sleep(min(max(left_s / abs(rate) - 0.01, 0.01), 1.0))
+
+
+def _read(path: str) -> Run:
+    poses: List[Tuple[float, ...]] = []
+    velocities: List[Tuple[float, ...]] = []
+    states: List[PlaybackState] = []
+    begin_s = 0.0
+    with rosbag.Bag(path) as bag:
+        for topic, message, stamp in bag.read_messages(topics=[POSE, VELOCITY, STATE]):
+            if topic == POSE:
+                poses.append((stamp.to_sec(), *message.data[:3]))
+            elif topic == VELOCITY:
+                linear = message.twist.linear
+                velocities.append((message.header.stamp.to_sec(), stamp.to_sec(),
+                                   linear.x, linear.y, linear.z))
+            else:
+                begin_s = message.begin.to_sec()
+                states.append(PlaybackState(
+                    message.stamp.to_sec(), message.position, message.rate, message.paused,
+                    message.segment, message.since.to_sec()))
+    return Run(np.array(poses), np.array(velocities), states, begin_s)
+
+
+def _report(runs: Dict[str, Run], options: argparse.Namespace) -> None:
+    truth, plots = Truth(600.0), {}
+    live = runs['live'].poses
+    begin_s = truth.begin_s(live[:, 0], live[:, 1:])
+    print('| | estimate: RMS, % of peak | largest error, % | false zeros | spikes | delay, ms | '
+          'two samples: RMS, % | largest error, % | false zeros | spikes |\n' + '|---' * 10 + '|')
+    rates = [1.0, *options.rates]
+    for (name, run), rate in zip(runs.items(), rates):
+        estimate = _series(run.bag_times(run.velocities[:, 0]) - begin_s, run.velocities[:, 2:],
+                           truth)
+        two = _two_samples(run, rate, begin_s, truth)
+        delay_ms = 1e3 * np.median(run.velocities[:, 1] - run.velocities[:, 0])
+        print(f'| {name} | {estimate.row()} | {delay_ms:.0f} | {two.row()} |', flush=True)
+        plots[name] = (estimate, two)
+    if options.plot:
+        write_plot(options.plot, plots)
+
+
+def _two_samples(run: Run, rate: float, begin_s: float, truth: Truth) -> Series:
+    """The thesis' equation 5.1."""
+    arrival_s, positions = run.poses[:, 0], run.poses[:, 1:]
+    times_s = run.bag_times(arrival_s) - begin_s
+    with np.errstate(divide='ignore', invalid='ignore'):
+        values = np.diff(positions, axis=0) / (np.diff(arrival_s) * rate)[:, None]
+    return _series(0.5 * (times_s[1:] + times_s[:-1]), values, truth)
+
+
+def _series(times_s: np.ndarray, values: np.ndarray, truth: Truth) -> Series:
+    known = np.isfinite(times_s) & np.isfinite(values).all(axis=1)
+    times_s, values = times_s[known], values[known]
+    return Series(times_s, values, truth.velocity(times_s))
+
+
+def _length(vectors: np.ndarray) -> np.ndarray:
+    length: np.ndarray = np.linalg.norm(vectors, axis=1)
+    return length
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,41 @@
+"""What the simulator knows of its lower robot: positions and velocities without any doubt."""
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+
+from sewing_cell.arms import LOWER
+from sewing_cell.cycle import SewingCycle
+
+ROBOT = 'ur_rt_lower'
+PERIOD_S = 1 / 125
+SEED = 1
+_LEAST_DELAY_PERCENTILE = 1
+
+
+class Truth:
+    """The simulator's velocities, and its beginning as the positions tell it."""
+
+    def __init__(self, seconds: float) -> None:
+        """Take the length of the simulation that is known [s]."""
+        self._cycle = SewingCycle('good', SEED)
+        times_s = np.arange(0, seconds, PERIOD_S)
+        keys = _keys(self._cycle.tool_frame(LOWER, times_s)[:, :3])
+        counts = Counter(keys)  # a position that occurs twice tells no time
+        self._times = {key: time_s for key, time_s in zip(keys, times_s) if counts[key] == 1}
+
+    def velocity(self, times_s: np.ndarray) -> np.ndarray:
+        """Velocities (n, 3) [m/s] in the robot's base frame."""
+        velocity: np.ndarray = LOWER.to_base(self._cycle.truth(LOWER, times_s).velocity)
+        return velocity
+
+    def begin_s(self, arrival_s: np.ndarray, positions: np.ndarray) -> float:
+        """The time [s] at which the simulation began, by the poses (n, 3) that were fastest."""
+        offsets = [time_s - self._times[key] for time_s, key in zip(arrival_s, _keys(positions))
+                   if key in self._times]
+        return float(np.percentile(offsets, _LEAST_DELAY_PERCENTILE))
+
+
+def _keys(positions: np.ndarray) -> 'list[bytes]':
+    return [row.tobytes() for row in positions.astype(np.float32)]
