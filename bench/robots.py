@@ -2,7 +2,7 @@
 
 usage: bench/run robots [1 2 5 10 20] [--seconds 20]
 
-Each robot has its robot processor and its robot_state_publisher. Their drivers and the stopwatch
+Each robot has its joint and robot processors and its robot_state_publisher. Their drivers and the stopwatch
 are one C++ program (bench/robots_driver.cpp). Shares are of one core.
 """
 from __future__ import annotations
@@ -28,6 +28,9 @@ _ROBOT = """  <group ns="{name}">
     <node pkg="robot_state_publisher" type="robot_state_publisher" name="robot_state_publisher">
       <param name="publish_frequency" value="{frequency}" />
     </node>
+    <node pkg="process_visualizer" type="joint_proc" name="joint_proc">
+      <param name="topic" value="q_act" />
+    </node>
     <node pkg="process_visualizer" type="robot_proc" name="robot_proc">
       <rosparam>
         topics:
@@ -46,9 +49,9 @@ def main() -> int:
     options = _options()
     folder = Path(os.environ['ROS_HOME'])
     model = _model()
-    print('| robots | processor, % each | state publisher, % each | rosmaster, % | all, % '
+    print('| robots | joint_proc, % each | robot_proc, % each | state publisher, % each | rosmaster, % | all, % '
           '| joint states p50 / p99, ms | /tf p50 / p99, ms | marker p50 / p99, ms |')
-    print('|---|---|---|---|---|---|---|---|')
+    print('|---|---|---|---|---|---|---|---|---|')
     for count in options.robots:
         _print(count, _run(count, options.seconds, model, folder))
     return 0
@@ -143,7 +146,7 @@ def _print(count: int, result: Dict[str, Any]) -> None:
 
     delays = ' | '.join(f'{result[kind]["median_ms"]:.2f} / {result[kind]["p99_ms"]:.2f}'
                         for kind in ('joint_states', 'transforms', 'markers'))
-    print(f'| {count} | {mean("robot_proc"):.1f} | {mean("robot_state_publisher"):.1f} | '
+    print(f'| {count} | {mean("joint_proc"):.1f} | {mean("robot_proc"):.1f} | {mean("robot_state_publisher"):.1f} | '
           f'{mean("rosmaster"):.0f} | {sum(map(sum, cpu.values())):.0f} | {delays} |', flush=True)
 
 

@@ -321,7 +321,7 @@ class RobotProcessorTest(unittest.TestCase):
         sent_wrench.wrench.force.x = 3.0
 
         def send() -> None:
-            joints.publish(JointState(name=['b', 'other'], position=[0.5, 7.0]))
+            joints.publish(JointState(name=['b', 'other', 'a'], position=[0.5, 7.0, 1.0]))
             pose.publish(sent_pose)
             wrench.publish(sent_wrench)
 
@@ -332,32 +332,43 @@ class RobotProcessorTest(unittest.TestCase):
                        and ('force', 0) in last_markers(arrays) and bool(states.messages)
                        and bool(forces.messages), 'everything', send)
         self.assertEqual((states.messages[0].name, list(states.messages[0].position)),
-                         (['s/b'], [0.5]))
+                         (['s/b', 's/a'], [0.5, 1.25]))  # with the offset of a
         self.assertEqual(forces.messages[0].header.frame_id, 's/tool')
 
     def test_wrong_types_are_named(self) -> None:
         array_force = publisher('/w/wrench', Float32MultiArray)
         text = publisher('/w/pose', String)
+        array_joints = publisher('/w/joints', Float32MultiArray)
         with log_listener() as log:
+            wait_until(lambda: logged(log, Log.WARN, 'w: ', '/w/joints', 'Float32MultiArray'),
+                       'a warning about the type', lambda: array_joints.publish(array(1)))
             wait_until(lambda: logged(log, Log.WARN, 'w: ', '/w/wrench', 'Float32MultiArray'),
                        'a warning about the type', lambda: array_force.publish(array(1, 2, 3)))
             wait_until(lambda: logged(log, Log.WARN, '/w/pose', 'std_msgs/String'),
                        'a warning about the type', lambda: text.publish(String('x')))
 
     def test_wrong_parameters_end_the_node_with_a_message(self) -> None:
-        for argument, problem in (('_marker_rate:=-1', 'marker_rate: a number above 0'),
-                                  ('_arrows/force/color:=red', 'color: three or four numbers'),
-                                  ('robot_description:=/broken', 'the URDF is not XML')):
-            rospy.set_param('/broken', '<robot>')
-            status, output = run_node(['__ns:=/t', argument])
+        rospy.set_param('/broken', '<robot>')
+        rospy.set_param('/one', '<robot name="t"><joint name="a" type="revolute"/></robot>')
+        for node, arguments, problem in (
+                ('robot_proc', ['_marker_rate:=-1'], 'marker_rate: a number above 0'),
+                ('robot_proc', ['_arrows/force/color:=red'], 'color: three or four numbers'),
+                ('joint_proc', [], 'topic: the topic of the joints is expected'),
+                ('joint_proc', ['_topic:=q'], 'joint_names: the names of'),
+                ('joint_proc', ['_topic:=q', '_joint_rate:=fast'], 'joint_rate: a number'),
+                ('joint_proc', ['_topic:=q', '_joint_offsets/b:=1', 'robot_description:=/one'],
+                 'an offset of b'),
+                ('joint_proc', ['_topic:=q', 'robot_description:=/broken'],
+                 'the URDF is not XML')):
+            status, output = run_node(node, ['__ns:=/t', *arguments])
             self.assertEqual(status, 1, output)
             self.assertIn(problem, output)
             self.assertNotIn('Traceback', output)
 
 
-def run_node(arguments: Sequence[str]) -> Tuple[int, str]:
-    """Return status and output of a robot processor that ends at once."""
-    process = subprocess.run(['rosrun', 'process_visualizer', 'robot_proc', *arguments],
+def run_node(node: str, arguments: Sequence[str]) -> Tuple[int, str]:
+    """Return status and output of a processor that ends at once."""
+    process = subprocess.run(['rosrun', 'process_visualizer', node, *arguments],
                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=60)
     return process.returncode, process.stdout.decode()
 

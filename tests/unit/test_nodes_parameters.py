@@ -10,14 +10,13 @@ from process_visualizer.nodes.parameters import (
 
 
 def read(values):
-    return read_robot_parameters(Parameters(values, '/r/robot_proc'), 'r', ['r/a', 'r/b'])
+    return read_robot_parameters(Parameters(values, '/r/robot_proc'), 'r')
 
 
 def test_defaults():
     parameters = read({})
     assert (parameters.base_frame, parameters.tool_frame) == ('r/link0', 'r/tool')
     assert parameters.force_frame == 'r/tool'
-    assert parameters.joint_names == ['r/a', 'r/b']
     assert parameters.joint_states == TopicParameters('', '')
     assert parameters.velocity_arrow.color == (0.0, 0.8, 0.1, 1.0)
     assert parameters.marker_rate_hz == 30.0
@@ -25,12 +24,11 @@ def test_defaults():
 
 def test_values_are_taken():
     parameters = read({
-        'tool_frame': '/r/flange', 'joint_names': ['r/c'],
+        'tool_frame': '/r/flange',
         'topics': {'force_sensor': {'name': '/ft', 'msg': 'geometry_msgs/WrenchStamped'}},
         'arrows': {'force': {'scale': 1, 'min': 0.1, 'max': 0.2, 'color': '1 0.5 0'},
                    'velocity': {'color': [0, 0, 1, 0.5]}}})
     assert parameters.force_frame == 'r/flange'
-    assert parameters.joint_names == ['r/c']
     assert parameters.force_sensor == TopicParameters('/ft', 'geometry_msgs/WrenchStamped')
     assert parameters.force_arrow.color == (1.0, 0.5, 0.0, 1.0)
     assert (parameters.force_arrow.scale_m, parameters.force_arrow.max_m) == (1.0, 0.2)
@@ -42,7 +40,6 @@ def test_values_are_taken():
     ({'marker_rate': 'fast'}, 'marker_rate: a number'),
     ({'marker_rate': True}, 'marker_rate: a number'),
     ({'velocity_window': float('nan')}, 'velocity_window: a number'),
-    ({'joint_names': 'r/a r/b'}, 'joint_names: a list of texts'),
     ({'tool_frame': 3}, 'tool_frame: a text'),
     ({'arrows': {'force': {'color': 'red'}}}, 'arrows/force/color: three or four numbers'),
     ({'arrows': {'force': {'color': 3}}}, 'arrows/force/color: three or four numbers'),

@@ -5,11 +5,10 @@ import math
 import numpy as np
 import pytest
 from geometry_msgs.msg import PoseStamped, WrenchStamped
-from sensor_msgs.msg import JointState
 from std_msgs.msg import Float32MultiArray, MultiArrayDimension
 
 from process_visualizer.motion.rotations import matrix_from_rotation_vector
-from process_visualizer.nodes.robot_messages import JOINT_DECODERS, POSE_DECODERS, WRENCH_DECODERS
+from process_visualizer.nodes.robot_messages import POSE_DECODERS, WRENCH_DECODERS
 
 
 def decode(decoders, message):
@@ -42,12 +41,6 @@ def wrench_stamped(x=1.0):
     return message
 
 
-def test_joints():
-    assert decode(JOINT_DECODERS, array(0.5, -1.5)).positions == [0.5, -1.5]
-    named = decode(JOINT_DECODERS, JointState(name=['a', 'b'], position=[1.0, 2.0]))
-    assert (named.names, named.positions) == (['a', 'b'], [1.0, 2.0])
-
-
 def test_tool_pose():
     vector = decode(POSE_DECODERS, array(0.5, 0.25, -1.0, 0.1, 0.2, 0.3))
     assert tuple(vector.position) == (0.5, 0.25, -1.0)
@@ -66,8 +59,6 @@ def test_wrench():
 
 
 @pytest.mark.parametrize('decoders, message, problem', [
-    (JOINT_DECODERS, array(math.nan), 'NaN'),
-    (JOINT_DECODERS, JointState(name=['a'], position=[math.inf]), 'NaN or infinity'),
     (POSE_DECODERS, array(), '6 values.*not 0'),
     (POSE_DECODERS, array(1, 2, 3), '6 values.*not 3'),
     (POSE_DECODERS, array(1, 2, 3, 4, 5, math.inf), 'NaN or infinity'),

@@ -60,6 +60,7 @@ def _reserved_names(device: Device) -> List[str]:
     names = {
         'robot_state_publisher': device.model is not None,
         'robot_proc': device.type is DeviceType.ROBOT,
+        'joint_proc': device.type is DeviceType.ROBOT,
         'depth_proc': device.type is DeviceType.DEPTH_SENSOR,
         'roi_filter': device.roi is not None,
         'variable_proc': bool(device.variables),

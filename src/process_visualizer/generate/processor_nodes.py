@@ -43,6 +43,7 @@ def processor_nodes(device: Device, description: Optional[RobotDescription]
                                    'robot_state_publisher',
                                    {'publish_frequency': PUBLISH_FREQUENCY_HZ}))
     if device.type is DeviceType.ROBOT:
+        nodes += _joint_nodes(device, description)
         nodes.append(ProcessorNode(_PACKAGE, 'robot_proc', 'robot_proc',
                                    robot_parameters(device, description)))
     if device.type is DeviceType.DEPTH_SENSOR:
@@ -76,7 +77,6 @@ def robot_parameters(device: Device, description: Optional[RobotDescription]) ->
         parameters['base_frame'] = device.base.frame
     if description is not None:
         parameters['tool_frame'] = description.tool_link()
-        parameters['joint_names'] = list(description.joints)
     elif device.force is not None:
         parameters['tool_frame'] = device.force.parent_frame
     if device.force is not None:
@@ -89,6 +89,16 @@ def robot_parameters(device: Device, description: Optional[RobotDescription]) ->
     if device.arrows:
         parameters['arrows'] = {arrow.quantity: _arrow(arrow) for arrow in device.arrows}
     return parameters
+
+
+def _joint_nodes(device: Device, description: Optional[RobotDescription]) -> List[ProcessorNode]:
+    topic = device.topic_for(TopicFunction.JOINT_STATES)
+    if topic is None or description is None or not description.joints:
+        return []
+    parameters: Dict[str, Any] = {'topic': topic.name, 'joint_names': list(description.joints)}
+    if topic.message_type is not None:
+        parameters['msg'] = topic.message_type
+    return [ProcessorNode(_PACKAGE, 'joint_proc', 'joint_proc', parameters)]
 
 
 def _topic(topic: Topic) -> Dict[str, str]:

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, List, Mapping, Optional, Tuple
+from typing import Any, List, Mapping, Tuple
 
 import rospy
 
@@ -66,13 +66,6 @@ class Parameters:
         if not isinstance(value, list) or len(value) != 3 or not all(map(is_number, value)):
             raise self.error(name, 'a list of three numbers', value)
         return float(value[0]), float(value[1]), float(value[2])
-
-    def texts(self, name: str) -> List[str]:
-        """Return a list of strings; none by default."""
-        value = self._values.get(name, [])
-        if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
-            raise self.error(name, 'a list of texts', value)
-        return value
 
     def color(self, name: str, default: Color) -> Color:
         """Return a colour given as 'r g b', 'r g b a', or such a list, each from 0 to 1."""
@@ -179,7 +172,6 @@ class RobotParameters:
     base_frame: str
     tool_frame: str
     force_frame: str
-    joint_names: List[str]
     joint_states: TopicParameters = TopicParameters()
     tool_center_frame: TopicParameters = TopicParameters()
     force_sensor: TopicParameters = TopicParameters()
@@ -187,19 +179,16 @@ class RobotParameters:
     force_arrow: ArrowStyle = FORCE_ARROW
     text: TextParameters = field(default_factory=TextParameters)
     marker_rate_hz: float = 30.0
-    joint_rate_hz: float = 40.0  # at most; faster drivers' states are thinned out
     velocity_window_s: float = 0.15
     stale_after_s: float = 1.0
 
 
-def read_robot_parameters(parameters: Parameters, robot_name: str,
-                          model_joints: Optional[List[str]] = None) -> RobotParameters:
+def read_robot_parameters(parameters: Parameters, robot_name: str) -> RobotParameters:
     """Return the checked parameters of the robot processor.
 
     Args:
         parameters: the node's private ones.
         robot_name: the device's name, which is the node's namespace.
-        model_joints: the joints of the robot's model, for a node without joint_names.
 
     Raises:
         ParameterError: a value is wrong.
@@ -211,7 +200,6 @@ def read_robot_parameters(parameters: Parameters, robot_name: str,
         base_frame=parameters.frame('base_frame', f'{robot_name}/link0'),
         tool_frame=tool_frame,
         force_frame=parameters.frame('force_frame', tool_frame),
-        joint_names=parameters.texts('joint_names') or model_joints or [],
         joint_states=TopicParameters.read(topics.group('joint_states')),
         tool_center_frame=TopicParameters.read(topics.group('tool_center_frame')),
         force_sensor=TopicParameters.read(topics.group('force_sensor')),
@@ -221,7 +209,6 @@ def read_robot_parameters(parameters: Parameters, robot_name: str,
                             text.number('outward', TextParameters.outward_m),
                             text.number('up', TextParameters.up_m)),
         marker_rate_hz=parameters.number('marker_rate', 30.0, above=0.0),
-        joint_rate_hz=parameters.number('joint_rate', 40.0, above=0.0),
         velocity_window_s=parameters.number('velocity_window', 0.15, above=0.0),
         stale_after_s=parameters.number('stale_after', 1.0, above=0.0),
     )

@@ -3,12 +3,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Dict, List, Sequence, Type
+from typing import Any, Dict, Sequence, Type
 
 import genpy
 import numpy as np
 from geometry_msgs.msg import PoseStamped, WrenchStamped
-from sensor_msgs.msg import JointState
 
 from process_visualizer.motion.float32_multi_array import float32_values
 from process_visualizer.motion.rotations import (
@@ -19,14 +18,6 @@ from process_visualizer.motion.rotations import (
 from process_visualizer.nodes.message_reader import Decoder
 
 FLOAT_ARRAY = 'std_msgs/Float32MultiArray'
-
-
-@dataclass(frozen=True)
-class JointPositions:
-    """Positions [rad or m]; names is empty where the message has none."""
-
-    names: List[str]
-    positions: List[float]
 
 
 @dataclass(frozen=True)
@@ -50,15 +41,6 @@ class Wrench:
     force: Sequence[float]
     torque: Sequence[float]
     frame: str = ''
-
-
-def _joints_from_array(message: bytes) -> JointPositions:
-    return JointPositions([], list(_finite(float32_values(message))))
-
-
-def _joints_from_joint_state(message: bytes) -> JointPositions:
-    state = deserialize(JointState, message)
-    return JointPositions(state.name, list(_finite(state.position)))
 
 
 def _pose_from_array(message: bytes) -> ToolPose:
@@ -96,10 +78,6 @@ def _wrench_from_wrench_stamped(message: bytes) -> Wrench:
                   stamped.header.frame_id.lstrip('/'))
 
 
-JOINT_DECODERS: Dict[str, Decoder[JointPositions]] = {
-    FLOAT_ARRAY: _joints_from_array,
-    'sensor_msgs/JointState': _joints_from_joint_state,
-}
 POSE_DECODERS: Dict[str, Decoder[ToolPose]] = {
     FLOAT_ARRAY: _pose_from_array,
     'geometry_msgs/PoseStamped': _pose_from_pose_stamped,

@@ -1,19 +1,17 @@
-"""The robot processor: from a robot's measurements to joint states, arrows and numbers."""
+"""The robot processor: from a robot's measurements to arrows and numbers."""
 from __future__ import annotations
 
 import sys
 import threading
-from typing import Callable, Dict, List, Optional
+from typing import Any, Callable, Dict, Optional
 
 import rospy
 from geometry_msgs.msg import TwistStamped, Vector3, WrenchStamped
 from visualization_msgs.msg import MarkerArray
 
-from process_visualizer.motion.joints import movable_joints
 from process_visualizer.motion.measuring_time import MeasuringTime
 from process_visualizer.motion.tool_velocity import ToolVelocity
 from process_visualizer.nodes.frame_reader import TF_MESSAGE, FrameReader
-from process_visualizer.nodes.joint_states import JointStates
 from process_visualizer.nodes.live_number import LiveNumber
 from process_visualizer.nodes.markers import Pace, VectorSample
 from process_visualizer.nodes.message_reader import Decoder, Quantity, TopicReader
@@ -27,7 +25,6 @@ from process_visualizer.nodes.parameters import (
 from process_visualizer.nodes.playback import PlaybackFollower
 from process_visualizer.nodes.robot_display import RobotDisplay, ToolMotion
 from process_visualizer.nodes.robot_messages import (
-    JOINT_DECODERS,
     POSE_DECODERS,
     WRENCH_DECODERS,
     ToolPose,
@@ -41,9 +38,10 @@ TICK_S = 0.1
 class RobotProcessor:
     """Republishes a robot's measurements as standard messages and shows them (thesis section 5.3).
 
-    Each quantity whose topic is configured: joint states for robot_state_publisher; the tool's
-    velocity as TwistStamped in the base frame, stamped with the time it belongs to; the force as
-    WrenchStamped in the force frame; arrows and numbers for RViz.
+    Each quantity whose topic is configured: the tool's velocity as TwistStamped in the base frame,
+    stamped with the time it belongs to; the force as WrenchStamped in the force frame; arrows and
+    numbers for RViz. Joint states are published by joint_proc, in C++, so that nothing that is
+    drawn can hold them up.
 
     What a screen shows is published no faster than a screen can show it: with the message that
     brings it, so that it is not late, or with the next tick of a slow timer, which also notices
@@ -55,7 +53,6 @@ class RobotProcessor:
         self._parameters = parameters
         self._playback = PlaybackFollower()
         self._playback_rate = LiveNumber(PLAYBACK_RATE, 1.0)
-        self._joints = JointStates(parameters, self._playback)
         self._tool_times = MeasuringTime()
         self._velocity = ToolVelocity(self._playback.clock, parameters.velocity_window_s)
         self._display = RobotDisplay(parameters)
@@ -64,10 +61,11 @@ class RobotProcessor:
         self._pose: Optional[ToolPose] = None
         self._pose_time_s = 0.0
         self._force: Optional[VectorSample] = None
+        self._joints_time_s: Optional[float] = None
         self._tool_velocity = rospy.Publisher('tool_velocity', TwistStamped, queue_size=10)
         self._tool_force = rospy.Publisher('tool_force', WrenchStamped, queue_size=10)
         self._markers = rospy.Publisher('marker_array', MarkerArray, queue_size=1)
-        self._subscribe(parameters.joint_states, JOINT_DECODERS, self._joints.take)
+        self._watch_joints(parameters.joint_states)
         self._subscribe_tool(parameters.tool_center_frame)
         self._subscribe(parameters.force_sensor, WRENCH_DECODERS, self._on_wrench)
         self._timer = rospy.Timer(rospy.Duration(TICK_S), self._on_timer, reset=True)
@@ -77,6 +75,17 @@ class RobotProcessor:
         if topic.name:
             TopicReader(self._parameters.robot_name, topic.name, topic.message_type,
                         decoders, callback)
+
+    def _watch_joints(self, topic: TopicParameters) -> None:
+        """Notice when the joint processor publishes no joint states any more."""
+        if topic.name:
+            rospy.Subscriber('joint_states', rospy.AnyMsg, self._on_joints, queue_size=1)
+
+    def _on_joints(self, _message: Any) -> None:
+        self._joints_time_s = self._playback.data_time_s()
+
+    def _joints_age_s(self, data_s: float) -> Optional[float]:
+        return None if self._joints_time_s is None else max(data_s - self._joints_time_s, 0.0)
 
     def _subscribe_tool(self, topic: TopicParameters) -> None:
         parameters = self._parameters
@@ -132,7 +141,6 @@ class RobotProcessor:
 
     def _on_timer(self, _event: rospy.timer.TimerEvent) -> None:
         now_s = rospy.get_time()
-        self._joints.flush(now_s)
         with self._lock:
             self._velocity.settle(now_s)
             self._draw(now_s)
@@ -142,7 +150,7 @@ class RobotProcessor:
         if self._drawing.is_due(now_s) and self._markers.get_num_connections() > 0:
             data_s = self._playback.clock.data_time_s(now_s)
             markers = self._display.markers(self._motion(), self._force, data_s, now_s,
-                                            self._joints.age_s(data_s))
+                                            self._joints_age_s(data_s))
             if markers:
                 self._markers.publish(MarkerArray(markers))
 
@@ -152,25 +160,12 @@ class RobotProcessor:
         return ToolMotion(self._pose, self._velocity.velocity(), self._pose_time_s)
 
 
-def model_joints() -> List[str]:
-    """Return the joints of the model in robot_description; none where there is no model."""
-    urdf = rospy.get_param('robot_description', '')
-    if not urdf:
-        return []
-    try:
-        return movable_joints(urdf)
-    except ValueError as error:
-        raise ParameterError(
-            f'parameter {rospy.resolve_name("robot_description")}: {error}') from None
-
-
 def main() -> None:
     """Run the node; it ends with status 1 when a parameter is wrong."""
     rospy.init_node('robot_proc')
     robot_name = rospy.get_namespace().strip('/')
     try:
-        RobotProcessor(
-            read_robot_parameters(private_parameters(), robot_name, model_joints()))
+        RobotProcessor(read_robot_parameters(private_parameters(), robot_name))
     except ParameterError as error:
         rospy.logfatal('%s', error)
         sys.exit(1)

@@ -17,7 +17,7 @@ ROBOTS = ('ur_rt_upper', 'ur_rt_lower')
 DEVICE_NODES = [
     '/cell_frames', '/rviz', '/kinect/depth_proc', '/kinect/kinect_roi',
     '/sewing_machine/needle_frame_transformer', '/sewing_machine/sewing_machine',
-    *(f'/{robot}/{node}' for robot in ROBOTS for node in ('robot_proc', 'robot_state_publisher'))]
+    *(f'/{robot}/{node}' for robot in ROBOTS for node in ('joint_proc', 'robot_proc', 'robot_state_publisher'))]
 CAMERA_NODES = [
     '/camera/camera_nodelet_manager', '/camera/points_xyzrgb_hw_registered', '/camera_depth_frame',
     '/camera_depth_optical_frame', '/camera_rgb_frame', '/camera_rgb_optical_frame']
@@ -75,11 +75,12 @@ def test_parameters_of_a_robot(robot: str, loaded: Dict[str, ROSLaunchConfig]) -
     assert found == {
         'base_frame': f'{robot}/link0', 'tool_frame': f'{robot}/tool',
         'force_frame': f'{robot}/force',
-        'joint_names': [f'{robot}/joint_{pair}'
-                        for pair in ('0_1', '1_2', '2_3', '4_5', '5_6', '6_7')],
         'topics/joint_states/name': f'/{robot}/q_act',
         'topics/tool_center_frame/name': f'/{robot}/tcf',
         'topics/force_sensor/name': f'/ft_{side}/ft'}
+    assert parameters(loaded['devices_realtime'], f'/{robot}/joint_proc') == {
+        'topic': f'/{robot}/q_act', 'joint_names': [
+            f'{robot}/joint_{pair}' for pair in ('0_1', '1_2', '2_3', '4_5', '5_6', '6_7')]}
 
 
 @pytest.mark.parametrize('name', ['ur_rt_upper', 'ur_rt_lower', 'cell_stand'])

@@ -34,6 +34,9 @@ def nodes_of(parse: Parse, kind: str, elements: str,
     ('robot', '', None, ['robot_proc']),
     ('robot', '', ARM, ['robot_state_publisher', 'robot_proc']),
     ('robot', '', STONE, ['robot_proc']),
+    ('robot', '<topic name="q" type="joint_states"/>', ARM,
+     ['robot_state_publisher', 'joint_proc', 'robot_proc']),
+    ('robot', '<topic name="q" type="joint_states"/>', STONE, ['robot_proc']),
     ('other', '', None, []),
     ('other', '', ARM, ['robot_state_publisher']),
     ('other', '', STONE, []),
@@ -111,7 +114,6 @@ def test_robot_with_everything(parse: Parse) -> None:
         <arrow quantity="force" max="0"/>'''), ARM)
     assert found == {
         'base_frame': 'base', 'tool_frame': 'tool', 'force_frame': 'force',
-        'joint_names': ['j1', 'j2'],
         'topics': {'joint_states': {'name': '/q', 'msg': 'sensor_msgs/JointState'},
                    'tool_center_frame': {'name': '/t'},
                    'force_sensor': {'name': '/f', 'msg': 'geometry_msgs/WrenchStamped'}},
@@ -137,3 +139,10 @@ def test_frames(parse: Parse) -> None:
         {'parent': 'world', 'child': 'a', 'xyz': [1, 2, 3], 'ypr': [0.1, 0.2, 0.3]},
         {'parent': 't', 'child': 'f', 'xyz': [0, 0, 1], 'ypr': [1, 0, 0]}]}
     assert frame_parameters(cell, cell.devices[1:]) == {'frames': []}
+
+
+def test_joints_of_a_robot(parse: Parse) -> None:
+    nodes = nodes_of(parse, 'robot', '<topic name="q" type="joint_states" '
+                     'msg="sensor_msgs/JointState"/>', ARM)
+    found = next(node.parameters for node in nodes if node.name == 'joint_proc')
+    assert found == {'topic': '/q', 'joint_names': ['j1', 'j2'], 'msg': 'sensor_msgs/JointState'}

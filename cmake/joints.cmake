@@ -1,0 +1,17 @@
+# The joint processor: which position belongs to which joint (no node), and the node joint_proc.
+
+add_library(process_visualizer_joints src/robot/joint_matching.cpp)
+process_visualizer_compile(process_visualizer_joints)
+
+add_executable(joint_proc src/robot/joint_processor.cpp src/robot/joint_processor_main.cpp)
+process_visualizer_compile(joint_proc)
+target_link_libraries(joint_proc process_visualizer_joints ${roscpp_LIBRARIES})
+
+install(TARGETS process_visualizer_joints LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})
+install(TARGETS joint_proc RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
+
+if(CATKIN_ENABLE_TESTING)
+  catkin_add_gtest(test_joints tests/cpp/test_joints.cpp)
+  process_visualizer_compile(test_joints)
+  target_link_libraries(test_joints process_visualizer_joints)
+endif()

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace process_visualizer {
+
+/// Positions [rad or m] of joints, by name; a driver's message may have no names.
+struct JointPositions {
+  std::vector<std::string> names;
+  std::vector<double> positions;
+};
+
+/// Says which measured position belongs to which joint of a robot.
+class JointMatching {
+ public:
+  /// \param robot_name a driver's name 'elbow' also stands for the joint 'robot_name/elbow'
+  /// \param joint_names the robot's joints, in the order of a message without names
+  /// \param offsets [rad or m], by the joints' names: added to what is measured
+  /// \throws std::invalid_argument an offset is not that of a joint
+  JointMatching(const std::string& robot_name, std::vector<std::string> joint_names,
+                const std::map<std::string, double>& offsets = {});
+
+  /// Returns the positions of those joints of the robot that a message has.
+  /// \throws std::invalid_argument they do not fit the joints, or are not finite; says why
+  JointPositions match(const JointPositions& measured) const;
+
+ private:
+  struct Joint {
+    std::string name;
+    double offset;
+  };
+
+  JointPositions matchByOrder(const std::vector<double>& positions) const;
+  JointPositions matchByName(const JointPositions& measured) const;
+
+  std::vector<std::string> joint_names_;
+  std::map<std::string, Joint> joints_;  ///< by a driver's names
+};
+
+/// Returns the names of the joints of a URDF that have a measurement, in the file's order: those
+/// that move, without those that mimic another one.
+/// \throws std::invalid_argument the text is not XML
+std::vector<std::string> movableJoints(const std::string& urdf);
+
+}  // namespace process_visualizer

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <ros/ros.h>
+#include <sensor_msgs/JointState.h>
+
+#include <chrono>
+#include <optional>
+#include <string>
+
+#include "process_visualizer/recorder/message.hpp"
+#include "process_visualizer/robot/joint_matching.hpp"
+
+namespace process_visualizer {
+
+/// The parameters of the joint processor.
+struct JointParameters {
+  std::string robot_name;
+  std::string topic;
+  std::string message_type;  ///< package/Type; empty: what the topic turns out to carry
+  double rate_hz;            ///< at most
+};
+
+/// Publishes a robot's joint states for robot_state_publisher, at most at a rate; the last one
+/// always.
+///
+/// A state is published at once or not at all while others follow, so that thinning delays
+/// nothing. Drivers that send faster than a screen shows would otherwise cost each robot's state
+/// publisher, and the master, which that asks at every state.
+///
+/// A message that cannot be used is left out with a throttled warning.
+class JointProcessor {
+ public:
+  JointProcessor(JointParameters parameters, JointMatching matching);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  using Event = ros::MessageEvent<RawMessage const>;
+
+  void receive(const Event& event);
+  JointPositions decode(const Event& event) const;
+  void flush();
+  bool isDue();
+
+  JointParameters parameters_;
+  JointMatching matching_;
+  ros::NodeHandle node_;
+  ros::Publisher publisher_;
+  ros::Subscriber subscriber_;
+  ros::WallTimer timer_;
+  std::optional<sensor_msgs::JointState> held_;
+  Clock::duration period_;
+  Clock::time_point next_;
+};
+
+/// Returns the only field of interest of a joint message's bytes.
+/// \throws std::invalid_argument the type is not one of those that carry joints
+/// \throws std::exception the bytes are not of that type
+JointPositions decodeJoints(const std::string& type, const RawMessage& message);
+
+}  // namespace process_visualizer

@@ -1,0 +1,97 @@
+#include "process_visualizer/robot/joint_processor.hpp"
+
+#include <std_msgs/Float32MultiArray.h>
+
+#include <boost/make_shared.hpp>
+#include <stdexcept>
+#include <utility>
+
+namespace process_visualizer {
+namespace {
+
+constexpr double kFlushPeriodS = 0.1;
+constexpr double kWarningPeriodS = 5.0;
+constexpr char kArray[] = "std_msgs/Float32MultiArray";
+constexpr char kJointState[] = "sensor_msgs/JointState";
+
+template <typename Type>
+Type deserialized(const RawMessage& message) {
+  Type content;
+  // roscpp only reads from this stream, although it does not say so.
+  auto* bytes = const_cast<std::uint8_t*>(message.bytes.data());
+  ros::serialization::IStream stream(bytes, message.bytes.size());
+  ros::serialization::deserialize(stream, content);
+  return content;
+}
+
+}  // namespace
+
+JointPositions decodeJoints(const std::string& type, const RawMessage& message) {
+  if (type == kArray) {
+    const auto array = deserialized<std_msgs::Float32MultiArray>(message);
+    return {{}, {array.data.begin(), array.data.end()}};
+  }
+  if (type == kJointState) {
+    auto state = deserialized<sensor_msgs::JointState>(message);
+    return {std::move(state.name), std::move(state.position)};
+  }
+  throw std::invalid_argument("it carries " + type + ", and " + kArray + " or " + kJointState +
+                              " is expected");
+}
+
+JointProcessor::JointProcessor(JointParameters parameters, JointMatching matching)
+    : parameters_(std::move(parameters)),
+      matching_(std::move(matching)),
+      period_(std::chrono::duration_cast<Clock::duration>(
+          std::chrono::duration<double>(1.0 / parameters_.rate_hz))) {
+  publisher_ = node_.advertise<sensor_msgs::JointState>("joint_states", 10);
+  ros::SubscribeOptions options;
+  options.topic = parameters_.topic;
+  options.queue_size = 1;  // what was overtaken need not be shown
+  options.md5sum = ros::message_traits::md5sum<RawMessage>();
+  options.datatype = ros::message_traits::datatype<RawMessage>();
+  options.transport_hints = ros::TransportHints().tcpNoDelay();
+  options.helper = boost::make_shared<ros::SubscriptionCallbackHelperT<const Event&>>(
+      [this](const Event& event) { receive(event); });
+  subscriber_ = node_.subscribe(options);
+  timer_ = node_.createWallTimer(ros::WallDuration(kFlushPeriodS),
+                                 [this](const ros::WallTimerEvent&) { flush(); });
+}
+
+void JointProcessor::receive(const Event& event) {
+  try {
+    JointPositions joints = matching_.match(decode(event));
+    held_.emplace();
+    held_->name = std::move(joints.names);
+    held_->position = std::move(joints.positions);
+    flush();
+  } catch (const std::exception& error) {
+    ROS_WARN_THROTTLE(kWarningPeriodS, "%s: a message on %s is left out: %s",
+                      parameters_.robot_name.c_str(), subscriber_.getTopic().c_str(), error.what());
+  }
+}
+
+JointPositions JointProcessor::decode(const Event& event) const {
+  const std::string type = event.getConnectionHeader()["type"];
+  const std::string& wanted = parameters_.message_type;
+  if (!wanted.empty() && type != wanted)
+    throw std::invalid_argument("it carries " + type + ", and " + wanted + " is expected");
+  return decodeJoints(type, *event.getConstMessage());
+}
+
+void JointProcessor::flush() {
+  if (!held_ || !isDue()) return;
+  held_->header.stamp = ros::Time::now();
+  publisher_.publish(*held_);
+  held_.reset();
+}
+
+bool JointProcessor::isDue() {
+  const auto now = Clock::now();
+  if (now < next_) return false;
+  // A little late is made up for, so that the rate holds whatever the rate of asking.
+  next_ = now - next_ < period_ ? next_ + period_ : now + period_;
+  return true;
+}
+
+}  // namespace process_visualizer

@@ -1,0 +1,81 @@
+// The node joint_proc: joint states of one robot, in the namespace with the robot's name.
+//
+// Parameters: ~topic, ~msg, ~joint_names (without them those of robot_description), ~joint_offsets,
+// ~joint_rate.
+
+#include <cmath>
+#include <exception>
+#include <stdexcept>
+
+#include "process_visualizer/robot/joint_processor.hpp"
+
+namespace {
+
+using process_visualizer::JointMatching;
+using process_visualizer::JointParameters;
+
+constexpr double kRateHz = 30.0;  // what a screen shows
+
+[[noreturn]] void refuse(const std::string& name, const std::string& expected) {
+  throw std::invalid_argument("parameter " + ros::names::resolve(name) + ": " + expected);
+}
+
+double number(const std::string& name, XmlRpc::XmlRpcValue value) {
+  if (value.getType() == XmlRpc::XmlRpcValue::TypeInt) return static_cast<int>(value);
+  if (value.getType() != XmlRpc::XmlRpcValue::TypeDouble) refuse(name, "a number is expected");
+  return static_cast<double>(value);
+}
+
+JointParameters readParameters() {
+  std::string robot_name = ros::this_node::getNamespace();
+  robot_name.erase(0, robot_name.find_first_not_of('/'));
+  JointParameters parameters{robot_name, "", "", kRateHz};
+  ros::param::get("~topic", parameters.topic);
+  ros::param::get("~msg", parameters.message_type);
+  XmlRpc::XmlRpcValue rate;
+  if (ros::param::get("~joint_rate", rate)) parameters.rate_hz = number("~joint_rate", rate);
+  if (parameters.topic.empty()) refuse("~topic", "the topic of the joints is expected");
+  if (!(parameters.rate_hz > 0.0) || !std::isfinite(parameters.rate_hz))
+    refuse("~joint_rate", "a number above 0 is expected");
+  return parameters;
+}
+
+std::vector<std::string> readJointNames() {
+  std::vector<std::string> names;
+  if (ros::param::get("~joint_names", names) && !names.empty()) return names;
+  std::string urdf;
+  if (!ros::param::get("robot_description", urdf))
+    refuse("~joint_names", "the names of the robot's joints are expected, or a robot_description");
+  try {
+    return process_visualizer::movableJoints(urdf);
+  } catch (const std::invalid_argument& error) {
+    refuse("robot_description", error.what());
+  }
+}
+
+std::map<std::string, double> readOffsets() {
+  std::map<std::string, double> offsets;
+  XmlRpc::XmlRpcValue values;
+  if (!ros::param::get("~joint_offsets", values)) return offsets;
+  if (values.getType() != XmlRpc::XmlRpcValue::TypeStruct)
+    refuse("~joint_offsets", "numbers by the names of joints are expected");
+  for (auto& [name, value] : values) offsets[name] = number("~joint_offsets/" + name, value);
+  return offsets;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "joint_proc");
+  ros::NodeHandle node;  // keeps roscpp running
+  try {
+    const JointParameters parameters = readParameters();
+    process_visualizer::JointProcessor processor(
+        parameters, JointMatching(parameters.robot_name, readJointNames(), readOffsets()));
+    ros::spin();
+  } catch (const std::exception& error) {
+    ROS_FATAL("%s", error.what());
+    return 1;
+  }
+  return 0;
+}

@@ -1,0 +1,77 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+
+#include "process_visualizer/robot/joint_matching.hpp"
+
+namespace process_visualizer {
+namespace {
+
+using Names = std::vector<std::string>;
+using Positions = std::vector<double>;
+
+const Names kJoints = {"r/a", "r/b", "r/c"};
+
+void expectProblem(const JointPositions& measured, const std::string& problem) {
+  try {
+    JointMatching("r", kJoints).match(measured);
+    FAIL() << "no problem, but expected: " << problem;
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find(problem), std::string::npos) << error.what();
+  }
+}
+
+TEST(JointMatching, PositionsWithoutNamesAreInOrder) {
+  const JointPositions found = JointMatching("r", kJoints).match({{}, {1.0, 2.0, 3.0}});
+  EXPECT_EQ(found.names, kJoints);
+  EXPECT_EQ(found.positions, (Positions{1.0, 2.0, 3.0}));
+}
+
+TEST(JointMatching, NamesMatchWithAndWithoutTheRobotsName) {
+  const JointPositions found =
+      JointMatching("r", kJoints).match({{"a", "gripper", "r/b"}, {1.0, 2.0, 3.0}});
+  EXPECT_EQ(found.names, (Names{"r/a", "r/b"}));
+  EXPECT_EQ(found.positions, (Positions{1.0, 3.0}));
+}
+
+TEST(JointMatching, WhatDoesNotFitSaysWhy) {
+  expectProblem({{}, {1.0, 2.0}},
+                "3 values are expected, one for each joint of r/a, r/b, r/c, not 2");
+  expectProblem({{}, {}}, "3 values are expected");
+  expectProblem({{"r/a"}, {1.0, 2.0}}, "1 joint names come with 2 positions");
+  expectProblem({{"x"}, {1.0}}, "none of the names x is a joint");
+  expectProblem({{}, {1.0, NAN, 3.0}}, "NaN or infinity");
+  expectProblem({{"a"}, {INFINITY}}, "NaN or infinity");
+}
+
+TEST(JointMatching, OffsetsAreAddedByEitherName) {
+  const JointMatching matching("r", kJoints, {{"a", 0.5}, {"r/c", -1.0}});
+  EXPECT_EQ(matching.match({{}, {1.0, 2.0, 3.0}}).positions, (Positions{1.5, 2.0, 2.0}));
+  EXPECT_EQ(matching.match({{"r/a", "c"}, {1.0, 3.0}}).positions, (Positions{1.5, 2.0}));
+  EXPECT_THROW(JointMatching("r", kJoints, {{"x", 1.0}}), std::invalid_argument);
+  EXPECT_THROW(JointMatching("r", kJoints, {{"a", NAN}}), std::invalid_argument);
+}
+
+TEST(MovableJoints, AreThoseThatAreMeasuredInTheOrderOfTheFile) {
+  const Names found = movableJoints(
+      "<?xml version='1.0'?><!-- x --><robot name='r'><link name='l'/>"
+      "<joint name='z' type='revolute'/><joint name='f' type='fixed'/>"
+      "<joint name='m' type='revolute'><mimic joint='z'/></joint>"
+      "<joint name='p' type='prismatic'/><joint name='c' type='continuous'/></robot>");
+  EXPECT_EQ(found, (Names{"z", "p", "c"}));
+}
+
+TEST(MovableJoints, OfWhatIsNoUrdf) {
+  EXPECT_THROW(movableJoints("<robot>"), std::invalid_argument);
+  EXPECT_THROW(movableJoints("<cell/>"), std::invalid_argument);
+  EXPECT_THROW(movableJoints(""), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace process_visualizer
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  return RUN_ALL_TESTS();
+}
