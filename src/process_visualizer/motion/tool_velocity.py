@@ -10,7 +10,7 @@ from process_visualizer.motion.rotations import Quaternion, Triple
 from process_visualizer.motion.sending_period import SendingPeriod
 from process_visualizer.motion.velocity import ScaledClock, VelocityEstimator
 
-HOLD_S = 0.03
+HOLD_S = 0.05
 STATE_DELAY_S = 0.035  # of the player's states behind what they belong to, at most
 _LIVE = -1  # the segment without a player
 _SHORTEST = 0.99  # of the measured period: small errors of it must not add up

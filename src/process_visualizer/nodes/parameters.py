@@ -179,7 +179,7 @@ class RobotParameters:
     force_arrow: ArrowStyle = FORCE_ARROW
     text: TextParameters = field(default_factory=TextParameters)
     marker_rate_hz: float = 30.0
-    velocity_window_s: float = 0.15
+    velocity_window_s: float = 0.2
     stale_after_s: float = 1.0
 
 
@@ -209,6 +209,6 @@ def read_robot_parameters(parameters: Parameters, robot_name: str) -> RobotParam
                             text.number('outward', TextParameters.outward_m),
                             text.number('up', TextParameters.up_m)),
         marker_rate_hz=parameters.number('marker_rate', 30.0, above=0.0),
-        velocity_window_s=parameters.number('velocity_window', 0.15, above=0.0),
+        velocity_window_s=parameters.number('velocity_window', 0.2, above=0.0),
         stale_after_s=parameters.number('stale_after', 1.0, above=0.0),
     )
