@@ -43,7 +43,7 @@ TOPICS = ['/ur_rt_upper/q_act', '/ur_rt_upper/tcf', '/ur_rt_lower/q_act', '/ur_r
           '/ft_upper/ft', '/ft_lower/ft', '/camera/rgb/image_color', '/camera/rgb/camera_info',
           '/camera/depth_registered/image_raw', '/camera/depth_registered/camera_info',
           '/edge_finder_upper', '/edge_finder_lower', '/feed_rate_est']
-_WARM_UP_S = 10.0  # until the first images are drawn and the period of the driver is known
+_WARM_UP_S = 10.0  # until every node has started and the first images are drawn
 _TIMEOUT_S = 60.0
 _ZERO_M_PER_S, _MOVING_M_PER_S, _SPIKE_PERCENT = 0.002, 0.02, 6.0
 
@@ -157,6 +157,7 @@ def _played(bag: str, rates: Sequence[float], folder: Path, *cell: str) -> Dict[
     if not rates:
         return runs
     with running_cell('--mode', 'playback', '--bag', bag, *cell):
+        time.sleep(_WARM_UP_S)
         for number, rate in enumerate(rates):
             _command('pause', Trigger)
             _command('set_rate', SetRate, rate)
