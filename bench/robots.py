@@ -2,9 +2,9 @@
 
 usage: bench/run robots [1 2 5 10 20] [--seconds 20]
 
-Each robot has its joint and robot processors and its robot_state_publisher. Their drivers and the stopwatch
-are one C++ program (bench/robots_driver.cpp), which has priority where that is allowed, as real
-drivers do not compete with what they drive. Shares are of one core.
+Each robot has its joint and robot processors and its robot_state_publisher. Their drivers and the
+stopwatch are one C++ program (bench/robots_driver.cpp), which has priority where that is allowed,
+as real drivers do not compete with what they drive. Shares are of one core.
 """
 from __future__ import annotations
 
@@ -50,7 +50,8 @@ def main() -> int:
     options = _options()
     folder = Path(os.environ['ROS_HOME'])
     model = _model()
-    print('| robots | joint_proc, % each | robot_proc, % each | state publisher, % each | rosmaster, % | all, % '
+    print('| robots | joint_proc, % each | robot_proc, % each | state publisher, % each '
+          '| rosmaster, % | all, % '
           '| joint states p50 / p99, ms | /tf p50 / p99, ms | marker p50 / p99, ms |')
     print('|---|---|---|---|---|---|---|---|---|')
     for count in options.robots:
@@ -148,7 +149,8 @@ def _print(count: int, result: Dict[str, Any]) -> None:
 
     delays = ' | '.join(f'{result[kind]["median_ms"]:.2f} / {result[kind]["p99_ms"]:.2f}'
                         for kind in ('joint_states', 'transforms', 'markers'))
-    print(f'| {count} | {mean("joint_proc"):.1f} | {mean("robot_proc"):.1f} | {mean("robot_state_publisher"):.1f} | '
+    print(f'| {count} | {mean("joint_proc"):.1f} | {mean("robot_proc"):.1f} | '
+          f'{mean("robot_state_publisher"):.1f} | '
           f'{mean("rosmaster"):.0f} | {sum(map(sum, cpu.values())):.0f} | {delays} |', flush=True)
 
 

@@ -122,7 +122,7 @@ class ToolVelocity:
     def _dated(self, bag: BagTime, now_s: float) -> float:
         """Return the bag time [s] at which a pose was measured at the latest."""
         if bag.rate < 0.0:  # what follows in the recording has come before
-            followers = islice(reversed(self._taken), 1, None)
+            followers: Iterable[BagTime] = islice(reversed(self._taken), 1, None)
         else:
             known_s = now_s if bag.segment == _LIVE else now_s - STATE_DELAY_S
             followers = (self._bag_time(sample) for sample in islice(self._waiting, _MOST_BUNCHED)

@@ -17,7 +17,8 @@ ROBOTS = ('ur_rt_upper', 'ur_rt_lower')
 DEVICE_NODES = [
     '/cell_frames', '/rviz', '/kinect/depth_proc', '/kinect/kinect_roi',
     '/sewing_machine/needle_frame_transformer', '/sewing_machine/sewing_machine',
-    *(f'/{robot}/{node}' for robot in ROBOTS for node in ('joint_proc', 'robot_proc', 'robot_state_publisher'))]
+    *(f'/{robot}/{node}' for robot in ROBOTS
+      for node in ('joint_proc', 'robot_proc', 'robot_state_publisher'))]
 CAMERA_NODES = [
     '/camera/camera_nodelet_manager', '/camera/points_xyzrgb_hw_registered', '/camera_depth_frame',
     '/camera_depth_optical_frame', '/camera_rgb_frame', '/camera_rgb_optical_frame']
