@@ -3,6 +3,7 @@
 find_package(Threads REQUIRED)
 
 add_library(process_visualizer_recorder
+  src/recorder/account.cpp
   src/recorder/bag_file.cpp
   src/recorder/bag_name.cpp
   src/recorder/message.cpp

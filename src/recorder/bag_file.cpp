@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <roslz4/lz4s.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -258,6 +259,12 @@ bool BagFile::isRemoved() const {
   struct stat there {};
   return fstat(descriptor_, &here) != 0 || stat(activePath().c_str(), &there) != 0 ||
          here.st_ino != there.st_ino || here.st_dev != there.st_dev;
+}
+
+std::uint64_t BagFile::freeBytes() const {
+  struct statvfs disk {};
+  if (fstatvfs(descriptor_, &disk) != 0) fail("is on a disk that does not answer");
+  return static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize;
 }
 
 /// Copies the file, which lives on without a name while it is open, to where it was.

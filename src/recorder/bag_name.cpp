@@ -20,13 +20,17 @@ std::string stemOf(const std::string& path) {
   return has_extension ? path.substr(0, path.size() - extension.size()) : path;
 }
 
-void checkName(const std::string& name) {
+void checkPrintable(const std::string& name) {
   const auto is_control = [](unsigned char c) { return std::iscntrl(c) != 0; };
+  if (std::any_of(name.begin(), name.end(), is_control))
+    throw RecordingError("the name \"" + name + "\" has a character that cannot be printed");
+}
+
+void checkName(const std::string& name) {
   if (name.find('/') != std::string::npos)
     throw RecordingError("the name \"" + name +
                          "\" has a slash in it: a folder is chosen apart from the name");
-  if (std::any_of(name.begin(), name.end(), is_control))
-    throw RecordingError("the name has a character that cannot be printed; choose another");
+  checkPrintable(name);
   if (stemOf(name).empty() || name[0] == '.')
     throw RecordingError("the name \"" + name + "\" begins with a dot; choose another");
 }
@@ -72,6 +76,10 @@ std::string partPath(const std::string& path, unsigned part) {
 }
 
 void createFolder(const std::string& folder) {
+  checkPrintable(folder);
+  if (folder.empty() || folder[0] != '/')
+    throw RecordingError("the folder \"" + folder +
+                         "\" has to be written as a whole path, beginning with /");
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error)

@@ -7,9 +7,9 @@
 #include <algorithm>
 #include <cstdlib>
 #include <limits>
-#include <sstream>
 #include <utility>
 
+#include "process_visualizer/recorder/account.hpp"
 #include "process_visualizer/recorder/bag_name.hpp"
 
 namespace process_visualizer {
@@ -33,9 +33,9 @@ std::uint64_t megabytes(const ros::NodeHandle& node, const std::string& paramete
   return static_cast<std::uint64_t>(std::max(node.param(parameter, value), 0)) << 20;
 }
 
-std::string joined(const std::vector<std::string>& words) {
+std::string joined(const std::vector<std::string>& words, const std::string& separator) {
   std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  for (const std::string& word : words) text += (text.empty() ? "" : separator) + word;
   return text;
 }
 
@@ -45,12 +45,6 @@ Compression compressionOf(const std::string& name) {
   throw RecordingError("there is no compression \"" + name + "\"; write none or lz4");
 }
 
-ConnectionPtr markConnection(const std::string& node) {
-  Connection connection = *textConnection(kPrefix + "marks", node);
-  connection.header["latching"] = "0";
-  return std::make_shared<Connection>(connection);
-}
-
 }  // namespace
 
 BagRecorder::BagRecorder()
@@ -58,7 +52,7 @@ BagRecorder::BagRecorder()
       folder_(node_.param<std::string>("folder", defaultFolder())),
       configuration_(node_.param<std::string>("configuration", "")),
       connection_timeout_(node_.param("connection_timeout", 5.0)),
-      mark_connection_(markConnection(name_)),
+      mark_connection_(textConnection(kPrefix + "marks", name_, false)),
       account_connection_(textConnection(kPrefix + "recording", name_)),
       configuration_connection_(textConnection(kPrefix + "configuration", name_)),
       recent_(node_.param("recent_duration", 30.0), megabytes(node_, "recent_megabytes", 512)),
@@ -91,20 +85,18 @@ void BagRecorder::shutDown() {
 // Commands
 
 bool BagRecorder::start(Start::Request& request, Start::Response& response) {
-  const std::lock_guard<std::mutex> command(command_mutex_);
-  try {
-    response.path = begin(request);
-    response.success = true;
-  } catch (const RecordingError& error) {
-    response.message = error.what();
-  }
-  return true;
+  return answer(response, [&] { return begin(request); });
 }
 
 bool BagRecorder::saveRecent(Start::Request& request, Start::Response& response) {
-  const std::lock_guard<std::mutex> command(command_mutex_);
+  return answer(response, [&] { return save(request); });
+}
+
+/// Runs a command that returns a path, one at a time, and answers with that or with the reason.
+bool BagRecorder::answer(Start::Response& response, const std::function<std::string()>& command) {
+  const std::lock_guard<std::mutex> lock(command_mutex_);
   try {
-    response.path = save(request);
+    response.path = command();
     response.success = true;
   } catch (const RecordingError& error) {
     response.message = error.what();
@@ -121,23 +113,23 @@ bool BagRecorder::stop(std_srvs::Trigger::Request&, std_srvs::Trigger::Response&
   finish(kUnderWay);
   const RecordingStatus status = last_->status();
   response.success = status.problem.empty();
-  response.message = response.success ? joined(status.files) : status.problem;
+  response.message = response.success ? joined(status.files, "\n") : status.problem;
   return true;
 }
 
 bool BagRecorder::mark(Mark::Request& request, Mark::Response& response) {
   const Message message = textMessage(mark_connection_, ros::Time::now(), request.label);
-  std::unique_lock<std::mutex> lock(mutex_);
-  if (!recording_ && !recent_.isKept()) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    response.success = takeIn(message);
+  }
+  if (!response.success) {
     response.message = "nothing is being recorded: a mark has no place to go to";
     return true;
   }
-  takeIn(message);
-  lock.unlock();
   std_msgs::String text;
   text.data = request.label;
   mark_publisher_.publish(text);
-  response.success = true;
   return true;
 }
 
@@ -212,7 +204,7 @@ void BagRecorder::connect() {
   const auto missing = subscriptions_.waitUntilConnected(connection_timeout_);
   if (!missing.empty())
     throw RecordingError(
-        "not recording, because these do not send their messages here: " + joined(missing) +
+        "not recording, because these do not send their messages here: " + joined(missing, ", ") +
         "; look whether the nodes still answer, and at ROS_IP and ROS_HOSTNAME");
 }
 
@@ -220,32 +212,36 @@ void BagRecorder::open(const RecordingOptions& options, const Start::Request& re
                        double recent_s) {
   const std::string& text = request.configuration.empty() ? configuration_ : request.configuration;
   const std::lock_guard<std::mutex> lock(mutex_);
+  Past past = recent_.last(ros::Time::now(), recent_s);
   RecordingContents contents;
-  contents.latched = latchedMessages(text);
-  if (recent_s > 0) contents.recent = recent_.last(ros::Time::now(), recent_s);
+  contents.latched = chosenOf(past.latched);
+  if (!text.empty())
+    contents.latched.add(textMessage(configuration_connection_, ros::Time::now(), text));
+  contents.recent = past.messages;
   contents.account = [this](const auto& jumps, const auto& unwritten) {
-    return account(jumps, unwritten);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const std::string text = accountText(board_.statistics(), jumps, unwritten);
+    return textMessage(account_connection_, ros::Time::now(), text);
   };
   contents.on_end = [this] { wake_.notify_all(); };
-  const std::deque<Message> recent = contents.recent;
   last_ = recording_ = std::make_shared<Recording>(options, std::move(contents));
   recent_.clear();
-  board_.begin();
-  for (const Message& message : recent) board_.add(message, true);
+  board_.begin(chosen_);
+  for (const Message& message : past.messages) board_.add(message, true);
   problems_.clear();
   begin_ = end_ = ros::SteadyTime::now();
 }
 
-LatchedMessages BagRecorder::latchedMessages(const std::string& configuration) const {
-  LatchedMessages latched;
-  const ros::Time now = ros::Time::now();
-  if (!configuration.empty())
-    latched.add(textMessage(configuration_connection_, now, configuration));
-  for (const Message& message : latched_.at(now))
-    if (message.topic() == kCalibration ||
-        std::binary_search(chosen_.begin(), chosen_.end(), message.topic()))
-      latched.add(message);
-  return latched;
+/// The latched messages that belong into a bag; others are of topics chosen earlier.
+LatchedMessages BagRecorder::chosenOf(const LatchedMessages& latched) const {
+  LatchedMessages chosen;
+  for (const Message& message : latched.at(ros::Time::now()))
+    if (message.topic() == kCalibration || isChosen(message.topic())) chosen.add(message);
+  return chosen;
+}
+
+bool BagRecorder::isChosen(const std::string& topic) const {
+  return std::binary_search(chosen_.begin(), chosen_.end(), topic);
 }
 
 void BagRecorder::finish(std::chrono::milliseconds under_way) {
@@ -259,39 +255,15 @@ void BagRecorder::finish(std::chrono::milliseconds under_way) {
     end_ = ros::SteadyTime::now();
   });
   last_->stop();
+  if (!recent_.isKept()) subscriptions_.choose({});
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     board_.addDropped(last_->unwritten());
+    if (!recent_.isKept()) recent_.forget();
   }
-  if (!recent_.isKept()) subscriptions_.choose({});
   const std::string problem = last_->status().problem;
   if (!problem.empty()) addProblem(problem);
   setPhase(RecorderState::IDLE);
-}
-
-Message BagRecorder::account(const std::vector<ClockJump>& jumps,
-                             const std::map<std::string, std::uint64_t>& unwritten) const {
-  std::ostringstream text;
-  text.precision(15);
-  text << R"({"topics": {)";
-  const std::lock_guard<std::mutex> lock(mutex_);
-  const char* separator = "";
-  for (const auto& [topic, statistics] : board_.statistics()) {
-    const auto found = unwritten.find(topic);
-    const std::uint64_t more = found == unwritten.end() ? 0 : found->second;
-    text << separator << '"' << topic << R"(": {"received": )" << statistics.received()
-         << R"(, "dropped": )" << statistics.dropped() + more << '}';
-    separator = ", ";
-  }
-  text << R"(}, "clock_jumps": [)";
-  separator = "";
-  for (const ClockJump& jump : jumps) {
-    text << separator << R"({"time": )" << jump.time.toSec() << R"(, "seconds": )" << jump.seconds
-         << '}';
-    separator = ", ";
-  }
-  text << "]}";
-  return textMessage(account_connection_, ros::Time::now(), text.str());
 }
 
 // Messages
@@ -307,14 +279,19 @@ void BagRecorder::receive(const Message& message) {
     }
     takeIn({calibration, message.time, message.content});
   }
-  if (std::binary_search(chosen_.begin(), chosen_.end(), message.topic())) takeIn(message);
+  if (isChosen(message.topic())) takeIn(message);
 }
 
 /// Hands a message to the recording or to the memory; the mutex has to be locked.
-void BagRecorder::takeIn(const Message& message) {
-  latched_.add(message);
-  if (!recording_) recent_.add(message);
-  board_.add(message, !recording_ || recording_->push(message));
+/// Returns whether one of them took it.
+bool BagRecorder::takeIn(const Message& message) {
+  const bool is_taken = recording_ ? recording_->push(message) : recent_.isKept();
+  if (recording_)
+    recent_.pass(message);
+  else
+    recent_.add(message);
+  board_.add(message, is_taken || !recording_);
+  return is_taken;
 }
 
 // What the operator sees
@@ -323,6 +300,7 @@ void BagRecorder::addProblem(const std::string& problem) {
   ROS_WARN_STREAM(problem);
   const std::lock_guard<std::mutex> lock(mutex_);
   problems_.push_back(problem);
+  ++problem_count_;
   if (problems_.size() > kProblems) problems_.erase(problems_.begin());
 }
 
@@ -355,6 +333,7 @@ RecorderState BagRecorder::state() const {
   state.recent = recent_.duration();
   state.recent_bytes = recent_.bytes();
   state.problems = problems_;
+  state.problem_count = problem_count_;
   state.time_left = -1;
   if (!last_) return state;
   const RecordingStatus status = last_->status();
@@ -363,8 +342,8 @@ RecorderState BagRecorder::state() const {
   state.bytes = status.bytes;
   state.duration = (end - begin_).toSec();
   state.free_bytes = status.free_bytes;
-  if (recording_ && status.bytes > 0)
-    state.time_left = status.free_bytes * state.duration / status.bytes;
+  const double room = static_cast<double>(status.free_bytes) - status.least_free_bytes;
+  if (recording_ && state.rate > 0) state.time_left = std::max(room, 0.0) / state.rate;
   return state;
 }
 
@@ -384,8 +363,19 @@ void BagRecorder::publishStates() {
       const std::lock_guard<std::mutex> lock(mutex_);
       board_.measureRates();
     }
+    tellSilence();
     publishState();
   }
+}
+
+void BagRecorder::tellSilence() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  const std::vector<std::string> topics =
+      recording_ ? board_.fallenSilent() : std::vector<std::string>();
+  lock.unlock();
+  for (const std::string& topic : topics)
+    addProblem(topic +
+               " has fallen silent: is its driver still running? What comes again is recorded");
 }
 
 /// In a thread of its own, since a master that hangs would hold up everything else.

@@ -1,4 +1,4 @@
-// The node bag_recorder. SIGINT and SIGTERM finish the bag before the node ends.
+// The node bag_recorder. SIGINT, SIGTERM and SIGHUP finish the bag before the node ends.
 
 #include <ros/ros.h>
 #include <signal.h>
@@ -15,6 +15,7 @@ sigset_t blockedSignals() {
   sigemptyset(&signals);
   sigaddset(&signals, SIGINT);
   sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGHUP);  // the terminal was closed
   // Every thread that is started from here on inherits this: only sigwait takes the signals.
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   signal(SIGXFSZ, SIG_IGN);  // a file that is too large is an error of write() like any other

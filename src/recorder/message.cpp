@@ -6,7 +6,7 @@
 
 namespace process_visualizer {
 
-ConnectionPtr textConnection(const std::string& topic, const std::string& node) {
+ConnectionPtr textConnection(const std::string& topic, const std::string& node, bool is_latching) {
   using Text = std_msgs::String;
   return std::make_shared<Connection>(
       Connection{topic,
@@ -15,7 +15,7 @@ ConnectionPtr textConnection(const std::string& topic, const std::string& node) 
                   {"md5sum", ros::message_traits::md5sum<Text>()},
                   {"message_definition", ros::message_traits::definition<Text>()},
                   {"callerid", node},
-                  {"latching", "1"}}});
+                  {"latching", is_latching ? "1" : "0"}}});
 }
 
 Message textMessage(const ConnectionPtr& connection, const ros::Time& time,

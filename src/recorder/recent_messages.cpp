@@ -17,26 +17,36 @@ std::vector<Message> LatchedMessages::at(const ros::Time& time) const {
 }
 
 void RecentMessages::add(const Message& message) {
-  if (!isKept()) return;
+  if (!isKept()) return pass(message);
   messages_.push_back(message);
   bytes_ += message.size();
-  while (bytes_ > limit_bytes_ || (message.time - messages_.front().time).toSec() > duration_) {
+  while (!messages_.empty() && (bytes_ > limit_bytes_ || duration() > duration_)) {
     bytes_ -= messages_.front().size();
+    pass(messages_.front());
     messages_.pop_front();
-    if (messages_.empty()) return;
   }
 }
 
-std::deque<Message> RecentMessages::last(const ros::Time& now, double duration_s) const {
+Past RecentMessages::last(const ros::Time& now, double duration_s) const {
   const auto is_recent = [&](const Message& message) {
-    return (now - message.time).toSec() <= duration_s;
+    return duration_s > 0 && (now - message.time).toSec() <= duration_s;
   };
-  return {std::find_if(messages_.begin(), messages_.end(), is_recent), messages_.end()};
+  const auto begin = std::find_if(messages_.begin(), messages_.end(), is_recent);
+  Past past{before_, {begin, messages_.end()}};
+  std::for_each(messages_.begin(), begin,
+                [&](const Message& message) { past.latched.add(message); });
+  return past;
 }
 
 void RecentMessages::clear() {
+  for (const Message& message : messages_) pass(message);
   messages_.clear();
   bytes_ = 0;
+}
+
+void RecentMessages::forget() {
+  clear();
+  before_ = {};
 }
 
 double RecentMessages::duration() const {

@@ -1,9 +1,5 @@
 #include "process_visualizer/recorder/recording.hpp"
 
-#include <sys/statvfs.h>
-
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <utility>
 
@@ -23,19 +19,20 @@ std::string folderOf(const std::string& path) {
   return std::filesystem::path(path).parent_path().string();
 }
 
-}  // namespace
-
 std::uint64_t freeBytes(const std::string& folder) {
-  struct statvfs disk {};
-  if (statvfs(folder.c_str(), &disk) != 0)
-    throw RecordingError(folder + ": " + std::strerror(errno) + "; choose another folder");
-  return static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize;
+  std::error_code error;
+  const auto space = std::filesystem::space(folder, error);
+  if (error) throw RecordingError(folder + ": " + error.message() + "; choose another folder");
+  return space.available;
 }
+
+}  // namespace
 
 Recording::Recording(RecordingOptions options, RecordingContents contents)
     : options_(std::move(options)), contents_(std::move(contents)) {
   const std::string folder = folderOf(options_.path);
   status_.free_bytes = freeBytes(folder);
+  status_.least_free_bytes = options_.minimum_free_bytes;
   if (status_.free_bytes < options_.minimum_free_bytes)
     throw RecordingError(folder + ": less than " +
                          std::to_string(options_.minimum_free_bytes >> 20) +
@@ -97,7 +94,7 @@ void Recording::writeAll() {
   }
 }
 
-/// The next message; nothing after a while without any.
+/// The next message; nothing if there is none before the next look is due.
 std::optional<Message> Recording::take() {
   if (!contents_.recent.empty()) {
     const Message message = contents_.recent.front();
@@ -105,7 +102,8 @@ std::optional<Message> Recording::take() {
     return message;
   }
   std::unique_lock<std::mutex> lock(mutex_);
-  changed_.wait_for(lock, kFlushPeriod, [this] { return isClosed() || !queue_.empty(); });
+  changed_.wait_until(lock, last_look_ + kFlushPeriod,
+                      [this] { return isClosed() || !queue_.empty(); });
   if (queue_.empty()) return std::nullopt;
   const Message message = queue_.front();
   queue_.pop_front();
@@ -179,7 +177,7 @@ void Recording::look() {
     setProblem(file_->path() +
                ".active was removed or moved while it was written: the "
                "recording was stopped, and the bag written again");
-  const std::uint64_t free = freeBytes(folderOf(options_.path));
+  const std::uint64_t free = file_->freeBytes();
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     status_.free_bytes = free;

@@ -2,9 +2,10 @@
 
 namespace process_visualizer {
 
-void TopicBoard::begin() {
+void TopicBoard::begin(const std::vector<std::string>& topics) {
   is_counting_ = true;
   statistics_.clear();
+  for (const std::string& topic : topics) statistics_[topic];
 }
 
 void TopicBoard::add(const Message& message, bool is_recorded) {
@@ -33,6 +34,15 @@ void TopicBoard::measureRates() {
     arrival.rate = (arrival.count - arrival.counted) / period;
     arrival.counted = arrival.count;
   }
+}
+
+std::vector<std::string> TopicBoard::fallenSilent() {
+  std::vector<std::string> topics;
+  if (!is_counting_) return topics;
+  const ros::Time now = ros::Time::now();
+  for (auto& [topic, statistics] : statistics_)
+    if (statistics.fellSilent(now)) topics.push_back(topic);
+  return topics;
 }
 
 std::vector<TopicRecord> TopicBoard::records(const std::set<std::string>& topics) const {

@@ -8,6 +8,7 @@ namespace process_visualizer {
 namespace {
 
 constexpr double kGapFactor = 3.0;
+constexpr double kSilenceFactor = 10.0, kLeastSilence = 1.0;  // intervals; s
 constexpr std::size_t kLeastIntervals = 8;  ///< before that it is not known what is usual
 
 }  // namespace
@@ -15,10 +16,17 @@ constexpr std::size_t kLeastIntervals = 8;  ///< before that it is not known wha
 void TopicStatistics::add(const Message& message) {
   ++received_;
   bytes_ += message.size();
-  type = message.connection->field("type");
   const bool is_numbered = takeSequence(message);
   if (!last_time_.isZero()) takeInterval((message.time - last_time_).toSec(), !is_numbered);
   last_time_ = message.time;
+  is_silent_ = false;
+}
+
+bool TopicStatistics::fellSilent(const ros::Time& now) {
+  const double usual = usualInterval();
+  if (is_silent_ || usual == 0) return false;
+  is_silent_ = (now - last_time_).toSec() > std::max(kSilenceFactor * usual, kLeastSilence);
+  return is_silent_;
 }
 
 /// Returns whether the number shows what is missing: it grew since the publisher's last message.
@@ -44,12 +52,13 @@ void TopicStatistics::takeInterval(double interval, bool may_be_gap) {
     largest_gap_ = interval;
     largest_gap_time_ = last_time_;
   }
-  if (may_be_gap && interval_count_ >= kLeastIntervals && interval > kGapFactor * usualInterval())
-    ++gaps_;
+  const double usual = may_be_gap ? usualInterval() : 0;
+  if (usual > 0 && interval > kGapFactor * usual) ++gaps_;
   intervals_[interval_count_++ % kIntervals] = interval;
 }
 
 double TopicStatistics::usualInterval() const {
+  if (interval_count_ < kLeastIntervals) return 0;
   auto sorted = intervals_;
   const auto end = sorted.begin() + std::min(interval_count_, kIntervals);
   const auto middle = sorted.begin() + (end - sorted.begin()) / 2;

@@ -10,6 +10,7 @@
 #include <future>
 #include <string>
 
+#include "process_visualizer/recorder/account.hpp"
 #include "process_visualizer/recorder/bag_file.hpp"
 #include "process_visualizer/recorder/bag_name.hpp"
 #include "process_visualizer/recorder/recent_messages.hpp"
@@ -106,6 +107,8 @@ TEST(Folders, ThatCannotBeCreatedAreNamed) {
   } catch (const RecordingError& error) {
     EXPECT_NE(std::string(error.what()).find("/proc/nothing/here"), std::string::npos);
   }
+  EXPECT_THROW(createFolder("~/bags"), RecordingError);
+  EXPECT_THROW(createFolder("/tmp/a\nb"), RecordingError);
 }
 
 class Bags : public Folder {};
@@ -247,11 +250,33 @@ TEST(Recent, IsBoundedInTimeAndBytes) {
   for (int i = 1; i <= 30; ++i) recent.add(messageAt(i, connection, 50));
   EXPECT_DOUBLE_EQ(recent.duration(), 10);
   EXPECT_EQ(recent.bytes(), 11u * 50);
-  EXPECT_EQ(recent.last(ros::Time(30), 3).size(), 4u);
+  EXPECT_EQ(recent.last(ros::Time(30), 3).messages.size(), 4u);
+  EXPECT_TRUE(recent.last(ros::Time(30), 0).messages.empty());
   recent.add(messageAt(31, connection, 900));
   EXPECT_LE(recent.bytes(), 1000u);
   recent.add(messageAt(32, connection, 2000));
   EXPECT_EQ(recent.bytes(), 0u);
+}
+
+TEST(Recent, BeginsWithWhatWasLatchedThen) {
+  RecentMessages recent(10, 1000);
+  const auto connection = connectionWith("", "1");
+  const auto sizeOfLatched = [&recent](double duration_s) {
+    const auto latched = recent.last(ros::Time(20), duration_s).latched.at(ros::Time(20));
+    return latched.empty() ? 0u : latched.at(0).size();
+  };
+  recent.add(messageAt(1, connection, 11));
+  recent.add(messageAt(12, connection, 12));
+  recent.add(messageAt(18, connection, 18));
+  EXPECT_EQ(sizeOfLatched(10), 11u);
+  EXPECT_EQ(sizeOfLatched(5), 12u);
+  EXPECT_EQ(sizeOfLatched(0), 18u);
+  recent.pass(messageAt(19, connection, 19));
+  EXPECT_EQ(sizeOfLatched(10), 19u);
+  recent.clear();
+  EXPECT_EQ(sizeOfLatched(10), 18u);
+  recent.forget();
+  EXPECT_EQ(sizeOfLatched(10), 0u);
 }
 
 TEST(Latched, KeepsTheNewestOfEachPublisher) {
@@ -285,6 +310,27 @@ TEST(Statistics, FindLongIntervalsWhereThereAreNoNumbers) {
   EXPECT_EQ(statistics.lost(), 0u);
   EXPECT_NEAR(statistics.largestGap(), 0.06, 1e-6);
   EXPECT_NEAR(statistics.largestGapTime().toSec(), 1.19, 1e-6);
+}
+
+TEST(Statistics, TellASilenceOnce) {
+  TopicStatistics statistics;
+  const auto connection = connectionWith("float32 data");
+  EXPECT_FALSE(statistics.fellSilent(ros::Time(100)));
+  for (int i = 0; i <= 10; ++i) statistics.add(messageAt(1 + 0.2 * i, connection));
+  EXPECT_FALSE(statistics.fellSilent(ros::Time(4.9)));
+  EXPECT_TRUE(statistics.fellSilent(ros::Time(5.1)));
+  EXPECT_FALSE(statistics.fellSilent(ros::Time(6)));
+  statistics.add(messageAt(7, connection));
+  EXPECT_TRUE(statistics.fellSilent(ros::Time(10)));
+}
+
+TEST(Account, NamesTopicsOfWhichNothingCame) {
+  TopicStatistics one;
+  one.add(messageAt(1, connectionWith("")));
+  EXPECT_EQ(accountText({{"/a", one}, {"/b", {}}}, {{ros::WallTime(2), 0.5}}, {{"/a", 1}}),
+            R"({"topics": {"/a": {"received": 1, "dropped": 1}, )"
+            R"("/b": {"received": 0, "dropped": 0}}, )"
+            R"("clock_jumps": [{"time": 2, "seconds": 0.5}]})");
 }
 
 TEST(Statistics, KnowTypesThatBeginWithAHeader) {

@@ -20,7 +20,7 @@ from std_msgs.msg import Header, String, UInt8MultiArray, UInt32
 
 from process_visualizer.bags.bag_errors import BagUnindexed
 from process_visualizer.bags.marks import read_marks
-from process_visualizer.bags.recorder_topics import stored_configuration
+from process_visualizer.bags.recorder_topics import recorded_configuration
 from process_visualizer.bags.recording import Recording
 from process_visualizer.bags.reindex import reindex
 from process_visualizer.bags.report import make_report
@@ -101,7 +101,7 @@ class BagRecorderTest(unittest.TestCase):
             for path in paths:
                 self.assertEqual(contents(path, latched)[0][0].data, 'always')
                 with Recording([path]) as recording:
-                    configuration = stored_configuration(recording)
+                    configuration = recorded_configuration(recording)
                     self.assertEqual(configuration.files, {'/c.xml': '<visualizer/>'})
             found = list(itertools.chain(*(numbers(path, topic) for path in paths)))
             self.assertEqual(found, list(range(found[0], found[0] + len(found))))

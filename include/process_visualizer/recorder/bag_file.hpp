@@ -49,7 +49,8 @@ class BagFile {
   std::uint64_t size() const { return position_ + chunk_.size(); }  ///< in bytes, about
   /// Messages that were added and could not be written, by topic.
   const std::map<std::string, std::uint64_t>& discarded() const { return discarded_; }
-  bool isRemoved() const;  ///< whether somebody removed or moved the file
+  bool isRemoved() const;           ///< whether somebody removed or moved the file
+  std::uint64_t freeBytes() const;  ///< on its disk. \throws RecordingError
 
  private:
   struct Entry {

@@ -7,6 +7,7 @@
 #include <std_srvs/Trigger.h>
 
 #include <condition_variable>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -37,25 +38,26 @@ class BagRecorder {
   bool stop(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
   bool mark(Mark::Request& request, Mark::Response& response);
 
+  bool answer(Start::Response& response, const std::function<std::string()>& command);
   std::string begin(const Start::Request& request);
   std::string save(const Start::Request& request);
   void connect();
   void open(const RecordingOptions& options, const Start::Request& request, double recent_s);
   RecordingOptions optionsOf(const Start::Request& request) const;
-  LatchedMessages latchedMessages(const std::string& configuration) const;
-  Message account(const std::vector<ClockJump>& jumps,
-                  const std::map<std::string, std::uint64_t>& unwritten) const;
+  LatchedMessages chosenOf(const LatchedMessages& latched) const;
+  bool isChosen(const std::string& topic) const;
   void finish(std::chrono::milliseconds under_way);
   void requireIdle() const;
   void watch(const std::vector<std::string>& topics);
 
   void receive(const Message& message);
-  void takeIn(const Message& message);
+  bool takeIn(const Message& message);
   void addProblem(const std::string& problem);
   void setPhase(std::uint8_t phase);
 
   void publishStates();
   void publishState();
+  void tellSilence();
   RecorderState state() const;
   void followMaster();
   void lookAtMaster();
@@ -76,11 +78,11 @@ class BagRecorder {
   std::shared_ptr<Recording> last_;       ///< the one whose figures are shown
   ros::SteadyTime begin_, end_;           ///< of that one
   TopicBoard board_;
-  LatchedMessages latched_;
   RecentMessages recent_;
   std::map<ConnectionPtr, ConnectionPtr> calibrations_;
   std::vector<std::string> chosen_;
   std::vector<std::string> problems_;
+  std::uint32_t problem_count_ = 0;  ///< since the node runs
   bool has_master_ = true;
   bool shutting_down_ = false;
   std::condition_variable wake_;

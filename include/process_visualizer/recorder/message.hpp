@@ -43,8 +43,9 @@ struct Message {
   const std::string& topic() const { return connection->topic; }
 };
 
-/// Returns a latching connection of type std_msgs/String, for what the recorder itself says.
-ConnectionPtr textConnection(const std::string& topic, const std::string& node);
+/// Returns a connection of type std_msgs/String, for what the recorder itself says.
+ConnectionPtr textConnection(const std::string& topic, const std::string& node,
+                             bool is_latching = true);
 
 /// Returns a message of type std_msgs/String.
 Message textMessage(const ConnectionPtr& connection, const ros::Time& time,

@@ -20,16 +20,25 @@ class LatchedMessages {
   std::map<std::pair<std::string, std::string>, Message> newest_;  ///< by topic and publisher
 };
 
-/// The messages of the last seconds, bounded in time and in bytes.
+/// What a bag can begin with: messages, and the latched ones that held before the first of them.
+struct Past {
+  LatchedMessages latched;
+  std::deque<Message> messages;
+};
+
+/// The messages of the last seconds, bounded in time and in bytes, and what is latched.
 class RecentMessages {
  public:
   RecentMessages(double duration_s, std::size_t limit_bytes)
       : duration_(duration_s), limit_bytes_(limit_bytes) {}
 
   void add(const Message& message);
-  /// The messages of the last seconds before `now`.
-  std::deque<Message> last(const ros::Time& now, double duration_s) const;
-  void clear();
+  /// Takes note of a message that is recorded and need not be kept.
+  void pass(const Message& message) { before_.add(message); }
+  /// The last seconds before `now`; 0: no messages, only what is latched.
+  Past last(const ros::Time& now, double duration_s) const;
+  void clear();   ///< keeps what is latched
+  void forget();  ///< keeps nothing
 
   double duration() const;  ///< time from the oldest message to the newest, s
   std::size_t bytes() const { return bytes_; }
@@ -40,6 +49,7 @@ class RecentMessages {
   std::size_t limit_bytes_;
   std::size_t bytes_ = 0;
   std::deque<Message> messages_;
+  LatchedMessages before_;  ///< as of the time of the first message
 };
 
 }  // namespace process_visualizer

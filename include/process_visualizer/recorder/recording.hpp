@@ -39,10 +39,11 @@ struct RecordingContents {
 
 /// How far a recording is.
 struct RecordingStatus {
-  std::vector<std::string> files;  ///< the bags, the one being written last
-  std::uint64_t bytes = 0;         ///< written into all of them
-  std::uint64_t free_bytes = 0;    ///< on the disk
-  std::string problem;             ///< why it ended by itself; empty if it did not
+  std::vector<std::string> files;      ///< the bags, the one being written last
+  std::uint64_t bytes = 0;             ///< written into all of them
+  std::uint64_t free_bytes = 0;        ///< on the disk
+  std::uint64_t least_free_bytes = 0;  ///< below it the recording ends
+  std::string problem;                 ///< why it ended by itself; empty if it did not
   bool ended = false;
   std::vector<ClockJump> clock_jumps;
 };
@@ -98,8 +99,5 @@ class Recording {
   RecordingStatus status_;
   std::thread thread_;
 };
-
-/// Returns the bytes that a user may still write into a folder's disk. \throws RecordingError
-std::uint64_t freeBytes(const std::string& folder);
 
 }  // namespace process_visualizer

@@ -15,14 +15,16 @@ namespace process_visualizer {
 /// The figures of all topics: counts of a recording, and what arrives now.
 class TopicBoard {
  public:
-  void begin();                            ///< counts anew
-  void freeze() { is_counting_ = false; }  ///< the counts stay as they are; rates go on
+  void begin(const std::vector<std::string>& topics);  ///< counts anew
+  void freeze() { is_counting_ = false; }              ///< the counts stay as they are; rates go on
   void add(const Message& message, bool is_recorded);
   void addDropped(const std::map<std::string, std::uint64_t>& counts);
 
   /// Computes the rates since the last call; to be called about every second.
   void measureRates();
   double byteRate() const { return byte_rate_; }  ///< of all topics, bytes/s
+  /// While counting: the topics that came regularly and have fallen silent since the last call.
+  std::vector<std::string> fallenSilent();
 
   std::vector<TopicRecord> records(const std::set<std::string>& topics) const;
   const std::map<std::string, TopicStatistics>& statistics() const { return statistics_; }

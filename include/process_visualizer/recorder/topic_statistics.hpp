@@ -19,8 +19,10 @@ class TopicStatistics {
  public:
   void add(const Message& message);  ///< a message that arrived
   void addDropped(std::uint64_t count) { dropped_ += count; }
+  /// Returns true once when messages that came regularly have not come for a second and ten times
+  /// the usual interval.
+  bool fellSilent(const ros::Time& now);
 
-  std::string type;  ///< of the newest message; empty before the first
   std::uint64_t messages() const { return received_ - dropped_; }  ///< recorded
   std::uint64_t received() const { return received_; }
   std::uint64_t bytes() const { return bytes_; }      ///< of those that arrived
@@ -29,7 +31,7 @@ class TopicStatistics {
   std::uint64_t gaps() const { return gaps_; }
   double largestGap() const { return largest_gap_; }              ///< longest interval, s
   ros::Time largestGapTime() const { return largest_gap_time_; }  ///< when it began
-  ros::Time lastTime() const { return last_time_; }               ///< zero before the first
+  double usualInterval() const;  ///< median of the last ones, s; 0 before they are known
 
  private:
   struct Publisher {
@@ -38,14 +40,13 @@ class TopicStatistics {
   };
   bool takeSequence(const Message& message);
   void takeInterval(double interval, bool may_be_gap);
-  double usualInterval() const;
-
   static constexpr std::size_t kIntervals = 31;
   std::array<double, kIntervals> intervals_{};
   std::size_t interval_count_ = 0;
   std::map<ConnectionPtr, Publisher> publishers_;
   std::uint64_t received_ = 0, bytes_ = 0, dropped_ = 0, lost_ = 0, gaps_ = 0;
   double largest_gap_ = 0;
+  bool is_silent_ = false;
   ros::Time largest_gap_time_, last_time_;
 };
 

@@ -232,12 +232,18 @@ class Device:
 
 @dataclass(frozen=True)
 class Cell:
-    """A whole configuration: the devices and the name of the global frame."""
+    """A whole configuration: the devices and the name of the global frame.
+
+    ``files`` are the paths of all files read, ``file`` first; ``arguments`` are values for them as
+    given on a command line.
+    """
 
     file: str
     frame: str
     devices: Tuple[Device, ...]
     machines: Tuple[RoslaunchElement, ...] = ()
+    files: Tuple[str, ...] = ()
+    arguments: Mapping[str, str] = field(default_factory=dict)
 
     def device(self, name: str) -> Device:
         """The device of that name; raises KeyError."""

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import os
-from typing import List, Mapping, Optional, Tuple
+from typing import Dict, List, Mapping, Optional, Tuple
 
 from process_visualizer.cell.arguments import passed_arguments, read_arguments, report_unknown
 from process_visualizer.cell.builder import build_device, build_machines
@@ -42,7 +42,7 @@ class XmlParser:
             problems.add(root.location, ROOT, 'lists no device; add a <device>')
         problems.raise_if_any()
         return Cell(os.path.abspath(path), reading.frame or DEFAULT_FRAME, devices,
-                    reading.machine_elements())
+                    reading.machine_elements(), tuple(reading.files), self._given)
 
 
 def _read_root(path: str) -> Element:
@@ -75,8 +75,9 @@ class _Reading:
         self.frame: Optional[str] = None
         self.devices: List[Parsed] = []
         self.machines: List[Parsed] = []
+        self.files: Dict[str, None] = {}
         self._problems = problems
-        self._files = 0
+        self._includes = 0
 
     def machine_elements(self) -> Tuple[RoslaunchElement, ...]:
         """The ``<machine>`` elements for roslaunch."""
@@ -86,6 +87,7 @@ class _Reading:
              place: Optional[Parsed]) -> None:
         """Read one file; ``chain`` are the paths down to it, ``place`` the ``<include>``."""
         self._problems.begin_file(root.location.file)
+        self.files[os.path.abspath(chain[-1])] = None
         arguments = read_arguments(root, given, self._problems)
         report_unknown(given, root, place, self._problems)
         others = [child for child in root.children if child.tag != 'arg']
@@ -113,7 +115,7 @@ class _Reading:
     def _include(self, parsed: Parsed, chain: Tuple[str, ...]) -> None:
         folder = os.path.dirname(chain[-1])
         path = os.path.abspath(os.path.join(folder, parsed.values['file']))
-        self._files += 1
+        self._includes += 1
         reason = self._refusal(path, chain)
         if reason:
             self._problems.add(parsed.location, 'include', reason)
@@ -129,6 +131,6 @@ class _Reading:
         """Why the file cannot be included; nothing when it can."""
         if os.path.realpath(path) in map(os.path.realpath, chain):
             return 'includes itself: ' + ' -> '.join(chain + (path,))
-        if self._files > _MOST_FILES:
+        if self._includes > _MOST_FILES:
             return f'is one of more than {_MOST_FILES} includes; remove those that repeat'
         return '' if os.path.isfile(path) else missing_file(path)

@@ -6,19 +6,21 @@ import os
 import rospkg
 
 from process_visualizer.cell.errors import ConfigurationError, Location, Problem
+from process_visualizer.cell.model import Cell, Mode
+from process_visualizer.cell.stored_configuration import configuration_text
 from process_visualizer.generate.camera import camera_pose
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.drivers import inspect_launch_files
 from process_visualizer.generate.launch_file import LaunchFileBuilder, urdf_file
-from process_visualizer.generate.plan import LAUNCH_FILE, RVIZ_FILE, Plan
+from process_visualizer.generate.plan import CONFIGURATION_FILE, LAUNCH_FILE, RVIZ_FILE, Plan
 from process_visualizer.generate.robot_description import describe_devices
 from process_visualizer.generate.rviz_config import RVizConfig
 
 
 def generate(choice: Choice) -> Plan:
-    """The launch file, the RViz file and the expanded models for a choice.
+    """The launch file, the RViz file, the expanded models, and what the recorder stores.
 
-    Raises ConfigurationError when a model is missing or broken.
+    Raises ConfigurationError when a model is missing or broken, or a file cannot be read any more.
     """
     descriptions, problems = describe_devices(choice.devices)
     if problems:
@@ -26,6 +28,8 @@ def generate(choice: Choice) -> Plan:
     launch_files = inspect_launch_files(choice)
     builder = LaunchFileBuilder(choice, descriptions, launch_files.paths)
     files = {LAUNCH_FILE: builder.text(), RVIZ_FILE: _rviz_text(choice)}
+    if choice.mode is Mode.REALTIME:
+        files[CONFIGURATION_FILE] = _configuration_text(choice.cell)
     for device in choice.devices:
         if device.name in descriptions:
             files[urdf_file(device)] = descriptions[device.name].text
@@ -36,6 +40,14 @@ def default_rviz_file() -> str:
     """The path of the default part of the RViz configuration."""
     folder = rospkg.RosPack().get_path('process_visualizer')
     return os.path.join(folder, 'rviz_config', 'default.rviz')
+
+
+def _configuration_text(cell: Cell) -> str:
+    try:
+        return configuration_text(cell)
+    except OSError as error:
+        raise ConfigurationError([Problem(Location(error.filename or cell.file, 1), '',
+                                          f'cannot be read: {error.strerror}')]) from None
 
 
 def _rviz_text(choice: Choice) -> str:

@@ -8,7 +8,7 @@ from typing import Dict, Mapping, Sequence
 from process_visualizer.cell.model import Device, LaunchFile, Mode, Node, RoslaunchElement
 from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.launch_writer import Tag, write_document
-from process_visualizer.generate.plan import RVIZ_FILE, generated_notice
+from process_visualizer.generate.plan import CONFIGURATION_FILE, RVIZ_FILE, generated_notice
 from process_visualizer.generate.processor_nodes import (
     ProcessorNode,
     frame_parameters,
@@ -46,7 +46,10 @@ class LaunchFileBuilder:
                                             frame_parameters(cell, self._choice.devices)))
         for device in self._choice.devices:
             self._device(root, device)
-        self._bag(root)
+        if self._choice.mode is Mode.REALTIME:
+            self._recorder(root)
+        elif self._choice.bag is not None:
+            self._player(root, self._choice.bag)
         self._rviz(root)
         return write_document(root)
 
@@ -96,9 +99,18 @@ class LaunchFileBuilder:
     def _roslaunch_element(self, parent: Tag, element: RoslaunchElement) -> None:
         parent.add(element.tag, _in_words(element.attributes), element.text)
 
-    def _bag(self, root: Tag) -> None:
-        if self._choice.mode is not Mode.PLAYBACK or self._choice.bag is None:
+    def _recorder(self, root: Tag) -> None:
+        topics = recorded_topics(self._choice.devices)
+        if not topics:
+            root.comment('no device has a topic to record')
             return
+        root.comment("the recorder: keeps the last seconds of the devices' topics in memory")
+        node = root.add('node', {'pkg': 'process_visualizer', 'type': 'bag_recorder',
+                                 'name': 'bag_recorder', 'output': 'screen'})
+        node.add('param', {'name': 'configuration', 'textfile': f'$(dirname)/{CONFIGURATION_FILE}'})
+        node.parameters({'topics': topics})
+
+    def _player(self, root: Tag, bag: str) -> None:
         topics = recorded_topics(self._choice.devices)
         if not topics:
             root.comment('no device has a recorded topic: nothing of the recording is played')
@@ -107,7 +119,7 @@ class LaunchFileBuilder:
         root.add('node', {
             'pkg': 'process_visualizer', 'type': 'bag_player', 'name': 'bag_player',
             'output': 'screen',
-            'args': ' '.join([shlex.quote(self._choice.bag), '--keep-alive', '--quiet', '--topics',
+            'args': ' '.join([shlex.quote(bag), '--keep-alive', '--quiet', '--topics',
                               *topics])})
 
     def _rviz(self, root: Tag) -> None:

@@ -6,11 +6,12 @@ import sys
 from typing import Any
 
 from process_visualizer.bags.bag_errors import BagError, BagUnindexed
-from process_visualizer.bags.recorder_topics import stored_configuration, write_configuration
+from process_visualizer.bags.recorder_topics import recorded_configuration
 from process_visualizer.bags.recording import Recording
 from process_visualizer.bags.reindex import reindex
 from process_visualizer.bags.report import make_report
 from process_visualizer.bags.report_text import as_json, as_text
+from process_visualizer.cell.stored_configuration import write_configuration
 
 _COMMANDS = {
     'report': 'say what is in a bag and whether it is complete; exit code 2 if it is not',
@@ -65,7 +66,7 @@ def _reindex(bag: str) -> int:
 
 
 def _configuration(recording: Recording, folder: str) -> int:
-    configuration = stored_configuration(recording)
+    configuration = recorded_configuration(recording)
     if configuration is None:
         print(f'cell: {recording.paths[0]} holds no configuration', file=sys.stderr)
         return 1

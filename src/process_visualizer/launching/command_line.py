@@ -83,8 +83,7 @@ def _execute(options: argparse.Namespace) -> int:
     if options.command == 'check':
         return _check(cell)
     if options.command == 'record':
-        return record(cell, choose_devices(cell, _names(options.devices)), options,
-                      _named_values(options.args))
+        return record(cell, choose_devices(cell, _names(options.devices)), options)
     if options.command == 'show':
         print(overview(cell, choose_devices(cell, _names(options.devices))))
         return 0

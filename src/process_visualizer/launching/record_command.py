@@ -7,24 +7,28 @@ import signal
 import subprocess
 import sys
 import threading
-from typing import List, Mapping, Sequence
+from typing import List, Sequence
 
 import rosgraph
 import rospy
 from roslib.packages import find_node
 
-from process_visualizer.bags.recorder_topics import configuration_text
 from process_visualizer.bags.recording import Recording
 from process_visualizer.bags.report import make_report
 from process_visualizer.bags.report_text import as_text
 from process_visualizer.cell.model import Cell, Device
+from process_visualizer.cell.stored_configuration import configuration_text
 from process_visualizer.generate.launch_file import recorded_topics
 from process_visualizer.launching.roslaunch_process import dying_with_parent
 from process_visualizer.msg import RecorderState
-from process_visualizer.nodes.bag_recorder import BagRecorder, RecorderError, RecordingOptions
+from process_visualizer.nodes.bag_recorder import (
+    BagRecorder,
+    RecorderError,
+    RecorderUnreachable,
+    RecordingOptions,
+)
 
 _READY_TIMEOUT_S = 10.0
-_EXIT_TIMEOUT_S = 30.0
 
 
 def add_record_options(command: argparse.ArgumentParser) -> None:
@@ -39,8 +43,7 @@ def add_record_options(command: argparse.ArgumentParser) -> None:
                          help='begin a new file after this time')
 
 
-def record(cell: Cell, devices: Sequence[Device], options: argparse.Namespace,
-           arguments: Mapping[str, str]) -> int:
+def record(cell: Cell, devices: Sequence[Device], options: argparse.Namespace) -> int:
     """Record the devices' topics until SIGINT or SIGTERM, then report; return the exit code.
 
     Raises:
@@ -54,13 +57,13 @@ def record(cell: Cell, devices: Sequence[Device], options: argparse.Namespace,
     process = subprocess.Popen(_command(name), start_new_session=True, stdin=subprocess.DEVNULL)
     try:
         rospy.init_node('cell_record', anonymous=True, disable_signals=True)
-        return _Recording(f'/{name}', process).run(_options(cell, devices, options, arguments))
+        return _Recording(f'/{name}', process).run(_options(cell, devices, options))
     except RecorderError as error:
         print(f'cell: {error}', file=sys.stderr)
         return 1
     finally:
         process.send_signal(signal.SIGINT)
-        process.wait(_EXIT_TIMEOUT_S)
+        process.wait()
 
 
 class _Recording:
@@ -69,7 +72,9 @@ class _Recording:
     def __init__(self, node: str, process: 'subprocess.Popen[bytes]') -> None:
         self._process = process
         self._end = threading.Event()
-        self._told: List[str] = []
+        self._told = 0  # problems
+        self._ended = False  # by itself
+        self._files: List[str] = []
         self._recorder = BagRecorder(self._take_state, node)
 
     def run(self, options: RecordingOptions) -> int:
@@ -78,27 +83,39 @@ class _Recording:
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: self._end.set())
         path = self._recorder.start(options)
+        self._files = [path]
         print(f'recording {path}', flush=True)
         threading.Thread(target=self._follow_process, daemon=True).start()
         self._end.wait()
-        return self._stop(path)
+        return self._finish()
 
-    def _stop(self, path: str) -> int:
+    def _finish(self) -> int:
         if self._process.poll() is not None:
-            raise RecorderError(f'the recorder has died; "rosrun process_visualizer cell reindex '
-                                f'{path}.active" makes a bag of what it has written')
-        state = self._recorder.state
-        ended = state is not None and state.state == RecorderState.IDLE
-        files = state.files if state is not None and ended else self._recorder.stop().split(', ')
-        with Recording(files) as recording:
+            raise RecorderError('the recorder has died; "rosrun process_visualizer cell reindex '
+                                f'{self._files[-1]}.active" makes a bag of what it has written')
+        ended = self._ended
+        with Recording(self._files if ended else self._stop()) as recording:
             print(as_text(make_report(recording)))
         return 1 if ended else 0
 
+    def _stop(self) -> List[str]:
+        """Stop by the service or, if the master is gone with it, by a signal; return the bags."""
+        try:
+            return self._recorder.stop()
+        except RecorderUnreachable:
+            self._process.send_signal(signal.SIGINT)
+            self._process.wait()
+            return self._files
+
     def _take_state(self, state: RecorderState) -> None:
-        for problem in state.problems[len(self._told):]:
+        new = min(state.problem_count - self._told, len(state.problems))
+        for problem in state.problems[len(state.problems) - new:]:
             print(problem, file=sys.stderr, flush=True)
-        self._told = list(state.problems)
-        if state.state == RecorderState.IDLE and state.files:
+        self._told = state.problem_count
+        if state.files:
+            self._files = list(state.files)
+            self._ended = state.state == RecorderState.IDLE
+        if self._ended:
             self._end.set()
 
     def _follow_process(self) -> None:
@@ -106,14 +123,13 @@ class _Recording:
         self._end.set()
 
 
-def _options(cell: Cell, devices: Sequence[Device], options: argparse.Namespace,
-             arguments: Mapping[str, str]) -> RecordingOptions:
-    files = list(dict.fromkeys([cell.file, *(it.location.file for it in cell.devices)]))
+def _options(cell: Cell, devices: Sequence[Device],
+             options: argparse.Namespace) -> RecordingOptions:
     return RecordingOptions(
         topics=tuple(recorded_topics(devices)), folder=os.path.abspath(options.folder),
         prefix=options.prefix, name=options.name, compression='lz4' if options.lz4 else 'none',
         split_bytes=options.split_mb << 20, split_duration_s=options.split_s,
-        configuration=configuration_text(files, arguments))
+        configuration=configuration_text(cell))
 
 
 def _command(name: str) -> List[str]:

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass
-from typing import Any, Callable, Optional, Tuple
+from typing import Any, Callable, List, Optional, Tuple
 
 import rosgraph
 import rospy
@@ -17,6 +17,10 @@ _NODE = '/bag_recorder'
 
 class RecorderError(Exception):
     """What the recorder refused or could not do; the text says why, and what to do."""
+
+
+class RecorderUnreachable(RecorderError):
+    """The recorder, or the master that knows its address, is not there."""
 
 
 @dataclass(frozen=True)
@@ -79,8 +83,8 @@ class BagRecorder:
         try:
             rospy.wait_for_service(f'{self._node}/start', timeout_s)
         except rospy.ROSException as error:
-            raise RecorderError(f'{self._node} does not run; start it with '
-                                '"rosrun process_visualizer bag_recorder"') from error
+            raise RecorderUnreachable(f'{self._node} does not run; start it with '
+                                      '"rosrun process_visualizer bag_recorder"') from error
 
     def wait_for(self, condition: Callable[[RecorderState], bool],
                  timeout_s: Optional[float] = None) -> Optional[RecorderState]:
@@ -106,13 +110,15 @@ class BagRecorder:
         """
         return str(self._call('save_recent', StartRecording, options.request()).path)
 
-    def stop(self) -> str:
-        """Stop; return the paths, separated by commas, when everything is written.
+    def stop(self) -> List[str]:
+        """Stop; return the paths of the bags when everything is written.
+
+        If the master has died the recorder cannot be reached: SIGINT ends it and finishes the bag.
 
         Raises:
             RecorderError: nothing was being recorded, or something could not be written.
         """
-        return str(self._call('stop', Trigger).message)
+        return list(self._call('stop', Trigger).message.splitlines())
 
     def mark(self, label: str) -> None:
         """Write a labelled moment, now, into the recording or into the memory.
@@ -126,7 +132,7 @@ class BagRecorder:
         try:
             answer = rospy.ServiceProxy(f'{self._node}/{name}', service)(*request)
         except (rospy.ServiceException, rosgraph.MasterException, OSError) as error:
-            raise RecorderError(f'{self._node} does not answer: {error}') from error
+            raise RecorderUnreachable(f'{self._node} does not answer: {error}') from error
         if not answer.success:
             raise RecorderError(answer.message)
         return answer

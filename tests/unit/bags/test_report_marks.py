@@ -14,11 +14,11 @@ from process_visualizer.bags.marks import Mark, add_mark, added_marks, marks_pat
 from process_visualizer.bags.recorder_topics import (
     CONFIGURATION,
     MARKS,
-    configuration_text,
-    stored_configuration,
-    write_configuration,
+    recorded_configuration,
 )
 from process_visualizer.bags.recording import Recording
+from process_visualizer.cell.stored_configuration import configuration_text, write_configuration
+from process_visualizer.cell.xml_parser import XmlParser
 
 
 def bag_with(path: Path, topic: str, *texts: str) -> str:
@@ -56,19 +56,23 @@ def test_marks_that_cannot_be_written(tmp_path: Path) -> None:
 
 
 def test_a_configuration_comes_back_with_the_files_it_includes(tmp_path: Path) -> None:
-    files = {'cell.xml': '<visualizer/> ü', 'parts/robot.xml': '<visualizer />'}
-    for name, text in files.items():
+    files = {'cell.xml': '<visualizer><arg name="a"/><include file="parts/robot.xml"/></visualizer>'
+                         '<!-- Näher -->'.encode(),
+             'parts/robot.xml': '<?xml version="1.0" encoding="iso-8859-1"?>\r\n<visualizer>'
+                                '<device type="other" name="x"><!-- Näher --></device></visualizer>'
+                                .encode('latin-1')}
+    for name, content in files.items():
         path = tmp_path / 'was' / name
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
-    text = configuration_text([str(tmp_path / 'was' / name) for name in files], {'a': '1'})
+        path.write_bytes(content)
+    text = configuration_text(XmlParser({'a': '1'}).parse(str(tmp_path / 'was' / 'cell.xml')))
     with Recording([bag_with(tmp_path / 'a.bag', CONFIGURATION, text)]) as recording:
-        stored = stored_configuration(recording)
+        stored = recorded_configuration(recording)
     assert stored is not None and stored.arguments == {'a': '1'}
     main = write_configuration(stored, str(tmp_path / 'is'))
     assert main == str(tmp_path / 'is' / 'cell.xml')
     for name, content in files.items():
-        assert (tmp_path / 'is' / name).read_text() == content
+        assert (tmp_path / 'is' / name).read_bytes() == content
     with pytest.raises(FileExistsError):
         write_configuration(stored, str(tmp_path / 'is'))
 
@@ -77,7 +81,7 @@ def test_paths_of_a_bag_cannot_leave_the_folder(tmp_path: Path) -> None:
     text = json.dumps({'file': '/a/b/../../../x.xml', 'arguments': {},
                        'files': {'/a/b/../../../x.xml': '', '/a/../../y.xml': ''}})
     with Recording([bag_with(tmp_path / 'a.bag', CONFIGURATION, text)]) as recording:
-        stored = stored_configuration(recording)
+        stored = recorded_configuration(recording)
     assert stored is not None
     write_configuration(stored, str(tmp_path / 'is'))
     assert {path.name for path in (tmp_path / 'is').iterdir()} == {'x.xml', 'y.xml'}
@@ -87,4 +91,4 @@ def test_paths_of_a_bag_cannot_leave_the_folder(tmp_path: Path) -> None:
                                   '{"file": "/a", "files": 3, "arguments": {}}'])
 def test_a_configuration_that_is_none(tmp_path: Path, text: str) -> None:
     with Recording([bag_with(tmp_path / 'a.bag', CONFIGURATION, text)]) as recording:
-        assert stored_configuration(recording) is None
+        assert recorded_configuration(recording) is None
