@@ -1,20 +1,59 @@
 """A recorder for a test: its process, its client, its folder, and what its bags hold."""
 from __future__ import annotations
 
+import itertools
 import os
 import signal
 import subprocess
 import tempfile
+import threading
 from types import TracebackType
 from typing import Any, List, Optional, Tuple, Type
 
 import rosbag
 import rospy
 from roslib.packages import find_node
+from std_msgs.msg import UInt32
 
 from process_visualizer.nodes.bag_recorder import BagRecorder, RecordingOptions
 
 TIMEOUT_S = 20.0
+_names = itertools.count()
+
+
+def new_topic() -> str:
+    """A topic that no other test uses."""
+    return f'/recorder_test/topic_{next(_names)}'
+
+
+def rostopic_pub(topic: str) -> 'subprocess.Popen[bytes]':
+    """A process that publishes at 50 Hz."""
+    return subprocess.Popen(['rostopic', 'pub', '-r', '50', topic, 'std_msgs/UInt32', '1'],
+                            stdout=subprocess.DEVNULL)
+
+
+class Stream:
+    """Publishes growing numbers at 200 Hz until it is closed."""
+
+    def __init__(self, topic: str) -> None:
+        self.publisher = rospy.Publisher(topic, UInt32, queue_size=10000)
+        self._end = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    def __enter__(self) -> Stream:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._end.set()
+        self._thread.join()
+        self.publisher.unregister()
+
+    def _run(self) -> None:
+        number = 0
+        while not self._end.wait(0.005):
+            self.publisher.publish(number)
+            number += 1
 
 
 class RecorderUnderTest:

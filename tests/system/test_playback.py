@@ -1,4 +1,4 @@
-"""A recording of the simulated cell, played back through ``cell run --mode playback --bag``."""
+"""The simulated cell is run and recorded by its recorder, then the recording is played back."""
 from __future__ import annotations
 
 import signal
@@ -10,21 +10,55 @@ import pytest
 from running import CellRun, run_command
 
 TOPICS = ['/ur_rt_upper/q_act', '/ur_rt_upper/tcf', '/ft_upper/ft', '/feed_rate_est']
+MARK = 'the seam tears'
 
 
 @pytest.fixture(scope='module')
 def bag(ros_environment: Dict[str, str], simulated_config: str,
         tmp_path_factory: pytest.TempPathFactory) -> str:
-    """Six seconds of the drivers' topics, recorded with rosbag; a file name with a space."""
+    """Six seconds of the drivers' topics with a mark at their end; a file name with a space."""
     path = tmp_path_factory.mktemp('bags') / 'a seam.bag'
     run = CellRun(['run', simulated_config, 'image_rate:=0', '--no-rviz',
-                   '--devices', 'simulator'], ros_environment)
+                   '--devices', 'ur_rt_upper,sewing_machine,simulator'], ros_environment)
     run.wait_for_line('/simulator: running')
-    recorded = run_command(ros_environment, 'rosbag', 'record', '--duration', '6', '-O', str(path),
-                           *TOPICS)
-    assert recorded.returncode == 0 and path.exists(), recorded.stdout
+    run.wait_for_line('/bag_recorder: running')
+    request = f'{{folder: "{path.parent}", name: "{path.stem}"}}'
+    assert 'success: True' in call(ros_environment, '/bag_recorder/start', request)
+    run_command(ros_environment, 'timeout', '6', 'rostopic', 'hz', TOPICS[0])
+    assert 'success: True' in call(ros_environment, '/bag_recorder/mark', MARK)
+    assert str(path) in call(ros_environment, '/bag_recorder/stop')
     assert run.signal_and_wait(signal.SIGINT) == 0
     return str(path)
+
+
+def call(environment: Dict[str, str], service: str, *request: str) -> str:
+    """The answer of a service, as text."""
+    return run_command(environment, 'rosservice', 'call', '--wait', service, *request).stdout
+
+
+def test_the_recording_is_complete_and_holds_its_cell(bag, ros_environment, simulated_config,
+                                                      tmp_path: Path):
+    report = run_command(ros_environment, 'rosrun', 'process_visualizer', 'cell', 'report', bag)
+    assert report.returncode == 0 and 'verdict: complete' in report.stdout, report.stdout
+    assert all(topic in report.stdout for topic in TOPICS)
+    assert f': {MARK}' in report.stdout
+    stored = run_command(ros_environment, 'rosrun', 'process_visualizer', 'cell', 'configuration',
+                         bag, '--output', str(tmp_path))
+    assert stored.stdout.strip() == f'{tmp_path / "simulated.xml"} image_rate:=0'
+    assert (tmp_path / 'simulated.xml').read_bytes() == Path(simulated_config).read_bytes()
+
+
+def test_the_player_knows_the_marks(bag, ros_environment, simulated_config, run_cell):
+    run = run_cell(simulated_config, '--no-rviz', '--mode', 'playback', '--bag', bag,
+                   '--devices', 'sewing_machine')
+    run.wait_for_line('/bag_player: running')
+    for position, mark in (('2.0', ''), ('1000.0', MARK)):
+        assert 'success: True' in call(ros_environment, '/bag_player/pause')
+        assert 'success: True' in call(ros_environment, '/bag_player/seek', position)
+        shown = run_command(ros_environment, 'timeout', '20', 'rostopic', 'echo', '-n', '1',
+                            '/bag_player/state')
+        assert f'mark: "{mark}"' in shown.stdout.replace("''", '""'), shown.stdout
+    assert run.signal_and_wait(signal.SIGINT) == 0
 
 
 def test_the_cell_moves_as_recorded(bag, ros_environment, simulated_config, run_cell):
@@ -44,14 +78,12 @@ def test_the_cell_moves_as_recorded(bag, ros_environment, simulated_config, run_
 
 def joints_at(environment: Dict[str, str], position_s: float) -> str:
     """The joints that the cell shows after a seek while paused."""
-    run_command(environment, 'rosservice', 'call', '/bag_player/pause')
+    call(environment, '/bag_player/pause')
     with subprocess.Popen(['timeout', '40', 'rostopic', 'echo', '-n', '1',
                            '/ur_rt_upper/joint_states/position'], env=environment,
                           stdout=subprocess.PIPE, text=True) as echo:
         while echo.poll() is None:  # until it has subscribed, the answer is not for it
-            answer = run_command(environment, 'rosservice', 'call', '/bag_player/seek',
-                                 str(position_s))
-            assert 'success: True' in answer.stdout, answer.stdout
+            assert 'success: True' in call(environment, '/bag_player/seek', str(position_s))
         assert echo.stdout is not None
         return echo.stdout.read()
 

@@ -118,8 +118,18 @@ def test_the_master_dies_while_recording(record, master, tmp_path: Path):
     run.wait_for_line('the ROS master does not answer')
     active = tmp_path / 'bags' / 'seam.bag.active'
     _wait_until_written(active, active.stat().st_size + 10_000)  # what is connected goes on
-    run.signal_and_wait(signal.SIGINT)
+    assert run.signal_and_wait(signal.SIGINT) == 0, run.text
+    assert 'verdict: complete' in run.text
     assert _count(tmp_path / 'bags' / 'seam.bag') > 100
+
+
+def test_the_driver_dies_while_recording(record, driver, tmp_path: Path):
+    run = record('--name', 'seam')
+    run.wait_for_line('recording ')
+    _wait_until_written(tmp_path / 'bags' / 'seam.bag.active', 10_000)
+    driver.kill()
+    run.wait_for_line(f'{TOPIC} has fallen silent')
+    assert run.signal_and_wait(signal.SIGINT) == 0
 
 
 def test_the_launcher_is_killed_while_recording(record, own_environment, tmp_path: Path):
@@ -154,6 +164,23 @@ def test_the_recorder_is_killed_while_recording(record, own_environment, tmp_pat
                          str(active))
     assert mended.returncode == 0, mended.stdout
     assert _count(tmp_path / 'bags' / 'seam.reindexed.bag') > 50
+
+
+def test_a_mark_on_a_finished_bag(record, own_environment, tmp_path: Path):
+    run = record('--name', 'seam')
+    run.wait_for_line('recording ')
+    _wait_until_written(tmp_path / 'bags' / 'seam.bag.active', 10_000)
+    run.signal_and_wait(signal.SIGINT)
+    bag = tmp_path / 'bags' / 'seam.bag'
+    before = bag.read_bytes()
+    command = ['rosrun', 'process_visualizer', 'cell', 'mark', str(bag)]
+    marked = run_command(own_environment, *command, '0.25', 'the seam tears')
+    assert marked.returncode == 0, marked.stdout
+    assert bag.read_bytes() == before
+    late = run_command(own_environment, *command, '1000', 'never')
+    assert late.returncode == 1 and 'goes from 0 to' in late.stdout
+    shown = run_command(own_environment, 'rosrun', 'process_visualizer', 'cell', 'report', str(bag))
+    assert 'mark at 0:00.250: the seam tears' in shown.stdout
 
 
 def test_without_a_master(ros_environment, write_config, free_port: int):

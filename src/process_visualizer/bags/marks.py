@@ -1,9 +1,10 @@
 """Labelled moments of a recording: those in the bag, and those added afterwards beside it."""
 from __future__ import annotations
 
+import bisect
 import json
 import os
-from typing import List, NamedTuple, Sequence
+from typing import List, NamedTuple, Optional, Sequence
 
 from process_visualizer.bags.bag_errors import BagError
 from process_visualizer.bags.recorder_topics import MARKS, texts
@@ -32,6 +33,12 @@ def read_marks(recording: Recording) -> List[Mark]:
     for path in recording.paths:
         marks += added_marks(path)
     return sorted(marks)
+
+
+def mark_at(marks: Sequence[Mark], time_ns: int) -> Optional[Mark]:
+    """Return the last of sorted marks at or before a time [ns since the epoch], or None."""
+    row = bisect.bisect_right([mark.time_ns for mark in marks], time_ns)
+    return marks[row - 1] if row else None
 
 
 def added_marks(bag: str) -> List[Mark]:

@@ -1,10 +1,12 @@
 """The line that a terminal shows while a recording is played."""
 from __future__ import annotations
 
+import unicodedata
 from typing import List, NamedTuple, Optional, Tuple
 
 _BAR_CELLS = 40
 _FEWEST_BAR_CELLS = 8
+_LONGEST_LABEL = 24
 _VISIBLE_SHARE = 0.95  # of the rate: what is kept at or above this is not worth telling
 
 
@@ -18,6 +20,7 @@ class Progress(NamedTuple):
     paused: bool
     loop: Optional[Tuple[float, float]] = None  # begin, end [s]
     dropped: int = 0  # messages
+    mark: str = ''  # label of the last one
 
 
 class Symbols(NamedTuple):
@@ -58,7 +61,7 @@ def progress_line(progress: Progress, width: int, symbols: Symbols = UNICODE) ->
     The loop's ends are marked A and B in the bar.
     """
     line = f' {_state(progress, symbols)} {_times(progress)}'
-    for part in [_rates(progress, symbols), _dropped(progress)]:
+    for part in [_rates(progress, symbols), _dropped(progress), _mark(progress, symbols)]:
         if part and len(line) + 2 + len(part) <= width:
             line += '  ' + part
     cells = min(width - len(line) - 4, _BAR_CELLS)
@@ -89,6 +92,20 @@ def _rates(progress: Progress, symbols: Symbols) -> str:
 
 def _dropped(progress: Progress) -> str:
     return f'{progress.dropped} dropped' if progress.dropped > 0 else ''
+
+
+def _mark(progress: Progress, symbols: Symbols) -> str:
+    """The beginning of the label, with a question mark for what is not one column wide."""
+    shown = ''.join(it if _is_shown(it, symbols) else '?'
+                    for it in progress.mark[:_LONGEST_LABEL].replace('\n', ' '))
+    return f'"{shown}"' if shown else ''
+
+
+def _is_shown(character: str, symbols: Symbols) -> bool:
+    if character.isascii():
+        return character.isprintable()
+    return symbols is UNICODE and unicodedata.category(character)[0] in 'LNPS' \
+        and unicodedata.east_asian_width(character) not in 'WF'
 
 
 def _bar(progress: Progress, cells: int) -> str:

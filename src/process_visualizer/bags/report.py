@@ -76,15 +76,17 @@ def make_report(recording: Recording) -> Report:
         BagError: a file of marks beside a bag is not one.
     """
     account = last_json(recording, ACCOUNT)
-    topics = tuple(_topic_report(recording, topic, account) for topic in _topics(recording))
+    topics = tuple(_topic_report(recording, topic, account)
+                   for topic in _topics(recording, account))
     return Report(recording.paths, recording.index.begin_ns, recording.index.end_ns, topics,
                   _clock_jumps(recording, account), tuple(read_marks(recording)),
                   tuple(str(gap) for gap in recording.gaps), account is not None)
 
 
-def _topics(recording: Recording) -> List[str]:
-    """The devices' topics, in order."""
+def _topics(recording: Recording, account: Optional[Dict[str, Any]]) -> List[str]:
+    """The devices' topics in order, with those that were recorded though nothing came."""
     topics = {connection.topic for connection in recording.index.connections}
+    topics.update(_accounted(account))
     return sorted(topic for topic in topics if not topic.startswith(PREFIX))
 
 
@@ -136,10 +138,14 @@ def begins_with_header(connection: Connection) -> bool:
 def _dropped(account: Optional[Dict[str, Any]], topic: str) -> Optional[int]:
     if account is None:
         return None
-    topics = account.get('topics')
-    entry = topics.get(topic) if isinstance(topics, dict) else None
+    entry = _accounted(account).get(topic)
     count = entry.get('dropped') if isinstance(entry, dict) else 0
     return count if isinstance(count, int) else None
+
+
+def _accounted(account: Optional[Dict[str, Any]]) -> Dict[str, Any]:
+    topics = account.get('topics') if account is not None else None
+    return topics if isinstance(topics, dict) else {}
 
 
 def _clock_jumps(recording: Recording, account: Optional[Dict[str, Any]]) -> Tuple[ClockJump, ...]:

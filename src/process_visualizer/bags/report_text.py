@@ -14,8 +14,7 @@ _MOST_GAPS = 10
 def verdict(report: Report) -> str:
     """Return in one line whether the recording is complete, else how much is missing."""
     if report.is_complete:
-        return 'complete' if report.has_account else \
-            'complete as far as the bag tells (its recorder left no account of dropped messages)'
+        return '; '.join([_complete(report), *_silent(report)])
     parts = []
     gaps = sum(len(topic.gaps) for topic in report.topics)
     if gaps:
@@ -26,7 +25,17 @@ def verdict(report: Report) -> str:
         parts.append(f'{dropped} dropped by the recorder')
     if report.unreadable:
         parts.append('a part of the file cannot be read')
-    return 'not complete: ' + '; '.join(parts)
+    return 'not complete: ' + '; '.join([*parts, *_silent(report)])
+
+
+def _complete(report: Report) -> str:
+    return 'complete' if report.has_account else \
+        'complete as far as the bag tells (its recorder left no account of dropped messages)'
+
+
+def _silent(report: Report) -> List[str]:
+    topics = [topic.topic for topic in report.topics if not topic.message_count]
+    return ['nothing came on ' + ', '.join(topics)] if topics else []
 
 
 def as_text(report: Report) -> str:

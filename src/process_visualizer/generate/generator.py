@@ -6,12 +6,12 @@ import os
 import rospkg
 
 from process_visualizer.cell.errors import ConfigurationError, Location, Problem
-from process_visualizer.cell.model import Cell, Mode
+from process_visualizer.cell.model import Cell
 from process_visualizer.cell.stored_configuration import configuration_text
 from process_visualizer.generate.camera import camera_pose
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.drivers import inspect_launch_files
-from process_visualizer.generate.launch_file import LaunchFileBuilder, urdf_file
+from process_visualizer.generate.launch_file import LaunchFileBuilder, has_recorder, urdf_file
 from process_visualizer.generate.plan import CONFIGURATION_FILE, LAUNCH_FILE, RVIZ_FILE, Plan
 from process_visualizer.generate.robot_description import describe_devices
 from process_visualizer.generate.rviz_config import RVizConfig
@@ -28,7 +28,7 @@ def generate(choice: Choice) -> Plan:
     launch_files = inspect_launch_files(choice)
     builder = LaunchFileBuilder(choice, descriptions, launch_files.paths)
     files = {LAUNCH_FILE: builder.text(), RVIZ_FILE: _rviz_text(choice)}
-    if choice.mode is Mode.REALTIME:
+    if has_recorder(choice):
         files[CONFIGURATION_FILE] = _configuration_text(choice.cell)
     for device in choice.devices:
         if device.name in descriptions:

@@ -46,9 +46,9 @@ class LaunchFileBuilder:
                                             frame_parameters(cell, self._choice.devices)))
         for device in self._choice.devices:
             self._device(root, device)
-        if self._choice.mode is Mode.REALTIME:
+        if has_recorder(self._choice):
             self._recorder(root)
-        elif self._choice.bag is not None:
+        if self._choice.mode is Mode.PLAYBACK and self._choice.bag is not None:
             self._player(root, self._choice.bag)
         self._rviz(root)
         return write_document(root)
@@ -100,15 +100,11 @@ class LaunchFileBuilder:
         parent.add(element.tag, _in_words(element.attributes), element.text)
 
     def _recorder(self, root: Tag) -> None:
-        topics = recorded_topics(self._choice.devices)
-        if not topics:
-            root.comment('no device has a topic to record')
-            return
         root.comment("the recorder: keeps the last seconds of the devices' topics in memory")
         node = root.add('node', {'pkg': 'process_visualizer', 'type': 'bag_recorder',
                                  'name': 'bag_recorder', 'output': 'screen'})
         node.add('param', {'name': 'configuration', 'textfile': f'$(dirname)/{CONFIGURATION_FILE}'})
-        node.parameters({'topics': topics})
+        node.parameters({'topics': recorded_topics(self._choice.devices)})
 
     def _player(self, root: Tag, bag: str) -> None:
         topics = recorded_topics(self._choice.devices)
@@ -143,6 +139,11 @@ def _in_words(attributes: Mapping[str, str]) -> Dict[str, str]:
 def urdf_file(device: Device) -> str:
     """The name of the generated URDF file of a device."""
     return f'{os.path.basename(device.name)}.urdf'
+
+
+def has_recorder(choice: Choice) -> bool:
+    """Whether a recorder is started: in real-time mode, if there is something to record."""
+    return choice.mode is Mode.REALTIME and bool(recorded_topics(choice.devices))
 
 
 def recorded_topics(devices: Sequence[Device]) -> 'list[str]':

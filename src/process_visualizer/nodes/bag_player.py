@@ -7,6 +7,8 @@ from typing import List, NamedTuple, Optional, Tuple
 
 import rospy
 
+from process_visualizer.bags.bag_errors import BagError
+from process_visualizer.bags.marks import Mark, mark_at, read_marks
 from process_visualizer.bags.playback import Playback
 from process_visualizer.bags.player_control import PlayerControl
 from process_visualizer.bags.progress_line import Progress
@@ -48,7 +50,8 @@ class BagPlayer:
             NothingToPlay: no topic is left that can be played.
         """
         self._recording = recording
-        self._problems = self._choose(recording, settings)
+        self._marks, bad_marks = _marks(recording)
+        self._problems = self._choose(recording, settings) + bad_marks
         self._changed = threading.Condition()
         self._started = self._finished = self._quitting = False
         self._timeline = _timeline(recording, settings.end_s)
@@ -119,7 +122,8 @@ class BagPlayer:
         """Return where playback is."""
         status = self.control.status()
         return Progress(status.position_s, status.duration_s, status.rate, status.achieved_rate,
-                        status.paused, status.loop, self.dropped)
+                        status.paused, status.loop, self.dropped,
+                        self._mark(status.position_s))
 
     def close(self) -> None:
         """End: what was published is still sent, if that does not take too long."""
@@ -144,7 +148,14 @@ class BagPlayer:
             position=status.position_s, rate=status.rate, achieved_rate=status.achieved_rate,
             paused=status.paused, loop=status.loop is not None, loop_begin=begin_s,
             loop_end=end_s, segment=status.segment, published=self._playback.published,
-            dropped=self.dropped, gaps=self.problems, files=self._recording.paths)
+            dropped=self.dropped, gaps=self.problems, files=self._recording.paths,
+            mark=self._mark(status.position_s))
+
+    def _mark(self, position_s: float) -> str:
+        """The label of the last mark before a position [s]."""
+        position_ns = self._timeline.basis.begin_ns + round(position_s * NS_PER_S)
+        mark = mark_at(self._marks, position_ns)
+        return '' if mark is None else mark.label
 
     def _choose(self, recording: Recording, settings: PlayerSettings) -> List[str]:
         topics, problems = published_topics(recording.index.connections,
@@ -184,6 +195,14 @@ class BagPlayer:
             self._changed.notify_all()
         if self._timeline.basis.paused and self._started:
             self._playback.repeat_scene()
+
+
+def _marks(recording: Recording) -> Tuple[List[Mark], List[str]]:
+    """The marks, or why those beside the bag cannot be read; before topics are chosen."""
+    try:
+        return read_marks(recording), []
+    except BagError as error:
+        return [], [str(error)]
 
 
 def _timeline(recording: Recording, end_s: Optional[float]) -> Timeline:

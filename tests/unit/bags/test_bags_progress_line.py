@@ -16,7 +16,8 @@ PLAYING = Progress(position_s=12.345, duration_s=62.0, rate=1.0, achieved_rate=1
 RATES = st.one_of(st.floats(0.01, 16.0), st.floats(-16.0, -0.01))
 TIMES = st.floats(0.0, 1e6)
 PROGRESSES = st.builds(Progress, TIMES, TIMES, RATES, st.floats(-16.0, 16.0), st.booleans(),
-                       st.one_of(st.none(), st.tuples(TIMES, TIMES)), st.integers(0, 10 ** 12))
+                       st.one_of(st.none(), st.tuples(TIMES, TIMES)), st.integers(0, 10 ** 12),
+                       st.text())
 
 
 @pytest.mark.parametrize('seconds, text', [
@@ -74,6 +75,12 @@ def test_slight_slow_down_is_not_told():
 def test_dropped_messages_are_told():
     assert '  1×  7 dropped  [' in line_of(dropped=7)
     assert 'dropped' not in line_of()
+
+
+def test_the_last_mark_is_told():
+    assert '  1×  "Naht reißt"  [' in line_of(mark='Naht reißt')
+    assert '  1x  "Naht rei?t"  [' in line_of(mark='Naht reißt', symbols=ASCII)
+    assert '  1×  "a b?" ' in line_of(mark='a\nb縫')
 
 
 def test_loop_is_marked():

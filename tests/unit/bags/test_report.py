@@ -122,6 +122,17 @@ def test_gaps_drops_and_jumps_are_told(tmp_path: Path) -> None:
     assert value['topics'][0]['gaps'][0]['missing'] == 10
 
 
+def test_topics_on_which_nothing_came_are_told(tmp_path: Path) -> None:
+    report = report_of(write(tmp_path / 'a.bag', list(range(100)),
+                             {'topics': {'/n': {'received': 100, 'dropped': 0},
+                                         '/off': {'received': 0, 'dropped': 0},
+                                         '/process_visualizer/marks': {'received': 1}},
+                              'clock_jumps': []}))
+    assert [(it.topic, it.message_count) for it in report.topics] == [('/n', 100), ('/off', 0)]
+    assert verdict(report) == 'complete; nothing came on /off'
+    assert '/off' in as_text(report) and '/off' in as_json(report)
+
+
 def test_a_bag_of_another_recorder_says_what_is_not_known(tmp_path: Path) -> None:
     report = report_of(write(tmp_path / 'a.bag', list(range(100))))
     assert report.is_complete

@@ -10,7 +10,14 @@ from genpy import Time
 from std_msgs.msg import String
 
 from process_visualizer.bags.bag_errors import BagError
-from process_visualizer.bags.marks import Mark, add_mark, added_marks, marks_path, read_marks
+from process_visualizer.bags.marks import (
+    Mark,
+    add_mark,
+    added_marks,
+    mark_at,
+    marks_path,
+    read_marks,
+)
 from process_visualizer.bags.recorder_topics import (
     CONFIGURATION,
     MARKS,
@@ -38,6 +45,12 @@ def test_marks_of_the_bag_and_added_ones(tmp_path: Path) -> None:
         assert [mark.label for mark in read_marks(recording)] == [
             'first', 'one', 'between', 'zwei ü']
     assert Path(bag).read_bytes() == before
+
+
+def test_the_last_mark_at_a_time() -> None:
+    marks = [Mark(10, 'a'), Mark(20, 'b'), Mark(20, 'c')]
+    found = [mark_at(marks, time_ns) for time_ns in (9, 10, 19, 20, 99)]
+    assert [mark and mark.label for mark in found] == [None, 'a', 'a', 'c', 'c']
 
 
 @pytest.mark.parametrize('text', ['', '{}x', '[{"label": "a"}]', '[3]', '3'])

@@ -84,7 +84,7 @@ def test_listing_6_1() -> None:
     golden = Cell(str(LISTING_6_1), 'world', (
         arm('ur_rt_upper', 'ft_upper', (0, 0, 0), 3),
         arm('ur_rt_lower', 'ft_lower', (0, 3.141592653589793, 0), 11),
-        kinect(), sewing_machine()))
+        kinect(), sewing_machine()), files=(str(LISTING_6_1),))
     cell = XmlParser().parse(str(LISTING_6_1))
     for device, expected in zip(cell.devices, golden.devices):
         assert device == expected

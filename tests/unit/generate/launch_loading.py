@@ -8,6 +8,8 @@ from roslaunch.config import ROSLaunchConfig
 from roslaunch.core import Node
 from roslaunch.xmlloader import XmlLoader
 
+from process_visualizer.generate.plan import CONFIGURATION_FILE
+
 
 def load_file(path: Path) -> ROSLaunchConfig:
     """What roslaunch makes of a launch file; fails when it complains about anything."""
@@ -23,6 +25,7 @@ def load_text(text: str, folder: Path) -> ROSLaunchConfig:
     """The same for the text of a launch file in the folder."""
     path = folder / 'cell.launch'
     path.write_text(text, encoding='utf-8')
+    (folder / CONFIGURATION_FILE).write_text('{}')
     return load_file(path)
 
 

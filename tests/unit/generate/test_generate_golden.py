@@ -1,6 +1,7 @@
 """Generated files of the sewing cell against golden ones, and in roslaunch's own eyes."""
 from __future__ import annotations
 
+import json
 import subprocess
 from pathlib import Path
 from typing import Dict
@@ -11,6 +12,7 @@ from golden import BAG, CASES, FOLDER, REPOSITORY, golden_texts, make_plan, tree
 from launch_loading import load_file, node_names, nodes, parameters
 from roslaunch.config import ROSLaunchConfig
 
+from process_visualizer.cell.stored_configuration import stored_configuration
 from process_visualizer.generate.plan import LAUNCH_FILE, RVIZ_FILE, Plan, write_plan
 
 ROBOTS = ('ur_rt_upper', 'ur_rt_lower')
@@ -23,9 +25,10 @@ CAMERA_NODES = [
     '/camera/camera_nodelet_manager', '/camera/points_xyzrgb_hw_registered', '/camera_depth_frame',
     '/camera_depth_optical_frame', '/camera_rgb_frame', '/camera_rgb_optical_frame']
 NODES = {
-    'devices_realtime': [*DEVICE_NODES, *CAMERA_NODES, '/camera/driver', '/camera/debayer'],
+    'devices_realtime': [*DEVICE_NODES, *CAMERA_NODES, '/camera/driver', '/camera/debayer',
+                         '/bag_recorder'],
     'devices_playback': [*DEVICE_NODES, *CAMERA_NODES, '/bag_player'],
-    'simulated_realtime': [*DEVICE_NODES, *CAMERA_NODES, '/simulator'],
+    'simulated_realtime': [*DEVICE_NODES, *CAMERA_NODES, '/simulator', '/bag_recorder'],
 }
 
 
@@ -102,6 +105,17 @@ def test_frames_of_all_devices(loaded: Dict[str, ROSLaunchConfig]) -> None:
         'camera_link': 'world', 'sewing_machine/base': 'world'}
     lower = next(frame for frame in frames if frame['child'] == 'ur_rt_lower/link0')
     assert lower['xyz'] == [0, 0, 0] and lower['ypr'] == [0, pytest.approx(3.14159265), 0]
+
+
+def test_the_recorder_has_topics_and_configuration(loaded: Dict[str, ROSLaunchConfig]) -> None:
+    found = parameters(loaded['simulated_realtime'], '/bag_recorder')
+    assert set(found) == {'topics', 'configuration'}
+    topics = found['topics']
+    assert isinstance(topics, list) and len(topics) == 15
+    assert '/ft_upper/ft' in topics and '/camera/depth_registered/points' not in topics
+    stored = stored_configuration(json.loads(str(found['configuration'])))
+    assert stored is not None
+    assert stored.files[stored.file] == Path(stored.file).read_text(encoding='utf-8')
 
 
 def test_values_of_arguments_reach_the_simulator(loaded: Dict[str, ROSLaunchConfig]) -> None:

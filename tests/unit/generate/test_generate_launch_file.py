@@ -261,6 +261,19 @@ def test_no_bag_player(mode: Mode, bag: 'str | None', build: Build) -> None:
     assert '/bag_player' not in nodes(build(device(TOPICS), mode=mode, bag=bag))
 
 
+def test_recorder(build: Build) -> None:
+    config = build(device(TOPICS))
+    recorder = one_node(config, '/bag_recorder')
+    assert (recorder.package, recorder.type) == ('process_visualizer', 'bag_recorder')
+    assert parameters(config, '/bag_recorder')['topics'] == ['/d/q', '/p']
+
+
+@pytest.mark.parametrize('mode, topics', [
+    (Mode.PLAYBACK, TOPICS), (Mode.REALTIME, '<topic name="secret" record="False"/>')])
+def test_no_recorder(mode: Mode, topics: str, build: Build) -> None:
+    assert '/bag_recorder' not in nodes(build(device(topics), mode=mode, bag='/a'))
+
+
 def test_nothing_to_play(build: Build) -> None:
     """The player would refuse --topics without any."""
     config = build(device('<topic name="secret" record="False"/>'), mode=Mode.PLAYBACK, bag='/a')
