@@ -143,6 +143,22 @@ def test_the_launcher_is_killed_while_recording(record, own_environment, tmp_pat
     assert _count(tmp_path / 'bags' / 'seam.bag') > 50
 
 
+def test_the_run_is_killed_while_its_recorder_records(own_environment, driver, write_config,
+                                                      tmp_path: Path):
+    own_environment['RECORDER_TEST'] = mark = tmp_path.name
+    run = CellRun(['run', write_config(DEVICE), '--no-rviz'], own_environment)
+    run.wait_for_line('/bag_recorder: running')
+    bags = tmp_path / 'bags'
+    started = run_command(own_environment, 'rosservice', 'call', '/bag_recorder/start',
+                          f'{{folder: {bags}, name: seam}}')
+    assert 'success: True' in started.stdout, started.stdout
+    _wait_until_written(bags / 'seam.bag.active', 10_000)
+    run.signal_and_wait(signal.SIGKILL)
+    assert wait_until_alone(f'RECORDER_TEST={mark}') == []
+    assert os.listdir(bags) == ['seam.bag']
+    assert _count(bags / 'seam.bag') > 10
+
+
 def test_the_recorder_is_killed_while_recording(record, own_environment, tmp_path: Path):
     run = record('--name', 'seam')
     run.wait_for_line('recording ')
