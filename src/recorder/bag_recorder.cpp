@@ -309,10 +309,8 @@ void BagRecorder::setPhase(std::uint8_t phase) {
     const std::lock_guard<std::mutex> lock(mutex_);
     phase_ = phase;
   }
-  publishState();
+  state_publisher_.publish(state());
 }
-
-void BagRecorder::publishState() { state_publisher_.publish(state()); }
 
 RecorderState BagRecorder::state() const {
   const std::map<std::string, unsigned> publishers = subscriptions_.publisherCounts();
@@ -364,18 +362,19 @@ void BagRecorder::publishStates() {
       board_.measureRates();
     }
     tellSilence();
-    publishState();
+    state_publisher_.publish(state());
   }
 }
 
 void BagRecorder::tellSilence() {
   std::unique_lock<std::mutex> lock(mutex_);
-  const std::vector<std::string> topics =
-      recording_ ? board_.fallenSilent() : std::vector<std::string>();
+  if (!recording_) return;
+  const std::vector<std::string> topics = board_.fallenSilent();
   lock.unlock();
-  for (const std::string& topic : topics)
-    addProblem(topic +
-               " has fallen silent: is its driver still running? What comes again is recorded");
+  if (!topics.empty())
+    addProblem(joined(topics, ", ") +
+               ": silent, though messages came regularly; do the drivers still run? What comes "
+               "again is recorded");
 }
 
 /// In a thread of its own, since a master that hangs would hold up everything else.

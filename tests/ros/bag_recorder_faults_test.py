@@ -44,7 +44,7 @@ class BagRecorderFaultsTest(unittest.TestCase):
                 driver.kill()
                 driver.wait()
             state = recorder.client.wait_for(lambda state: state.problems, TIMEOUT_S)
-            self.assertIn(f'{topic} has fallen silent', state.problems[-1])
+            self.assertIn(f'{topic}: silent', state.problems[-1])
             self.assertLess(state.topics[0].silence, 3.0)
             driver = rostopic_pub(topic)
             try:

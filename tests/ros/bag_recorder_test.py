@@ -7,6 +7,7 @@ import json
 import os
 import signal
 import subprocess
+import threading
 import unittest
 
 import rospy
@@ -89,6 +90,13 @@ class BagRecorderTest(unittest.TestCase):
             self.assertEqual([m.data for m, _ in contents(path, topic)], ['x' * 100_000] * 100)
             with Recording([path]) as recording:
                 self.assertEqual(bytes(recording.message(50)[-5:]), b'xxxxx')
+            publisher.unregister()
+            played = threading.Semaphore(0)
+            subscriber = rospy.Subscriber(topic, String, lambda _: played.release())
+            subprocess.run(['rosbag', 'play', '--quiet', '--delay', '2', path], check=True,
+                           stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+            self.assertTrue(all(played.acquire(timeout=TIMEOUT_S) for _ in range(100)))
+            subscriber.unregister()
 
     def test_live_figures(self):
         topic = new_topic()

@@ -56,7 +56,6 @@ class BagRecorder {
   void setPhase(std::uint8_t phase);
 
   void publishStates();
-  void publishState();
   void tellSilence();
   RecorderState state() const;
   void followMaster();
