@@ -177,13 +177,14 @@ def test_value_that_nobody_asks_for(cell: Cell, write: Write) -> None:
 
 
 def test_generate(cell: Cell, write: Write, tmp_path: Path) -> None:
-    assert cell('generate', write(TABLE)) == (0, ['./cell.launch', './cell.rviz'], [])
+    assert cell('generate', write(TABLE)) == (
+        0, ['./cell.launch', './cell.rviz', './configuration.json'], [])
     assert (tmp_path / 'cell.launch').is_file() and (tmp_path / 'cell.rviz').is_file()
 
 
 def test_generate_elsewhere(cell: Cell, write: Write, tmp_path: Path) -> None:
     assert cell('generate', write(TABLE), '--output', 'a b/c', '--no-rviz') == (
-        0, ['a b/c/cell.launch', 'a b/c/cell.rviz'], [])
+        0, ['a b/c/cell.launch', 'a b/c/cell.rviz', 'a b/c/configuration.json'], [])
     assert 'type="rviz"' not in (tmp_path / 'a b' / 'c' / 'cell.launch').read_text()
 
 
