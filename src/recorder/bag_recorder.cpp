@@ -285,6 +285,7 @@ void BagRecorder::receive(const Message& message) {
 /// Hands a message to the recording or to the memory; the mutex has to be locked.
 /// Returns whether one of them took it.
 bool BagRecorder::takeIn(const Message& message) {
+  if (recording_ && recording_->isOver()) board_.freeze();  // what comes now is not of it
   const bool is_taken = recording_ ? recording_->push(message) : recent_.isKept();
   if (recording_)
     recent_.pass(message);

@@ -67,6 +67,11 @@ RecordingStatus Recording::status() const {
   return status_;
 }
 
+bool Recording::isOver() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return isClosed();
+}
+
 void Recording::run() {
   try {
     writeAll();

@@ -61,6 +61,7 @@ class Recording {
   /// Writes everything that was pushed, and finishes the bag. May be called twice.
   void stop();
 
+  bool isOver() const;  ///< whether it takes no more messages, for whatever reason
   RecordingStatus status() const;
   /// Messages that were pushed and not written, by topic; to be called after stop().
   const std::map<std::string, std::uint64_t>& unwritten() const { return unwritten_; }
