@@ -22,6 +22,15 @@ class Seen(NamedTuple):
         first, last = np.searchsorted(self.times_ns, [begin_ns, end_ns])
         return Seen(self.times_ns[first:last], self.topics[first:last], self.indexes[first:last])
 
+    def first_arrivals(self) -> 'Seen':
+        """What was later in the recording than all before it on its topic: no scene repeated."""
+        new = np.zeros(len(self.times_ns), bool)
+        for topic in np.unique(self.topics):
+            its = self.topics == topic
+            newest = np.maximum.accumulate(self.indexes[its])
+            new[its] = np.diff(newest, prepend=-1) > 0
+        return Seen(self.times_ns[new], self.topics[new], self.indexes[new])
+
 
 def scene_latency_ms(seen: Seen, request_ns: int, expected: Sequence[int]) -> float:
     """Return how long after a seek the last topic's message has arrived [ms]; NaN if one did not.

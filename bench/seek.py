@@ -8,7 +8,7 @@ seek: from the request until every topic's last message at or before the positio
 random positions, one every 0.35 s, in a bag with an hour of a robot cell (3 million small messages
 on 9 topics) and in a minute with a Kinect (46 MB/s). Every message carries its index, so that
 those of an earlier seek do not count.
-pause: from the request to the last message that arrives, playing the Kinect bag at 1x.
+pause: from the request to the last new message that arrives, playing the Kinect bag at 1x.
 rate: from the request until the rate at which messages arrive changes, between 1x and 0.25x there
 (see command_latency.py); also until ~state says so.
 """
@@ -77,7 +77,7 @@ def main() -> None:
         _print('seek', name, _seek(bag, options.seeks), aim_ms)
     answered, stopped = _pause(cell, options.commands)
     _print('pause: answer', 'Kinect', answered)
-    _print('pause: last message', 'Kinect', stopped, 20)
+    _print('pause: last new message', 'Kinect', stopped, 20)
     answered, changed, stated = _change_rate(cell, options.commands)
     _print('rate: answer', 'Kinect', answered)
     _print('rate: messages', 'Kinect', changed, 20)
@@ -109,7 +109,7 @@ def _seek(bag: MadeBag, count: int) -> List[float]:
 def _pause(bag: MadeBag, count: int) -> Tuple[List[float], List[float]]:
     """Latencies of the answers and of the last messages [ms]."""
     session = _session(bag, ['play', 'pause'] * count)
-    seen = session.seen()
+    seen = session.seen().first_arrivals()
     pauses = list(session.spans())[1::2]
     return _answer_latencies(answer for answer, _ in pauses), [
         pause_latency_ms(seen.between(answer.request_ns, end_ns), answer.request_ns)

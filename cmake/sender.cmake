@@ -5,8 +5,8 @@ find_package(Threads REQUIRED)
 add_library(process_visualizer_sender SHARED
   src/sender/c_interface.cpp
   src/sender/packet.cpp
-  src/sender/short_slice.cpp
   src/sender/subscriber_link.cpp
+  src/sender/time_slice.cpp
   src/sender/timed_sender.cpp
   src/sender/transfer.cpp
   src/sender/wakeup.cpp

@@ -4,7 +4,7 @@
 #include <exception>
 #include <memory>
 
-#include "process_visualizer/sender/short_slice.hpp"
+#include "process_visualizer/sender/time_slice.hpp"
 #include "process_visualizer/sender/timed_sender.hpp"
 
 using process_visualizer::Packet;
@@ -12,7 +12,9 @@ using process_visualizer::TimedSender;
 
 extern "C" {
 
-void timed_sender_take_short_slices() { process_visualizer::takeShortSlices(); }
+void timed_sender_take_long_slices() {
+  process_visualizer::takeSlices(process_visualizer::kLongSlice);
+}
 
 /// Null if the system has no more descriptors or threads.
 TimedSender* timed_sender_new() {

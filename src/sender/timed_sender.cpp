@@ -7,7 +7,7 @@
 #include <ctime>
 #include <utility>
 
-#include "process_visualizer/sender/short_slice.hpp"
+#include "process_visualizer/sender/time_slice.hpp"
 
 namespace process_visualizer {
 
@@ -119,7 +119,7 @@ void TimedSender::close() {
 }
 
 void TimedSender::run() {
-  takeShortSlices();
+  takeSlices(kShortSlice);
   std::unique_lock lock(mutex_);
   while (!closed_) {
     const std::int64_t begin_ns = beginScheduled();

@@ -220,6 +220,8 @@ class Playback:
         """Take back what has not been sent yet, as a command may have changed when it is due."""
         count = self._output.revoke(self._clock.monotonic_ns())
         self._published -= count
+        if count:
+            self._settled_ns = self._clock.monotonic_ns() + SETTLING_NS
         while count > 0:
             event, position, step, _, stamps = self._schedule.pop()
             count -= len(event.messages)
@@ -297,6 +299,8 @@ class Playback:
         if self._timeline.basis.scene == basis.scene:
             for message in event.messages:
                 self._publish(message, lambda stamp_ns: self._present(basis, stamp_ns))
+        if not basis.paused:  # restoring took its time; what follows comes at its pace, in no burst
+            self._timeline.slip_to(basis.bag_ns, basis.version)
 
     def _show(self, event: PlaybackEvent, basis: Basis, due_ns: int = AT_ONCE) -> None:
         for message in event.messages:

@@ -20,7 +20,7 @@ from process_visualizer.bags.topic_choice import TopicChoice
 from process_visualizer.nodes.bag_player import BagPlayer, NothingToPlay, PlayerSettings
 from process_visualizer.nodes.player_terminal import PlayerTerminal
 from process_visualizer.nodes.reindexing import ReindexRefused, reindexed
-from process_visualizer.nodes.timed_sender import take_short_slices
+from process_visualizer.nodes.timed_sender import take_long_slices
 
 SWITCH_INTERVAL_S = 0.0005  # how long a thread may compute while another one has a message to send
 
@@ -30,7 +30,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     words = list(sys.argv if arguments is None else arguments)
     options = parse_options(rospy.myargv(words)[1:])
     sys.setswitchinterval(SWITCH_INTERVAL_S)
-    take_short_slices()
+    take_long_slices()
     try:
         return _play(options, words)
     except (BagError, NothingToPlay, ReindexRefused, CommandRefused, ValueError) as error:

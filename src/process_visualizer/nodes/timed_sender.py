@@ -88,18 +88,18 @@ class TimedSender:
                 on_broken()
 
 
-def take_short_slices() -> None:
-    """Let the threads of this process give way, and be given way, within 0.1 ms where possible.
+def take_long_slices() -> None:
+    """Let others run at once when they wake up, the sender and subscribers above all.
 
-    This is for the calling thread and those that it starts; see short_slice.hpp.
+    This is for the calling thread and those that it starts; see time_slice.hpp.
     """
-    _declared(ctypes.PyDLL(LIBRARY)).timed_sender_take_short_slices()
+    _declared(ctypes.PyDLL(LIBRARY)).timed_sender_take_long_slices()
 
 
 def _declared(library: ctypes.CDLL) -> ctypes.CDLL:
     sender, number, size = ctypes.c_void_p, ctypes.c_int, ctypes.c_size_t
     for name, result, arguments in (
-            ('take_short_slices', None, []),
+            ('take_long_slices', None, []),
             ('new', sender, []),
             ('delete', None, [sender]),
             ('add_topic', number, [sender, number, size, size]),

@@ -42,6 +42,11 @@ def test_pause_ends_with_the_last_message():
     assert pause_latency_ms(seen(), 100 * MS) == 0.0
 
 
+def test_a_repeated_scene_is_not_new():
+    arrivals = seen((101, 0, 1), (102, 1, 4), (103, 0, 2), (200, 0, 2), (200, 1, 4), (201, 1, 3))
+    assert list(arrivals.first_arrivals().times_ns) == [101 * MS, 102 * MS, 103 * MS]
+
+
 @pytest.mark.parametrize(('old', 'new'), [(1.0, 0.25), (0.25, 1.0), (1.0, 4.0)])
 @pytest.mark.parametrize('latency_ms', [0.0, 7.0])
 def test_the_change_of_rate_is_where_the_lines_meet(old, new, latency_ms):

@@ -1,4 +1,4 @@
-#include "process_visualizer/sender/short_slice.hpp"
+#include "process_visualizer/sender/time_slice.hpp"
 
 #include <sched.h>
 #include <sys/resource.h>
@@ -23,14 +23,12 @@ struct SchedulingAttributes {
   std::uint64_t period_ns = 0;
 };
 
-constexpr std::uint64_t kShortestSliceNs = 100'000;
-
 }  // namespace
 
-void takeShortSlices() {
+void takeSlices(std::chrono::nanoseconds slice) {
   SchedulingAttributes attributes;
   attributes.nice = getpriority(PRIO_PROCESS, 0);
-  attributes.runtime_ns = kShortestSliceNs;
+  attributes.runtime_ns = static_cast<std::uint64_t>(slice.count());
   syscall(SYS_sched_setattr, 0, &attributes, 0);  // without it, all works, only less punctually
 }
 

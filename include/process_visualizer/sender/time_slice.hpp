@@ -1,0 +1,17 @@
+#pragma once
+
+#include <chrono>
+
+namespace process_visualizer {
+
+/// Of a thread that must run at once when it wakes up, and never runs for long.
+constexpr std::chrono::nanoseconds kShortSlice = std::chrono::microseconds(100);
+/// Of threads whose work can wait: whoever has shorter slices need not wait for them.
+constexpr std::chrono::nanoseconds kLongSlice = std::chrono::milliseconds(10);
+
+/// Sets the time slices of the calling thread, and of those that it starts. They change no
+/// thread's share of the processor: Linux (6.12 and later, others ignore it) lets a thread that
+/// wakes up take the place of one with longer slices. Needs no privileges.
+void takeSlices(std::chrono::nanoseconds slice);
+
+}  // namespace process_visualizer
