@@ -69,6 +69,15 @@ class Subscriber {
   int socket_;
 };
 
+/// A sender with one subscriber of one topic.
+class OneSubscriber : public testing::Test {
+ protected:
+  TimedSender sender;
+  Subscriber subscriber;
+  const int topic = sender.addTopic(false, kMuch);
+  const int link = sender.addLink(topic, subscriber.peer);
+};
+
 TEST(Transfer, ASmallPacketIsWrittenWhenItIsDue) {
   const Transfer transfer(1000, 5 * kMs);
   EXPECT_EQ(transfer.begin(), 5 * kMs);
@@ -114,11 +123,7 @@ TEST(TimedSender, SendsToAllSubscribersOfATopicInOrder) {
   EXPECT_FALSE(elsewhere.hasSomething());
 }
 
-TEST(TimedSender, SendsNothingBeforeItIsDue) {
-  TimedSender sender;
-  Subscriber subscriber;
-  const int topic = sender.addTopic(false, kMuch);
-  sender.addLink(topic, subscriber.peer);
+TEST_F(OneSubscriber, SendsNothingBeforeItIsDue) {
   const std::int64_t begin_ns = monotonicNow();
   for (int number = 1; number <= 20; ++number)
     sender.send(topic, 0, begin_ns + number * 5 * kMs, packet(std::to_string(number)));
@@ -128,22 +133,14 @@ TEST(TimedSender, SendsNothingBeforeItIsDue) {
   }
 }
 
-TEST(TimedSender, KeepsTheOrderInWhichMessagesWereGiven) {
-  TimedSender sender;
-  Subscriber subscriber;
-  const int topic = sender.addTopic(false, kMuch);
-  sender.addLink(topic, subscriber.peer);
+TEST_F(OneSubscriber, KeepsTheOrderInWhichMessagesWereGiven) {
   sender.send(topic, 0, monotonicNow() + 20 * kMs, packet("first"));
   sender.send(topic, 0, 0, packet("second"));
   EXPECT_EQ(subscriber.receive(), "first");
   EXPECT_EQ(subscriber.receive(), "second");
 }
 
-TEST(TimedSender, TakesBackWhatIsNotDue) {
-  TimedSender sender;
-  Subscriber subscriber;
-  const int topic = sender.addTopic(false, kMuch);
-  sender.addLink(topic, subscriber.peer);
+TEST_F(OneSubscriber, TakesBackWhatIsNotDue) {
   const std::int64_t later_ns = monotonicNow() + 60'000 * kMs;
   sender.send(topic, 0, later_ns - 1, packet("kept"));
   sender.send(topic, 0, later_ns, packet("a"));
@@ -155,11 +152,7 @@ TEST(TimedSender, TakesBackWhatIsNotDue) {
   EXPECT_EQ(subscriber.receive(), "now");
 }
 
-TEST(TimedSender, LargeMessagesArriveWhole) {
-  TimedSender sender;
-  Subscriber subscriber;
-  const int topic = sender.addTopic(false, kMuch);
-  sender.addLink(topic, subscriber.peer);
+TEST_F(OneSubscriber, LargeMessagesArriveWhole) {
   std::string large(20'000'000, ' ');
   for (std::size_t index = 0; index < large.size(); ++index)
     large[index] = static_cast<char>(index * 2654435761U >> 24);
@@ -170,11 +163,7 @@ TEST(TimedSender, LargeMessagesArriveWhole) {
   EXPECT_TRUE(sender.waitUntilSent(5.0));
 }
 
-TEST(TimedSender, ALargeMessageIsSentAheadAndArrivesWhenItIsDue) {
-  TimedSender sender;
-  Subscriber subscriber;
-  const int topic = sender.addTopic(false, kMuch);
-  sender.addLink(topic, subscriber.peer);
+TEST_F(OneSubscriber, ALargeMessageIsSentAheadAndArrivesWhenItIsDue) {
   const std::int64_t due_ns = monotonicNow() + 50 * kMs;
   sender.send(topic, 0, due_ns, packet(std::string(150'000, ' ')));
   subscriber.waitForSomething();
