@@ -1,5 +1,6 @@
 #include "process_visualizer/sender/time_slice.hpp"
 
+#include <pthread.h>
 #include <sched.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
@@ -30,6 +31,12 @@ void takeSlices(std::chrono::nanoseconds slice) {
   attributes.nice = getpriority(PRIO_PROCESS, 0);
   attributes.runtime_ns = static_cast<std::uint64_t>(slice.count());
   syscall(SYS_sched_setattr, 0, &attributes, 0);  // without it, all works, only less punctually
+}
+
+bool takeRealTimePriority() {
+  sched_param parameters{};
+  parameters.sched_priority = sched_get_priority_min(SCHED_RR);
+  return pthread_setschedparam(pthread_self(), SCHED_RR, &parameters) == 0;
 }
 
 }  // namespace process_visualizer

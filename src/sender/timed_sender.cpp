@@ -119,7 +119,7 @@ void TimedSender::close() {
 }
 
 void TimedSender::run() {
-  takeSlices(kShortSlice);
+  if (!takeRealTimePriority()) takeSlices(kShortSlice);
   std::unique_lock lock(mutex_);
   while (!closed_) {
     const std::int64_t begin_ns = beginScheduled();

@@ -14,4 +14,9 @@ constexpr std::chrono::nanoseconds kLongSlice = std::chrono::milliseconds(10);
 /// wakes up take the place of one with longer slices. Needs no privileges.
 void takeSlices(std::chrono::nanoseconds slice);
 
+/// Lets the calling thread run before all that have no real-time priority, where the user may do
+/// that (`rtprio` in limits.conf(5), or root): for a thread that never runs for long. Returns
+/// whether it is so.
+bool takeRealTimePriority();
+
 }  // namespace process_visualizer
