@@ -1,0 +1,1 @@
+"""The launcher: the operator's window (PyQt5). Models and views apart; see docs/architecture.md."""

@@ -1,0 +1,70 @@
+"""What the player, the recorder and RViz said last, as plain data for models and views."""
+from __future__ import annotations
+
+from typing import NamedTuple, Optional, Tuple
+
+
+class PlayerSnapshot(NamedTuple):
+    """The player's state; positions in s from the beginning of the recording.
+
+    ``stamp_s`` is the wall time (since the epoch) for which ``position_s`` holds, ``begin_s`` the
+    bag time of the beginning. ``loop`` is (begin, end) or None. See PlayerState.msg.
+    """
+
+    stamp_s: float
+    begin_s: float
+    duration_s: float
+    position_s: float
+    rate: float
+    achieved_rate: float
+    paused: bool
+    loop: Optional[Tuple[float, float]] = None
+    segment: int = 0
+    published: int = 0
+    dropped: int = 0
+    gaps: Tuple[str, ...] = ()
+    files: Tuple[str, ...] = ()
+    mark: str = ''
+
+
+class TopicSnapshot(NamedTuple):
+    """A topic as the recorder sees it: rate in Hz, silence in s (None: no message so far)."""
+
+    name: str
+    type: str
+    publishers: int
+    messages: int
+    rate_hz: float
+    bytes: int
+    dropped: int
+    lost: int
+    silence_s: Optional[float]
+
+
+class RecorderSnapshot(NamedTuple):
+    """The recorder's state; ``phase`` is idle, starting, recording or stopping.
+
+    ``rate`` is in bytes per s, ``time_left_s`` None where it is not known. See RecorderState.msg.
+    """
+
+    phase: str
+    files: Tuple[str, ...] = ()
+    duration_s: float = 0.0
+    messages: int = 0
+    dropped: int = 0
+    lost: int = 0
+    bytes: int = 0
+    rate: float = 0.0
+    free_bytes: int = 0
+    time_left_s: Optional[float] = None
+    recent_s: float = 0.0
+    problems: Tuple[str, ...] = ()
+    topics: Tuple[TopicSnapshot, ...] = ()
+
+
+class DisplaySnapshot(NamedTuple):
+    """RViz's own verdict on a display: ``level`` 0 is good, 1 a warning, 2 an error."""
+
+    name: str
+    level: int
+    message: str

@@ -1,0 +1,84 @@
+"""Runs what takes time off the GUI thread, and hands the results back to it."""
+from __future__ import annotations
+
+import queue
+import threading
+from typing import Any, Callable, Dict, NamedTuple, Optional
+
+from PyQt5.QtCore import QObject, Qt, pyqtSignal
+
+OnResult = Callable[[Any], None]
+OnError = Callable[[Exception], None]
+
+
+class _Task(NamedTuple):
+    function: Callable[[], Any]
+    on_result: Optional[OnResult]
+    on_error: Optional[OnError]
+
+
+class _Outcome(NamedTuple):
+    task: _Task
+    result: Any
+    error: Optional[Exception]
+
+
+class Tasks(QObject):
+    """Lines of work by name, each with a thread of its own that lives as long as the program.
+
+    Tasks of one line run one after the other, in their order; what belongs together (all that
+    commands the player, say) goes into one line.
+    """
+
+    _ended = pyqtSignal(object)
+
+    def __init__(self, parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self._lines: Dict[str, 'queue.Queue[Optional[_Task]]'] = {}
+        self._threads: Dict[str, threading.Thread] = {}
+        self._ended.connect(self._deliver, Qt.QueuedConnection)
+
+    def run(self, line: str, function: Callable[[], Any], on_result: Optional[OnResult] = None,
+            on_error: Optional[OnError] = None) -> None:
+        """Run a function in a line; then one of the others is called, in the GUI thread.
+
+        An exception that ``on_error`` is not there to take is raised in the GUI thread.
+        """
+        if line not in self._lines:
+            self._begin(line)
+        self._lines[line].put(_Task(function, on_result, on_error))
+
+    def close(self, timeout_s: float = 5.0) -> None:
+        """End all lines after what they are doing; results that come later are not delivered."""
+        self._ended.disconnect(self._deliver)
+        for line in self._lines.values():
+            line.put(None)
+        for thread in self._threads.values():
+            thread.join(timeout_s)
+
+    def _begin(self, line: str) -> None:
+        tasks: 'queue.Queue[Optional[_Task]]' = queue.Queue()
+        thread = threading.Thread(target=self._work, args=[tasks], name=line, daemon=True)
+        self._lines[line], self._threads[line] = tasks, thread
+        thread.start()
+
+    def _work(self, tasks: 'queue.Queue[Optional[_Task]]') -> None:
+        while True:
+            task = tasks.get()
+            if task is None:
+                return
+            try:
+                outcome = _Outcome(task, task.function(), None)
+            except Exception as error:  # handed to the GUI thread, which tells the operator
+                outcome = _Outcome(task, None, error)
+            self._ended.emit(outcome)
+
+    def _deliver(self, outcome: _Outcome) -> None:
+        task, result, error = outcome
+        if error is None:
+            if task.on_result is not None:
+                task.on_result(result)
+        elif task.on_error is not None:
+            task.on_error(error)
+        else:
+            raise error
