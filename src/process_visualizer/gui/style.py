@@ -1,0 +1,60 @@
+"""How the launcher looks: one accent colour on a light, calm palette."""
+from __future__ import annotations
+
+from PyQt5.QtCore import Qt
+from PyQt5.QtGui import QColor, QFont, QPalette
+from PyQt5.QtWidgets import QApplication, QStyleFactory
+
+ACCENT = '#1f6f9f'
+TEXT = '#23292f'
+QUIET = '#66707a'  # text of less weight: units, hints, axes
+LINE = '#d3d8dd'  # borders and grids
+WINDOW = '#f3f5f6'
+GOOD = '#2e8b57'
+WARNING = '#b26a00'
+BAD = '#c0392b'
+
+_ROLES = {
+    QPalette.Window: WINDOW, QPalette.WindowText: TEXT, QPalette.Base: '#ffffff',
+    QPalette.AlternateBase: '#f7f8f9', QPalette.Text: TEXT, QPalette.Button: '#fafbfb',
+    QPalette.ButtonText: TEXT, QPalette.BrightText: '#ffffff', QPalette.Light: '#ffffff',
+    QPalette.Midlight: '#eceff1', QPalette.Mid: '#c3c9ce', QPalette.Dark: '#9aa3ab',
+    QPalette.Shadow: '#6b747c', QPalette.Highlight: ACCENT, QPalette.HighlightedText: '#ffffff',
+    QPalette.Link: ACCENT, QPalette.LinkVisited: ACCENT, QPalette.ToolTipBase: '#ffffff',
+    QPalette.ToolTipText: TEXT, QPalette.PlaceholderText: QUIET,
+}
+_DISABLED_ROLES = (QPalette.WindowText, QPalette.Text, QPalette.ButtonText)
+_DISABLED = '#a3abb2'
+_SHEET = f"""
+QGroupBox {{ border: 0; margin-top: 1.6em; padding: 0; font-weight: bold; }}
+QGroupBox::title {{ subcontrol-origin: margin; subcontrol-position: top left; padding: 0; }}
+QToolTip {{ border: 1px solid {LINE}; padding: 3px; }}
+"""
+
+
+def apply_style(app: QApplication) -> None:
+    """Give an application the launcher's style, palette and group boxes."""
+    app.setAttribute(Qt.AA_UseHighDpiPixmaps)
+    app.setStyle(QStyleFactory.create('Fusion'))
+    app.setPalette(palette())
+    app.setStyleSheet(_SHEET)
+
+
+def palette() -> QPalette:
+    """Return the launcher's colours."""
+    colours = QPalette()
+    for role, colour in _ROLES.items():
+        colours.setColor(role, QColor(colour))
+    for role in _DISABLED_ROLES:
+        colours.setColor(QPalette.Disabled, role, QColor(_DISABLED))
+    colours.setColor(QPalette.Disabled, QPalette.Highlight, QColor('#c3c9ce'))
+    return colours
+
+
+def tabular_font(font: QFont) -> QFont:
+    """Return a font of the same size whose digits are all equally wide, so that no time jumps."""
+    tabular = QFont(font)
+    tabular.setFamily('monospace')
+    tabular.setStyleHint(QFont.Monospace)
+    return tabular
+
