@@ -3,7 +3,9 @@
 #include <std_msgs/Float32MultiArray.h>
 
 #include <boost/make_shared.hpp>
+#include <cstddef>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace process_visualizer {
@@ -24,12 +26,20 @@ Type deserialized(const RawMessage& message) {
   return content;
 }
 
+/// How many elements stand before the first value: the layout's data_offset.
+std::ptrdiff_t padding(const std_msgs::Float32MultiArray& array) {
+  const std::size_t padding = array.layout.data_offset;
+  if (padding <= array.data.size()) return static_cast<std::ptrdiff_t>(padding);
+  throw std::invalid_argument("its data_offset " + std::to_string(padding) + " is behind its " +
+                              std::to_string(array.data.size()) + " elements");
+}
+
 }  // namespace
 
 JointPositions decodeJoints(const std::string& type, const RawMessage& message) {
   if (type == kArray) {
     const auto array = deserialized<std_msgs::Float32MultiArray>(message);
-    return {{}, {array.data.begin(), array.data.end()}};
+    return {{}, {array.data.begin() + padding(array), array.data.end()}};
   }
   if (type == kJointState) {
     auto state = deserialized<sensor_msgs::JointState>(message);

@@ -312,6 +312,15 @@ class RobotProcessorTest(unittest.TestCase):
                 self.assertEqual(len(state.position), 2)
                 self.assertTrue(np.isfinite(state.position).all())
 
+    def test_joint_arrays_without_their_padding(self) -> None:
+        joints = publisher('/r/q_act', Float32MultiArray)
+        padded = array(9.0, 0.3, 0.15)
+        padded.layout.data_offset = 1
+        with Listener('/r/joint_states', JointState) as states:
+            wait_until(lambda: any(it.position == (np.float32(0.3), np.float32(0.15))
+                                   for it in list(states.messages)), 'joint states',
+                       lambda: joints.publish(padded))
+
     def test_standard_messages(self) -> None:
         joints = publisher('/s/joints', JointState)
         pose, wrench = publisher('/s/pose', PoseStamped), publisher('/s/wrench', WrenchStamped)
