@@ -11,7 +11,8 @@ import rosbag
 import rospy
 from roslib.packages import find_node
 
-from process_visualizer.nodes.bag_recorder import BagRecorder, RecordingOptions
+from process_visualizer.bags.recording_options import RecordingOptions
+from process_visualizer.nodes.bag_recorder import BagRecorder
 
 _TICKS_PER_S = os.sysconf('SC_CLK_TCK')
 _TIMEOUT_S = 60.0

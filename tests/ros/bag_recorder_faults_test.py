@@ -24,10 +24,10 @@ from std_msgs.msg import String, UInt8MultiArray, UInt32
 
 from process_visualizer.bags.bag_errors import BagUnindexed
 from process_visualizer.bags.recording import Recording
+from process_visualizer.bags.recording_options import RecorderError, RecordingOptions
 from process_visualizer.bags.reindex import reindex
 from process_visualizer.bags.report import make_report
 from process_visualizer.msg import RecorderState
-from process_visualizer.nodes.bag_recorder import RecorderError, RecordingOptions
 
 
 class BagRecorderFaultsTest(unittest.TestCase):

@@ -26,9 +26,9 @@ from tf2_msgs.msg import TFMessage
 from process_visualizer.bags.marks import read_marks
 from process_visualizer.bags.recorder_topics import recorded_configuration
 from process_visualizer.bags.recording import Recording
+from process_visualizer.bags.recording_options import RecorderError, RecordingOptions
 from process_visualizer.bags.report import make_report
 from process_visualizer.msg import RecorderState
-from process_visualizer.nodes.bag_recorder import RecorderError, RecordingOptions
 
 
 class BagRecorderTest(unittest.TestCase):

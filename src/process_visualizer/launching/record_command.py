@@ -14,6 +14,11 @@ import rospy
 from roslib.packages import find_node
 
 from process_visualizer.bags.recording import Recording
+from process_visualizer.bags.recording_options import (
+    RecorderError,
+    RecorderUnreachable,
+    RecordingOptions,
+)
 from process_visualizer.bags.report import make_report
 from process_visualizer.bags.report_text import as_text
 from process_visualizer.cell.model import Cell, Device
@@ -21,12 +26,7 @@ from process_visualizer.cell.stored_configuration import configuration_text
 from process_visualizer.generate.launch_file import recorded_topics
 from process_visualizer.launching.roslaunch_process import dying_with_parent
 from process_visualizer.msg import RecorderState
-from process_visualizer.nodes.bag_recorder import (
-    BagRecorder,
-    RecorderError,
-    RecorderUnreachable,
-    RecordingOptions,
-)
+from process_visualizer.nodes.bag_recorder import BagRecorder
 
 _READY_TIMEOUT_S = 10.0
 

@@ -2,52 +2,30 @@
 from __future__ import annotations
 
 import threading
-from dataclasses import dataclass
-from typing import Any, Callable, List, Optional, Tuple
+from typing import Any, Callable, List, Optional
 
 import rosgraph
 import rospy
 from std_srvs.srv import Trigger
 
+from process_visualizer.bags.recording_options import (
+    RecorderError,
+    RecorderUnreachable,
+    RecordingOptions,
+)
 from process_visualizer.msg import RecorderState
 from process_visualizer.srv import Mark, StartRecording, StartRecordingRequest
 
 _NODE = '/bag_recorder'
 
 
-class RecorderError(Exception):
-    """What the recorder refused or could not do; the text says why, and what to do."""
-
-
-class RecorderUnreachable(RecorderError):
-    """The recorder, or the master that knows its address, is not there."""
-
-
-@dataclass(frozen=True)
-class RecordingOptions:
-    """How a recording is made; what is left out keeps the recorder's parameters.
-
-    The bag is called ``NAME.bag``, without a name ``PREFIX_DATE.bag`` or ``DATE.bag`` (local date
-    and time). ``recent_s`` begins it with the last seconds that the recorder has in memory.
-    """
-
-    topics: Tuple[str, ...] = ()
-    folder: str = ''
-    prefix: str = ''
-    name: str = ''
-    compression: str = 'none'
-    split_bytes: int = 0
-    split_duration_s: float = 0.0
-    configuration: str = ''
-    recent_s: float = 0.0
-
-    def request(self) -> StartRecordingRequest:
-        """Return them as the service's request."""
-        return StartRecordingRequest(
-            topics=list(self.topics), folder=self.folder, prefix=self.prefix, name=self.name,
-            compression=self.compression, split_bytes=self.split_bytes,
-            split_duration=self.split_duration_s, configuration=self.configuration,
-            recent=self.recent_s)
+def request_of(options: RecordingOptions) -> StartRecordingRequest:
+    """Return the options as the service's request."""
+    return StartRecordingRequest(
+        topics=list(options.topics), folder=options.folder, prefix=options.prefix,
+        name=options.name, compression=options.compression, split_bytes=options.split_bytes,
+        split_duration=options.split_duration_s, configuration=options.configuration,
+        recent=options.recent_s)
 
 
 class BagRecorder:
@@ -100,7 +78,7 @@ class BagRecorder:
         Raises:
             RecorderError: nothing is recorded.
         """
-        return str(self._call('start', StartRecording, options.request()).path)
+        return str(self._call('start', StartRecording, request_of(options)).path)
 
     def save_recent(self, options: RecordingOptions) -> str:
         """Write what is in memory (or its last ``recent_s``) into a bag; return its path.
@@ -108,7 +86,7 @@ class BagRecorder:
         Raises:
             RecorderError: it is not written.
         """
-        return str(self._call('save_recent', StartRecording, options.request()).path)
+        return str(self._call('save_recent', StartRecording, request_of(options)).path)
 
     def stop(self) -> List[str]:
         """Stop; return the paths of the bags when everything is written.

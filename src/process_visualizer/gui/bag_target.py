@@ -1,0 +1,93 @@
+"""Where a recording would be written to, and what is in its way."""
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+from typing import NamedTuple, Optional
+
+LEAST_FREE_BYTES = 1 << 30
+"""The recorder starts nothing below this (its parameter ~minimum_free_megabytes)."""
+
+
+class BagTarget(NamedTuple):
+    """What a look at the disk told; ``problem`` says what is wrong and what to do, or ''.
+
+    ``free_bytes`` is None where the disk cannot be read; ``free_name`` is a name like the given
+    one that no file has yet.
+    """
+
+    problem: str = ''
+    free_bytes: Optional[int] = None
+    free_name: str = ''
+
+
+def look_at(folder: str, name: str = '') -> BagTarget:
+    """Look whether a bag can be recorded into the folder (a whole path); touches the disk.
+
+    ``name`` is the operator's, '' where the recorder makes one of date and time.
+    """
+    existing = _existing_parent(Path(folder))
+    free_bytes = _free_bytes(existing)
+    problem = _folder_problem(Path(folder), existing, free_bytes) or _name_problem(name)
+    if problem or not is_taken(folder, name):
+        return BagTarget(problem, free_bytes)
+    free_name = _free_name(folder, stem_of(name))
+    return BagTarget(f'{stem_of(name)}.bag exists already and is not overwritten; '
+                     f'choose another name, such as {free_name}', free_bytes, free_name)
+
+
+def stem_of(name: str) -> str:
+    """The name without the ending .bag, as the recorder uses it."""
+    return name[:-4] if name.endswith('.bag') and len(name) > 4 else name
+
+
+def is_taken(folder: str, name: str) -> bool:
+    """Whether a bag of that name is there: finished, in the making, or in parts."""
+    stem = os.path.join(folder, stem_of(name))
+    return bool(name) and any(os.path.lexists(f'{stem}{part}.bag{ending}')
+                              for part in ('', '_0') for ending in ('', '.active'))
+
+
+def _free_name(folder: str, stem: str) -> str:
+    number = 2
+    while is_taken(folder, f'{stem}-{number}'):
+        number += 1
+    return f'{stem}-{number}'
+
+
+def _existing_parent(folder: Path) -> Path:
+    while not os.path.lexists(folder) and folder != folder.parent:
+        folder = folder.parent
+    return folder
+
+
+def _free_bytes(folder: Path) -> Optional[int]:
+    try:
+        return shutil.disk_usage(folder).free
+    except OSError:
+        return None
+
+
+def _folder_problem(folder: Path, existing: Path, free_bytes: Optional[int]) -> str:
+    if not folder.is_absolute():
+        return f'"{folder}" is no whole path; choose a folder'
+    if not existing.is_dir():
+        return f'{existing} is no folder; choose another'
+    if not os.access(existing, os.W_OK | os.X_OK):
+        return (f'you may not write into {existing}; choose another folder, or let its owner '
+                'give you the permission')
+    if free_bytes is not None and free_bytes < LEAST_FREE_BYTES:
+        return (f'the disk of {folder} is full: {free_bytes >> 20} MB are left, a recording needs '
+                f'{LEAST_FREE_BYTES >> 20} MB; delete old recordings or choose another disk')
+    return ''
+
+
+def _name_problem(name: str) -> str:
+    if '/' in name:
+        return f'the name "{name}" has a slash in it; the folder is chosen above it'
+    if name.startswith('.'):
+        return f'the name "{name}" begins with a dot; choose another'
+    if not name.isprintable():
+        return 'the name has a character that cannot be printed; choose another'
+    return ''

@@ -1,0 +1,378 @@
+"""Recording: what the recorder does, and the commands to it."""
+from __future__ import annotations
+
+import time
+from enum import Enum
+from typing import Any, Callable, List, NamedTuple, Optional, Protocol, Tuple
+
+from PyQt5.QtCore import QObject, QTimer, pyqtSignal
+
+from process_visualizer.bags.recording_options import (
+    RecorderError,
+    RecorderUnreachable,
+    RecordingOptions,
+)
+from process_visualizer.gui.bag_target import LEAST_FREE_BYTES, look_at
+from process_visualizer.gui.models.recording_choices import RecordingChoices
+from process_visualizer.gui.models.recording_clock import RecordingClock
+from process_visualizer.gui.snapshots import RecorderSnapshot
+from process_visualizer.gui.tasks import Tasks
+
+RECENT_S = 30.0
+"""What the recorder keeps in memory (its parameter ~recent_duration)."""
+_LINE = 'recorder'
+_SILENCE_MS = 3000
+_LOOK_PERIOD_S = 5.0
+_LOW_DISK_S = 300.0
+_LATE_S = 2.0
+"""How long after a command's answer a state may still come that was sent before it."""
+
+
+class RecorderClient(Protocol):
+    """The methods of ``nodes.bag_recorder.BagRecorder`` that are used; each waits for an answer."""
+
+    def start(self, options: RecordingOptions) -> str:
+        """Start; return the path."""
+
+    def stop(self) -> List[str]:
+        """Stop; return the paths."""
+
+    def mark(self, label: str) -> None:
+        """Write a labelled moment."""
+
+    def save_recent(self, options: RecordingOptions) -> str:
+        """Write the memory; return the path."""
+
+
+class Phase(Enum):
+    """What the recorder does. OFF: none was launched; WAITING: it was; GONE: it fell silent."""
+
+    OFF = 'off'
+    WAITING = 'waiting'
+    IDLE = 'idle'
+    STARTING = 'starting'
+    RECORDING = 'recording'
+    STOPPING = 'stopping'
+    GONE = 'gone'
+
+
+class FinishedBag(NamedTuple):
+    """What was recorded or saved last: its files, and what the recorder found wrong meanwhile."""
+
+    files: Tuple[str, ...]
+    problems: Tuple[str, ...] = ()
+
+
+class RecordingModel(QObject):
+    """Records what the choices say; commands return at once, what becomes of them is signalled."""
+
+    changed = pyqtSignal()
+    failed = pyqtSignal(str)
+    finished = pyqtSignal(str)
+    """A bag is complete; its path (of a recording in parts, that of the first)."""
+
+    def __init__(self, tasks: Tasks, client: RecorderClient, parent: Optional[QObject] = None,
+                 now_s: Callable[[], float] = time.monotonic) -> None:
+        super().__init__(parent)
+        self._tasks, self._client, self._now_s = tasks, client, now_s
+        self.choices = RecordingChoices(tasks, self)
+        self.choices.changed.connect(self.changed)
+        self._clock = RecordingClock(now_s)
+        self._looked_s = self._answered_s = now_s()
+        self._snapshot = RecorderSnapshot('idle')
+        self._phase = Phase.OFF
+        self._is_asked = False  # and has not answered yet
+        self._path = ''  # of the recording that is being made
+        self._finished: Optional[FinishedBag] = None
+        self._error = ''
+        self._marks: List[Tuple[float, str]] = []
+        self._silence = QTimer(self)
+        self._silence.setSingleShot(True)
+        self._silence.setInterval(_SILENCE_MS)
+        self._silence.timeout.connect(self._recorder_is_silent)
+
+    # What the operator sees
+
+    @property
+    def phase(self) -> Phase:
+        """What the recorder does."""
+        return self._phase
+
+    @property
+    def is_recording(self) -> bool:
+        """Whether a recording is being made (then the window may not just be closed)."""
+        return self._phase in (Phase.STARTING, Phase.RECORDING, Phase.STOPPING)
+
+    @property
+    def path(self) -> str:
+        """The file that is being recorded, or ''."""
+        return self._path
+
+    @property
+    def snapshot(self) -> RecorderSnapshot:
+        """The figures of the recording or, after its end, of the last one."""
+        return self._snapshot
+
+    @property
+    def finished_bag(self) -> Optional[FinishedBag]:
+        """What was recorded or saved last, until the next command or ``dismiss``."""
+        return self._finished
+
+    @property
+    def error(self) -> str:
+        """What failed last, until the next command or ``dismiss``."""
+        return self._error
+
+    @property
+    def marks(self) -> List[Tuple[float, str]]:
+        """The marks of this recording: elapsed time [s] and label."""
+        return list(self._marks)
+
+    @property
+    def next_label(self) -> str:
+        """The label of the next mark, if the operator gives none."""
+        return f'mark {len(self._marks) + 1}'
+
+    @property
+    def elapsed_s(self) -> float:
+        """The time since the recording began, or how long the last one was; for a clock."""
+        return self._clock.elapsed_s()
+
+    @property
+    def free_bytes(self) -> Optional[int]:
+        """The room on the disk, None where it is not known."""
+        if self._phase is Phase.RECORDING and self._snapshot.free_bytes:
+            return self._snapshot.free_bytes
+        return self.choices.free_bytes
+
+    @property
+    def time_left_s(self) -> Optional[float]:
+        """How long can be recorded at the present rate until the disk is full, if it is known."""
+        if self._phase is Phase.RECORDING:
+            return self._snapshot.time_left_s
+        if self.free_bytes is None or self._snapshot.rate <= 0:
+            return None
+        return max(0, self.free_bytes - LEAST_FREE_BYTES) / self._snapshot.rate
+
+    @property
+    def is_disk_low(self) -> bool:
+        """Whether the disk is full in less than five minutes."""
+        return self.time_left_s is not None and self.time_left_s < _LOW_DISK_S
+
+    @property
+    def recent_s(self) -> float:
+        """How much of the past can be saved now, at most the last 30 s."""
+        return min(self._snapshot.recent_s, RECENT_S) if self._phase is Phase.IDLE else 0.0
+
+    # What the run and the recorder say
+
+    def set_running(self, is_running: bool) -> None:
+        """Tell that a recorder has been launched, or that it has ended with its run."""
+        self._silence.stop()
+        self._snapshot, self._path, self._is_asked = RecorderSnapshot('idle'), '', False
+        self._clock.take(0.0, False)
+        self.choices.take_topics(())
+        self.choices.look()
+        self._enter(Phase.WAITING if is_running else Phase.OFF)
+
+    def take_state(self, snapshot: RecorderSnapshot) -> None:
+        """Take what the recorder says; in the GUI thread."""
+        if self._phase is Phase.OFF:
+            return
+        self._silence.start()
+        if not self._is_late(snapshot):
+            self._snapshot = snapshot
+            self.choices.take_topics(snapshot.topics)
+            self._follow(Phase(snapshot.phase))
+        if self._now_s() - self._looked_s >= _LOOK_PERIOD_S:
+            self._looked_s = self._now_s()
+            self.choices.look()
+        self.changed.emit()
+
+    # Commands
+
+    def toggle(self) -> None:
+        """Start, or stop."""
+        if self._phase is Phase.RECORDING:
+            self.stop()
+        else:
+            self.start()
+
+    def start(self) -> None:
+        """Start a recording with the chosen options; ``phase`` and ``failed`` tell the rest."""
+        options = self.choices.options()
+        problem = self._problem_before(options)
+        if problem:
+            self._fail(problem)
+        elif self._phase is Phase.IDLE:
+            self._forget()
+            self._ask(Phase.STARTING)
+            self._run(lambda: _checked(self._client.start, options), self._started)
+
+    def stop(self) -> None:
+        """Stop; ``finished`` tells when everything is written."""
+        if self._phase is Phase.RECORDING:
+            self._clock.take(self.elapsed_s, False)
+            self._ask(Phase.STOPPING)
+            self._tasks.run(_LINE, self._client.stop, self._ended, self._not_stopped)
+
+    def save_recent(self) -> None:
+        """Write what is in memory (the last 30 s) into a bag of its own."""
+        if self.recent_s > 0:
+            options = self.choices.options_to_save(self.recent_s)
+            self._forget()
+            self._ask(Phase.STOPPING)
+            self._run(lambda: [_checked(self._client.save_recent, options)], self._ended)
+
+    def mark(self, label: str = '') -> None:
+        """Write a labelled moment, now, into the recording; without a label it gets a number."""
+        if self._phase is Phase.RECORDING:
+            entry = (self.elapsed_s, label.strip() or self.next_label)
+            self._marks.append(entry)
+            self._tasks.run(_LINE, lambda: self._client.mark(entry[1]), None,
+                            lambda error: self._mark_failed(entry, error))
+            self.changed.emit()
+
+    def dismiss(self) -> None:
+        """The operator has seen the finished bag or the error."""
+        self._error, self._finished = '', None
+        self.changed.emit()
+
+    # How commands end
+
+    def _run(self, command: Callable[[], Any], on_result: Callable[[Any], None]) -> None:
+        """Run a command after whose failure the recorder is idle as before."""
+        def on_error(error: Exception) -> None:
+            self._answer(Phase.IDLE)
+            self._fail(_advice(error, ''))
+
+        self._tasks.run(_LINE, command, on_result, on_error)
+
+    def _not_stopped(self, error: Exception) -> None:
+        """Where the recorder answers that it cannot stop as it should, it has ended already."""
+        message = _advice(error, self._path)
+        if isinstance(error, RecorderUnreachable):
+            self._answer(Phase.RECORDING)
+        else:
+            self._ended(list(self._snapshot.files))
+        self._fail(message)
+
+    def _started(self, path: str) -> None:
+        if self._phase is Phase.OFF:
+            return  # ended meanwhile, and its file is finished
+        self._path = path
+        self._clock.restart()
+        self._snapshot = self._snapshot._replace(phase='recording', files=(path,), problems=(),
+                                                 messages=0, bytes=0, dropped=0, lost=0)
+        self._answer(Phase.RECORDING)
+
+    def _ended(self, files: List[str]) -> None:
+        self._path = ''
+        self._finished = FinishedBag(tuple(files), self._snapshot.problems)
+        self.choices.look()
+        self._answer(Phase.IDLE)
+        if files:
+            self.finished.emit(files[0])
+
+    def _mark_failed(self, entry: Tuple[float, str], error: Exception) -> None:
+        if entry in self._marks:
+            self._marks.remove(entry)
+        self._fail(f'{entry[1]} was not written: {_advice(error, self._path)}')
+
+    # How states change the phase
+
+    def _is_late(self, snapshot: RecorderSnapshot) -> bool:
+        """Whether it was sent before the answer to the last command, which came faster."""
+        if self._now_s() - self._answered_s > _LATE_S:
+            return False
+        if self._path:
+            return self._path not in snapshot.files
+        return (self._finished is not None and snapshot.phase != 'idle'
+                and snapshot.files == self._finished.files)
+
+    def _follow(self, told: Phase) -> None:
+        """Take the phase that the recorder tells, but while a command waits for its answer."""
+        before, path = self._phase, self._path
+        if not self._is_asked:
+            self._phase = told
+        if self._phase is Phase.RECORDING:
+            self._path = self._snapshot.files[0] if self._snapshot.files else path
+        if self._phase is Phase.RECORDING and before in (Phase.IDLE, Phase.WAITING):
+            self._clock.restart()  # somebody else has started it
+        self._clock.take(self._snapshot.duration_s, self._phase is Phase.RECORDING)
+        if path and self._phase is Phase.IDLE:
+            self._ended_by_itself(path)
+
+    def _ended_by_itself(self, path: str) -> None:
+        if path not in self._snapshot.files:
+            self._path = ''
+            self._fail(f'the recorder was started anew while it recorded. {_repair(path)}')
+            return
+        self._ended(list(self._snapshot.files))
+        if self._snapshot.problems:
+            self._fail(f'the recording has ended by itself: {self._snapshot.problems[-1]}')
+
+    def _recorder_is_silent(self) -> None:
+        path, self._path = self._path, ''
+        self._enter(Phase.GONE)
+        if path:
+            self._fail(f'the recorder does not answer any more. {_repair(path)}. Quit all nodes '
+                       'and launch again to go on')
+
+    # Small things
+
+    def _problem_before(self, options: RecordingOptions) -> str:
+        if self._phase in (Phase.STARTING, Phase.RECORDING, Phase.STOPPING):
+            return ''
+        if self._phase in (Phase.OFF, Phase.WAITING):
+            return 'nothing to record with: launch the devices in real-time mode first'
+        if self._phase is Phase.GONE:
+            return 'the recorder does not answer; quit all nodes and launch again'
+        if not options.topics:
+            return 'no topic is ticked; open the list of topics and tick what is to be recorded'
+        return self.choices.problem
+
+    def _forget(self) -> None:
+        self._error, self._finished = '', None
+        self._marks.clear()
+
+    def _fail(self, message: str) -> None:
+        self._error = message
+        self.changed.emit()
+        self.failed.emit(message)
+
+    def _ask(self, phase: Phase) -> None:
+        self._is_asked = True
+        self._enter(phase)
+
+    def _answer(self, phase: Phase) -> None:
+        self._is_asked, self._answered_s = False, self._now_s()
+        self._enter(Phase.OFF if self._phase is Phase.OFF else phase)
+
+    def _enter(self, phase: Phase) -> None:
+        self._phase = phase
+        self.changed.emit()
+
+
+def _checked(command: Callable[[RecordingOptions], str], options: RecordingOptions) -> str:
+    """Run the command if nothing on the disk is in its way; off the GUI thread."""
+    problem = look_at(options.folder, options.name).problem
+    if problem:
+        raise RecorderError(problem)
+    return command(options)
+
+
+def _repair(path: str) -> str:
+    """What can be done for a file that the recorder has not finished."""
+    return (f'What it wrote is in {path}.active; "rosrun process_visualizer cell reindex '
+            f'{path}.active" makes a bag of it')
+
+
+def _advice(error: Exception, path: str) -> str:
+    """What the operator is told; an error that nobody expects is raised again."""
+    if isinstance(error, RecorderUnreachable):
+        going_on = f'{path} is still being recorded: ' if path else ''
+        return f'{error}. {going_on}"Quit all nodes" ends the recorder, and finishes its file'
+    if isinstance(error, (RecorderError, OSError)):
+        return str(error)
+    raise error

@@ -1,0 +1,1 @@
+"""What the operator sees: widgets that show a model and call its methods."""

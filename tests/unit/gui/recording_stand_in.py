@@ -1,0 +1,68 @@
+"""A recorder that the tests command, devices, and the states that it would tell."""
+from __future__ import annotations
+
+import threading
+from typing import Any, Callable, List, Optional
+
+from process_visualizer.bags.recording_options import RecordingOptions
+from process_visualizer.cell.errors import Location
+from process_visualizer.cell.model import Device, DeviceType, Topic
+from process_visualizer.gui.snapshots import RecorderSnapshot, TopicSnapshot
+
+HERE = Location('cell.xml', 1)
+BAG = '/bags/seam.bag'
+
+
+def topic(name: str, record: bool = True) -> Topic:
+    return Topic(name, None, None, record, HERE)
+
+
+def devices() -> List[Device]:
+    return [Device(DeviceType.ROBOT, 'robot', HERE,
+                   topics=(topic('/robot/q_act'), topic('/robot/tcf'))),
+            Device(DeviceType.DEPTH_SENSOR, 'kinect', HERE,
+                   topics=(topic('/kinect/image'), topic('/kinect/points', False)))]
+
+
+def seen(name: str, rate_hz: float = 125.0, silence_s: Optional[float] = 0.01,
+         publishers: int = 1, messages: int = 1000) -> TopicSnapshot:
+    return TopicSnapshot(name, 'std_msgs/Float32MultiArray', publishers, messages, rate_hz,
+                         messages * 60, 0, 0, silence_s)
+
+
+def told(phase: str = 'idle', **values: Any) -> RecorderSnapshot:
+    topics = (seen('/robot/q_act'), seen('/robot/tcf'), seen('/kinect/image', 30.0))
+    return RecorderSnapshot(phase, **{'rate': 20e6, 'recent_s': 30.0, 'topics': topics, **values})
+
+
+class StandInRecorder:
+    """Answers as told; while ``gate`` is not set every command waits."""
+
+    def __init__(self) -> None:
+        self.gate = threading.Event()
+        self.gate.set()
+        self.error: Optional[Exception] = None
+        self.path = BAG
+        self.options: Optional[RecordingOptions] = None
+        self.commands: List[str] = []
+
+    def start(self, options: RecordingOptions) -> str:
+        self.options = options
+        return str(self._do('start', lambda: self.path))
+
+    def save_recent(self, options: RecordingOptions) -> str:
+        self.options = options
+        return str(self._do('save_recent', lambda: self.path))
+
+    def stop(self) -> List[str]:
+        return list(self._do('stop', lambda: [self.path]))
+
+    def mark(self, label: str) -> None:
+        self._do(f'mark {label}', lambda: None)
+
+    def _do(self, command: str, answer: Callable[[], Any]) -> Any:
+        assert self.gate.wait(10)
+        self.commands.append(command)
+        if self.error is not None:
+            raise self.error
+        return answer()

@@ -1,0 +1,47 @@
+"""What is in the way of a recording on the disk."""
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from process_visualizer.gui import bag_target
+from process_visualizer.gui.bag_target import look_at
+
+
+def test_a_folder_that_is_there_or_can_be_made(tmp_path: Path):
+    for folder in (tmp_path, tmp_path / 'new' / 'er'):
+        target = look_at(str(folder), 'seam')
+        assert target.problem == '' and target.free_bytes and target.free_bytes > 0
+    assert not (tmp_path / 'new').exists()
+
+
+@pytest.mark.parametrize('file', ['seam.bag', 'seam.bag.active', 'seam_0.bag'])
+def test_a_name_that_is_taken(tmp_path: Path, file: str):
+    (tmp_path / file).touch()
+    (tmp_path / 'seam-2.bag').touch()
+    for name in ('seam', 'seam.bag'):
+        target = look_at(str(tmp_path), name)
+        assert 'seam.bag exists already' in target.problem and target.free_name == 'seam-3'
+
+
+@pytest.mark.parametrize('name, part', [('a/b', 'slash'), ('.a', 'dot'), ('a\tb', 'printed')])
+def test_names_that_are_none(tmp_path: Path, name: str, part: str):
+    assert part in look_at(str(tmp_path), name).problem
+
+
+def test_folders_that_are_none(tmp_path: Path):
+    (tmp_path / 'file').touch()
+    assert f'{tmp_path / "file"} is no folder' in look_at(str(tmp_path / 'file' / 'x')).problem
+    assert 'no whole path' in look_at('bags').problem
+
+
+def test_a_folder_without_permission(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(os, 'access', lambda path, mode: False)  # root may write everywhere
+    assert f'you may not write into {tmp_path}' in look_at(str(tmp_path / 'new')).problem
+
+
+def test_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(bag_target, 'LEAST_FREE_BYTES', 1 << 60)
+    assert 'is full' in look_at(str(tmp_path)).problem

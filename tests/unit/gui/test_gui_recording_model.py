@@ -1,0 +1,313 @@
+"""The recording model with a stand-in for the recorder: phases, figures, faults."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Iterator, List
+
+import pytest
+from recording_stand_in import StandInRecorder, devices, told
+
+from process_visualizer.bags.recording_options import RecorderError, RecorderUnreachable
+from process_visualizer.gui.models.recording_choices import NameChoice
+from process_visualizer.gui.models.recording_model import Phase, RecordingModel
+from process_visualizer.gui.tasks import Tasks
+
+
+class Clock:
+    """A clock that the test moves."""
+
+    def __init__(self) -> None:
+        self.now_s = 100.0
+
+    def __call__(self) -> float:
+        return self.now_s
+
+
+@pytest.fixture
+def clock() -> Clock:
+    return Clock()
+
+
+@pytest.fixture
+def client(tmp_path: Path) -> StandInRecorder:
+    recorder = StandInRecorder()
+    recorder.path = str(tmp_path / 'seam.bag')
+    return recorder
+
+
+@pytest.fixture
+def tasks(qtbot: object) -> Iterator[Tasks]:
+    lines = Tasks()
+    yield lines
+    lines.close()
+
+
+@pytest.fixture
+def model(tasks: Tasks, client: StandInRecorder, clock: Clock, tmp_path: Path) -> RecordingModel:
+    recording = RecordingModel(tasks, client, now_s=clock)
+    recording.choices.set_folder(str(tmp_path))
+    recording.choices.set_devices(devices())
+    recording.set_running(True)
+    recording.take_state(told())
+    recording.messages = messages = []  # type: ignore[attr-defined]
+    recording.failed.connect(messages.append)
+    return recording
+
+
+@pytest.fixture
+def recording(model: RecordingModel, client: StandInRecorder, qtbot) -> RecordingModel:
+    model.start()
+    qtbot.waitUntil(lambda: model.phase is Phase.RECORDING)
+    model.take_state(told('recording', files=(client.path,), duration_s=1.0, time_left_s=4000.0,
+                          free_bytes=10 ** 11))
+    return model
+
+
+def messages_of(model: RecordingModel) -> List[str]:
+    return list(model.messages)  # type: ignore[attr-defined]
+
+
+def test_a_recording_from_start_to_end(model, client, qtbot):
+    client.gate.clear()
+    model.start()
+    assert model.phase is Phase.STARTING and model.is_recording
+    model.take_state(told('idle'))  # told before the recorder took the command
+    assert model.phase is Phase.STARTING
+    client.gate.set()
+    qtbot.waitUntil(lambda: model.phase is Phase.RECORDING)
+    assert model.path == client.path
+    client.gate.clear()
+    model.stop()
+    assert model.phase is Phase.STOPPING
+    model.take_state(told('idle', files=(client.path,), duration_s=2.0, problems=('p',)))
+    with qtbot.waitSignal(model.finished) as signal:
+        client.gate.set()
+    assert signal.args == [client.path]
+    assert model.phase is Phase.IDLE and not model.is_recording
+    assert model.finished_bag.files == (client.path,) and model.finished_bag.problems == ('p',)
+    assert client.commands == ['start', 'stop'] and messages_of(model) == []
+
+
+def test_the_finished_bag_is_told_once(recording, client, qtbot):
+    paths: List[str] = []
+    recording.finished.connect(paths.append)
+    recording.stop()
+    qtbot.waitUntil(lambda: recording.phase is Phase.IDLE)
+    recording.take_state(told('stopping', files=(client.path,)))  # sent before the answer
+    recording.take_state(told('idle', files=(client.path,)))
+    assert recording.phase is Phase.IDLE and paths == [client.path]
+
+
+def test_a_state_from_before_the_answer_does_not_end_a_recording(model, client, qtbot):
+    model.start()
+    qtbot.waitUntil(lambda: model.phase is Phase.RECORDING)
+    model.take_state(told('idle', files=('/bags/earlier.bag',)))
+    assert model.phase is Phase.RECORDING and model.finished_bag is None
+
+
+def test_the_topics_that_are_ticked_are_recorded(model, client, qtbot):
+    model.choices.tick('/robot/tcf', False)
+    model.choices.tick('/kinect/points', True)
+    model.start()
+    qtbot.waitUntil(lambda: model.phase is Phase.RECORDING)
+    assert client.options.topics == ('/robot/q_act', '/kinect/image', '/kinect/points')
+
+
+def test_without_a_topic_nothing_is_started(model, client):
+    for row in model.choices.topics:
+        model.choices.tick(row.name, False)
+    model.start()
+    assert 'tick' in messages_of(model)[0] and model.phase is Phase.IDLE and not client.commands
+
+
+@pytest.mark.parametrize('choice, prefix, name', [
+    (NameChoice.DATE, '', ''), (NameChoice.PREFIX, 'run', ''), (NameChoice.NAME, '', 'seam')])
+def test_the_name(model, client, qtbot, choice, prefix, name):
+    model.choices.set_prefix('run')
+    model.choices.set_name('seam.bag')
+    model.choices.choose_name(choice)
+    model.start()
+    qtbot.waitUntil(lambda: model.phase is Phase.RECORDING)
+    assert (client.options.prefix, client.options.name) == (prefix, name)
+
+
+def test_an_existing_file_is_told_before_and_at_the_start(model, client, tmp_path, qtbot):
+    model.choices.choose_name(NameChoice.NAME)
+    model.choices.set_name('seam')
+    model.start()  # before the look at the disk has answered
+    qtbot.waitUntil(lambda: model.phase is Phase.RECORDING)
+    model.stop()
+    Path(client.path).touch()
+    qtbot.waitUntil(lambda: model.phase is Phase.IDLE)
+    model.choices.set_name('seam')
+    qtbot.waitUntil(lambda: 'exists already' in model.choices.problem)
+    assert model.choices.free_name == 'seam-2'
+    model.start()
+    assert 'seam.bag exists already' in messages_of(model)[0] and model.phase is Phase.IDLE
+    assert client.commands == ['start', 'stop']
+
+
+def test_a_file_that_appeared_meanwhile_is_not_overwritten(model, client, qtbot):
+    model.choices.choose_name(NameChoice.NAME)
+    model.choices.set_name('seam')
+    qtbot.waitUntil(lambda: model.choices.free_bytes is not None)
+    Path(client.path).touch()
+    with qtbot.waitSignal(model.failed) as signal:
+        model.start()
+    assert 'exists already' in signal.args[0] and client.commands == []
+    assert model.phase is Phase.IDLE
+
+
+def test_a_name_has_to_be_given(model):
+    model.choices.choose_name(NameChoice.NAME)
+    model.start()
+    assert 'write a name' in messages_of(model)[0]
+
+
+def test_the_clock_goes_on_between_states_and_never_back(recording, clock):
+    clock.now_s += 0.4
+    assert recording.elapsed_s == pytest.approx(1.4)
+    recording.take_state(told('recording', files=(recording.path,), duration_s=1.35))
+    assert recording.elapsed_s == pytest.approx(1.4)
+    clock.now_s += 60.0  # the recorder says nothing any more
+    assert recording.elapsed_s < 5.0
+
+
+def test_marks_have_numbers_or_labels(recording, client, qtbot):
+    recording.mark()
+    recording.mark('the seam tears')
+    assert [label for _, label in recording.marks] == ['mark 1', 'the seam tears']
+    assert recording.next_label == 'mark 3'
+    qtbot.waitUntil(lambda: client.commands[1:] == ['mark mark 1', 'mark the seam tears'])
+
+
+def test_a_mark_that_fails_is_told_and_not_counted(recording, client, qtbot):
+    client.error = RecorderUnreachable('no answer')
+    with qtbot.waitSignal(recording.failed) as signal:
+        recording.mark()
+    assert 'mark 1 was not written' in signal.args[0] and recording.marks == []
+
+
+def test_there_are_no_marks_without_a_recording(model, client):
+    model.mark()
+    assert model.marks == [] and client.commands == []
+
+
+def test_saving_the_last_seconds(model, client, qtbot):
+    model.choices.choose_name(NameChoice.NAME)
+    model.choices.set_name('seam')
+    with qtbot.waitSignal(model.finished) as signal:
+        model.save_recent()
+        model.take_state(told('stopping', files=(client.path,)))
+        assert model.phase is Phase.STOPPING and model.path == ''
+    assert signal.args == [client.path]
+    assert client.options.recent_s == 30.0
+    assert (client.options.prefix, client.options.name) == ('seam', '')
+
+
+def test_nothing_to_save(model, client):
+    model.take_state(told(recent_s=0.0))
+    model.save_recent()
+    assert model.phase is Phase.IDLE and client.commands == []
+
+
+def test_low_disk(recording):
+    assert not recording.is_disk_low
+    recording.take_state(told('recording', files=(recording.path,), time_left_s=200.0,
+                              free_bytes=5 * 10 ** 9))
+    assert recording.is_disk_low and recording.free_bytes == 5 * 10 ** 9
+
+
+def test_the_time_left_is_known_before_the_start(model, qtbot):
+    qtbot.waitUntil(lambda: model.choices.free_bytes is not None)
+    free = model.choices.free_bytes
+    assert model.time_left_s == pytest.approx((free - (1 << 30)) / 20e6)
+
+
+def test_a_refusal_is_told_and_leaves_the_recorder_idle(model, client, qtbot):
+    client.error = RecorderError('not recording, because /robot/q_act does not send')
+    with qtbot.waitSignal(model.failed) as signal:
+        model.start()
+    assert signal.args == ['not recording, because /robot/q_act does not send']
+    assert model.phase is Phase.IDLE and model.error == signal.args[0]
+    client.error = None
+    model.start()
+    assert model.error == ''
+    qtbot.waitUntil(lambda: model.phase is Phase.RECORDING)
+
+
+def test_the_disk_is_full_while_recording(recording, client, qtbot):
+    with qtbot.waitSignals([recording.finished, recording.failed]):
+        recording.take_state(told('idle', files=(client.path,), problems=('the disk is full',)))
+    assert messages_of(recording) == ['the recording has ended by itself: the disk is full']
+    assert recording.phase is Phase.IDLE and recording.finished_bag.files == (client.path,)
+
+
+def test_a_stop_that_could_not_write_everything(recording, client, qtbot):
+    client.error = RecorderError('the disk is full')
+    with qtbot.waitSignals([recording.finished, recording.failed]):
+        recording.stop()
+    assert recording.phase is Phase.IDLE and messages_of(recording) == ['the disk is full']
+
+
+def test_a_master_that_is_gone_does_not_end_the_recording(recording, client, qtbot):
+    client.error = RecorderUnreachable('/bag_recorder does not answer')
+    with qtbot.waitSignal(recording.failed) as signal:
+        recording.stop()
+    assert f'{client.path} is still being recorded' in signal.args[0]
+    assert recording.phase is Phase.RECORDING
+
+
+def test_a_recorder_that_falls_silent(recording, client, qtbot):
+    recording._silence.setInterval(1)
+    with qtbot.waitSignal(recording.failed) as signal:
+        recording.take_state(told('recording', files=(client.path,)))
+    assert recording.phase is Phase.GONE and f'cell reindex {client.path}.active' in signal.args[0]
+    recording.take_state(told('recording', files=(client.path,)))  # it was only slow
+    assert recording.phase is Phase.RECORDING and recording.path == client.path
+
+
+def test_a_recorder_that_was_started_anew(recording, clock, client):
+    clock.now_s += 10.0
+    recording.take_state(told('idle', files=()))
+    assert recording.phase is Phase.IDLE and recording.finished_bag is None
+    assert f'cell reindex {client.path}.active' in messages_of(recording)[0]
+
+
+def test_a_recording_that_somebody_else_started(model, clock):
+    model.take_state(told('recording', files=('/bags/other.bag',), duration_s=7.0))
+    assert model.phase is Phase.RECORDING and model.path == '/bags/other.bag'
+    assert model.elapsed_s == pytest.approx(7.0)
+    clock.now_s += 10.0
+    model.take_state(told('idle', files=('/bags/other.bag',), duration_s=8.0))
+    assert model.finished_bag.files == ('/bags/other.bag',) and messages_of(model) == []
+
+
+def test_nothing_runs(model, client):
+    model.set_running(False)
+    model.take_state(told())
+    assert model.phase is Phase.OFF
+    model.start()
+    assert 'launch the devices' in messages_of(model)[0] and client.commands == []
+    model.set_running(True)
+    assert model.phase is Phase.WAITING
+
+
+def test_the_run_ends_while_a_recording_starts(model, client, qtbot):
+    client.gate.clear()
+    model.start()
+    model.set_running(False)
+    client.gate.set()
+    qtbot.waitUntil(lambda: client.commands == ['start'])
+    qtbot.wait(50)
+    assert model.phase is Phase.OFF
+
+
+def test_settings_are_remembered(model, tasks, client):
+    model.choices.choose_name(NameChoice.PREFIX)
+    model.choices.set_prefix('run')
+    other = RecordingModel(tasks, client)
+    other.choices.restore({**model.choices.settings(), 'unknown': 'x'})
+    assert other.choices.settings() == model.choices.settings()
+    other.choices.restore({'choice': 'nonsense'})
+    assert other.choices.name_choice is NameChoice.PREFIX

@@ -1,0 +1,57 @@
+"""Which topics are ticked, and how they are told to be."""
+from __future__ import annotations
+
+import pytest
+from recording_stand_in import devices, seen
+
+from process_visualizer.gui.models.topic_ticks import TopicHealth, TopicTicks
+
+
+@pytest.fixture
+def ticks() -> TopicTicks:
+    them = TopicTicks()
+    them.set_devices(devices())
+    return them
+
+
+def health(ticks: TopicTicks) -> TopicHealth:
+    return ticks.rows()[0].health
+
+
+def test_the_configuration_presets(ticks):
+    assert ticks.ticked() == ('/robot/q_act', '/robot/tcf', '/kinect/image')
+    assert [row.device for row in ticks.rows()] == ['robot', 'robot', 'kinect', 'kinect']
+
+
+def test_a_tick_stays_when_the_devices_change(ticks):
+    ticks.tick('/kinect/points', True)
+    ticks.set_devices(devices()[:1])
+    assert ticks.ticked() == ('/robot/q_act', '/robot/tcf')
+    ticks.set_devices(devices())
+    assert '/kinect/points' in ticks.ticked()
+    ticks.preset()
+    assert '/kinect/points' not in ticks.ticked()
+
+
+def test_a_topic_of_two_devices_is_there_once(ticks):
+    ticks.set_devices([*devices(), *devices()])
+    assert len(ticks.rows()) == 4
+
+
+def test_health(ticks):
+    assert health(ticks) is TopicHealth.UNKNOWN
+    ticks.take([seen('/robot/q_act')])
+    assert health(ticks) is TopicHealth.GOOD and ticks.rows()[0].rate_hz == 125.0
+    ticks.take([seen('/robot/q_act', rate_hz=0.0, silence_s=1.5)])
+    assert health(ticks) is TopicHealth.SILENT
+    ticks.take([seen('/robot/q_act', publishers=0)])
+    assert health(ticks) is TopicHealth.NO_PUBLISHER
+    ticks.take([seen('/robot/q_act', silence_s=None, messages=0, rate_hz=0.0)])
+    assert health(ticks) is TopicHealth.NO_MESSAGE
+
+
+def test_what_is_slow_or_was_latched_is_not_silent(ticks):
+    ticks.take([seen('/robot/q_act', rate_hz=0.5, silence_s=2.0)])
+    assert health(ticks) is TopicHealth.GOOD
+    ticks.take([seen('/robot/q_act', rate_hz=0.0, silence_s=60.0, messages=1)])
+    assert health(ticks) is TopicHealth.GOOD
