@@ -1,7 +1,6 @@
 """The recorder's services as methods, for the launcher and the command line."""
 from __future__ import annotations
 
-import threading
 from typing import Any, Callable, List, Optional
 
 import rosgraph
@@ -14,6 +13,7 @@ from process_visualizer.bags.recording_options import (
     RecordingOptions,
 )
 from process_visualizer.msg import RecorderState
+from process_visualizer.nodes.state_follower import StateFollower
 from process_visualizer.srv import Mark, StartRecording, StartRecordingRequest
 
 _NODE = '/bag_recorder'
@@ -38,19 +38,17 @@ class BagRecorder:
     def __init__(self, on_state: Optional[Callable[[RecorderState], None]] = None,
                  node: str = _NODE) -> None:
         self._node = node
-        self._on_state = on_state
-        self._state: Optional[RecorderState] = None
-        self._changed = threading.Condition()
-        self._subscriber = rospy.Subscriber(f'{node}/state', RecorderState, self._take_state)
+        self._follower: StateFollower[RecorderState] = StateFollower(
+            f'{node}/state', RecorderState, on_state)
 
     @property
     def state(self) -> Optional[RecorderState]:
         """The last state; None before the first one."""
-        return self._state
+        return self._follower.state
 
     def close(self) -> None:
         """Stop following the state; the recorder goes on."""
-        self._subscriber.unregister()
+        self._follower.close()
 
     def wait_until_ready(self, timeout_s: float) -> None:
         """Wait until the recorder runs.
@@ -67,10 +65,7 @@ class BagRecorder:
     def wait_for(self, condition: Callable[[RecorderState], bool],
                  timeout_s: Optional[float] = None) -> Optional[RecorderState]:
         """Wait for a state that fulfils a condition; return it, or None after the timeout."""
-        with self._changed:
-            fulfilled = self._changed.wait_for(
-                lambda: self._state is not None and condition(self._state), timeout_s)
-            return self._state if fulfilled else None
+        return self._follower.wait_for(condition, timeout_s)
 
     def start(self, options: RecordingOptions) -> str:
         """Start a recording; return its path when every topic with a publisher is connected.
@@ -114,10 +109,3 @@ class BagRecorder:
         if not answer.success:
             raise RecorderError(answer.message)
         return answer
-
-    def _take_state(self, state: RecorderState) -> None:
-        with self._changed:
-            self._state = state
-            self._changed.notify_all()
-        if self._on_state is not None:
-            self._on_state(state)

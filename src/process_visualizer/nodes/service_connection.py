@@ -1,0 +1,129 @@
+"""A kept connection to a service, that notices when the node hangs or has been restarted."""
+from __future__ import annotations
+
+import http.client
+import io
+import socket
+import struct
+import threading
+from typing import Any, Dict, Optional, Type
+from urllib.parse import urlsplit
+from xmlrpc.client import Error
+
+import genpy
+import rosgraph
+import rospy
+from rosgraph.network import (
+    ROSHandshakeException,
+    read_ros_handshake_header,
+    write_ros_handshake_header,
+)
+
+_BUFFER_BYTES = 4096
+_HEAD = struct.Struct('<BI')  # of an answer: whether it is one, and the length of what follows
+_LENGTH = struct.Struct('<I')
+
+
+class ServiceUnreachable(Exception):
+    """The service does not answer; the text says why."""
+
+
+class _Gone(Exception):
+    """The node has closed the connection; it does not run any more."""
+
+
+class ServiceConnection:
+    """Calls one service, again and again, over one connection. May be used by several threads.
+
+    rospy's own proxy either asks the master for the address at each call, or waits for ever for a
+    node that hangs and fails once after each restart.
+    """
+
+    def __init__(self, name: str, service: Type[Any], timeout_s: float = 10.0) -> None:
+        """Take the global name, the generated class, and how long an answer may take."""
+        self._name = name
+        self._service = service
+        self._timeout_s = timeout_s
+        self._lock = threading.Lock()
+        self._socket: Optional[socket.socket] = None
+
+    def call(self, *request: Any) -> Any:
+        """Return the answer to a request, given by its fields in their order.
+
+        Raises:
+            ServiceUnreachable: there is none; only where it came too late was something done.
+        """
+        data = _serialised(self._service._request_class(*request))
+        with self._lock:
+            try:
+                return self._service._response_class().deserialize(self._exchanged(data))
+            except (OSError, ValueError, Error, http.client.HTTPException, _Gone,
+                    rosgraph.MasterException, ROSHandshakeException,
+                    genpy.DeserializationError) as error:
+                self._disconnect()
+                raise ServiceUnreachable(f'{self._name} does not answer: {error}') from error
+
+    def close(self) -> None:
+        """Close the connection; the next call opens another one."""
+        with self._lock:
+            self._disconnect()
+
+    def _exchanged(self, data: bytes) -> bytes:
+        """The answer's bytes; a node that has gone is looked for once more."""
+        if self._socket is not None:
+            try:
+                return _exchange(self._socket, data)
+            except _Gone:
+                self._disconnect()
+        self._socket = self._connect()
+        return _exchange(self._socket, data)
+
+    def _connect(self) -> socket.socket:
+        address = urlsplit(rosgraph.Master(rospy.get_name()).lookupService(self._name))
+        connection = socket.create_connection((address.hostname, address.port), self._timeout_s)
+        try:
+            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            write_ros_handshake_header(connection, {
+                'service': self._name, 'md5sum': self._service._md5sum,
+                'callerid': rospy.get_name(), 'persistent': '1'})
+            answer: Dict[str, str] = read_ros_handshake_header(connection, io.BytesIO(),
+                                                               _BUFFER_BYTES)
+            if 'error' in answer:
+                raise ROSHandshakeException(answer['error'])
+        except BaseException:
+            connection.close()
+            raise
+        return connection
+
+    def _disconnect(self) -> None:
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
+
+
+def _exchange(connection: socket.socket, data: bytes) -> bytes:
+    try:
+        connection.sendall(data)
+        good, length = _HEAD.unpack(_received(connection, _HEAD.size))
+        answer = _received(connection, length)
+    except ConnectionError as error:
+        raise _Gone(error) from error
+    if not good:
+        raise ValueError(answer.decode('utf-8', 'replace'))
+    return answer
+
+
+def _received(connection: socket.socket, size: int) -> bytes:
+    data = b''
+    while len(data) < size:
+        part = connection.recv(size - len(data))
+        if not part:
+            raise _Gone('it has closed the connection')
+        data += part
+    return data
+
+
+def _serialised(request: genpy.Message) -> bytes:
+    buffer = io.BytesIO()
+    request.serialize(buffer)
+    return _LENGTH.pack(buffer.tell()) + buffer.getvalue()

@@ -1,0 +1,45 @@
+"""The state that a node publishes: the last one, and waiting for one."""
+from __future__ import annotations
+
+import threading
+from typing import Any, Callable, Generic, Optional, Type, TypeVar
+
+import rospy
+
+State = TypeVar('State')
+
+
+class StateFollower(Generic[State]):
+    """Follows a topic in an initialised rospy node; ``on_state`` is called in rospy's thread."""
+
+    def __init__(self, topic: str, message_class: Type[Any],
+                 on_state: Optional[Callable[[State], None]] = None) -> None:
+        """Subscribe."""
+        self._on_state = on_state
+        self._state: Optional[State] = None
+        self._changed = threading.Condition()
+        self._subscriber = rospy.Subscriber(topic, message_class, self._take)
+
+    @property
+    def state(self) -> Optional[State]:
+        """The last state; None before the first one."""
+        return self._state
+
+    def close(self) -> None:
+        """Unsubscribe."""
+        self._subscriber.unregister()
+
+    def wait_for(self, condition: Callable[[State], bool],
+                 timeout_s: Optional[float] = None) -> Optional[State]:
+        """Wait for a state that fulfils a condition; return it, or None after the timeout."""
+        with self._changed:
+            fulfilled = self._changed.wait_for(
+                lambda: self._state is not None and condition(self._state), timeout_s)
+            return self._state if fulfilled else None
+
+    def _take(self, state: State) -> None:
+        with self._changed:
+            self._state = state
+            self._changed.notify_all()
+        if self._on_state is not None:
+            self._on_state(state)
