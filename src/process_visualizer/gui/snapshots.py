@@ -8,7 +8,8 @@ class PlayerSnapshot(NamedTuple):
     """The player's state; positions in s from the beginning of the recording.
 
     ``stamp_s`` is the wall time (since the epoch) for which ``position_s`` holds, ``begin_s`` the
-    bag time of the beginning. ``loop`` is (begin, end) or None. See PlayerState.msg.
+    bag time of the beginning. ``loop`` is (begin, end) or None; ``topics`` are names, each with
+    how many of its messages were published. See PlayerState.msg.
     """
 
     stamp_s: float
@@ -25,6 +26,7 @@ class PlayerSnapshot(NamedTuple):
     gaps: Tuple[str, ...] = ()
     files: Tuple[str, ...] = ()
     mark: str = ''
+    topics: Tuple[Tuple[str, int], ...] = ()
 
 
 class TopicSnapshot(NamedTuple):

@@ -1,0 +1,175 @@
+"""All models of the window and what connects them; no widgets."""
+from __future__ import annotations
+
+from typing import Optional, Sequence
+
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from process_visualizer.cell.model import Device, Mode
+from process_visualizer.generate.choice import Choice, RvizStart
+from process_visualizer.generate.window_geometry import Rectangle
+from process_visualizer.gui.models.bag_model import BagModel
+from process_visualizer.gui.models.calibration_model import CalibrationModel
+from process_visualizer.gui.models.cell_model import CellModel
+from process_visualizer.gui.models.device_states_model import DeviceStatesModel
+from process_visualizer.gui.models.launch_model import LaunchModel, Phase
+from process_visualizer.gui.models.master_model import MasterModel
+from process_visualizer.gui.models.playback_model import PlaybackModel
+from process_visualizer.gui.models.recording_model import RecordingModel
+from process_visualizer.gui.ros_link import RosLink
+from process_visualizer.gui.snapshots import PlayerSnapshot
+from process_visualizer.gui.status import player_activity, recorder_activity, status_text
+from process_visualizer.gui.tasks import Tasks
+from process_visualizer.nodes.player_client import PlayerError
+
+BAG_PART = 'bag'
+
+
+class Launcher(QObject):
+    """The program without its window."""
+
+    failed = pyqtSignal(str)
+    status_changed = pyqtSignal()
+
+    def __init__(self, parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self.tasks = Tasks(self)
+        self.link = RosLink(self)
+        self.master = MasterModel(self.tasks, self.link, self)
+        self.cell = CellModel(self.tasks, self)
+        self.launch = LaunchModel(self.tasks, self)
+        self.states = DeviceStatesModel(self.launch)
+        self.recording = RecordingModel(self.tasks, self.link.recorder, self)
+        self.playback = PlaybackModel(self.tasks, self.link.player, PlayerError, parent=self)
+        self.bag = BagModel(self.tasks, parent=self)
+        self.calibration = CalibrationModel(self.tasks, self.link.move_frame, self)
+        self.view_rectangle: Optional[Rectangle] = None
+        self._player: Optional[PlayerSnapshot] = None
+        self._devices_when_ready: Optional[Sequence[str]] = None
+        self._launches_when_ready = False
+        self._connect()
+
+    def begin(self) -> None:
+        """Clean up after a crash, and find or start the master."""
+        self.launch.clean_up()
+        self.master.connect_to_master()
+
+    def close(self) -> None:
+        """End everything that was started; blocks until it is done."""
+        self.launch.close()
+        self.master.close()
+        self.tasks.close()
+
+    def choice(self) -> Choice:
+        """What would be launched now."""
+        mode = self.cell.mode
+        bag = self.bag.path if mode is Mode.PLAYBACK else None
+        assert self.cell.cell is not None
+        return Choice(self.cell.cell, mode, self.cell.chosen, RvizStart.OPTIONAL, bag or None,
+                      self.view_rectangle)
+
+    def start(self) -> None:
+        """Launch what is chosen."""
+        if self.why_not() == '':
+            self.launch.launch(self.choice())
+
+    def when_ready(self, devices: Optional[Sequence[str]], launches: bool) -> None:
+        """Tick only these devices (None: as they are) and launch, once both is possible."""
+        self._devices_when_ready, self._launches_when_ready = devices, launches
+        self._try_to_begin()
+
+    def _try_to_begin(self) -> None:
+        if self.cell.cell is not None and self._devices_when_ready is not None:
+            devices, self._devices_when_ready = self._devices_when_ready, None
+            self.cell.tick_only(set(devices))
+        if self._launches_when_ready and self.why_not() == '' and not self.bag.is_loading:
+            self._launches_when_ready = False
+            self.start()
+
+    def why_not(self) -> str:
+        """Why nothing can be launched now; empty when it can."""
+        if not self.master.is_connected:
+            return 'The ROS master is not there yet'
+        if self.cell.cell is None:
+            return 'The configuration has problems' if self.cell.problems else 'Loading'
+        if not self.cell.chosen:
+            return 'Tick a device first'
+        return ''
+
+    def pending(self) -> str:
+        """What would change if the nodes that run went over to what is chosen now."""
+        running = self.launch.running
+        if self.launch.phase is not Phase.RUNNING or running is None or self.cell.cell is None:
+            return ''
+        return _difference(running.devices, self.cell.chosen)
+
+    def apply(self) -> None:
+        """Go over to what is chosen now; a recording must not be interrupted."""
+        if self.recording.is_recording:
+            self.failed.emit('A recording is being made: stop it before devices are changed.')
+        else:
+            self.launch.apply(self.choice())
+
+    def status(self) -> str:
+        """The status line."""
+        running = self.launch.running
+        mode = None if running is None else running.mode
+        activity = (recorder_activity(self.recording.snapshot) if mode is Mode.REALTIME
+                    else player_activity(self._player))
+        trouble = self.states.trouble(() if running is None else running.devices)
+        return status_text(self.launch.phase, mode, activity, trouble)
+
+    def _connect(self) -> None:
+        self.link.player_state.connect(self._take_player)
+        self.link.recorder_state.connect(self.recording.take_state)
+        self.link.recorder_state.connect(self.states.take_recorder)
+        for model in (self.master, self.launch, self.recording, self.playback, self.bag,
+                      self.calibration):
+            model.failed.connect(self.failed)
+        for model in (self.launch, self.recording, self.playback, self.states):
+            model.changed.connect(self.status_changed)
+        self.launch.changed.connect(self._follow_launch)
+        self.cell.changed.connect(self._follow_cell)
+        for ready in (self.cell.loaded, self.master.connected, self.bag.changed):
+            ready.connect(self._try_to_begin)
+        self.bag.chosen.connect(self._play_other_bag)
+        self.bag.changed.connect(self._follow_bag)
+
+    def _follow_launch(self) -> None:
+        running = self.launch.running
+        is_up = self.launch.phase is Phase.RUNNING and running is not None
+        self.recording.set_running(is_up and running.mode is Mode.REALTIME)
+        self.calibration.set_running(is_up)
+        if not is_up or running.mode is not Mode.PLAYBACK:
+            self._take_player(None)
+
+    def _follow_cell(self) -> None:
+        self.recording.choices.set_devices(self.cell.chosen)
+        self.bag.set_devices(self.cell.chosen)
+        self.calibration.set_devices(self.cell.devices)
+
+    def _follow_bag(self) -> None:
+        self.playback.set_marks(self.bag.marks)
+
+    def _play_other_bag(self, _path: str) -> None:
+        """The player restarts with another bag; everything else goes on running."""
+        running = self.launch.running
+        if self.launch.phase is Phase.RUNNING and running is not None \
+                and running.mode is Mode.PLAYBACK:
+            self.launch.apply(self.choice())
+
+    def _take_player(self, player: Optional[PlayerSnapshot]) -> None:
+        if player is None and self._player is None:
+            return
+        self._player = player
+        self.playback.take_state(player)
+        if player is not None:
+            self.states.take_player(player)
+
+
+def _difference(before: Sequence[Device], after: Sequence[Device]) -> str:
+    old, new = {device.name: device for device in before}, {device.name: device for device in after}
+    words = [('start', [name for name in new if name not in old]),
+             ('stop', [name for name in old if name not in new]),
+             ('restart', [name for name in new if name in old and new[name] is not old[name]])]
+    return '; '.join(f'{word} {", ".join(names)}' for word, names in words if names)

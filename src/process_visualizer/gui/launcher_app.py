@@ -1,0 +1,306 @@
+"""LauncherApp: the operator's window."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Callable, List, Optional
+
+from PyQt5.QtGui import QCloseEvent
+from PyQt5.QtWidgets import (
+    QFileDialog,
+    QGroupBox,
+    QHBoxLayout,
+    QLabel,
+    QMainWindow,
+    QMessageBox,
+    QShortcut,
+    QStackedWidget,
+    QTabWidget,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from process_visualizer.cell.model import Mode
+from process_visualizer.gui.icons import icon
+from process_visualizer.gui.launcher import Launcher
+from process_visualizer.gui.models.launch_model import Phase
+from process_visualizer.gui.questions import ask, message_box
+from process_visualizer.gui.settings import Settings
+from process_visualizer.gui.shortcuts import (
+    bind,
+    general_keys,
+    help_text,
+    playback_keys,
+    recording_keys,
+)
+from process_visualizer.gui.views.calibration_panel import CalibrationPanel
+from process_visualizer.gui.views.devices_view import DevicesView
+from process_visualizer.gui.views.launch_view import LaunchView
+from process_visualizer.gui.views.log_view import LogView
+from process_visualizer.gui.views.playback_panel import PlaybackPanel
+from process_visualizer.gui.views.problems_view import ProblemsView
+from process_visualizer.gui.views.recording_panel import RecordingPanel
+
+_MARGIN = 10
+
+
+class LauncherApp(QMainWindow):
+    """Devices, mode, status, launch button, and below them what the mode needs.
+
+    Closing it quits all nodes first. ``restarts`` says that the program is to begin again then.
+    """
+
+    def __init__(self, launcher: Launcher, settings: Settings,
+                 parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._launcher = launcher
+        self._settings = settings
+        self.restarts = False
+        self._is_leaving = self._is_closed = False
+        self._bag_to_play = ''
+        self._message: Optional[QMessageBox] = None
+        self.setWindowTitle('Process Visualizer')
+        self.file = QLabel()
+        self.devices = DevicesView()
+        self.problems = ProblemsView()
+        self.launch = LaunchView()
+        self.recording = RecordingPanel(launcher.recording)
+        self.playback = PlaybackPanel(launcher.playback, launcher.bag)
+        self.calibration = CalibrationPanel(launcher.calibration)
+        self._lay_out()
+        self._connect()
+        self._bind_keys()
+        self._show_cell()
+        self._show_launch()
+
+    # Layout
+
+    def _lay_out(self) -> None:
+        self._devices_or_problems = QStackedWidget()
+        self._devices_or_problems.addWidget(self.devices)
+        self._devices_or_problems.addWidget(self.problems)
+        self._mode_panels = QStackedWidget()
+        self._mode_panels.addWidget(self.recording)
+        self._mode_panels.addWidget(self.playback)
+        self.panels = QTabWidget()
+        self.panels.setObjectName('panels')
+        self.panels.setDocumentMode(True)
+        self.panels.addTab(self._mode_panels, 'Recording')
+        self.panels.addTab(self.calibration, 'Calibration')
+        body = QWidget()
+        layout = QVBoxLayout(body)
+        layout.setContentsMargins(_MARGIN, _MARGIN, _MARGIN, _MARGIN)
+        layout.addWidget(self._devices_group(), 2)
+        layout.addWidget(self.launch)
+        layout.addWidget(self.panels, 3)
+        self.setCentralWidget(body)
+
+    def _devices_group(self) -> QGroupBox:
+        group = QGroupBox('Devices')
+        layout = QVBoxLayout(group)
+        layout.setContentsMargins(0, 0, 0, 0)
+        row = QHBoxLayout()
+        self.file.setObjectName('configuration')
+        row.addWidget(self.file, 1)
+        for name, hint, action in (
+                ('restart', 'Restart the selected device', self._restart_selected),
+                ('open', 'Open another configuration', self._open),
+                ('reload', 'Read the configuration again (F5)', self._launcher.cell.reload),
+                ('help', 'Keys (?)', self._show_help)):
+            row.addWidget(_button(name, hint, action))
+        layout.addLayout(row)
+        layout.addWidget(self._devices_or_problems)
+        return group
+
+    # Connections
+
+    def _connect(self) -> None:
+        launcher = self._launcher
+        launcher.cell.changed.connect(self._show_cell)
+        launcher.cell.changed.connect(self._show_launch)
+        launcher.cell.loaded.connect(self._show_devices)
+        launcher.launch.changed.connect(self._show_launch)
+        launcher.launch.stopped.connect(self._after_stop)
+        launcher.launch.problems_found.connect(self._show_problems)
+        launcher.master.connected.connect(self._show_launch)
+        launcher.master.lost.connect(self._tell_lost_master)
+        launcher.states.changed.connect(self._show_states)
+        launcher.status_changed.connect(self._show_status)
+        launcher.failed.connect(self._tell)
+        launcher.recording.finished.connect(launcher.bag.add_recent)
+        self.recording.play_wanted.connect(self._play)
+        self.devices.ticked.connect(launcher.cell.tick)
+        self.devices.restart_wanted.connect(launcher.launch.restart)
+        self.devices.log_wanted.connect(self._show_log)
+        self.launch.mode_chosen.connect(launcher.cell.set_mode)
+        self.launch.launch_wanted.connect(launcher.start)
+        self.launch.quit_wanted.connect(self._quit)
+        self.launch.apply_wanted.connect(launcher.apply)
+        self.launch.view_wanted.connect(lambda: launcher.launch.restart('rviz'))
+
+    def _bind_keys(self) -> None:
+        launcher = self._launcher
+        playback, recording = playback_keys(launcher.playback), recording_keys(launcher.recording)
+        general = general_keys(launcher, self._show_help)
+        self._keys = [*playback, *recording, *general]
+        self._playback_shortcuts: List[QShortcut] = bind(self, playback)
+        self._recording_shortcuts: List[QShortcut] = bind(self, recording)
+        bind(self, general)
+
+    # What is shown
+
+    def _show_devices(self, _valid: bool) -> None:
+        cell = self._launcher.cell
+        self.devices.set_devices(cell.devices, cell.is_ticked)
+        self._show_states()
+
+    def _show_cell(self) -> None:
+        cell = self._launcher.cell
+        self.file.setText(Path(cell.path).name if cell.path else '')
+        self.file.setToolTip(cell.path)
+        self.devices.set_ticks(cell.is_ticked)
+        self._show_problems(cell.problems)
+        is_playback = cell.mode is Mode.PLAYBACK
+        self.launch.show_mode(cell.mode)
+        self._mode_panels.setCurrentWidget(self.playback if is_playback else self.recording)
+        self.panels.setTabText(0, 'Playback' if is_playback else 'Recording')
+
+    def _show_problems(self, problems: object) -> None:
+        self.problems.set_problems(problems)
+        self._devices_or_problems.setCurrentWidget(self.problems if problems else self.devices)
+
+    def _show_launch(self) -> None:
+        launcher = self._launcher
+        reason = launcher.why_not()
+        self.launch.show_phase(launcher.launch.phase, reason == '', reason)
+        pending = launcher.pending()
+        self.launch.show_changes(f'Apply: {pending}' if pending else '', pending)
+        self._enable_keys()
+        self._show_status()
+
+    def _enable_keys(self) -> None:
+        is_playback = self._launcher.cell.mode is Mode.PLAYBACK
+        is_running = self._launcher.launch.phase is Phase.RUNNING
+        for shortcut in self._playback_shortcuts:
+            shortcut.setEnabled(is_running and is_playback)
+        for shortcut in self._recording_shortcuts:
+            shortcut.setEnabled(is_running and not is_playback)
+
+    def _show_states(self) -> None:
+        for device in self._launcher.cell.devices:
+            self.devices.set_state(device.name, self._launcher.states.state(device))
+
+    def _show_status(self) -> None:
+        self.launch.status.setText(self._launcher.status())
+
+    def _show_log(self, device: str, node: str) -> None:
+        report = self._launcher.launch.reports.get(device)
+        if report is not None:
+            LogView.show_node(self, report, node)
+
+    def _show_help(self) -> None:
+        box = message_box(self, help_text(self._keys), QMessageBox.NoIcon)
+        box.setObjectName('keys')
+        box.open()
+
+    def _tell(self, message: str) -> None:
+        """Show a message; those that come while it is open are added to it."""
+        if self._message is None:
+            self._message = message_box(self, message)
+            self._message.finished.connect(self._forget_message)
+            self._message.open()
+        elif message not in self._message.text():
+            self._message.setText(f'{self._message.text()}\n\n{message}')
+        self.statusBar().showMessage(message)
+
+    def _forget_message(self) -> None:
+        self._message = None
+
+    def _tell_lost_master(self) -> None:
+        self.statusBar().showMessage('The ROS master does not answer any more')
+        ask(self, 'The ROS master does not answer any more. Nodes that run go on, but nothing can '
+                  'be launched or commanded. Quit all nodes (a recording is finished) and start '
+                  'the launcher again?', 'Quit and start again', self._restart_program)
+
+    # What is done
+
+    def _open(self) -> None:
+        path, _ = QFileDialog.getOpenFileName(
+            self, 'Open a configuration', str(Path(self._launcher.cell.path).parent),
+            'Configurations (*.xml)')
+        if path:
+            self._launcher.cell.open(path)
+
+    def _restart_selected(self) -> None:
+        name = self.devices.selected_device()
+        if name and self._launcher.launch.phase is Phase.RUNNING:
+            self._launcher.launch.restart(name)
+
+    def _play(self, path: str) -> None:
+        """Go over from what runs in real time to playback of a bag."""
+        self._bag_to_play = path
+        if self._launcher.launch.is_idle:
+            self._play_now()
+        else:
+            self._launcher.launch.quit()
+
+    def _play_now(self) -> None:
+        path, self._bag_to_play = self._bag_to_play, ''
+        self._launcher.cell.set_mode(Mode.PLAYBACK)
+        self._launcher.bag.open([path])
+        self._launcher.start()
+
+    def _quit(self) -> None:
+        if self._launcher.recording.is_recording:
+            ask(self, 'A recording is being made. Finish it and quit all nodes?',
+                'Finish and quit', self._launcher.launch.quit)
+        else:
+            self._launcher.launch.quit()
+
+    def _after_stop(self) -> None:
+        if self._is_leaving:
+            self._close_now()
+        elif self._bag_to_play:
+            self._play_now()
+
+    # The end
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Quit everything first, without freezing; the window closes when that is done."""
+        if self._is_closed:
+            event.accept()
+            return
+        event.ignore()
+        if self._launcher.recording.is_recording and not self._is_leaving:
+            ask(self, 'A recording is being made. Finish it, quit all nodes and close?',
+                'Finish and close', self.leave)
+        else:
+            self.leave()
+
+    def leave(self) -> None:
+        """Quit all nodes (the recorder finishes its bag), then close; without asking."""
+        if self._is_leaving:
+            return
+        self._is_leaving = True
+        if self._launcher.launch.is_idle:
+            self._close_now()
+        else:
+            self._launcher.launch.quit()
+
+    def _restart_program(self) -> None:
+        self.restarts = True
+        self.leave()
+
+    def _close_now(self) -> None:
+        self._is_closed = True
+        self.close()
+
+
+def _button(name: str, hint: str, action: Callable[[], None]) -> QToolButton:
+    button = QToolButton()
+    button.setObjectName(name)
+    button.setIcon(icon(name))
+    button.setAutoRaise(True)
+    button.setToolTip(hint)
+    button.clicked.connect(lambda: action())
+    return button

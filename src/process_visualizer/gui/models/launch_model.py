@@ -1,0 +1,148 @@
+"""Launches and quits the nodes of a choice, and follows what they do."""
+from __future__ import annotations
+
+import shutil
+import tempfile
+from enum import Enum
+from typing import Any, Callable, Dict, List, Optional, Tuple
+
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from process_visualizer.cell.environment import check_environment
+from process_visualizer.cell.errors import ConfigurationError, Problem
+from process_visualizer.generate.choice import Choice
+from process_visualizer.generate.generator import generate
+from process_visualizer.generate.plan import Plan, PlanError
+from process_visualizer.gui.tasks import Tasks
+from process_visualizer.launching.launched_cell import LaunchedCell
+from process_visualizer.launching.part_report import PartReport
+from process_visualizer.launching.run_record import clean_up_crashed_runs
+
+_LINE = 'launch'
+
+
+class Phase(Enum):
+    """What the nodes as a whole do."""
+
+    IDLE = 'idle'
+    LAUNCHING = 'launching'
+    RUNNING = 'running'
+    QUITTING = 'quitting'
+
+
+class LaunchModel(QObject):
+    """Commands return at once; what they do is done in one line of tasks, in their order."""
+
+    changed = pyqtSignal()
+    failed = pyqtSignal(str)
+    problems_found = pyqtSignal(object)
+    """The configuration cannot be launched here: a list of problems."""
+    stopped = pyqtSignal()
+    """Every node has ended."""
+    _reported = pyqtSignal(object)
+
+    def __init__(self, tasks: Tasks, parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self._tasks = tasks
+        self._folder = tempfile.mkdtemp(prefix='process_visualizer-')
+        self._launched = LaunchedCell(self._folder, self._reported.emit)
+        self.phase = Phase.IDLE
+        self.running: Optional[Choice] = None
+        self.reports: Dict[str, PartReport] = {}
+        self.warnings: Tuple[Problem, ...] = ()
+        self._reported.connect(self._take_report)
+
+    def clean_up(self) -> None:
+        """End what a crashed launcher has left running."""
+        self._tasks.run(_LINE, clean_up_crashed_runs, self._tell_cleaned)
+
+    def launch(self, choice: Choice) -> None:
+        """Generate the files of a choice and start everything."""
+        self.reports = {}
+        self._begin(Phase.LAUNCHING, choice)
+        self._tasks.run(_LINE, lambda: self._start(choice), self._launched_all, self._not_launched)
+
+    def apply(self, choice: Choice) -> None:
+        """Go over to another choice; what is the same in both goes on running."""
+        self._begin(Phase.LAUNCHING, choice)
+        self._tasks.run(_LINE, lambda: self._change(choice), self._launched_all, self._not_changed)
+
+    def restart(self, part: str) -> None:
+        """Stop and start one part."""
+        self._tasks.run(_LINE, lambda: self._launched.restart(part), None, self._tell)
+
+    def quit(self) -> None:
+        """Stop everything; `stopped` tells the end."""
+        self._begin(Phase.QUITTING, self.running)
+        self._tasks.run(_LINE, self._launched.stop, self._ended, self._tell)
+
+    def close(self) -> None:
+        """Stop everything and remove the generated files, in the calling thread."""
+        self._launched.stop()
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether nothing runs."""
+        return self.phase is Phase.IDLE
+
+    def _start(self, choice: Choice) -> Plan:
+        plan = _plan(choice)
+        self._launched.start(plan)
+        return plan
+
+    def _change(self, choice: Choice) -> Plan:
+        plan = _plan(choice)
+        self._launched.change(plan)
+        return plan
+
+    def _launched_all(self, plan: Plan) -> None:
+        self.warnings = tuple(plan.warnings)
+        if self.phase is Phase.LAUNCHING:
+            self.phase = Phase.RUNNING
+        self.changed.emit()
+
+    def _not_launched(self, error: Exception) -> None:
+        self.running = None
+        self._not_changed(error, Phase.IDLE)
+
+    def _not_changed(self, error: Exception, phase: Phase = Phase.RUNNING) -> None:
+        self.phase = phase
+        if isinstance(error, ConfigurationError):
+            self.problems_found.emit(list(error.problems))
+        else:
+            self._tell(error)
+        self.changed.emit()
+
+    def _tell(self, error: Exception) -> None:
+        if not isinstance(error, (OSError, PlanError)):
+            raise error
+        self.failed.emit(str(error))
+
+    def _ended(self, _orphans: List[int]) -> None:
+        self.running, self.reports, self.warnings = None, {}, ()
+        self.phase = Phase.IDLE
+        self.changed.emit()
+        self.stopped.emit()
+
+    def _begin(self, phase: Phase, choice: Optional[Choice]) -> None:
+        self.phase, self.running = phase, choice
+        self.changed.emit()
+
+    def _take_report(self, report: PartReport) -> None:
+        if self.phase is not Phase.IDLE:
+            self.reports = {**self.reports, report.part: report}
+            self.changed.emit()
+
+    def _tell_cleaned(self, ended: List[int]) -> None:
+        if ended:
+            self.failed.emit(f'A launcher that did not end properly had left {len(ended)} '
+                             'processes; they have been ended.')
+
+
+def _plan(choice: Choice) -> Plan:
+    problems = check_environment(choice.cell, choice.mode,
+                                 [device.name for device in choice.devices])
+    if problems:
+        raise ConfigurationError(problems)
+    return generate(choice)

@@ -1,0 +1,76 @@
+"""The ROS master: found or started, and watched."""
+from __future__ import annotations
+
+from typing import Optional
+
+from PyQt5.QtCore import QObject, QTimer, pyqtSignal
+
+from process_visualizer.gui.ros_link import RosLink, RosLinkError
+from process_visualizer.gui.tasks import Tasks
+from process_visualizer.launching.ros_master import RosMaster, RosMasterError
+
+_LINE = 'master'
+_CHECK_PERIOD_MS = 1000
+_MOST_FAILURES = 3
+"""Of its checks; a busy master may miss one."""
+
+
+class MasterModel(QObject):
+    """Connects the launcher with the master, and tells when it is gone."""
+
+    connected = pyqtSignal()
+    failed = pyqtSignal(str)
+    lost = pyqtSignal()
+
+    def __init__(self, tasks: Tasks, link: RosLink, parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self._tasks, self._link = tasks, link
+        self._master = RosMaster()
+        self._failures = 0
+        self._is_checking = False
+        self._timer = QTimer(self)
+        self._timer.setInterval(_CHECK_PERIOD_MS)
+        self._timer.timeout.connect(self._check)
+        self.is_connected = False
+
+    def connect_to_master(self) -> None:
+        """Use the master that runs, or start one, and become its node."""
+        self._tasks.run(_LINE, self._begin, self._take_connection, self._tell)
+
+    def close(self) -> None:
+        """Leave the master, and end it if it was started here; blocks."""
+        self._timer.stop()
+        self._link.end()
+        self._master.stop()
+
+    def _begin(self) -> None:
+        self._master.ensure()
+        self._link.begin()
+
+    def _take_connection(self, _nothing: object) -> None:
+        self.is_connected = True
+        self._timer.start()
+        self.connected.emit()
+
+    def _check(self) -> None:
+        if self._is_checking:  # a master that hangs does not answer at all
+            self._count(False)
+            return
+        self._is_checking = True
+        self._tasks.run(_LINE, self._master.is_online, self._take_check)
+
+    def _take_check(self, online: bool) -> None:
+        self._is_checking = False
+        self._count(online)
+
+    def _count(self, online: bool) -> None:
+        self._failures = 0 if online else self._failures + 1
+        if self._failures == _MOST_FAILURES:
+            self._timer.stop()
+            self.is_connected = False
+            self.lost.emit()
+
+    def _tell(self, error: Exception) -> None:
+        if not isinstance(error, (RosMasterError, RosLinkError)):
+            raise error
+        self.failed.emit(str(error))

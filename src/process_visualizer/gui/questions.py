@@ -1,0 +1,30 @@
+"""Dialogs that do not block: the window goes on while they are open."""
+from __future__ import annotations
+
+from typing import Callable
+
+from PyQt5.QtCore import Qt
+from PyQt5.QtWidgets import QMessageBox, QWidget
+
+_TITLE = 'Process Visualizer'
+
+
+def message_box(parent: QWidget, text: str,
+                symbol: QMessageBox.Icon = QMessageBox.Warning) -> QMessageBox:
+    """Return a message, to be opened; it deletes itself when it is closed."""
+    box = QMessageBox(symbol, _TITLE, text, parent=parent)
+    box.setObjectName('message')
+    box.setTextInteractionFlags(Qt.TextSelectableByMouse)
+    box.setAttribute(Qt.WA_DeleteOnClose)
+    return box
+
+
+def ask(parent: QWidget, question: str, yes: str, action: Callable[[], None]) -> None:
+    """Ask a question; do the action if the answer is ``yes``, the text of its button."""
+    box = message_box(parent, question, QMessageBox.Question)
+    box.setObjectName('question')
+    accept = box.addButton(yes, QMessageBox.AcceptRole)
+    accept.setObjectName('yes')
+    accept.clicked.connect(lambda: action())
+    box.addButton(QMessageBox.Cancel)
+    box.open()

@@ -1,0 +1,127 @@
+"""The launcher's own node: the only module of the window that knows rospy."""
+from __future__ import annotations
+
+import os
+from typing import Optional, Sequence, Tuple
+from xmlrpc.client import Error as XmlRpcError
+from xmlrpc.client import ServerProxy
+
+import rosgraph
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from process_visualizer.gui.snapshots import (
+    DisplaySnapshot,
+    PlayerSnapshot,
+    RecorderSnapshot,
+    TopicSnapshot,
+)
+from process_visualizer.msg import PlayerState, RecorderState, TopicRecord
+from process_visualizer.nodes.bag_recorder import BagRecorder
+from process_visualizer.nodes.player_client import PlayerClient
+from process_visualizer.srv import SetFrame
+
+NODE = 'process_visualizer'
+_PHASES = {RecorderState.IDLE: 'idle', RecorderState.STARTING: 'starting',
+           RecorderState.RECORDING: 'recording', RecorderState.STOPPING: 'stopping'}
+
+
+class RosLinkError(Exception):
+    """The launcher cannot be a node, or a node refused; says why and what to do."""
+
+
+class RosLink(QObject):
+    """Turns what nodes say into snapshots, delivered in the GUI thread by queued signals.
+
+    ``begin``, ``move_frame`` and the commands of ``player`` and ``recorder`` block: run them as
+    tasks. Nothing is delivered before ``begin``.
+    """
+
+    player_state = pyqtSignal(object)
+    recorder_state = pyqtSignal(object)
+    displays = pyqtSignal(object)
+    """A tuple of DisplaySnapshot."""
+
+    def __init__(self, parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        # rospy subscribes to what was declared before as soon as the node is initialised
+        self.player = PlayerClient(lambda state: self.player_state.emit(_player(state)))
+        self.recorder = BagRecorder(lambda state: self.recorder_state.emit(_recorder(state)))
+        self._subscriber = rospy.Subscriber(
+            '/rviz/display_status', DiagnosticArray,
+            lambda report: self.displays.emit(_displays(report)), queue_size=2)
+
+    def begin(self) -> None:
+        """Become a node of the master; raises RosLinkError."""
+        _refuse_second_launcher()
+        rospy.init_node(NODE, disable_signals=True)
+
+    def end(self) -> None:
+        """Leave the master."""
+        if rospy.core.is_initialized():
+            rospy.signal_shutdown('the launcher is closed')
+
+    def move_frame(self, frame: str, xyz: Sequence[float], ypr: Sequence[float]) -> str:
+        """Move a base frame while everything runs; returns what was done.
+
+        xyz in m, ypr in rad (yaw pitch roll). Raises RosLinkError.
+        """
+        try:
+            answer = rospy.ServiceProxy('/cell_frames/set_frame', SetFrame)(
+                '', frame, list(xyz), list(ypr))
+        except (rospy.ServiceException, rosgraph.MasterException, OSError) as error:
+            raise RosLinkError(f'{frame} is not moved: /cell_frames does not answer '
+                               f'({error})') from error
+        if not answer.success:
+            raise RosLinkError(f'{frame} is not moved: {answer.message}')
+        return str(answer.message)
+
+
+def _refuse_second_launcher() -> None:
+    """Two nodes of one name push each other out; a launcher that is gone does not count."""
+    try:
+        uri = rosgraph.Master('/launcher_check').lookupNode('/' + NODE)
+    except (rosgraph.MasterException, OSError):
+        return
+    try:
+        _, _, pid = ServerProxy(uri).getPid('/launcher_check')
+    except (OSError, XmlRpcError):
+        return
+    if pid != os.getpid():
+        raise RosLinkError(f'Another launcher (process {pid}) already uses the master '
+                           f'{rosgraph.get_master_uri()}. Close it, or set ROS_MASTER_URI.')
+
+
+def _player(state: PlayerState) -> PlayerSnapshot:
+    return PlayerSnapshot(
+        stamp_s=state.stamp.to_sec(), begin_s=state.begin.to_sec(), duration_s=state.duration,
+        position_s=state.position, rate=state.rate, achieved_rate=state.achieved_rate,
+        paused=state.paused, loop=(state.loop_begin, state.loop_end) if state.loop else None,
+        segment=state.segment, published=state.published, dropped=state.dropped,
+        gaps=tuple(state.gaps), files=tuple(state.files), mark=state.mark)
+
+
+def _recorder(state: RecorderState) -> RecorderSnapshot:
+    return RecorderSnapshot(
+        phase=_PHASES[state.state], files=tuple(state.files), duration_s=state.duration,
+        messages=state.messages, dropped=state.dropped, lost=state.lost, bytes=state.bytes,
+        rate=state.rate, free_bytes=state.free_bytes, time_left_s=_known(state.time_left),
+        recent_s=state.recent, problems=tuple(state.problems),
+        topics=tuple(_topic(topic) for topic in state.topics))
+
+
+def _topic(topic: TopicRecord) -> TopicSnapshot:
+    return TopicSnapshot(
+        name=topic.name, type=topic.type, publishers=topic.publishers, messages=topic.messages,
+        rate_hz=topic.rate, bytes=topic.bytes, dropped=topic.dropped, lost=topic.lost,
+        silence_s=_known(topic.silence))
+
+
+def _known(value: float) -> Optional[float]:
+    """The recorder says -1 where it does not know."""
+    return None if value < 0.0 else value
+
+
+def _displays(report: DiagnosticArray) -> Tuple[DisplaySnapshot, ...]:
+    return tuple(DisplaySnapshot(it.name, int(it.level), it.message) for it in report.status)

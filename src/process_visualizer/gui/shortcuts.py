@@ -1,0 +1,92 @@
+"""The keys of the window: those that media players have taught everyone."""
+from __future__ import annotations
+
+from typing import Callable, List, NamedTuple
+
+from PyQt5.QtCore import Qt
+from PyQt5.QtGui import QKeySequence
+from PyQt5.QtWidgets import QAbstractSpinBox, QApplication, QLineEdit, QShortcut, QWidget
+
+from process_visualizer.gui.launcher import Launcher
+from process_visualizer.gui.models.playback_model import PlaybackModel
+from process_visualizer.gui.models.recording_model import RecordingModel
+
+
+class Shortcut(NamedTuple):
+    """A key (as QKeySequence writes it), what it does in words, and the action."""
+
+    key: str
+    text: str
+    action: Callable[[], None]
+
+
+def playback_keys(playback: PlaybackModel) -> List[Shortcut]:
+    """Return the keys that work while something is played, in the order in which they are shown."""
+    return [
+        Shortcut('Space', 'play or pause', playback.toggle),
+        Shortcut('Shift+Space', 'play backwards', playback.toggle_backwards),
+        Shortcut('Left', 'a step back', lambda: playback.step(-1)),
+        Shortcut('Right', 'a step forward', lambda: playback.step(1)),
+        Shortcut(',', 'a step back', lambda: playback.step(-1)),
+        Shortcut('.', 'a step forward', lambda: playback.step(1)),
+        Shortcut('Shift+Left', '1 s back', lambda: playback.jump(-1.0)),
+        Shortcut('Shift+Right', '1 s forward', lambda: playback.jump(1.0)),
+        Shortcut('[', 'slower', playback.slower),
+        Shortcut(']', 'faster', playback.faster),
+        Shortcut('Home', 'to the beginning', playback.to_start),
+        Shortcut('End', 'to the end', playback.to_end),
+        Shortcut('A', 'the loop begins here', playback.set_loop_begin),
+        Shortcut('B', 'the loop ends here', playback.set_loop_end),
+        Shortcut('L', 'loop', playback.toggle_loop),
+        Shortcut('PgUp', 'to the mark before', playback.to_previous_mark),
+        Shortcut('PgDown', 'to the next mark', playback.to_next_mark),
+    ]
+
+
+def recording_keys(recording: RecordingModel) -> List[Shortcut]:
+    """Return the keys that work in real-time mode."""
+    return [
+        Shortcut('R', 'start or stop recording', recording.toggle),
+        Shortcut('M', 'mark this moment', recording.mark),
+    ]
+
+
+def general_keys(launcher: Launcher, show_help: Callable[[], None]) -> List[Shortcut]:
+    """Return the keys that always work."""
+    return [
+        Shortcut('Ctrl+L', 'launch or quit all nodes', lambda: _launch_or_quit(launcher)),
+        Shortcut('F5', 'read the configuration again', launcher.cell.reload),
+        Shortcut('?', 'show these keys', show_help),
+    ]
+
+
+def bind(window: QWidget, keys: List[Shortcut]) -> List[QShortcut]:
+    """Let the keys work in the whole window, except while a text or number is being written."""
+    bound = []
+    for key in keys:
+        shortcut = QShortcut(QKeySequence(key.key), window)
+        shortcut.setContext(Qt.WindowShortcut)
+        shortcut.activated.connect(_unless_writing(key.action))
+        bound.append(shortcut)
+    return bound
+
+
+def help_text(keys: List[Shortcut]) -> str:
+    """Return the keys as a table in HTML."""
+    rows = ''.join(f'<tr><td><b>{key.key.replace("<", "&lt;")}</b>&nbsp;&nbsp;&nbsp;</td>'
+                   f'<td>{key.text}</td></tr>' for key in keys)
+    return f'<table cellpadding="2">{rows}</table>'
+
+
+def _unless_writing(action: Callable[[], None]) -> Callable[[], None]:
+    def act() -> None:
+        if not isinstance(QApplication.focusWidget(), (QLineEdit, QAbstractSpinBox)):
+            action()
+    return act
+
+
+def _launch_or_quit(launcher: Launcher) -> None:
+    if launcher.launch.is_idle:
+        launcher.start()
+    else:
+        launcher.launch.quit()

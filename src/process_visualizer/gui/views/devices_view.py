@@ -1,0 +1,148 @@
+"""The list of devices: check boxes, states, and what belongs to each."""
+from __future__ import annotations
+
+from typing import Callable, Dict, List, Optional, Tuple
+
+from PyQt5.QtCore import QPoint, QSize, Qt, pyqtSignal
+from PyQt5.QtGui import QColor
+from PyQt5.QtWidgets import QHeaderView, QMenu, QTreeWidget, QTreeWidgetItem, QWidget
+
+from process_visualizer.cell.model import Device
+from process_visualizer.gui.icons import icon
+from process_visualizer.gui.style import BAD, GOOD, QUIET, WARNING
+from process_visualizer.launching.device_state import DeviceState, Level, Line
+
+_NAME, _STATE = 0, 1
+_DEVICE, _NODE, _TOPIC = 'device', 'node', 'topic'
+_COLORS = {Level.OFF: QUIET, Level.GOOD: GOOD, Level.WAITING: QUIET, Level.WARNING: WARNING,
+           Level.BAD: BAD}
+_ICONS = {Level.GOOD: 'ok', Level.WAITING: 'waiting', Level.WARNING: 'warning', Level.BAD: 'died'}
+
+
+class DevicesView(QTreeWidget):
+    """A row for each device; below it its nodes and topics."""
+
+    ticked = pyqtSignal(str, bool)
+    restart_wanted = pyqtSignal(str)
+    log_wanted = pyqtSignal(str, str)
+    """Of a node (its name) of a device."""
+
+    def __init__(self, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self.setObjectName('devices')
+        self.setHeaderHidden(True)
+        self.setColumnCount(2)
+        self.setIconSize(QSize(14, 14))
+        self.setIndentation(16)
+        self.header().setSectionResizeMode(_NAME, QHeaderView.ResizeToContents)
+        self.header().setStretchLastSection(True)
+        self.setToolTip('Tick the devices to launch; open a row to see its nodes and topics')
+        self.setContextMenuPolicy(Qt.CustomContextMenu)
+        self.customContextMenuRequested.connect(self._show_menu)
+        self.itemChanged.connect(self._on_changed)
+        self.itemDoubleClicked.connect(self._on_double_click)
+        self._rows: Dict[str, QTreeWidgetItem] = {}
+        self._children: Dict[Tuple[str, str, str], QTreeWidgetItem] = {}
+
+    def set_devices(self, devices: Tuple[Device, ...], is_ticked: Callable[[str], bool]) -> None:
+        """Show these devices; what was opened stays open."""
+        opened = {name for name, row in self._rows.items() if row.isExpanded()}
+        self.blockSignals(True)
+        self.clear()
+        self._rows, self._children = {}, {}
+        for device in devices:
+            row = QTreeWidgetItem(self, [f'{device.name} ({device.type.value})', ''])
+            row.setData(_NAME, Qt.UserRole, (_DEVICE, device.name, ''))
+            row.setCheckState(_NAME, Qt.Checked if is_ticked(device.name) else Qt.Unchecked)
+            self._rows[device.name] = row
+            for topic in device.topics:
+                self._child(device.name, _TOPIC, topic.name)
+            row.setExpanded(device.name in opened)
+        self.blockSignals(False)
+
+    def set_ticks(self, is_ticked: Callable[[str], bool]) -> None:
+        """Show which devices are chosen."""
+        self.blockSignals(True)
+        for name, row in self._rows.items():
+            row.setCheckState(_NAME, Qt.Checked if is_ticked(name) else Qt.Unchecked)
+        self.blockSignals(False)
+
+    def set_state(self, device: str, state: DeviceState) -> None:
+        """Show the state of a device."""
+        row = self._rows.get(device)
+        if row is None:
+            return
+        self.blockSignals(True)
+        _show(row, state.summary)
+        self._remove_nodes(device, state)
+        for kind, lines in ((_NODE, state.nodes), (_TOPIC, state.topics)):
+            for name, line in lines.items():
+                _show(self._child(device, kind, name), line)
+        self.blockSignals(False)
+
+    def selected_device(self) -> str:
+        """The device whose row, or a row below it, is selected; empty without one."""
+        items = self.selectedItems()
+        return str(items[0].data(_NAME, Qt.UserRole)[1]) if items else ''
+
+    def state_text(self, device: str) -> str:
+        """The state of a device as it is shown."""
+        return self._rows[device].text(_STATE)
+
+    def _child(self, device: str, kind: str, name: str) -> QTreeWidgetItem:
+        key = (device, kind, name)
+        if key not in self._children:
+            item = QTreeWidgetItem([name, ''])
+            item.setData(_NAME, Qt.UserRole, (kind, device, name))
+            item.setForeground(_NAME, QColor(QUIET))
+            row = self._rows[device]
+            nodes = sum(1 for it in self._children if it[:2] == (device, _NODE))
+            row.insertChild(nodes if kind == _NODE else row.childCount(), item)
+            self._children[key] = item
+        return self._children[key]
+
+    def _remove_nodes(self, device: str, state: DeviceState) -> None:
+        gone = [key for key in self._children
+                if key[:2] == (device, _NODE) and key[2] not in state.nodes]
+        for key in gone:
+            self._rows[device].removeChild(self._children.pop(key))
+
+    def _on_changed(self, item: QTreeWidgetItem, column: int) -> None:
+        kind, device, _ = item.data(_NAME, Qt.UserRole)
+        if kind == _DEVICE and column == _NAME:
+            self.ticked.emit(device, item.checkState(_NAME) == Qt.Checked)
+
+    def _on_double_click(self, item: QTreeWidgetItem) -> None:
+        kind, device, name = item.data(_NAME, Qt.UserRole)
+        if kind == _NODE:
+            self.log_wanted.emit(device, name)
+
+    def _show_menu(self, position: QPoint) -> None:
+        item = self.itemAt(position)
+        if item is None:
+            return
+        menu = QMenu(self)
+        for text, signal_arguments in self._actions(item):
+            menu.addAction(text, signal_arguments)
+        menu.popup(self.viewport().mapToGlobal(position))
+
+    def _actions(self, item: QTreeWidgetItem) -> List[Tuple[str, Callable[[], None]]]:
+        kind, device, name = item.data(_NAME, Qt.UserRole)
+        actions: List[Tuple[str, Callable[[], None]]] = [
+            (f'Restart {device}', lambda: self.restart_wanted.emit(device))]
+        if kind == _NODE:
+            actions.append((f'Show the log of {name}', lambda: self.log_wanted.emit(device, name)))
+        return actions
+
+
+def _show(item: QTreeWidgetItem, line: Line) -> None:
+    if item.text(_STATE) == line.text and item.data(_STATE, Qt.UserRole) == int(line.level):
+        return
+    item.setText(_STATE, line.text)
+    item.setToolTip(_STATE, line.text)
+    item.setData(_STATE, Qt.UserRole, int(line.level))
+    item.setForeground(_STATE, QColor(_COLORS[line.level]))
+    if line.level in _ICONS and line.text:
+        item.setIcon(_STATE, icon(_ICONS[line.level]))
+    else:
+        item.setData(_STATE, Qt.DecorationRole, None)

@@ -1,0 +1,110 @@
+"""Mode, status, and the button that launches and quits all nodes."""
+from __future__ import annotations
+
+from typing import Optional
+
+from PyQt5.QtCore import Qt, pyqtSignal
+from PyQt5.QtWidgets import (
+    QButtonGroup,
+    QGroupBox,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QRadioButton,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from process_visualizer.cell.model import Mode
+from process_visualizer.gui.icons import icon
+from process_visualizer.gui.models.launch_model import Phase
+
+_LAUNCH_TEXT = {Phase.IDLE: 'Launch nodes', Phase.LAUNCHING: 'Quit all nodes',
+                Phase.RUNNING: 'Quit all nodes', Phase.QUITTING: 'Quitting…'}
+
+
+class LaunchView(QWidget):
+    """What the thesis' window has below the list of devices."""
+
+    mode_chosen = pyqtSignal(object)
+    launch_wanted = pyqtSignal()
+    quit_wanted = pyqtSignal()
+    apply_wanted = pyqtSignal()
+    view_wanted = pyqtSignal()
+
+    def __init__(self, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._phase = Phase.IDLE
+        self._modes = QButtonGroup(self)
+        self.realtime = self._mode_button('Real-time', 'realtime', Mode.REALTIME)
+        self.playback = self._mode_button('Playback', 'playback', Mode.PLAYBACK)
+        self.status = QLabel()
+        self.status.setObjectName('status')
+        self.status.setWordWrap(True)
+        self.status.setTextInteractionFlags(Qt.TextSelectableByMouse)
+        self.launch = QPushButton('Launch nodes')
+        self.launch.setObjectName('launch')
+        self.launch.setMinimumHeight(34)
+        self.launch.clicked.connect(self._on_launch)
+        self.apply = QPushButton()
+        self.apply.setObjectName('apply')
+        self.apply.clicked.connect(self.apply_wanted)
+        self.view = QToolButton()
+        self.view.setObjectName('view')
+        self.view.setIcon(icon('view'))
+        self.view.setMinimumHeight(34)
+        self.view.setToolTip('Start RViz again, with the same view')
+        self.view.clicked.connect(self.view_wanted)
+        self._lay_out()
+
+    def show_mode(self, mode: Mode) -> None:
+        """Check the button of a mode."""
+        (self.realtime if mode is Mode.REALTIME else self.playback).setChecked(True)
+
+    def show_phase(self, phase: Phase, can_launch: bool, reason: str) -> None:
+        """Show what can be done; ``reason`` says why nothing can be launched."""
+        self._phase = phase
+        for button in self._modes.buttons():
+            button.setEnabled(phase is Phase.IDLE)
+        self.launch.setText(_LAUNCH_TEXT[phase])
+        self.launch.setEnabled(phase is not Phase.QUITTING
+                               and (phase is not Phase.IDLE or can_launch))
+        self.launch.setToolTip(reason or 'Ctrl+L')
+        self.launch.setDefault(phase is Phase.IDLE)
+        self.view.setVisible(phase is Phase.RUNNING)
+
+    def show_changes(self, text: str, hint: str) -> None:
+        """Offer to go over to what is ticked or configured now; nothing without a text."""
+        self.apply.setVisible(bool(text))
+        self.apply.setText(text)
+        self.apply.setToolTip(hint)
+
+    def _mode_button(self, text: str, name: str, mode: Mode) -> QRadioButton:
+        button = QRadioButton(text)
+        button.setObjectName(name)
+        button.clicked.connect(lambda: self.mode_chosen.emit(mode))
+        self._modes.addButton(button)
+        return button
+
+    def _on_launch(self) -> None:
+        (self.launch_wanted if self._phase is Phase.IDLE else self.quit_wanted).emit()
+
+    def _lay_out(self) -> None:
+        modes = QGroupBox('Mode')
+        row = QHBoxLayout(modes)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.addWidget(self.realtime)
+        row.addWidget(self.playback)
+        row.addStretch()
+        status = QGroupBox('Status')
+        QVBoxLayout(status).addWidget(self.status)
+        status.layout().setContentsMargins(0, 0, 0, 0)
+        buttons = QHBoxLayout()
+        buttons.addWidget(self.launch, 1)
+        buttons.addWidget(self.view)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        for widget in (modes, status, self.apply):
+            layout.addWidget(widget)
+        layout.addLayout(buttons)

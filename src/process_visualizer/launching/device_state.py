@@ -1,0 +1,112 @@
+"""What an operator is told about a device: its nodes and its topics in one line."""
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import Dict, Mapping, NamedTuple, Optional, Tuple
+
+from process_visualizer.cell.model import Device
+from process_visualizer.launching.node_state import NodeReport, NodeState
+from process_visualizer.launching.part_report import PartReport, PartState
+from process_visualizer.launching.topic_watch import TopicActivity
+
+
+class Level(IntEnum):
+    """How good a state is; the higher, the more it asks for attention."""
+
+    OFF = 0
+    GOOD = 1
+    WAITING = 2
+    WARNING = 3
+    BAD = 4
+
+
+class Line(NamedTuple):
+    """A state in words."""
+
+    level: Level
+    text: str
+
+
+_OFF = Line(Level.OFF, '')
+
+
+class DeviceState(NamedTuple):
+    """The state of a device, and of its nodes and topics by their names."""
+
+    summary: Line
+    nodes: Dict[str, Line]
+    topics: Dict[str, Line]
+
+
+def device_state(device: Device, report: Optional[PartReport],
+                 activities: Mapping[str, TopicActivity]) -> DeviceState:
+    """Return the state of a device; ``report`` is None while it does not run."""
+    if report is None or report.state is PartState.STOPPED:
+        return DeviceState(_OFF, {}, {topic.name: _OFF for topic in device.topics})
+    nodes = {node.name: node_line(node) for node in report.nodes}
+    topics = {topic.name: topic_line(activities.get(topic.name)) for topic in device.topics}
+    return DeviceState(_summary(report, topics), nodes, topics)
+
+
+def node_line(node: NodeReport) -> Line:
+    """Return the state of a node."""
+    if node.state is NodeState.RUNNING:
+        return Line(Level.GOOD, 'running' + _restarts(node))
+    if node.state is NodeState.STARTING:
+        return Line(Level.WAITING, 'starting' + _restarts(node))
+    if node.state is NodeState.EXITED:
+        level = Level.BAD if node.exit_code else Level.WARNING
+        return Line(level, f'ended with code {node.exit_code}')
+    return Line(Level.BAD, f'cannot be started: {node.reason}')
+
+
+def topic_line(activity: Optional[TopicActivity]) -> Line:
+    """Return the state of a topic; None: nobody counts its messages."""
+    if activity is None:
+        return _OFF
+    if activity.silence_s is None:
+        return Line(Level.WAITING, 'no message yet')
+    if activity.is_stale:
+        return Line(Level.WARNING, f'silent for {activity.silence_s:.1f} s')
+    return Line(Level.GOOD, f'{activity.rate_hz:.3g} Hz' if activity.rate_hz > 0.0 else '')
+
+
+def _restarts(node: NodeReport) -> str:
+    return f', restarted {node.restarts}×' if node.restarts else ''
+
+
+def _summary(report: PartReport, topics: Mapping[str, Line]) -> Line:
+    if report.state is PartState.STOPPING:
+        return Line(Level.WAITING, 'stopping')
+    dead = [node for node in report.nodes if node_line(node).level >= Level.WARNING]
+    if dead:
+        return _dead(dead)
+    if report.state is PartState.FAILED:
+        return Line(Level.BAD, 'failed')
+    starting = sum(node.state is NodeState.STARTING for node in report.nodes)
+    if report.state is PartState.STARTING or starting:
+        return Line(Level.WAITING, f'starting, {len(report.nodes) - starting} of '
+                                   f'{len(report.nodes)} nodes up')
+    silent = [(name, line) for name, line in topics.items() if line.level is Level.WARNING]
+    if silent:
+        return Line(Level.WARNING, f'{silent[0][0]} {silent[0][1].text}' + _more(len(silent) - 1))
+    return Line(Level.GOOD, 'running')
+
+
+def _dead(nodes: 'list[NodeReport]') -> Line:
+    worst = max(nodes, key=lambda node: node_line(node).level)
+    line = node_line(worst)
+    return Line(line.level, f'{_short(worst.name)} {line.text}' + _more(len(nodes) - 1))
+
+
+def _short(name: str) -> str:
+    return name.rpartition('/')[2]
+
+
+def _more(count: int) -> str:
+    return f' (and {count} more)' if count else ''
+
+
+def worst(lines: Tuple[Line, ...]) -> Line:
+    """Return the line that asks most for attention."""
+    return max(lines, key=lambda line: line.level, default=_OFF)

@@ -1,0 +1,79 @@
+"""Which topics are silent for longer than usual, from what the recorder or the player count."""
+from __future__ import annotations
+
+from collections import deque
+from typing import Deque, Dict, NamedTuple, Optional, Tuple
+
+_LEAST_SILENCE_S = 1.0
+_INTERVALS = 5.0
+"""So many usual intervals without a message are unusual."""
+_PAUSE_FACTOR = 2.0
+_LONGEST_PAUSE_S = 10.0
+"""A longer silence that ended was an outage; a shorter one may belong to the topic."""
+_WEIGHT = 0.05
+_RATE_SPAN_S = 1.0
+
+
+class TopicActivity(NamedTuple):
+    """What a topic does: rate in Hz over the last second, silence in s (None: nothing came)."""
+
+    rate_hz: float
+    silence_s: Optional[float]
+    is_stale: bool
+
+
+class TopicWatch:
+    """Learns what is usual for each topic, and tells what is not."""
+
+    def __init__(self) -> None:
+        self._usual: Dict[str, _Usual] = {}
+
+    def update(self, topic: str, rate_hz: float, silence_s: Optional[float]) -> TopicActivity:
+        """Take what was counted just now, and judge it."""
+        if silence_s is None:
+            return TopicActivity(rate_hz, None, False)
+        usual = self._usual.setdefault(topic, _Usual())
+        usual.learn(rate_hz, silence_s)
+        return TopicActivity(rate_hz, silence_s, silence_s > usual.longest_silence_s)
+
+
+class _Usual:
+    """The usual rate of a topic, and the longest silence between two messages."""
+
+    def __init__(self) -> None:
+        self._rate_hz: Optional[float] = None
+        self._pause_s = 0.0
+        self._last_silence_s = 0.0
+
+    def learn(self, rate_hz: float, silence_s: float) -> None:
+        if silence_s < self._last_silence_s <= _LONGEST_PAUSE_S:  # a message has ended a silence
+            self._pause_s = max(self._pause_s, self._last_silence_s)
+        self._last_silence_s = silence_s
+        if rate_hz > 0.0:
+            before = rate_hz if self._rate_hz is None else self._rate_hz
+            self._rate_hz = before + _WEIGHT * (rate_hz - before)
+
+    @property
+    def longest_silence_s(self) -> float:
+        """Infinite while too little is known (a latched topic sends once)."""
+        if self._rate_hz is None:
+            return float('inf')
+        return max(_LEAST_SILENCE_S, _INTERVALS / self._rate_hz, _PAUSE_FACTOR * self._pause_s)
+
+
+class TopicCounter:
+    """Rates from counts that grow, over the last second or so."""
+
+    def __init__(self) -> None:
+        self._counts: Dict[str, Deque[Tuple[float, int]]] = {}
+
+    def rate_hz(self, topic: str, count: int, now_s: float) -> float:
+        """Take the count of a topic now [s]; return the rate since about a second ago."""
+        counts = self._counts.setdefault(topic, deque())
+        if counts and count < counts[-1][1]:  # another player counts from the beginning
+            counts.clear()
+        counts.append((now_s, count))
+        while len(counts) > 2 and counts[1][0] <= now_s - _RATE_SPAN_S:
+            counts.popleft()
+        since_s, before = counts[0]
+        return (count - before) / (now_s - since_s) if now_s > since_s else 0.0
