@@ -1,0 +1,65 @@
+"""Tasks that end when the test says so, and a client that notes what it is asked for."""
+from __future__ import annotations
+
+from typing import Any, Callable, List, Optional, Tuple
+
+Pending = Tuple[str, Callable[[], Any], Optional[Callable[[Any], None]],
+                Optional[Callable[[Exception], None]]]
+
+
+class HeldTasks:
+    """In place of Tasks: a task runs in the calling thread, when the test lets it."""
+
+    def __init__(self) -> None:
+        self.held: List[Pending] = []
+
+    def run(self, line: str, function: Callable[[], Any],
+            on_result: Optional[Callable[[Any], None]] = None,
+            on_error: Optional[Callable[[Exception], None]] = None) -> None:
+        self.held.append((line, function, on_result, on_error))
+
+    def end_one(self) -> None:
+        """Run the oldest task."""
+        _line, function, on_result, on_error = self.held.pop(0)
+        try:
+            result = function()
+        except Exception as error:
+            if on_error is None:
+                raise
+            on_error(error)
+        else:
+            if on_result is not None:
+                on_result(result)
+
+    def end_all(self) -> None:
+        """Run all tasks, and those that come of them."""
+        while self.held:
+            self.end_one()
+
+
+class Refused(Exception):
+    """What the recording client raises where the test wants it."""
+
+
+class RecordingClient:
+    """In place of PlayerClient: notes the commands; refuses the next one if told a reason."""
+
+    def __init__(self) -> None:
+        self.commands: List[Tuple[Any, ...]] = []
+        self.reason = ''
+
+    def __getattr__(self, name: str) -> Callable[..., None]:
+        if name.startswith('_'):
+            raise AttributeError(name)
+
+        def command(*arguments: Any) -> None:
+            if self.reason:
+                reason, self.reason = self.reason, ''
+                raise Refused(reason)
+            self.commands.append((name, *arguments))
+        return command
+
+    def taken(self) -> List[Tuple[Any, ...]]:
+        """The commands since the last call."""
+        commands, self.commands = self.commands, []
+        return commands

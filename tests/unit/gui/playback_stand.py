@@ -1,0 +1,41 @@
+"""A playback model with a player that the test plays itself."""
+from __future__ import annotations
+
+from typing import Any, List
+
+from held_tasks import HeldTasks, RecordingClient, Refused
+
+from process_visualizer.gui.models.playback_model import PlaybackModel
+from process_visualizer.gui.snapshots import PlayerSnapshot
+
+PAUSED = PlayerSnapshot(stamp_s=1000.0, begin_s=500.0, duration_s=20.0, position_s=0.0, rate=1.0,
+                        achieved_rate=0.0, paused=True, segment=1, files=('/bags/a.bag',))
+
+
+class PlaybackStand:
+    """The model, its clock, and everything that it asks of the player or tells the operator."""
+
+    def __init__(self) -> None:
+        self.now_s = 1000.0
+        self.tasks = HeldTasks()
+        self.client = RecordingClient()
+        self.model = PlaybackModel(self.tasks, self.client, Refused, lambda: self.now_s)
+        self.failures: List[str] = []
+        self.model.failed.connect(self.failures.append)
+        self.snapshot = PAUSED
+
+    def state(self, **changes: Any) -> PlayerSnapshot:
+        """Let the player tell a state, stamped now, that differs so from the one before."""
+        changes.setdefault('stamp_s', self.now_s)
+        self.snapshot = self.snapshot._replace(**changes)
+        self.model.take_state(self.snapshot)
+        return self.snapshot
+
+    def play(self, rate: float = 1.0, **changes: Any) -> PlayerSnapshot:
+        """Let the player tell that it plays."""
+        return self.state(paused=False, rate=rate, achieved_rate=rate, **changes)
+
+    def commands(self) -> List[Any]:
+        """End all tasks and return what the player was asked for since the last call."""
+        self.tasks.end_all()
+        return self.client.taken()
