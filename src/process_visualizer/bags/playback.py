@@ -300,7 +300,7 @@ class Playback:
             for message in event.messages:
                 self._publish(message, lambda stamp_ns: self._present(basis, stamp_ns))
         if not basis.paused:  # restoring took its time; what follows comes at its pace, in no burst
-            self._timeline.slip_to(basis.bag_ns, basis.version)
+            self._timeline.slip_to(basis.bag_ns, basis.version, begins=True)
 
     def _show(self, event: PlaybackEvent, basis: Basis, due_ns: int = AT_ONCE) -> None:
         for message in event.messages:

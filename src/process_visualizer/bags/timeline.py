@@ -86,8 +86,12 @@ class Timeline:
     pass_limit() once all messages up to it are published, so that none is lost.
     """
 
-    def __init__(self, begin_ns: int, end_ns: int, clock: Optional[Clock] = None) -> None:
+    def __init__(self, begin_ns: int, end_ns: int, clock: Optional[Clock] = None,
+                 head_start_ns: int = 0) -> None:
         """Begin paused at the beginning of a recording, given its bounds [bag ns].
+
+        Play begins a head start [ns] after the command, so that the first messages can be
+        prepared by the time they are due.
 
         Raises:
             ValueError: the recording ends before it begins.
@@ -95,6 +99,7 @@ class Timeline:
         if end_ns < begin_ns:
             raise ValueError(f'the end {end_ns} lies before the beginning {begin_ns}')
         self._clock = clock or Clock()
+        self._head_start_ns = head_start_ns
         self._changed = threading.Condition()
         now_ns = self._clock.monotonic_ns()
         self._basis = Basis(begin_ns, now_ns, begin_ns, end_ns)
@@ -239,9 +244,10 @@ class Timeline:
                 self._clock.wait(self._changed, remaining_ns)
             return True
 
-    def slip_to(self, bag_ns: int, version: int) -> None:
+    def slip_to(self, bag_ns: int, version: int, begins: bool = False) -> None:
         """Let a bag time [ns] that is overdue be due now: the machine could not keep up.
 
+        Or, where play ``begins`` there, after the head start.
         All that follows comes later by the same time, so that there is no burst. The position
         goes back to that time, which must lie within the recording. Nothing happens
         if the time is still to come, or if a command came in between (see wait_until_due).
@@ -250,8 +256,9 @@ class Timeline:
             due_ns, now_ns = self._basis.due_ns(bag_ns), self._clock.monotonic_ns()
             if self._basis.version != version or due_ns is None or due_ns >= now_ns:
                 return
-            self._basis = replace(self._basis, bag_ns=bag_ns, monotonic_ns=now_ns)
-            self._achieved.lose(now_ns, now_ns - due_ns)
+            later_ns = now_ns + (self._head_start_ns if begins else 0)
+            self._basis = replace(self._basis, bag_ns=bag_ns, monotonic_ns=later_ns)
+            self._achieved.lose(now_ns, later_ns - due_ns)
 
     def pass_limit(self, version: int) -> None:
         """At the limit, jump back to the other end of the loop, or pause if there is none.
@@ -276,7 +283,8 @@ class Timeline:
     def _start(self) -> None:
         basis = self._basis
         if basis.loop or basis.bag_ns != basis.limit_ns:
-            self._rebase(paused=False)
+            self._rebase(paused=False,
+                         monotonic_ns=self._clock.monotonic_ns() + self._head_start_ns)
         else:
             self._jump(basis.begin_ns if basis.forward else basis.end_ns, paused=False)
 
@@ -287,8 +295,9 @@ class Timeline:
     def _rebase(self, **changes: Any) -> None:
         basis, now_ns = self._basis, self._clock.monotonic_ns()
         changes.setdefault('bag_ns', basis.position_at(now_ns))
-        self._basis = replace(basis, monotonic_ns=now_ns, command=basis.command + 1,
-                              version=basis.version + 1, **changes)
+        changes.setdefault('monotonic_ns', now_ns)
+        self._basis = replace(basis, command=basis.command + 1, version=basis.version + 1,
+                              **changes)
         self._achieved.restart(now_ns)
         self._changed.notify_all()
 

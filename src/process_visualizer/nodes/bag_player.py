@@ -23,6 +23,8 @@ from process_visualizer.nodes.simulated_clock import SimulatedClock
 from process_visualizer.nodes.topic_conflicts import without_conflicts
 
 DRAIN_S = 5.0
+HEAD_START_NS = 50_000_000
+"""Not noticed by an operator, and enough for the engine to be ahead when the first message is due."""
 SIGNALS_S = 0.5  # how long the main thread waits at most before it looks at signals
 
 
@@ -210,7 +212,7 @@ def _timeline(recording: Recording, end_s: Optional[float]) -> Timeline:
     end_ns = recording.end_ns
     if end_s is not None:
         end_ns = min(recording.begin_ns + round(end_s * NS_PER_S), end_ns)
-    return Timeline(recording.begin_ns, end_ns)
+    return Timeline(recording.begin_ns, end_ns, head_start_ns=HEAD_START_NS)
 
 
 def _ros_time(time_ns: int) -> rospy.Time:

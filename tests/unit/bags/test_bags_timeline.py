@@ -285,6 +285,27 @@ def test_waits_while_paused_and_for_nothing(timeline, clock):
     assert clock.waits == 2
 
 
+def test_play_begins_after_its_head_start(clock):
+    timeline = Timeline(BEGIN, BEGIN + LENGTH, clock, NS_PER_S // 20)
+    begin_ns = clock.now_ns
+    timeline.play()
+    assert timeline.basis.due_ns(BEGIN) == begin_ns + NS_PER_S // 20
+    pass_s(clock, 0.04)
+    assert at_s(timeline) == 0.0
+    pass_s(clock, 0.06)
+    assert at_s(timeline) == pytest.approx(0.05)
+
+
+def test_where_play_begins_after_a_jump_it_has_its_head_start_too(clock):
+    timeline = Timeline(BEGIN, BEGIN + LENGTH, clock, NS_PER_S // 20)
+    timeline.play()
+    pass_s(clock, 1.0)
+    timeline.seek(BEGIN + 10 * NS_PER_S)
+    pass_s(clock, 0.3)  # until the scene is there
+    timeline.slip_to(BEGIN + 10 * NS_PER_S, timeline.basis.version, begins=True)
+    assert timeline.basis.due_ns(BEGIN + 10 * NS_PER_S) == clock.now_ns + NS_PER_S // 20
+
+
 def test_slip_while_waiting_makes_the_wait_longer(timeline, clock):
     timeline.play()
     pass_s(clock, 1.5)

@@ -13,11 +13,13 @@ SHARES = st.floats(-0.1, 1.1)
 
 
 class TimelineMachine(RuleBasedStateMachine):
-    @initialize(length=st.integers(0, 20 * NS_PER_S))
-    def begin(self, length):
+    @initialize(length=st.integers(0, 20 * NS_PER_S),
+                head_start=st.sampled_from([0, NS_PER_S // 20]))
+    def begin(self, length, head_start):
         self.clock = FakeClock()
         self.end = BEGIN + length
-        self.timeline = Timeline(BEGIN, self.end, self.clock)
+        self.head_start = head_start
+        self.timeline = Timeline(BEGIN, self.end, self.clock, head_start)
         self.mapping = StampMapping(self.clock)
         self.in_scene = {}  # bag stamp -> wall stamp, since the scene began
         self.in_command = []  # (bag stamp, wall stamp) first seen since the command, playing
@@ -44,6 +46,7 @@ class TimelineMachine(RuleBasedStateMachine):
     @rule(passed=st.one_of(st.integers(0, 100), st.integers(0, 3 * NS_PER_S)))
     def time_passes(self, passed):
         basis, before = self.timeline.basis, self.timeline.position_ns()
+        waits = min(max(basis.monotonic_ns - self.clock.now_ns, 0), passed)  # for the head start
         self.clock.now_ns += passed
         change = self.timeline.position_ns() - before
         if basis.paused:
@@ -51,7 +54,7 @@ class TimelineMachine(RuleBasedStateMachine):
         elif self.timeline.position_ns() == basis.limit_ns:
             assert change * basis.rate >= 0
         else:
-            assert abs(change - passed * basis.rate) <= 1.001
+            assert abs(change - (passed - waits) * basis.rate) <= 1.001
             assert change * basis.rate >= 0
 
     @rule()
@@ -168,7 +171,8 @@ class TimelineMachine(RuleBasedStateMachine):
         if due is None:
             assert basis.paused
         else:
-            assert due <= self.clock.now_ns
+            assert basis.monotonic_ns <= self.clock.now_ns + self.head_start
+            assert due <= max(self.clock.now_ns, basis.monotonic_ns)
             if position not in (basis.limit_ns, basis.bag_ns):
                 assert self.clock.now_ns - due <= 1 / abs(basis.rate) + 1
 
