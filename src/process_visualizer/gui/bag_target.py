@@ -13,12 +13,13 @@ LEAST_FREE_BYTES = 1 << 30
 class BagTarget(NamedTuple):
     """What a look at the disk told; ``problem`` says what is wrong and what to do, or ''.
 
-    ``free_bytes`` is None where the disk cannot be read; ``free_name`` is a name like the given
-    one that no file has yet.
+    ``free_bytes`` and ``total_bytes`` of the disk are None where it cannot be read; ``free_name``
+    is a name like the given one that no file has yet.
     """
 
     problem: str = ''
     free_bytes: Optional[int] = None
+    total_bytes: Optional[int] = None
     free_name: str = ''
 
 
@@ -28,13 +29,14 @@ def look_at(folder: str, name: str = '') -> BagTarget:
     ``name`` is the operator's, '' where the recorder makes one of date and time.
     """
     existing = _existing_parent(Path(folder))
-    free_bytes = _free_bytes(existing)
-    problem = _folder_problem(Path(folder), existing, free_bytes) or _name_problem(name)
+    room = _room(existing)
+    problem = _folder_problem(Path(folder), existing, room.free_bytes) or _name_problem(name)
     if problem or not is_taken(folder, name):
-        return BagTarget(problem, free_bytes)
+        return room._replace(problem=problem)
     free_name = _free_name(folder, stem_of(name))
-    return BagTarget(f'{stem_of(name)}.bag exists already and is not overwritten; '
-                     f'choose another name, such as {free_name}', free_bytes, free_name)
+    return room._replace(
+        free_name=free_name, problem=f'{stem_of(name)}.bag exists already and is not overwritten; '
+                                     f'choose another name, such as {free_name}')
 
 
 def stem_of(name: str) -> str:
@@ -62,11 +64,12 @@ def _existing_parent(folder: Path) -> Path:
     return folder
 
 
-def _free_bytes(folder: Path) -> Optional[int]:
+def _room(folder: Path) -> BagTarget:
     try:
-        return shutil.disk_usage(folder).free
+        usage = shutil.disk_usage(folder)
     except OSError:
-        return None
+        return BagTarget()
+    return BagTarget(free_bytes=usage.free, total_bytes=usage.total)
 
 
 def _folder_problem(folder: Path, existing: Path, free_bytes: Optional[int]) -> str:

@@ -175,7 +175,9 @@ def test_the_clock_goes_on_between_states_and_never_back(recording, clock):
 
 def test_marks_have_numbers_or_labels(recording, client, qtbot):
     recording.mark()
-    recording.mark('the seam tears')
+    recording.set_label(' the seam tears ')
+    recording.mark()
+    assert recording.label == ''
     assert [label for _, label in recording.marks] == ['mark 1', 'the seam tears']
     assert recording.next_label == 'mark 3'
     qtbot.waitUntil(lambda: client.commands[1:] == ['mark mark 1', 'mark the seam tears'])
@@ -281,6 +283,11 @@ def test_a_recording_that_somebody_else_started(model, clock):
     clock.now_s += 10.0
     model.take_state(told('idle', files=('/bags/other.bag',), duration_s=8.0))
     assert model.finished_bag.files == ('/bags/other.bag',) and messages_of(model) == []
+
+
+def test_that_it_runs_may_be_told_again(recording):
+    recording.set_running(True)
+    assert recording.phase is Phase.RECORDING
 
 
 def test_nothing_runs(model, client):

@@ -77,6 +77,11 @@ class RecordingChoices(QObject):
         return self._target.free_bytes
 
     @property
+    def total_bytes(self) -> Optional[int]:
+        """The size of the folder's disk, None where it is not known."""
+        return self._target.total_bytes
+
+    @property
     def topics(self) -> List[TopicRow]:
         """The topics of the chosen devices."""
         return self._ticks.rows()
@@ -150,7 +155,7 @@ class RecordingChoices(QObject):
 
     def _set(self, settings: Mapping[str, str]) -> None:
         self._settings.update(settings)
-        self._target = BagTarget(free_bytes=self._target.free_bytes)
+        self._target = self._target._replace(problem='', free_name='')
         self.look()
         self.changed.emit()
 

@@ -86,6 +86,7 @@ class RecordingModel(QObject):
         self._finished: Optional[FinishedBag] = None
         self._error = ''
         self._marks: List[Tuple[float, str]] = []
+        self._label = ''
         self._silence = QTimer(self)
         self._silence.setSingleShot(True)
         self._silence.setInterval(_SILENCE_MS)
@@ -129,6 +130,11 @@ class RecordingModel(QObject):
         return list(self._marks)
 
     @property
+    def label(self) -> str:
+        """The label that the operator prepares for the next mark, or ''."""
+        return self._label
+
+    @property
     def next_label(self) -> str:
         """The label of the next mark, if the operator gives none."""
         return f'mark {len(self._marks) + 1}'
@@ -155,6 +161,16 @@ class RecordingModel(QObject):
         return max(0, self.free_bytes - LEAST_FREE_BYTES) / self._snapshot.rate
 
     @property
+    def total_bytes(self) -> Optional[int]:
+        """The size of the disk, None where it is not known."""
+        return self.choices.total_bytes
+
+    @property
+    def is_saving(self) -> bool:
+        """Whether the last seconds are being written."""
+        return self._phase is Phase.STOPPING and not self._path
+
+    @property
     def is_disk_low(self) -> bool:
         """Whether the disk is full in less than five minutes."""
         return self.time_left_s is not None and self.time_left_s < _LOW_DISK_S
@@ -168,6 +184,8 @@ class RecordingModel(QObject):
 
     def set_running(self, is_running: bool) -> None:
         """Tell that a recorder has been launched, or that it has ended with its run."""
+        if is_running == (self._phase is not Phase.OFF):
+            return
         self._silence.stop()
         self._snapshot, self._path, self._is_asked = RecorderSnapshot('idle'), '', False
         self._clock.take(0.0, False)
@@ -224,11 +242,16 @@ class RecordingModel(QObject):
             self._ask(Phase.STOPPING)
             self._run(lambda: [_checked(self._client.save_recent, options)], self._ended)
 
-    def mark(self, label: str = '') -> None:
-        """Write a labelled moment, now, into the recording; without a label it gets a number."""
+    def set_label(self, label: str) -> None:
+        """Take the label that the operator prepares for the next mark."""
+        self._label = label.strip()
+
+    def mark(self) -> None:
+        """Write a moment, now, into the recording, with the prepared label or with a number."""
         if self._phase is Phase.RECORDING:
-            entry = (self.elapsed_s, label.strip() or self.next_label)
+            entry = (self.elapsed_s, self._label or self.next_label)
             self._marks.append(entry)
+            self._label = ''
             self._tasks.run(_LINE, lambda: self._client.mark(entry[1]), None,
                             lambda error: self._mark_failed(entry, error))
             self.changed.emit()

@@ -1,0 +1,188 @@
+"""The recording panel, clicked as an operator does."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Callable, Iterator, Type
+
+import pytest
+from PyQt5.QtCore import Qt
+from PyQt5.QtWidgets import (
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QRadioButton,
+    QToolButton,
+    QTreeWidget,
+    QWidget,
+)
+from recording_stand_in import StandInRecorder, devices, seen, told
+
+from process_visualizer.bags.recording_options import RecorderError
+from process_visualizer.gui.models.recording_choices import NameChoice
+from process_visualizer.gui.models.recording_model import Phase, RecordingModel
+from process_visualizer.gui.tasks import Tasks
+from process_visualizer.gui.views.recording_panel import RecordingPanel
+
+Find = Callable[[Type[QWidget], str], Any]
+
+
+@pytest.fixture
+def client(tmp_path: Path) -> StandInRecorder:
+    recorder = StandInRecorder()
+    recorder.path = str(tmp_path / 'seam.bag')
+    return recorder
+
+
+@pytest.fixture
+def model(client: StandInRecorder, tmp_path: Path, qtbot) -> Iterator[RecordingModel]:
+    tasks = Tasks()
+    recording = RecordingModel(tasks, client)
+    recording.choices.set_folder(str(tmp_path))
+    recording.choices.set_devices(devices())
+    yield recording
+    tasks.close()
+
+
+@pytest.fixture
+def find(model: RecordingModel, qtbot) -> Iterator[Find]:
+    panel = RecordingPanel(model)
+    qtbot.addWidget(panel)
+    panel.show()
+    panel.played = played = []
+    panel.play_wanted.connect(played.append)
+
+    def widget(kind: Type[QWidget], name: str) -> Any:
+        return panel if not name else panel.findChild(kind, name)
+
+    return widget
+
+
+@pytest.fixture
+def running(model: RecordingModel, find: Find) -> RecordingModel:
+    model.set_running(True)
+    model.take_state(told())
+    return model
+
+
+def text(find: Find, name: str) -> str:
+    return str(find(QLabel, name).text()).replace('\u2009', ' ')
+
+
+def click(find: Find, name: str, kind: Type[QWidget] = QPushButton) -> None:
+    find(kind, name).click()
+
+
+def test_nothing_runs(find):
+    assert not find(QPushButton, 'record').isEnabled()
+    assert text(find, 'record_notice').startswith('Launch the devices')
+    assert find(QLineEdit, 'record_folder').isEnabled()
+
+
+def test_record_mark_stop_play(find, running, client, qtbot):
+    click(find, 'record')
+    qtbot.waitUntil(lambda: find(QPushButton, 'record').text() == 'Stop')
+    running.take_state(told('recording', files=(client.path,), duration_s=63.6, messages=18230,
+                            bytes=42_100_000, time_left_s=7200.0, free_bytes=10 ** 11))
+    assert text(find, 'record_figures') == '42.1 MB · 18 230 messages · 0 dropped · 0 lost'
+    assert text(find, 'record_time').startswith('1:03.')
+    assert text(find, 'disk_room') == '100 GB free'
+    assert text(find, 'disk_time_left') == '2 h 0 min left at this rate'
+    assert not find(QRadioButton, 'record_by_date').isEnabled()
+    qtbot.keyClicks(find(QLineEdit, 'mark_label'), 'the seam tears')
+    click(find, 'mark')
+    assert text(find, 'record_notice').startswith('the seam tears at 1:03.')
+    assert find(QLineEdit, 'mark_label').text() == ''
+    assert find(QLineEdit, 'mark_label').placeholderText() == 'mark 2'
+    click(find, 'record')
+    qtbot.waitUntil(lambda: find(QPushButton, 'record').text() == 'Record')
+    assert 'mark the seam tears' in client.commands
+    assert text(find, 'record_notice') == 'seam.bag'
+    click(find, 'play_recording')
+    assert find(QWidget, '').played == [client.path]
+
+
+def test_the_states_between(find, running, client, qtbot):
+    client.gate.clear()
+    click(find, 'record')
+    assert find(QPushButton, 'record').text() == 'Starting…'
+    assert not find(QPushButton, 'record').isEnabled()
+    client.gate.set()
+    qtbot.waitUntil(lambda: running.phase is Phase.RECORDING)
+    client.gate.clear()
+    click(find, 'record')
+    assert find(QPushButton, 'record').text() == 'Stopping…'
+    client.gate.set()
+    qtbot.waitUntil(lambda: running.phase is Phase.IDLE)
+
+
+def test_the_name(find, running, qtbot, tmp_path):
+    assert find(QRadioButton, 'record_by_date').isChecked()
+    assert not find(QLineEdit, 'record_name').isEnabled()
+    (tmp_path / 'seam.bag').touch()
+    click(find, 'record_by_name', QRadioButton)
+    assert 'Write a name' in text(find, 'record_problem')
+    qtbot.keyClicks(find(QLineEdit, 'record_name'), 'seam')
+    qtbot.waitUntil(lambda: 'seam.bag exists already' in text(find, 'record_problem'))
+    find(QLabel, 'record_problem').linkActivated.emit('free')
+    qtbot.waitUntil(lambda: not find(QLabel, 'record_problem').isVisible())
+    assert running.choices.name == find(QLineEdit, 'record_name').text() == 'seam-2'
+
+
+def test_a_name_is_taken_as_it_is_written(find, running, qtbot):
+    click(find, 'record_by_prefix', QRadioButton)
+    qtbot.keyClicks(find(QLineEdit, 'record_prefix'), 'run')
+    assert (running.choices.name_choice, running.choices.prefix) == (NameChoice.PREFIX, 'run')
+
+
+def item(find: Find, device: int, topic: int) -> Any:
+    return find(QTreeWidget, 'record_topics').topLevelItem(device).child(topic)
+
+
+def test_topics_are_ticked(find, running):
+    click(find, 'fold_topics', QToolButton)
+    assert find(QTreeWidget, 'record_topics').isVisible()
+    assert item(find, 0, 0).text(1).replace('\u2009', ' ') == '125 Hz'
+    assert item(find, 1, 1).checkState(0) == Qt.Unchecked
+    item(find, 1, 1).setCheckState(0, Qt.Checked)
+    assert '/kinect/points' in running.choices.options().topics
+    find(QTreeWidget, 'record_topics').topLevelItem(0).setCheckState(0, Qt.Unchecked)
+    assert running.choices.options().topics == ('/kinect/image', '/kinect/points')
+    click(find, 'preset_topics', QToolButton)
+    assert item(find, 0, 0).checkState(0) == Qt.Checked
+    assert item(find, 1, 1).checkState(0) == Qt.Unchecked
+
+
+def test_a_silent_topic_is_seen(find, running, client, qtbot):
+    click(find, 'record')
+    qtbot.waitUntil(lambda: running.phase is Phase.RECORDING)
+    silent = (seen('/robot/q_act', 0.0, 4.0), seen('/robot/tcf'), seen('/kinect/image'))
+    running.take_state(told('recording', files=(client.path,), topics=silent))
+    assert item(find, 0, 0).text(1).replace('\u2009', ' ') == 'silent for 4 s'
+    assert text(find, 'record_notice').startswith('/robot/q_act: silent')
+    assert not item(find, 0, 0).flags() & Qt.ItemIsUserCheckable
+
+
+def test_low_disk_warns(find, running, client, qtbot):
+    click(find, 'record')
+    qtbot.waitUntil(lambda: running.phase is Phase.RECORDING)
+    running.take_state(told('recording', files=(client.path,), time_left_s=200.0,
+                            free_bytes=5 * 10 ** 9))
+    assert 'The disk is full in 3 min' in text(find, 'disk_time_left')
+
+
+def test_a_failure_is_shown_until_it_is_seen(find, running, client, qtbot):
+    client.error = RecorderError('not recording, because /robot/q_act does not send')
+    click(find, 'record')
+    qtbot.waitUntil(lambda: text(find, 'record_notice').startswith('Not recording, because'))
+    click(find, 'dismiss_notice', QToolButton)
+    assert text(find, 'record_notice') == 'Ready to record 3 topics.'
+
+
+def test_save_the_last_seconds(find, running, client, qtbot):
+    running.take_state(told(recent_s=12.4))
+    assert find(QPushButton, 'save_recent').text() == 'Save last 12 s'
+    click(find, 'save_recent')
+    qtbot.waitUntil(lambda: text(find, 'record_notice') == 'seam.bag')
+    assert client.commands == ['save_recent']
+    running.take_state(told(recent_s=0.0))
+    assert not find(QPushButton, 'save_recent').isEnabled()
