@@ -22,8 +22,6 @@ from process_visualizer.gui.status import player_activity, recorder_activity, st
 from process_visualizer.gui.tasks import Tasks
 from process_visualizer.nodes.player_client import PlayerError
 
-BAG_PART = 'bag'
-
 
 class Launcher(QObject):
     """The program without its window."""
@@ -51,7 +49,7 @@ class Launcher(QObject):
 
     def begin(self) -> None:
         """Clean up after a crash, and find or start the master."""
-        self.launch.clean_up()
+        self.launch.prepare()
         self.master.connect_to_master()
 
     def close(self) -> None:

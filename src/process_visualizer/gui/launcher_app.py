@@ -21,6 +21,7 @@ from PyQt5.QtWidgets import (
 )
 
 from process_visualizer.cell.model import Mode
+from process_visualizer.generate.plan import RVIZ_PART
 from process_visualizer.gui.icons import icon
 from process_visualizer.gui.launcher import Launcher
 from process_visualizer.gui.models.launch_model import Phase
@@ -136,7 +137,7 @@ class LauncherApp(QMainWindow):
         self.launch.launch_wanted.connect(launcher.start)
         self.launch.quit_wanted.connect(self._quit)
         self.launch.apply_wanted.connect(launcher.apply)
-        self.launch.view_wanted.connect(lambda: launcher.launch.restart('rviz'))
+        self.launch.view_wanted.connect(lambda: launcher.launch.restart(RVIZ_PART))
 
     def _bind_keys(self) -> None:
         launcher = self._launcher

@@ -75,22 +75,29 @@ def _restarts(node: NodeReport) -> str:
     return f', restarted {node.restarts}×' if node.restarts else ''
 
 
-def _summary(report: PartReport, topics: Mapping[str, Line]) -> Line:
-    if report.state is PartState.STOPPING:
-        return Line(Level.WAITING, 'stopping')
+def part_line(report: PartReport) -> Line:
+    """Return the state of a part as a whole."""
+    if report.state in (PartState.STOPPED, PartState.STOPPING):
+        return Line(Level.WAITING, report.state.value)
     dead = [node for node in report.nodes if node_line(node).level >= Level.WARNING]
     if dead:
         return _dead(dead)
     if report.state is PartState.FAILED:
-        return Line(Level.BAD, 'failed')
+        return Line(Level.BAD, report.reason)
     starting = sum(node.state is NodeState.STARTING for node in report.nodes)
     if report.state is PartState.STARTING or starting:
         return Line(Level.WAITING, f'starting, {len(report.nodes) - starting} of '
                                    f'{len(report.nodes)} nodes up')
-    silent = [(name, line) for name, line in topics.items() if line.level is Level.WARNING]
-    if silent:
-        return Line(Level.WARNING, f'{silent[0][0]} {silent[0][1].text}' + _more(len(silent) - 1))
     return Line(Level.GOOD, 'running')
+
+
+def _summary(report: PartReport, topics: Mapping[str, Line]) -> Line:
+    line = part_line(report)
+    silent = [(name, topic) for name, topic in topics.items() if topic.level is Level.WARNING]
+    if line.level is Level.GOOD and silent:
+        name, topic = silent[0]
+        return Line(Level.WARNING, f'{name} {topic.text}' + _more(len(silent) - 1))
+    return line
 
 
 def _dead(nodes: 'list[NodeReport]') -> Line:

@@ -7,10 +7,19 @@ from typing import Callable, Dict, Tuple
 from PyQt5.QtCore import QObject, pyqtSignal
 
 from process_visualizer.cell.model import Device
+from process_visualizer.generate.plan import BAG_PART, FRAMES_PART, RVIZ_PART
 from process_visualizer.gui.models.launch_model import LaunchModel
 from process_visualizer.gui.snapshots import PlayerSnapshot, RecorderSnapshot
-from process_visualizer.launching.device_state import DeviceState, Line, device_state, worst
+from process_visualizer.launching.device_state import (
+    DeviceState,
+    Line,
+    device_state,
+    part_line,
+    worst,
+)
 from process_visualizer.launching.topic_watch import TopicActivity, TopicCounter, TopicWatch
+
+_PARTS = {FRAMES_PART: 'frames', BAG_PART: 'recorder or player', RVIZ_PART: 'RViz'}
 
 
 class DeviceStatesModel(QObject):
@@ -50,9 +59,11 @@ class DeviceStatesModel(QObject):
         return device_state(device, report, self._activities)
 
     def trouble(self, devices: Tuple[Device, ...]) -> Line:
-        """Return the worst state of devices, with the device's name."""
-        return worst(tuple(Line(line.level, f'{device.name}: {line.text}') for device, line in
-                           ((device, self.state(device).summary) for device in devices)))
+        """Return the worst state of devices and of the program's own parts, with its name."""
+        lines = [(device.name, self.state(device).summary) for device in devices]
+        lines += [(title, part_line(self._launch.reports[part])) for part, title in _PARTS.items()
+                  if part in self._launch.reports]
+        return worst(tuple(Line(line.level, f'{name}: {line.text}') for name, line in lines))
 
     def _forget(self) -> None:
         self._activities = {}

@@ -4,7 +4,7 @@ from __future__ import annotations
 import shutil
 import tempfile
 from enum import Enum
-from typing import Any, Callable, Dict, List, Optional, Tuple
+from typing import Dict, List, Optional, Tuple
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
@@ -15,8 +15,7 @@ from process_visualizer.generate.generator import generate
 from process_visualizer.generate.plan import Plan, PlanError
 from process_visualizer.gui.tasks import Tasks
 from process_visualizer.launching.launched_cell import LaunchedCell
-from process_visualizer.launching.part_report import PartReport
-from process_visualizer.launching.run_record import clean_up_crashed_runs
+from process_visualizer.launching.part_report import PartReport, PartState
 
 _LINE = 'launch'
 
@@ -47,25 +46,26 @@ class LaunchModel(QObject):
         self._folder = tempfile.mkdtemp(prefix='process_visualizer-')
         self._launched = LaunchedCell(self._folder, self._reported.emit)
         self.phase = Phase.IDLE
+        self._is_starting = False
         self.running: Optional[Choice] = None
         self.reports: Dict[str, PartReport] = {}
         self.warnings: Tuple[Problem, ...] = ()
         self._reported.connect(self._take_report)
 
-    def clean_up(self) -> None:
-        """End what a crashed launcher has left running."""
-        self._tasks.run(_LINE, clean_up_crashed_runs, self._tell_cleaned)
+    def prepare(self) -> None:
+        """End what a crashed launcher has left running, and make launching quick."""
+        self._tasks.run(_LINE, self._launched.prepare, self._tell_cleaned)
 
     def launch(self, choice: Choice) -> None:
         """Generate the files of a choice and start everything."""
         self.reports = {}
         self._begin(Phase.LAUNCHING, choice)
-        self._tasks.run(_LINE, lambda: self._start(choice), self._launched_all, self._not_launched)
+        self._tasks.run(_LINE, lambda: self._start(choice), self._take_plan, self._not_launched)
 
     def apply(self, choice: Choice) -> None:
         """Go over to another choice; what is the same in both goes on running."""
         self._begin(Phase.LAUNCHING, choice)
-        self._tasks.run(_LINE, lambda: self._change(choice), self._launched_all, self._not_changed)
+        self._tasks.run(_LINE, lambda: self._change(choice), self._take_plan, self._not_changed)
 
     def restart(self, part: str) -> None:
         """Stop and start one part."""
@@ -96,11 +96,17 @@ class LaunchModel(QObject):
         self._launched.change(plan)
         return plan
 
-    def _launched_all(self, plan: Plan) -> None:
+    def _take_plan(self, plan: Plan) -> None:
         self.warnings = tuple(plan.warnings)
-        if self.phase is Phase.LAUNCHING:
-            self.phase = Phase.RUNNING
+        self._is_starting = False
+        self._look_whether_up()
         self.changed.emit()
+
+    def _look_whether_up(self) -> None:
+        """All is launched when no part is starting any more, whatever became of them."""
+        starting = any(report.state is PartState.STARTING for report in self.reports.values())
+        if self.phase is Phase.LAUNCHING and not self._is_starting and not starting:
+            self.phase = Phase.RUNNING
 
     def _not_launched(self, error: Exception) -> None:
         self.running = None
@@ -115,11 +121,11 @@ class LaunchModel(QObject):
         self.changed.emit()
 
     def _tell(self, error: Exception) -> None:
-        if not isinstance(error, (OSError, PlanError)):
+        if not isinstance(error, (OSError, PlanError, KeyError)):
             raise error
         self.failed.emit(str(error))
 
-    def _ended(self, _orphans: List[int]) -> None:
+    def _ended(self, _nothing: object) -> None:
         self.running, self.reports, self.warnings = None, {}, ()
         self.phase = Phase.IDLE
         self.changed.emit()
@@ -127,11 +133,13 @@ class LaunchModel(QObject):
 
     def _begin(self, phase: Phase, choice: Optional[Choice]) -> None:
         self.phase, self.running = phase, choice
+        self._is_starting = phase is Phase.LAUNCHING
         self.changed.emit()
 
     def _take_report(self, report: PartReport) -> None:
         if self.phase is not Phase.IDLE:
             self.reports = {**self.reports, report.part: report}
+            self._look_whether_up()
             self.changed.emit()
 
     def _tell_cleaned(self, ended: List[int]) -> None:

@@ -1,0 +1,74 @@
+"""A device's state in words."""
+from __future__ import annotations
+
+from typing import Optional
+
+import pytest
+
+from process_visualizer.cell.errors import Location
+from process_visualizer.cell.model import Device, DeviceType, Topic
+from process_visualizer.launching.device_state import Level, Line, device_state, worst
+from process_visualizer.launching.node_state import NodeReport, NodeState
+from process_visualizer.launching.part_report import PartReport, PartState
+from process_visualizer.launching.topic_watch import TopicActivity
+
+HERE = Location('cell.xml', 1)
+ARM = Device(DeviceType.ROBOT, 'arm', HERE,
+             topics=(Topic('/arm/q', None, None, True, HERE),
+                     Topic('/arm/cloud', None, None, False, HERE)))
+UP = NodeReport('/arm/driver', NodeState.RUNNING)
+STARTING = NodeReport('/arm/robot_proc', NodeState.STARTING)
+DIED = NodeReport('/arm/driver', NodeState.EXITED, -9)
+ENDED = NodeReport('/arm/driver', NodeState.EXITED, 0)
+REFUSED = NodeReport('/arm/driver', NodeState.FAILED, reason='no such executable')
+FLOWING = TopicActivity(125.0, 0.004, False)
+SILENT = TopicActivity(0.0, 3.24, True)
+
+
+def summary(state: PartState, *nodes: NodeReport, topic: Optional[TopicActivity] = None,
+            reason: str = '') -> Line:
+    activities = {} if topic is None else {'/arm/q': topic}
+    return device_state(ARM, PartReport('arm', state, nodes, reason), activities).summary
+
+
+@pytest.mark.parametrize('line, level, text', [
+    (summary(PartState.RUNNING, UP, topic=FLOWING), Level.GOOD, 'running'),
+    (summary(PartState.STARTING, UP, STARTING), Level.WAITING, 'starting, 1 of 2 nodes up'),
+    (summary(PartState.RUNNING, DIED), Level.BAD, 'driver ended with code -9'),
+    (summary(PartState.RUNNING, ENDED, UP), Level.WARNING, 'driver ended with code 0'),
+    (summary(PartState.RUNNING, REFUSED, ENDED), Level.BAD,
+     'driver cannot be started: no such executable (and 1 more)'),
+    (summary(PartState.FAILED, reason='no such file'), Level.BAD, 'no such file'),
+    (summary(PartState.RUNNING, UP, topic=SILENT), Level.WARNING, '/arm/q silent for 3.2 s'),
+    (summary(PartState.RUNNING, DIED, topic=SILENT), Level.BAD, 'driver ended with code -9'),
+    (summary(PartState.STOPPING, UP), Level.WAITING, 'stopping'),
+])
+def test_summary(line: Line, level: Level, text: str) -> None:
+    assert (line.level, line.text) == (level, text)
+
+
+def test_device_that_does_not_run_says_nothing() -> None:
+    state = device_state(ARM, None, {'/arm/q': SILENT})
+    assert state.summary == Line(Level.OFF, '')
+    assert set(state.topics.values()) == {Line(Level.OFF, '')}
+
+
+def test_nodes_and_topics_have_lines_of_their_own() -> None:
+    report = PartReport('arm', PartState.RUNNING, (UP, STARTING))
+    state = device_state(ARM, report, {'/arm/q': FLOWING})
+    assert state.nodes == {'/arm/driver': Line(Level.GOOD, 'running'),
+                           '/arm/robot_proc': Line(Level.WAITING, 'starting')}
+    assert state.topics == {'/arm/q': Line(Level.GOOD, '125 Hz'),
+                            '/arm/cloud': Line(Level.OFF, '')}  # nobody counts it
+
+
+def test_topic_without_a_message_waits() -> None:
+    state = device_state(ARM, PartReport('arm', PartState.RUNNING, (UP,)),
+                         {'/arm/q': TopicActivity(0.0, None, False)})
+    assert state.topics['/arm/q'] == Line(Level.WAITING, 'no message yet')
+    assert state.summary.level is Level.GOOD
+
+
+def test_the_worst_of_lines() -> None:
+    assert worst(()) == Line(Level.OFF, '')
+    assert worst((Line(Level.GOOD, 'a'), Line(Level.BAD, 'b'), Line(Level.WAITING, 'c'))).text == 'b'

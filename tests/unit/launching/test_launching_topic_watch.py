@@ -1,0 +1,66 @@
+"""Which silence of a topic is unusual."""
+from __future__ import annotations
+
+import pytest
+
+from process_visualizer.launching.topic_watch import TopicCounter, TopicWatch
+
+TOPIC = '/arm/joints'
+
+
+def silent_for(watch: TopicWatch, rate_hz: float, silence_s: float) -> bool:
+    """Let a topic send for a while, then fall silent."""
+    for _ in range(50):
+        watch.update(TOPIC, rate_hz, 0.5 / rate_hz)
+    return watch.update(TOPIC, 0.0, silence_s).is_stale
+
+
+@pytest.mark.parametrize('rate_hz, silence_s, is_stale', [
+    (125.0, 0.5, False), (125.0, 1.1, True), (1.0, 4.0, False), (1.0, 6.0, True)])
+def test_silence_is_measured_by_the_usual_rate(rate_hz: float, silence_s: float,
+                                               is_stale: bool) -> None:
+    assert silent_for(TopicWatch(), rate_hz, silence_s) is is_stale
+
+
+def test_topic_without_a_message_is_not_stale() -> None:
+    activity = TopicWatch().update(TOPIC, 0.0, None)
+    assert activity.silence_s is None
+    assert not activity.is_stale
+
+
+def test_topic_that_sends_once_is_never_stale() -> None:
+    watch = TopicWatch()
+    watch.update(TOPIC, 0.0, 2.0)
+    assert not watch.update(TOPIC, 0.0, 3600.0).is_stale
+
+
+def test_topic_that_pauses_now_and_then_may_do_so() -> None:
+    watch = TopicWatch()
+    assert silent_for(watch, 50.0, 3.0)
+    watch.update(TOPIC, 50.0, 0.01)
+    assert not watch.update(TOPIC, 0.0, 5.0).is_stale
+    assert watch.update(TOPIC, 0.0, 6.5).is_stale
+
+
+def test_an_outage_is_not_learned_as_a_pause() -> None:
+    watch = TopicWatch()
+    assert silent_for(watch, 50.0, 60.0)
+    watch.update(TOPIC, 50.0, 0.01)
+    assert watch.update(TOPIC, 0.0, 2.0).is_stale
+
+
+def test_rate_from_counts_over_the_last_second() -> None:
+    counter = TopicCounter()
+    rates = [counter.rate_hz(TOPIC, 125 * k // 10, k / 10) for k in range(31)]
+    assert rates[0] == 0.0
+    assert rates[-1] == pytest.approx(125.0, rel=0.02)
+    for k in range(31, 45):  # it has stopped
+        rate = counter.rate_hz(TOPIC, 375, k / 10)
+    assert rate == 0.0
+
+
+def test_counts_of_another_player_begin_anew() -> None:
+    counter = TopicCounter()
+    counter.rate_hz(TOPIC, 5000, 0.0)
+    assert counter.rate_hz(TOPIC, 0, 0.1) == 0.0
+    assert counter.rate_hz(TOPIC, 10, 0.2) == pytest.approx(100.0)
