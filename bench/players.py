@@ -12,8 +12,12 @@ from urllib.parse import urlsplit
 from process_visualizer.nodes.view_picture import wait_for_master
 
 PEER, OURS = 'rosbag play', 'process_visualizer'
-COMMANDS: Dict[str, List[str]] = {PEER: ['rosrun', 'rosbag', 'play'],
-                                  OURS: ['rosrun', 'process_visualizer', 'bag_player']}
+ORDINARY = 'process_visualizer as an ordinary user'
+"""Who may not have real-time priority; root may, unless the capability is taken away."""
+_PLAYER = ['rosrun', 'process_visualizer', 'bag_player']
+COMMANDS: Dict[str, List[str]] = {
+    PEER: ['rosrun', 'rosbag', 'play'], OURS: _PLAYER,
+    ORDINARY: ['setpriv', '--bounding-set=-sys_nice', *_PLAYER]}
 _MASTER_TIMEOUT_S = 30.0
 
 
