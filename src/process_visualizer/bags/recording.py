@@ -69,6 +69,11 @@ class Recording:
         return tuple(file.path for file in self._files)
 
     @property
+    def size_bytes(self) -> int:
+        """The size of all files."""
+        return sum(file.size for file in self._files)
+
+    @property
     def gaps(self) -> Tuple[Gap, ...]:
         """What could not be read so far: parts of the indexes, and chunks."""
         return self.index.gaps + self._store.gaps
