@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from typing import Dict, Mapping, Sequence
 
-from players import OURS, PEER
+from players import PEER
 from schedule_error import TopicError
 
 _PERCENTS = (50.0, 99.0, 100.0)
@@ -37,10 +37,14 @@ def _cell(error: TopicError) -> str:
 
 
 def _ratio(row: Dict[str, TopicError]) -> float:
-    if PEER not in row or OURS not in row:
+    if PEER not in row or len(row) < 2:
         return float('nan')
-    return row[OURS].percentile(99) / row[PEER].percentile(99)
+    return _ours(row).percentile(99) / row[PEER].percentile(99)
 
 
 def _is_good(row: Dict[str, TopicError], aim: float) -> bool:
-    return _ratio(row) <= aim and row[OURS].lost == 0 and row[OURS].disordered == 0
+    return _ratio(row) <= aim and _ours(row).lost == 0 and _ours(row).disordered == 0
+
+
+def _ours(row: Dict[str, TopicError]) -> TopicError:
+    return next(error for player, error in row.items() if player != PEER)

@@ -10,7 +10,7 @@ import socket
 import subprocess
 import tempfile
 import uuid
-from typing import Any, Iterator, List
+from typing import Any, List
 
 import pytest
 

@@ -12,7 +12,7 @@ from process_visualizer.gui.models.bag_model import BagModel
 from process_visualizer.gui.models.calibration_model import CalibrationModel
 from process_visualizer.gui.models.cell_model import CellModel
 from process_visualizer.gui.models.device_states_model import DeviceStatesModel
-from process_visualizer.gui.models.launch_model import LaunchModel, Phase
+from process_visualizer.gui.models.launch_model import LaunchModel
 from process_visualizer.gui.models.master_model import MasterModel
 from process_visualizer.gui.models.playback_model import PlaybackModel
 from process_visualizer.gui.models.recording_model import RecordingModel
@@ -97,7 +97,7 @@ class Launcher(QObject):
     def pending(self) -> str:
         """What would change if the nodes that run went over to what is chosen now."""
         running = self.launch.running
-        if self.launch.phase is not Phase.RUNNING or running is None or self.cell.cell is None:
+        if not self.launch.is_running or running is None or self.cell.cell is None:
             return ''
         return _difference(running.devices, self.cell.chosen)
 
@@ -135,10 +135,10 @@ class Launcher(QObject):
 
     def _follow_launch(self) -> None:
         running = self.launch.running
-        is_up = self.launch.phase is Phase.RUNNING and running is not None
-        self.recording.set_running(is_up and running.mode is Mode.REALTIME)
-        self.calibration.set_running(is_up)
-        if not is_up or running.mode is not Mode.PLAYBACK:
+        mode = running.mode if running is not None and self.launch.is_running else None
+        self.recording.set_running(mode is Mode.REALTIME)
+        self.calibration.set_running(mode is not None)
+        if mode is not Mode.PLAYBACK:
             self._take_player(None)
 
     def _follow_cell(self) -> None:
@@ -152,8 +152,7 @@ class Launcher(QObject):
     def _play_other_bag(self, _path: str) -> None:
         """The player restarts with another bag; everything else goes on running."""
         running = self.launch.running
-        if self.launch.phase is Phase.RUNNING and running is not None \
-                and running.mode is Mode.PLAYBACK:
+        if running is not None and self.launch.is_running and running.mode is Mode.PLAYBACK:
             self.launch.apply(self.choice())
 
     def _take_player(self, player: Optional[PlayerSnapshot]) -> None:

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import os
-from typing import Optional, Sequence, Tuple
+from typing import Any, List, Optional, Sequence, Tuple, cast
 from xmlrpc.client import Error as XmlRpcError
 from xmlrpc.client import ServerProxy
 
@@ -85,7 +85,7 @@ def _refuse_second_launcher() -> None:
     except (rosgraph.MasterException, OSError):
         return
     try:
-        _, _, pid = ServerProxy(uri).getPid('/launcher_check')
+        pid = cast(List[Any], ServerProxy(uri).getPid('/launcher_check'))[2]
     except (OSError, XmlRpcError):
         return
     if pid != os.getpid():

@@ -96,7 +96,7 @@ class PlayerClient:
         """Change the rate: 0.01 to 16, or -16 to -0.01 backwards."""
         return self._call('set_rate', rate)
 
-    def step(self, count: int, topic: str = '', duration_s: float = 0.0) -> str:
+    def step(self, count: int = 0, topic: str = '', duration_s: float = 0.0) -> str:
         """Pause and move by messages, of one topic or ('') of all, or (count 0) by a time [s]."""
         return self._call('step', count, topic, duration_s)
 

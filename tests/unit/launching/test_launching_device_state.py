@@ -71,4 +71,5 @@ def test_topic_without_a_message_waits() -> None:
 
 def test_the_worst_of_lines() -> None:
     assert worst(()) == Line(Level.OFF, '')
-    assert worst((Line(Level.GOOD, 'a'), Line(Level.BAD, 'b'), Line(Level.WAITING, 'c'))).text == 'b'
+    lines = (Line(Level.GOOD, 'a'), Line(Level.BAD, 'b'), Line(Level.WAITING, 'c'))
+    assert worst(lines).text == 'b'

@@ -86,6 +86,11 @@ class LaunchModel(QObject):
         """Whether nothing runs."""
         return self.phase is Phase.IDLE
 
+    @property
+    def is_running(self) -> bool:
+        """Whether everything has been launched, and nothing is being quit."""
+        return self.phase is Phase.RUNNING
+
     def _start(self, choice: Choice) -> Plan:
         plan = _plan(choice)
         self._launched.start(plan)
