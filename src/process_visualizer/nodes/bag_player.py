@@ -24,7 +24,7 @@ from process_visualizer.nodes.topic_conflicts import without_conflicts
 
 DRAIN_S = 5.0
 HEAD_START_NS = 50_000_000
-"""Not noticed by an operator, and enough for the engine to be ahead when the first message is due."""
+"""Too short to be noticed, and enough to have the first messages ready when they are due."""
 SIGNALS_S = 0.5  # how long the main thread waits at most before it looks at signals
 
 
