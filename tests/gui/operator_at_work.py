@@ -1,0 +1,98 @@
+"""An operator: clicks widgets by their names, reads them, and looks at ROS behind the window."""
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any, Callable, Optional, Set, Type, TypeVar
+
+import rosgraph
+from PyQt5.QtCore import Qt
+from PyQt5.QtTest import QTest
+from PyQt5.QtWidgets import QAbstractButton, QApplication, QLabel, QWidget
+
+from process_visualizer.gui.launcher import Launcher
+from process_visualizer.gui.launcher_app import LauncherApp
+from process_visualizer.gui.settings import Settings
+
+Kind = TypeVar('Kind', bound=QWidget)
+
+
+class Operator:
+    """Sits before a launcher in this process; ``close`` ends it and all that it started."""
+
+    def __init__(self, qtbot: Any) -> None:
+        self._qtbot = qtbot
+        self.launcher = Launcher()
+        self.window = LauncherApp(self.launcher, Settings())
+        self.window.resize(460, 1000)
+        self.window.show()
+        self.launcher.begin()
+
+    def widget(self, name: str, kind: Type[Kind] = QWidget) -> Kind:  # type: ignore[assignment]
+        """The widget of that name, in the window or in a dialog of it."""
+        found = self.window.findChild(kind, name)
+        assert found is not None, f'there is no {kind.__name__} "{name}"'
+        return found
+
+    def click(self, name: str) -> None:
+        """Click a button that is on the screen and can be clicked."""
+        button = self.widget(name, QAbstractButton)
+        assert button.isVisible(), f'"{name}" is not visible'
+        assert button.isEnabled(), f'"{name}" cannot be clicked: {button.toolTip()}'
+        self._qtbot.mouseClick(button, Qt.LeftButton)
+
+    def press(self, key: int, modifier: Qt.KeyboardModifier = Qt.NoModifier) -> None:
+        """Press a key in the window."""
+        QTest.keyClick(QApplication.focusWidget() or self.window, key, modifier)
+
+    def text(self, name: str) -> str:
+        """What a label or button says."""
+        widget = self.widget(name)
+        assert isinstance(widget, (QLabel, QAbstractButton))
+        return widget.text()
+
+    def wait(self, condition: Callable[[], bool], what: str, timeout_s: float = 30.0) -> None:
+        """Wait until something is to be seen."""
+        try:
+            self._qtbot.waitUntil(condition, timeout=int(timeout_s * 1000))
+        except AssertionError as error:
+            raise AssertionError(f'not seen in {timeout_s} s: {what}; status: '
+                                 f'{self.text("status")}') from error
+
+    def messages(self) -> str:
+        """The text of the dialog that is open; empty without one."""
+        found: Optional[QWidget] = self.window.findChild(QWidget, 'message')
+        return found.text() if found is not None else ''  # type: ignore[attr-defined]
+
+    def close(self) -> None:
+        """Close the window and wait until everything has ended."""
+        self.window.leave()
+        self.wait(lambda: not self.window.isVisible(), 'the window closes', 60.0)
+        self.launcher.close()
+
+
+def nodes() -> Set[str]:
+    """The nodes that the master knows."""
+    state = rosgraph.Master('/test').getSystemState()
+    return {node for part in state for _, names in part for node in names}
+
+
+def processes(mark: str) -> Set[str]:
+    """The command lines of the processes that have the mark's value in their environment."""
+    wanted = f'{mark}={os.environ[mark]}'.encode()
+    found = set()
+    for path in Path('/proc').iterdir():
+        if path.name.isdigit() and int(path.name) != os.getpid():
+            command = _command(path, wanted)
+            if command:
+                found.add(f'{path.name} {command}')
+    return found
+
+
+def _command(path: Path, wanted: bytes) -> str:
+    try:
+        if wanted not in (path / 'environ').read_bytes().split(b'\0'):
+            return ''
+        return (path / 'cmdline').read_bytes().replace(b'\0', b' ').decode(errors='replace')
+    except OSError:
+        return ''
