@@ -5,9 +5,10 @@ a rule), is a warning for its device: the rest of the cell still starts.
 """
 from __future__ import annotations
 
+import os
 import re
 from dataclasses import dataclass, field
-from typing import Dict, Iterable, List
+from typing import Dict, Iterable, List, NamedTuple
 
 import rospkg
 from roslaunch.config import ROSLaunchConfig
@@ -27,11 +28,22 @@ _INCLUDED = re.compile(r'(while processing \S+: )+(?=while processing )')
 _LONGEST_REASON = 300
 
 
+class LaunchContent(NamedTuple):
+    """The nodes of a launch file, and the paths of all files read for it."""
+
+    nodes: List[LaunchedNode]
+    files: List[str]
+
+
 @dataclass
 class LaunchFiles:
-    """The paths of the usable launch files, the warnings, and who starts each node."""
+    """The paths of the usable launch files, the warnings, and who starts each node.
+
+    ``contents`` has what is in each of the usable files.
+    """
 
     paths: Dict[LaunchFile, str] = field(default_factory=dict)
+    contents: Dict[LaunchFile, LaunchContent] = field(default_factory=dict)
     warnings: List[Problem] = field(default_factory=list)
     nodes: Dict[str, str] = field(default_factory=dict)
 
@@ -57,13 +69,14 @@ def _inspect(device: Device, launch_file: LaunchFile, result: LaunchFiles) -> No
 
     try:
         path = _find(launch_file)
-        nodes = _load_nodes(path, launch_file)
-        _claim_names(nodes, f'{launch_file.type} of "{device.name}"', result.nodes)
+        content = _load(path, launch_file)
+        _claim_names(content.nodes, f'{launch_file.type} of "{device.name}"', result.nodes)
     except _UnusableError as error:
         warn(f' is left out: {error}')
         return
     result.paths[launch_file] = path
-    for message in _missing(nodes):
+    result.contents[launch_file] = content
+    for message in _missing(content.nodes):
         warn(f': {message}; the device starts without it')
 
 
@@ -77,8 +90,8 @@ def _find(launch_file: LaunchFile) -> str:
     return path
 
 
-def _load_nodes(path: str, launch_file: LaunchFile) -> List[LaunchedNode]:
-    """The nodes of the file when it is included, with its arguments, in another one."""
+def _load(path: str, launch_file: LaunchFile) -> LaunchContent:
+    """What is in the file when it is included, with its arguments, in another one."""
     root = Tag('launch')
     root.include(path, launch_file.arguments)
     config = ROSLaunchConfig()
@@ -90,7 +103,8 @@ def _load_nodes(path: str, launch_file: LaunchFile) -> List[LaunchedNode]:
         raise _UnusableError(package_advice(_package_name(error))) from None
     except Exception as error:  # a launch file evaluates expressions, which can raise anything
         raise _UnusableError(_reason(error)) from None
-    return list(config.nodes)
+    return LaunchContent(list(config.nodes), [file for file in config.roslaunch_files
+                                              if os.path.isfile(file)])
 
 
 def _claim_names(nodes: Iterable[LaunchedNode], owner: str, owners: Dict[str, str]) -> None:

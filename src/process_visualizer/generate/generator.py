@@ -12,6 +12,7 @@ from process_visualizer.generate.camera import camera_pose
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.drivers import inspect_launch_files
 from process_visualizer.generate.launch_file import LaunchFileBuilder, has_recorder, urdf_file
+from process_visualizer.generate.parts import add_parts
 from process_visualizer.generate.plan import CONFIGURATION_FILE, LAUNCH_FILE, RVIZ_FILE, Plan
 from process_visualizer.generate.robot_description import describe_devices
 from process_visualizer.generate.rviz_config import RVizConfig
@@ -22,18 +23,40 @@ def generate(choice: Choice) -> Plan:
 
     Raises ConfigurationError when a model is missing or broken, or a file cannot be read any more.
     """
-    descriptions, problems = describe_devices(choice.devices)
-    if problems:
-        raise ConfigurationError(problems)
-    launch_files = inspect_launch_files(choice)
-    builder = LaunchFileBuilder(choice, descriptions, launch_files.paths)
-    files = {LAUNCH_FILE: builder.text(), RVIZ_FILE: _rviz_text(choice)}
-    if has_recorder(choice):
-        files[CONFIGURATION_FILE] = _configuration_text(choice.cell)
-    for device in choice.devices:
-        if device.name in descriptions:
-            files[urdf_file(device)] = descriptions[device.name].text
-    return Plan(files, launch_files.warnings)
+    return _Generation(choice).plan()
+
+
+def generate_parts(choice: Choice) -> Plan:
+    """The same, and a launch file for each part, so that each can be started by itself."""
+    generation = _Generation(choice)
+    plan = generation.plan()
+    add_parts(plan, generation.builder.parts(), choice, generation.launch_files,
+              generation.view.displays_text())
+    return plan
+
+
+class _Generation:
+    """What the files of a choice are made from; raises ConfigurationError."""
+
+    def __init__(self, choice: Choice) -> None:
+        self._choice = choice
+        self._descriptions, problems = describe_devices(choice.devices)
+        if problems:
+            raise ConfigurationError(problems)
+        self.launch_files = inspect_launch_files(choice)
+        self.builder = LaunchFileBuilder(choice, self._descriptions, self.launch_files.paths)
+        self.view = _view(choice)
+
+    def plan(self) -> Plan:
+        """All files but those of parts."""
+        choice = self._choice
+        files = {LAUNCH_FILE: self.builder.text(), RVIZ_FILE: self.view.text()}
+        if has_recorder(choice):
+            files[CONFIGURATION_FILE] = _configuration_text(choice.cell)
+        for device in choice.devices:
+            if device.name in self._descriptions:
+                files[urdf_file(device)] = self._descriptions[device.name].text
+        return Plan(files, self.launch_files.warnings)
 
 
 def default_rviz_file() -> str:
@@ -50,7 +73,7 @@ def _configuration_text(cell: Cell) -> str:
                                           f'cannot be read: {error.strerror}')]) from None
 
 
-def _rviz_text(choice: Choice) -> str:
+def _view(choice: Choice) -> RVizConfig:
     path = default_rviz_file()
     try:
         config = RVizConfig(path, choice.cell.frame)
@@ -58,4 +81,4 @@ def _rviz_text(choice: Choice) -> str:
         raise ConfigurationError([Problem(Location(path, 1), '', str(error))]) from None
     config.add_devices(choice.devices)
     config.look_from(camera_pose(choice.devices))
-    return config.text()
+    return config

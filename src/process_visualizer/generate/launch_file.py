@@ -3,12 +3,20 @@ from __future__ import annotations
 
 import os
 import shlex
-from typing import Dict, Mapping, Sequence
+from functools import partial
+from typing import Callable, Dict, Mapping, Sequence
 
 from process_visualizer.cell.model import Device, LaunchFile, Mode, Node, RoslaunchElement
 from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.launch_writer import Tag, write_document
-from process_visualizer.generate.plan import CONFIGURATION_FILE, RVIZ_FILE, generated_notice
+from process_visualizer.generate.plan import (
+    BAG_PART,
+    CONFIGURATION_FILE,
+    FRAMES_PART,
+    RVIZ_FILE,
+    RVIZ_PART,
+    generated_notice,
+)
 from process_visualizer.generate.processor_nodes import (
     ProcessorNode,
     frame_parameters,
@@ -31,38 +39,77 @@ class LaunchFileBuilder:
         self._choice = choice
         self._descriptions = descriptions
         self._included = included
+        self._folder = '$(dirname)'
 
     def text(self) -> str:
-        """The file's content."""
+        """The content of the one file for all."""
+        self._folder = '$(dirname)'
+        root = self._root()
+        self._frames(root)
+        for device in self._choice.devices:
+            self._device(root, device)
+        self._bag(root)
+        self._rviz(root)
+        return write_document(root)
+
+    def parts(self) -> Dict[str, Tag]:
+        """The same as a file for each part, in a folder below that of the other files."""
+        self._folder = '$(dirname)/..'
+        parts = {FRAMES_PART: self._part(self._frames)}
+        for device in self._choice.devices:
+            parts[device.name] = self._part(partial(self._device, device=device))
+        for name, add in ((BAG_PART, self._bag), (RVIZ_PART, self._rviz_with_models)):
+            part = self._part(add)
+            if part.children:
+                parts[name] = part
+        return parts
+
+    def _rviz_with_models(self, root: Tag) -> None:
+        """RViz reads a model once, when it starts: it must not start before the devices' parts."""
+        if self._choice.rviz is not RvizStart.NONE:
+            for device in self._choice.devices:
+                if device.name in self._descriptions:
+                    self._model(root.add('group', {'ns': device.name}), device)
+        self._rviz(root)
+
+    def _part(self, add: Callable[[Tag], None]) -> Tag:
+        """An element with what ``add`` adds, or without any children if that adds none."""
+        root = self._root()
+        begin = len(root.children)
+        add(root)
+        if all(isinstance(child, str) for child in root.children[begin:]):
+            root.children.clear()
+        return root
+
+    def _root(self) -> Tag:
         root = Tag('launch')
         cell = self._choice.cell
         root.comment(generated_notice(cell.file, self._choice.mode.value))
         for machine in cell.machines:
             self._roslaunch_element(root, machine)
+        return root
+
+    def _frames(self, root: Tag) -> None:
         root.add('param', {
             'name': '/process_visualizer/playback_rate', 'type': 'double', 'value': '1.0'})
         root.comment('base frames and force frames of all devices')
-        self._processor(root, ProcessorNode('process_visualizer', 'cell_frames', 'cell_frames',
-                                            frame_parameters(cell, self._choice.devices)))
-        for device in self._choice.devices:
-            self._device(root, device)
+        self._processor(root, ProcessorNode(
+            'process_visualizer', 'cell_frames', 'cell_frames',
+            frame_parameters(self._choice.cell, self._choice.devices)))
+
+    def _bag(self, root: Tag) -> None:
         if has_recorder(self._choice):
             self._recorder(root)
         if self._choice.mode is Mode.PLAYBACK and self._choice.bag is not None:
             self._player(root, self._choice.bag)
-        self._rviz(root)
-        return write_document(root)
 
     def _device(self, root: Tag, device: Device) -> None:
         root.comment(f'{device.name} ({device.type.value}), from {device.location}')
         group = root.add('group', {'ns': device.name})
         for parameter in device.parameters:
             self._roslaunch_element(group, parameter)
-        description = self._descriptions.get(device.name)
-        if description is not None:
-            group.add('param', {
-                'name': 'robot_description', 'textfile': f'$(dirname)/{urdf_file(device)}'})
-        for processor in processor_nodes(device, description):
+        self._model(group, device)
+        for processor in processor_nodes(device, self._descriptions.get(device.name)):
             self._processor(group, processor)
         for node in self._choice.nodes(device):
             self._node(group, node, device)
@@ -70,6 +117,11 @@ class LaunchFileBuilder:
             self._include(root, launch_file)
         if not group.children:
             root.children.remove(group)
+
+    def _model(self, group: Tag, device: Device) -> None:
+        if device.name in self._descriptions:
+            group.add('param', {
+                'name': 'robot_description', 'textfile': f'{self._folder}/{urdf_file(device)}'})
 
     def _processor(self, parent: Tag, node: ProcessorNode) -> None:
         attributes = {'pkg': node.package, 'type': node.type, 'name': node.name}
@@ -103,7 +155,8 @@ class LaunchFileBuilder:
         root.comment("the recorder: keeps the last seconds of the devices' topics in memory")
         node = root.add('node', {'pkg': 'process_visualizer', 'type': 'bag_recorder',
                                  'name': 'bag_recorder', 'output': 'screen'})
-        node.add('param', {'name': 'configuration', 'textfile': f'$(dirname)/{CONFIGURATION_FILE}'})
+        node.add('param', {'name': 'configuration',
+                           'textfile': f'{self._folder}/{CONFIGURATION_FILE}'})
         node.parameters({'topics': recorded_topics(self._choice.devices)})
 
     def _player(self, root: Tag, bag: str) -> None:
@@ -126,7 +179,7 @@ class LaunchFileBuilder:
         required = 'true' if start is RvizStart.REQUIRED else 'false'
         element = root.add('node', {
             'pkg': 'rviz', 'type': 'rviz', 'name': 'rviz', 'output': 'log',
-            'args': f'-d "$(dirname)/{RVIZ_FILE}"', 'required': required})
+            'args': f'-d "{self._folder}/{RVIZ_FILE}"', 'required': required})
         element.add('env', {'name': 'DISABLE_ROS1_EOL_WARNINGS', 'value': '1'})
 
 

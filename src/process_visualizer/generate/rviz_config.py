@@ -43,6 +43,11 @@ class RVizConfig:
         view = self._manager.setdefault('Views', {}).setdefault('Current', {})
         view.update(pose)
 
+    def displays_text(self) -> str:
+        """What is shown in which frame, but not from where: a text to compare."""
+        shown = [self._manager['Global Options'].get('Fixed Frame'), self._displays]
+        return yaml.safe_dump(shown, sort_keys=True)
+
     def text(self) -> str:
         """The file's content."""
         self._manager['Displays'] = self._displays + [_STATUS_DISPLAY]

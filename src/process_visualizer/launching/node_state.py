@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Optional
+from typing import Optional, Tuple
 
 
 class NodeState(Enum):
@@ -17,13 +17,17 @@ class NodeState(Enum):
 
 @dataclass(frozen=True)
 class NodeReport:
-    """A node's name (absolute), state, exit code if it has one, and how often it was restarted."""
+    """A node's name (absolute), state, exit code if it has one, and how often it was restarted.
+
+    ``log_tail`` are the last lines before its last end.
+    """
 
     name: str
     state: NodeState = NodeState.STARTING
     exit_code: Optional[int] = None
     restarts: int = 0
     reason: str = ''
+    log_tail: Tuple[str, ...] = ()
 
     def started(self) -> 'NodeReport':
         """roslaunch has started the process, or started it again."""
@@ -38,9 +42,10 @@ class NodeReport:
             return self
         return replace(self, state=NodeState.RUNNING)
 
-    def exited(self, exit_code: int) -> 'NodeReport':
+    def exited(self, exit_code: int, log_tail: Tuple[str, ...] = ()) -> 'NodeReport':
         """The process has ended."""
-        return replace(self, state=NodeState.EXITED, exit_code=exit_code, reason='')
+        return replace(self, state=NodeState.EXITED, exit_code=exit_code, reason='',
+                       log_tail=log_tail)
 
     def failed(self, reason: str) -> 'NodeReport':
         """roslaunch could not start the process."""

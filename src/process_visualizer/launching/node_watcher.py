@@ -2,18 +2,21 @@
 from __future__ import annotations
 
 import threading
+from dataclasses import replace
 from http.client import HTTPException
 from typing import Callable, Dict, Iterable, List, Optional
 from xmlrpc.client import Error as XmlRpcError
 
 import rosgraph
 
+from process_visualizer.launching.log_tail import LogTail, last_lines
 from process_visualizer.launching.node_state import NodeReport, NodeState
 from process_visualizer.launching.roslaunch_output import (
     ProcessEvent,
     exit_code_in,
     parse_line,
     plain,
+    stdout_file_in,
 )
 
 _CHECK_PERIOD_S = 0.25
@@ -38,6 +41,8 @@ class NodeWatcher:
         self._starting = threading.Event()
         self._ended = threading.Event()
         self._required: Optional[str] = None
+        self._ended_last: Optional[str] = None
+        self._tail = LogTail()
         self.failed_required: Optional[NodeReport] = None
 
     def reports(self) -> List[NodeReport]:
@@ -63,17 +68,25 @@ class NodeWatcher:
             self._take(event)
         elif self._required is not None:
             self._take_required_exit(line)
+        elif self._ended_last is not None:
+            self._take_log_file(line)
+        else:
+            self._tail.add(line)
 
     def _take(self, event: ProcessEvent) -> None:
         if event.kind == 'started':
             self._change(event.name, lambda report: report.started())
             self._starting.set()
         elif event.kind == 'exited':
-            self._change(event.name, lambda report: report.exited(event.exit_code))
+            self._exited(event.name, event.exit_code)
         elif event.kind == 'cannot_launch':
             self._change(event.name, lambda report: report.failed(event.reason))
         elif event.kind == 'required_died':
             self._required = event.name
+
+    def _exited(self, name: str, exit_code: int) -> NodeReport:
+        self._ended_last = name
+        return self._change(name, lambda report: report.exited(exit_code, self._tail.lines()))
 
     def _take_required_exit(self, line: str) -> None:
         """The exit code of a required process stands in a line of its own."""
@@ -81,8 +94,19 @@ class NodeWatcher:
         if code is None and 'process has finished cleanly' in line:
             code = 0
         if code is not None and self._required is not None:
-            self.failed_required = self._change(self._required, lambda report: report.exited(code))
+            self.failed_required = self._exited(self._required, code)
             self._required = None
+
+    def _take_log_file(self, line: str) -> None:
+        """roslaunch says in the next line where a node that has ended has written."""
+        path, name, self._ended_last = stdout_file_in(line), self._ended_last, None
+        if path is None or name is None:
+            self._tail.add(line)
+            return
+        tail = self._tail.after(last_lines(path))
+        report = self._change(name, lambda report: replace(report, log_tail=tail))
+        if self.failed_required is not None and self.failed_required.name == name:
+            self.failed_required = report
 
     def _change(self, name: str, change: Callable[[NodeReport], NodeReport]) -> NodeReport:
         with self._lock:

@@ -12,6 +12,7 @@ _DIED = re.compile(_PROCESS + r' process has died \[pid \d+, exit code (?P<code>
 _FINISHED = re.compile(_PROCESS + r' process has finished cleanly')
 _REQUIRED = re.compile(r'REQUIRED process ' + _PROCESS + r' has died!')
 _UNLOCATED = re.compile(r'ERROR: cannot launch node of type \[(?P<type>[^\]]*)\]: (?P<why>.*)')
+_LOG_FILE = re.compile(r'log file: (?P<path>/.*)\*\.log')
 _EXIT_CODE = re.compile(r'process has died \[pid \d+, exit code (?P<code>-?\d+)')
 
 
@@ -51,6 +52,12 @@ def parse_line(line: str) -> Optional[ProcessEvent]:
     if match:
         return ProcessEvent('cannot_launch', match['type'], reason=match['why'])
     return None
+
+
+def stdout_file_in(line: str) -> Optional[str]:
+    """Where a node with output to the log has written, by the line that follows its end."""
+    match = _LOG_FILE.fullmatch(line)
+    return f'{match["path"]}-stdout.log' if match else None
 
 
 def exit_code_in(line: str) -> Optional[int]:

@@ -5,12 +5,26 @@ import os
 import shutil
 import signal
 import subprocess
-from typing import IO, List, Optional, Sequence
+from typing import IO, Callable, List, Mapping, Optional, Sequence, Union
 
+from process_visualizer.launching.forked_process import ForkedProcess
 from process_visualizer.launching.process_scan import RUN_VARIABLE, end_processes
 
 _SIGINT_TIMEOUT_S = 30.0
 _SIGTERM_TIMEOUT_S = 5.0
+
+
+Child = Union['subprocess.Popen[str]', ForkedProcess]
+Start = Callable[[List[str], Mapping[str, str]], Child]
+"""Starts roslaunch with arguments and an environment, in a session of its own."""
+
+
+def start_roslaunch(arguments: List[str], environment: Mapping[str, str]) -> Child:
+    """Start the command roslaunch."""
+    return subprocess.Popen(
+        [*dying_with_parent(), 'roslaunch', *arguments], env=environment,
+        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        start_new_session=True, text=True, errors='replace')
 
 
 class RoslaunchProcess:
@@ -20,14 +34,12 @@ class RoslaunchProcess:
     this process is killed, the kernel interrupts roslaunch, which then stops its nodes.
     """
 
-    def __init__(self, arguments: Sequence[str], run_id: str) -> None:
+    def __init__(self, arguments: Sequence[str], run_id: str,
+                 start: Start = start_roslaunch) -> None:
         environment = {**os.environ, RUN_VARIABLE: run_id, 'PYTHONUNBUFFERED': '1'}
-        command = ['roslaunch', '--no-summary', '--disable-title', '--skip-log-check', *arguments]
         self._run_id = run_id
-        self._process = subprocess.Popen(
-            dying_with_parent() + command, env=environment, stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True, text=True,
-            errors='replace')
+        self._process = start(['--no-summary', '--disable-title', '--skip-log-check', *arguments],
+                              environment)
 
     @property
     def output(self) -> IO[str]:

@@ -4,33 +4,44 @@ from __future__ import annotations
 import contextlib
 import threading
 from pathlib import Path
-from typing import Callable, List, Optional
+from typing import Callable, List, Optional, Sequence
 
 from process_visualizer.launching.node_state import NodeReport
 from process_visualizer.launching.node_watcher import NodeWatcher
-from process_visualizer.launching.roslaunch_process import RoslaunchProcess
+from process_visualizer.launching.roslaunch_process import (
+    RoslaunchProcess,
+    Start,
+    start_roslaunch,
+)
 from process_visualizer.launching.run_record import RunRecord
 
 LOG_FILE = 'roslaunch.log'
+_LAST_LINES_TIMEOUT_S = 1.0
 
 
 class Run:
     """Runs a launch file; reports come in a thread of the run, never in the caller's.
 
     Start it in a thread that lives as long as the program does (the main thread): the kernel
-    interrupts roslaunch when the thread that started it ends.
+    interrupts roslaunch when the thread that started it ends. ``on_end`` is called after the last
+    report with the exit code of roslaunch (negative: the signal that ended it).
     """
 
     def __init__(self, launch_file: str, on_report: Callable[[NodeReport], None],
-                 on_line: Callable[[str], None] = lambda line: None) -> None:
-        self._record = RunRecord()
-        self._record.write()
-        self.log_path = Path(launch_file).with_name(LOG_FILE)
+                 on_line: Callable[[str], None] = lambda line: None,
+                 on_end: Callable[[int], None] = lambda code: None,
+                 log_file: str = LOG_FILE, start: Start = start_roslaunch,
+                 arguments: Sequence[str] = ()) -> None:
+        """Start it; raises OSError. ``log_file`` is written beside the launch file."""
+        self.log_path = Path(launch_file).with_name(log_file)
         self._log = self.log_path.open('w', encoding='utf-8', errors='replace')
         self._log_works = True
         self._on_line = on_line
+        self._on_end = on_end
+        self._record = RunRecord()
+        self._record.write()
         self._watcher = NodeWatcher(on_report, self._take_line)
-        self._process = RoslaunchProcess([launch_file], self._record.run_id)
+        self._process = self._start([*arguments, launch_file], start)
         self._ended = threading.Event()
         self._threads = [
             threading.Thread(target=self._watcher.watch, args=[self._process.output],
@@ -38,6 +49,14 @@ class Run:
             threading.Thread(target=self._wait_for_end, name='wait for roslaunch', daemon=True)]
         for thread in self._threads:
             thread.start()
+
+    def _start(self, arguments: List[str], start: Start) -> RoslaunchProcess:
+        try:
+            return RoslaunchProcess(arguments, self._record.run_id, start)
+        except OSError:
+            self._log.close()
+            self._record.remove()
+            raise
 
     def wait(self, timeout_s: Optional[float] = None) -> bool:
         """Wait for the end of roslaunch; True when it has ended."""
@@ -69,8 +88,10 @@ class Run:
 
     def _wait_for_end(self) -> None:
         """The end of roslaunch, not of its output: nodes that it leaves hold that open."""
-        self._process.wait()
+        code = self._process.wait()
+        self._threads[0].join(_LAST_LINES_TIMEOUT_S)
         self._ended.set()
+        self._on_end(code)
 
     def _take_line(self, line: str) -> None:
         self._on_line(line)

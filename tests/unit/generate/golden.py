@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Dict, List, Tuple
+from typing import Any, Callable, Dict, List, Tuple
 from xml.etree import ElementTree
 
 import rospkg
@@ -28,12 +28,12 @@ CASES: Dict[str, Tuple[str, Mode]] = {
 Tree = Tuple[str, Dict[str, str], Any, List[Any]]
 
 
-def make_plan(case: str) -> Plan:
+def make_plan(case: str, make: Callable[[Choice], Plan] = generate) -> Plan:
     """The plan for a case, as it is generated now."""
     file, mode = CASES[case]
     cell = XmlParser().parse(str(REPOSITORY / file))
     bag = BAG if mode is Mode.PLAYBACK else None
-    return generate(Choice(cell, mode, cell.devices, bag=bag))
+    return make(Choice(cell, mode, cell.devices, bag=bag))
 
 
 def golden_texts(plan: Plan) -> Dict[str, str]:

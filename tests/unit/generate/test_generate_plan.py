@@ -50,12 +50,26 @@ def test_own_files_are_replaced_and_others_kept(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize('name, content', [
-    ('missing/folder.urdf', 'x'), ('n' * 300, 'x'), ('', 'x'), ('\udcff.urdf\udcff', '\udcff'),
-    ('a.urdf', 'half a character: \ud83d')])
+    (f'{LAUNCH_FILE}/below.urdf', 'x'), ('n' * 300, 'x'), ('', 'x'),
+    ('\udcff.urdf\udcff', '\udcff'), ('a.urdf', 'half a character: \ud83d')])
 def test_nothing_changes_when_one_file_fails(name: str, content: str, tmp_path: Path) -> None:
     write_plan(plan(), str(tmp_path))
     error_of(Plan({LAUNCH_FILE: OURS + 'new', RVIZ_FILE: 'new', name: content}), tmp_path)
     assert contents(tmp_path) == {LAUNCH_FILE: OURS, RVIZ_FILE: 'view'}
+
+
+def test_files_in_folders(tmp_path: Path) -> None:
+    for text in ('one', 'two'):
+        paths = write_plan(plan(**{'parts/arm.launch': text}), str(tmp_path))
+        assert paths[-1] == f'{tmp_path}/parts/arm.launch'
+        assert Path(paths[-1]).read_text() == text
+
+
+def test_file_in_place_of_a_folder(tmp_path: Path) -> None:
+    write_plan(plan(), str(tmp_path))
+    (tmp_path / 'parts').write_text('mine')
+    error_of(Plan({LAUNCH_FILE: OURS + 'new', 'parts/arm.launch': 'x'}), tmp_path)
+    assert contents(tmp_path) == {LAUNCH_FILE: OURS, RVIZ_FILE: 'view', 'parts': 'mine'}
 
 
 def test_folder_in_the_way_of_a_later_file(tmp_path: Path) -> None:

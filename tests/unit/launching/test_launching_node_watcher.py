@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import socket
 import threading
+from pathlib import Path
 from typing import Any, Iterator, List, Tuple
 from xmlrpc.server import SimpleXMLRPCServer
 
@@ -110,6 +111,38 @@ def test_node_died_while_a_required_one_did() -> None:
     assert str(watcher.failed_required) == '/rviz: exited with code 3'
     assert {report.name: report.exit_code for report in watcher.reports()} == {
         '/a': 9, '/rviz': 3}
+
+
+DIED = '[d/a-1] process has died [pid 7, exit code 9, cmd x].\n'
+
+
+def test_last_lines_of_a_node_that_died() -> None:
+    words = [f'word {number}\n' for number in range(30)]
+    watcher, reports, _ = watch(started('d/a-1'), *words, DIED, 'log file: /no/d-a-1*.log\n',
+                                'later\n')
+    assert reports[-1].log_tail == tuple(word.rstrip() for word in words[-20:])
+    assert watcher.reports() == [reports[-1]]
+
+
+def test_last_lines_of_a_node_that_writes_to_a_file(tmp_path: Path) -> None:
+    (tmp_path / 'd-a-1-stdout.log').write_text('first\nsecond\n')
+    (tmp_path / 'd-a-1.log').write_text('of rospy\n')
+    _, reports, _ = watch(started('d/a-1'), 'error\n', DIED, f'log file: {tmp_path}/d-a-1*.log\n')
+    assert reports[-1].log_tail == ('first', 'second', 'error')
+    assert (reports[-1].state, reports[-1].exit_code) == (NodeState.EXITED, 9)
+
+
+def test_last_lines_of_a_required_node(tmp_path: Path) -> None:
+    (tmp_path / 'rviz-2-stdout.log').write_text('no screen\n')
+    watcher, reports, _ = watch(started('rviz-2'), REQUIRED[0], REQUIRED[1],
+                                f'log file: {tmp_path}/rviz-2*.log\n', *REQUIRED[3:])
+    assert watcher.failed_required == reports[-1]
+    assert reports[-1].log_tail == ('no screen',)
+
+
+def test_last_lines_stay_with_a_node_that_is_restarted() -> None:
+    _, reports, _ = watch(started('d/a-1'), 'error\n', DIED, started('d/a-1'))
+    assert (reports[-1].state, reports[-1].log_tail) == (NodeState.STARTING, ('error',))
 
 
 def test_line_with_an_exit_code_alone_means_nothing() -> None:

@@ -1,0 +1,80 @@
+"""A cell in parts, each of which can be restarted while the others go on."""
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from typing import Dict, List, Sequence
+
+from process_visualizer.generate.plan import Plan, write_plan
+from process_visualizer.launching.launched_part import LaunchedPart, OnChange
+from process_visualizer.launching.part_report import PartReport
+from process_visualizer.launching.roslaunch_forks import RoslaunchForks
+from process_visualizer.launching.run_record import clean_up_crashed_runs
+
+
+class LaunchedCell:
+    """Runs a roslaunch for each part of a plan; a ROS master must be there.
+
+    The methods block; call them in one thread. ``on_change`` is called in others, for one part
+    never twice at the same time, and must not wait for a method of this object.
+    """
+
+    def __init__(self, folder: str, on_change: OnChange) -> None:
+        """``folder`` is where the plan's files and the logs of the parts are written."""
+        self._folder = folder
+        self._on_change = on_change
+        self._forks = RoslaunchForks()
+        self._parts: Dict[str, LaunchedPart] = {}
+
+    def prepare(self) -> List[int]:
+        """Load roslaunch ahead, so that starting is faster; ends what a crashed run has left.
+
+        Returns the ids of the processes that were ended.
+        """
+        ended = clean_up_crashed_runs()
+        self._forks.prepare()
+        return ended
+
+    def start(self, plan: Plan) -> None:
+        """Start all parts, after stopping what is there; raises PlanError.
+
+        Returns when they are being started; ``on_change`` tells the rest, failures too.
+        """
+        self._stop(list(self._parts))
+        self.change(plan)
+
+    def change(self, plan: Plan) -> List[str]:
+        """Stop what is gone, start anew what changed, and start what is new; the rest goes on.
+
+        Returns the names of the parts that were started. Raises PlanError before anything changes.
+        """
+        write_plan(plan, self._folder)
+        changed = [name for name, part in self._parts.items() if part.part != plan.parts.get(name)]
+        self._stop(changed)
+        started = [name for name in plan.parts if name not in self._parts]
+        for name in started:
+            self._parts[name] = LaunchedPart(name, self._on_change, self._forks.start)
+            self._parts[name].start(plan.parts[name], self._folder)
+        return started
+
+    def restart(self, name: str) -> None:
+        """Stop a part and start it again; raises KeyError if there is no such part."""
+        launched = self._parts[name]
+        launched.stop()
+        if launched.part is not None:
+            launched.start(launched.part, self._folder)
+
+    def stop(self) -> None:
+        """Stop everything at the same time; returns when nothing is left."""
+        try:
+            self._stop(list(self._parts))
+        finally:
+            self._forks.close()
+
+    def reports(self) -> List[PartReport]:
+        """The latest report of each part."""
+        return [part.report for part in self._parts.values()]
+
+    def _stop(self, names: Sequence[str]) -> None:
+        parts = [self._parts.pop(name) for name in names]
+        with ThreadPoolExecutor(max(1, len(parts)), 'stop part') as pool:
+            list(pool.map(LaunchedPart.stop, parts))

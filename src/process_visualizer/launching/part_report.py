@@ -1,0 +1,125 @@
+"""The state of a launched part, and which change may follow which."""
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import Dict, FrozenSet, Iterable, Mapping, Optional, Tuple
+
+from process_visualizer.launching.node_state import NodeReport, NodeState
+
+
+class PartState(Enum):
+    """``STARTING`` until no node is starting any more, then ``RUNNING``, whatever nodes do.
+
+    ``FAILED`` if its roslaunch has ended by itself; ``STOPPED`` if it was stopped, or if all of
+    its nodes have ended as they should.
+    """
+
+    STARTING = 'starting'
+    RUNNING = 'running'
+    FAILED = 'failed'
+    STOPPING = 'stopping'
+    STOPPED = 'stopped'
+
+
+_NEXT: Mapping[PartState, FrozenSet[PartState]] = {
+    PartState.STOPPED: frozenset({PartState.STARTING}),
+    PartState.STARTING: frozenset({PartState.RUNNING, PartState.FAILED, PartState.STOPPING,
+                                   PartState.STOPPED}),
+    PartState.RUNNING: frozenset({PartState.FAILED, PartState.STOPPING, PartState.STOPPED}),
+    PartState.FAILED: frozenset({PartState.STOPPING}),
+    PartState.STOPPING: frozenset({PartState.STOPPED}),
+}
+
+
+@dataclass(frozen=True)
+class PartReport:
+    """A part's name, its state, and the latest report of each of its nodes.
+
+    ``reason`` says why it is FAILED, ``log_tail`` are the last lines of its roslaunch then.
+    """
+
+    part: str
+    state: PartState = PartState.STOPPED
+    nodes: Tuple[NodeReport, ...] = ()
+    reason: str = ''
+    log_tail: Tuple[str, ...] = ()
+
+    @property
+    def dead_nodes(self) -> Tuple[NodeReport, ...]:
+        """The nodes that have failed, or could not be started."""
+        return tuple(node for node in self.nodes if node.state is NodeState.FAILED
+                     or node.state is NodeState.EXITED and node.exit_code != 0)
+
+    def starting(self, nodes: Iterable[str]) -> 'PartReport':
+        """It is started, with nodes of these names."""
+        begun = replace(self._become(PartState.STARTING), reason='', log_tail=())
+        return replace(begun, nodes=tuple(NodeReport(name) for name in nodes))
+
+    def node_changed(self, node: NodeReport) -> 'PartReport':
+        """A node has something new to report; a part that is not up takes no notice."""
+        if self.state not in (PartState.STARTING, PartState.RUNNING):
+            return self
+        nodes: Dict[str, NodeReport] = {known.name: known for known in self.nodes}
+        nodes[node.name] = node
+        return replace(self, nodes=tuple(nodes.values()))._up_if_complete()
+
+    def launched(self) -> 'PartReport':
+        """All there was to launch has been launched."""
+        return self._up_if_complete()
+
+    def ended(self, exit_code: int, log_tail: Tuple[str, ...] = (),
+              required: Optional[NodeReport] = None) -> 'PartReport':
+        """Its roslaunch has ended; unless that was asked for, it has done so by itself."""
+        if self.state not in (PartState.STARTING, PartState.RUNNING):
+            return self
+        if exit_code == 0 and required is None and not self.nodes:
+            return self._up_if_complete()
+        if exit_code == 0 and all(_ended_well(node) for node in self.nodes):
+            return self._become(PartState.STOPPED)
+        return replace(self._become(PartState.FAILED), log_tail=log_tail,
+                       reason=_reason(self, exit_code, log_tail, required))
+
+    def failed(self, reason: str) -> 'PartReport':
+        """It cannot be started."""
+        return replace(self._become(PartState.FAILED), reason=reason)
+
+    def stopping(self) -> 'PartReport':
+        """It is being stopped; one that has ended meanwhile stays as it is."""
+        return self if self.state is PartState.STOPPED else self._become(PartState.STOPPING)
+
+    def stopped(self) -> 'PartReport':
+        """Nothing of it is left."""
+        stopped = self if self.state is PartState.STOPPED else self._become(PartState.STOPPED)
+        return replace(stopped, nodes=(), reason='', log_tail=())
+
+    def _up_if_complete(self) -> 'PartReport':
+        is_starting = any(node.state is NodeState.STARTING for node in self.nodes)
+        if self.state is not PartState.STARTING or is_starting:
+            return self
+        return self._become(PartState.RUNNING)
+
+    def _become(self, state: PartState) -> 'PartReport':
+        if state not in _NEXT[self.state]:
+            raise ValueError(f'the part "{self.part}" is {self.state.value}; it cannot become '
+                             f'{state.value}')
+        return replace(self, state=state)
+
+
+def _ended_well(node: NodeReport) -> bool:
+    return node.state is NodeState.EXITED and node.exit_code == 0
+
+
+def _reason(part: PartReport, exit_code: int, log_tail: Tuple[str, ...],
+            required: Optional[NodeReport]) -> str:
+    """The first thing that explains the end."""
+    if required is not None:
+        return f'the required node {required}'
+    if part.dead_nodes:
+        return 'all nodes have ended: ' + ', '.join(str(node) for node in part.dead_nodes)
+    errors = [line.split('RLException: ')[-1] for line in log_tail
+              if 'RLException: ' in line or line.startswith('ERROR')]
+    if errors:
+        return errors[-1]
+    how = f'with code {exit_code}' if exit_code >= 0 else f'by signal {-exit_code}'
+    return f'roslaunch has ended {how}'

@@ -1,0 +1,157 @@
+"""The ROS master: the one that is there, or one of our own."""
+from __future__ import annotations
+
+import shutil
+import socket
+import threading
+from http.client import HTTPException
+from typing import Any, Optional
+from urllib.parse import urlparse
+from xmlrpc.client import Error as XmlRpcError
+from xmlrpc.client import ServerProxy, Transport
+
+import rosgraph
+
+from process_visualizer.launching.log_tail import LogTail
+from process_visualizer.launching.roslaunch_output import plain
+from process_visualizer.launching.roslaunch_process import RoslaunchProcess
+from process_visualizer.launching.run_record import RunRecord
+
+_ANSWER_TIMEOUT_S = 3.0
+_START_TIMEOUT_S = 30.0
+_CALLER_ID = '/process_visualizer'
+_STARTED = 'started core service [/rosout]'
+
+
+class RosMasterError(Exception):
+    """There is no usable ROS master; says why and what to do."""
+
+
+class RosMaster:
+    """The master at ROS_MASTER_URI, or at another address.
+
+    Call ``ensure`` in a thread that lives as long as the program does: the kernel interrupts our
+    own master when that thread ends.
+    """
+
+    def __init__(self, uri: Optional[str] = None) -> None:
+        self._uri = uri or rosgraph.get_master_uri()
+        self._record = RunRecord()
+        self._process: Optional[RoslaunchProcess] = None
+        self._reader: Optional[threading.Thread] = None
+
+    @property
+    def uri(self) -> str:
+        """Its address."""
+        return self._uri
+
+    def is_online(self) -> bool:
+        """Whether it answers; takes 3 s at most."""
+        try:
+            return self._answers()
+        except (OSError, HTTPException, XmlRpcError, ValueError):
+            return False
+
+    def ensure(self) -> bool:
+        """Make sure that there is a master; True if it is one of our own.
+
+        Raises RosMasterError.
+        """
+        if not self._is_there():
+            self.stop()  # what may be left of one that has died
+            self._start()
+        return self._process is not None
+
+    def stop(self) -> None:
+        """End our own master, if there is one."""
+        if self._process is None:
+            return
+        self._process.stop()
+        if self._reader is not None:
+            self._reader.join()
+        self._process.output.close()
+        self._record.remove()
+        self._process = self._reader = None
+
+    def _answers(self) -> bool:
+        """Whether a master answers at the address; what else can be there is an exception."""
+        with ServerProxy(self._uri, transport=_Transport()) as master:
+            answer: Any = master.getPid(_CALLER_ID)
+        return isinstance(answer, list) and len(answer) == 3 and answer[0] == 1
+
+    def _is_there(self) -> bool:
+        """False if nobody listens at the address and a master can be started there."""
+        host = self._host()
+        try:
+            if self._answers():
+                return True
+        except (OSError, HTTPException, XmlRpcError) as error:
+            if not rosgraph.network.is_local_address(host):
+                raise RosMasterError(self._remote(host, _reason(error))) from None
+            if isinstance(error, ConnectionRefusedError):
+                return False
+        raise RosMasterError(
+            f'something that is no ROS master listens at {self._uri}; end it, or set '
+            'ROS_MASTER_URI to another port')
+
+    def _host(self) -> str:
+        try:
+            address = urlparse(self._uri)
+            host, port = address.hostname, address.port
+        except ValueError:
+            host = port = None
+        if not host or not port:
+            raise RosMasterError(f'ROS_MASTER_URI is "{self._uri}"; it must be like '
+                                 'http://localhost:11311')
+        return host
+
+    def _remote(self, host: str, reason: str) -> str:
+        return (f'the ROS master at {self._uri} does not answer ({reason}); start roscore on '
+                f'"{host}", or set ROS_MASTER_URI to http://localhost:11311')
+
+    def _start(self) -> None:
+        if shutil.which('roslaunch') is None:
+            raise RosMasterError('roscore cannot be started: there is no roslaunch on PATH; load '
+                                 "ROS's set-up file (source .../setup.bash)")
+        self._record.write()
+        try:
+            self._process = RoslaunchProcess(['--core', '-p', str(urlparse(self._uri).port)],
+                                             self._record.run_id)
+        except OSError as error:
+            self._record.remove()
+            raise RosMasterError(f'roscore cannot be started: {error.strerror}') from None
+        tail = LogTail()
+        started = threading.Event()
+        self._reader = threading.Thread(target=_read, args=[self._process, tail, started],
+                                        name='read roscore', daemon=True)
+        self._reader.start()
+        started.wait(_START_TIMEOUT_S)
+        if not self.is_online():
+            self.stop()
+            raise RosMasterError(f'roscore cannot be started at {self._uri}: '
+                                 + ' '.join(tail.lines()[-3:]))
+
+
+class _Transport(Transport):
+    """Does not wait for ever."""
+
+    def make_connection(self, host: Any) -> Any:
+        connection = super().make_connection(host)
+        connection.timeout = _ANSWER_TIMEOUT_S
+        return connection
+
+
+def _read(process: RoslaunchProcess, tail: LogTail, started: threading.Event) -> None:
+    """Read the output to its end; ``started`` is set when the master is up, or never will be."""
+    for line in process.output:
+        text = plain(line)
+        tail.add(text)
+        if _STARTED in text:
+            started.set()
+    started.set()
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, socket.timeout):
+        return f'no answer within {_ANSWER_TIMEOUT_S:.0f} s'
+    return getattr(error, 'strerror', None) or str(error) or type(error).__name__

@@ -1,0 +1,107 @@
+"""What the launcher says about masters that it cannot use; nothing here starts one."""
+from __future__ import annotations
+
+import socket
+import threading
+from typing import Callable, Iterator
+from xmlrpc.server import SimpleXMLRPCServer
+
+import pytest
+
+from process_visualizer.launching.ros_master import RosMaster, RosMasterError
+
+
+def error_of(master: RosMaster) -> str:
+    assert master.is_online() is False
+    with pytest.raises(RosMasterError) as caught:
+        master.ensure()
+    master.stop()
+    return str(caught.value)
+
+
+@pytest.fixture
+def listener() -> Iterator[socket.socket]:
+    """A socket at which something listens."""
+    with socket.create_server(('127.0.0.1', 0)) as server:
+        yield server
+
+
+def uri_of(server: socket.socket) -> str:
+    return f'http://127.0.0.1:{server.getsockname()[1]}'
+
+
+@pytest.fixture
+def xml_rpc() -> Iterator[SimpleXMLRPCServer]:
+    """An XML-RPC server with nothing to offer."""
+    server = SimpleXMLRPCServer(('127.0.0.1', 0), logRequests=False)
+    thread = threading.Thread(target=server.serve_forever, kwargs={'poll_interval': 0.02})
+    thread.start()
+    yield server
+    server.shutdown()
+    thread.join()
+    server.server_close()
+
+
+def test_master_that_is_there(xml_rpc: SimpleXMLRPCServer) -> None:
+    xml_rpc.register_function(lambda caller: [1, '', 7], 'getPid')
+    master = RosMaster(uri_of(xml_rpc.socket))
+    assert master.is_online() is True
+    assert master.ensure() is False
+    master.stop()
+    assert master.is_online() is True
+
+
+@pytest.mark.parametrize('answer', [lambda caller: [-1, 'no', 0], lambda caller: 'what?',
+                                    lambda: 1])
+def test_another_program_with_xml_rpc(answer: Callable[..., object],
+                                      xml_rpc: SimpleXMLRPCServer) -> None:
+    xml_rpc.register_function(answer, 'getPid')
+    message = error_of(RosMaster(uri_of(xml_rpc.socket)))
+    assert message == (f'something that is no ROS master listens at {uri_of(xml_rpc.socket)}; '
+                       'end it, or set ROS_MASTER_URI to another port')
+
+
+def test_server_of_something_else(listener: socket.socket) -> None:
+    def answer() -> None:
+        for _ in range(4):  # a client asks twice when the connection breaks
+            connection, _ = listener.accept()
+            with connection:
+                connection.recv(65536)
+                connection.sendall(b'220 mail.example.org\r\n')
+
+    threading.Thread(target=answer, daemon=True).start()
+    assert 'something that is no ROS master listens at' in error_of(RosMaster(uri_of(listener)))
+
+
+def test_server_that_never_answers(listener: socket.socket) -> None:
+    assert 'something that is no ROS master listens at' in error_of(RosMaster(uri_of(listener)))
+
+
+def test_master_on_another_computer() -> None:
+    message = error_of(RosMaster('http://no-such-computer.invalid:11311'))
+    assert message.startswith('the ROS master at http://no-such-computer.invalid:11311 does not '
+                              'answer (')
+    assert message.endswith('start roscore on "no-such-computer.invalid", or set ROS_MASTER_URI '
+                            'to http://localhost:11311')
+
+
+@pytest.mark.parametrize('uri', ['localhost', 'http://localhost', 'http://:11311', 'nonsense://',
+                                 'http://localhost:port', 'http://localhost:99999999'])
+def test_address_that_is_none(uri: str) -> None:
+    assert error_of(RosMaster(uri)) == (f'ROS_MASTER_URI is "{uri}"; it must be like '
+                                        'http://localhost:11311')
+
+
+def test_address_from_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv('ROS_MASTER_URI', 'http://localhost:1234')
+    assert RosMaster().uri == 'http://localhost:1234'
+
+
+def test_without_roslaunch(listener: socket.socket, monkeypatch: pytest.MonkeyPatch,
+                           tmp_path: object) -> None:
+    uri = uri_of(listener)
+    listener.close()
+    monkeypatch.setenv('PATH', str(tmp_path))
+    monkeypatch.setenv('ROS_HOME', str(tmp_path))
+    assert error_of(RosMaster(uri)).startswith(
+        'roscore cannot be started: there is no roslaunch on PATH')
