@@ -11,6 +11,7 @@ _PAUSE_FACTOR = 2.0
 _LONGEST_PAUSE_S = 10.0
 """A longer silence that ended was an outage; a shorter one may belong to the topic."""
 _WEIGHT = 0.05
+_LEAST_MESSAGES = 10
 _RATE_SPAN_S = 1.0
 
 
@@ -28,12 +29,13 @@ class TopicWatch:
     def __init__(self) -> None:
         self._usual: Dict[str, _Usual] = {}
 
-    def update(self, topic: str, rate_hz: float, silence_s: Optional[float]) -> TopicActivity:
-        """Take what was counted just now, and judge it."""
+    def update(self, topic: str, rate_hz: float, silence_s: Optional[float],
+               messages: int) -> TopicActivity:
+        """Take what was counted just now, with the number of messages so far, and judge it."""
         if silence_s is None:
             return TopicActivity(rate_hz, None, False)
         usual = self._usual.setdefault(topic, _Usual())
-        usual.learn(rate_hz, silence_s)
+        usual.learn(rate_hz, silence_s, messages)
         return TopicActivity(rate_hz, silence_s, silence_s > usual.longest_silence_s)
 
 
@@ -42,10 +44,12 @@ class _Usual:
 
     def __init__(self) -> None:
         self._rate_hz: Optional[float] = None
+        self._messages = 0
         self._pause_s = 0.0
         self._last_silence_s = 0.0
 
-    def learn(self, rate_hz: float, silence_s: float) -> None:
+    def learn(self, rate_hz: float, silence_s: float, messages: int) -> None:
+        self._messages = max(self._messages, messages)
         if silence_s < self._last_silence_s <= _LONGEST_PAUSE_S:  # a message has ended a silence
             self._pause_s = max(self._pause_s, self._last_silence_s)
         self._last_silence_s = silence_s
@@ -56,7 +60,7 @@ class _Usual:
     @property
     def longest_silence_s(self) -> float:
         """Infinite while too little is known (a latched topic sends once)."""
-        if self._rate_hz is None:
+        if self._rate_hz is None or self._messages < _LEAST_MESSAGES:
             return float('inf')
         return max(_LEAST_SILENCE_S, _INTERVALS / self._rate_hz, _PAUSE_FACTOR * self._pause_s)
 

@@ -11,8 +11,8 @@ TOPIC = '/arm/joints'
 def silent_for(watch: TopicWatch, rate_hz: float, silence_s: float) -> bool:
     """Let a topic send for a while, then fall silent."""
     for _ in range(50):
-        watch.update(TOPIC, rate_hz, 0.5 / rate_hz)
-    return watch.update(TOPIC, 0.0, silence_s).is_stale
+        watch.update(TOPIC, rate_hz, 0.5 / rate_hz, 50)
+    return watch.update(TOPIC, 0.0, silence_s, 50).is_stale
 
 
 @pytest.mark.parametrize('rate_hz, silence_s, is_stale', [
@@ -23,30 +23,30 @@ def test_silence_is_measured_by_the_usual_rate(rate_hz: float, silence_s: float,
 
 
 def test_topic_without_a_message_is_not_stale() -> None:
-    activity = TopicWatch().update(TOPIC, 0.0, None)
+    activity = TopicWatch().update(TOPIC, 0.0, None, 0)
     assert activity.silence_s is None
     assert not activity.is_stale
 
 
 def test_topic_that_sends_once_is_never_stale() -> None:
     watch = TopicWatch()
-    watch.update(TOPIC, 0.0, 2.0)
-    assert not watch.update(TOPIC, 0.0, 3600.0).is_stale
+    watch.update(TOPIC, 1.0, 0.1, 1)
+    assert not watch.update(TOPIC, 0.0, 3600.0, 1).is_stale
 
 
 def test_topic_that_pauses_now_and_then_may_do_so() -> None:
     watch = TopicWatch()
     assert silent_for(watch, 50.0, 3.0)
-    watch.update(TOPIC, 50.0, 0.01)
-    assert not watch.update(TOPIC, 0.0, 5.0).is_stale
-    assert watch.update(TOPIC, 0.0, 6.5).is_stale
+    watch.update(TOPIC, 50.0, 0.01, 60)
+    assert not watch.update(TOPIC, 0.0, 5.0, 60).is_stale
+    assert watch.update(TOPIC, 0.0, 6.5, 60).is_stale
 
 
 def test_an_outage_is_not_learned_as_a_pause() -> None:
     watch = TopicWatch()
     assert silent_for(watch, 50.0, 60.0)
-    watch.update(TOPIC, 50.0, 0.01)
-    assert watch.update(TOPIC, 0.0, 2.0).is_stale
+    watch.update(TOPIC, 50.0, 0.01, 60)
+    assert watch.update(TOPIC, 0.0, 2.0, 60).is_stale
 
 
 def test_rate_from_counts_over_the_last_second() -> None:

@@ -40,7 +40,7 @@ class DeviceStatesModel(QObject):
     def take_recorder(self, recorder: RecorderSnapshot) -> None:
         """In real-time mode the recorder counts what arrives."""
         self._activities = {topic.name: self._watch.update(topic.name, topic.rate_hz,
-                                                           topic.silence_s)
+                                                           topic.silence_s, topic.messages)
                             for topic in recorder.topics}
         self.changed.emit()
 

@@ -11,7 +11,7 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from process_visualizer.cell.environment import check_environment
 from process_visualizer.cell.errors import ConfigurationError, Problem
 from process_visualizer.generate.choice import Choice
-from process_visualizer.generate.generator import generate
+from process_visualizer.generate.generator import generate_parts
 from process_visualizer.generate.plan import Plan, PlanError
 from process_visualizer.gui.tasks import Tasks
 from process_visualizer.launching.launched_cell import LaunchedCell
@@ -68,8 +68,9 @@ class LaunchModel(QObject):
         self._tasks.run(_LINE, lambda: self._change(choice), self._take_plan, self._not_changed)
 
     def restart(self, part: str) -> None:
-        """Stop and start one part."""
-        self._tasks.run(_LINE, lambda: self._launched.restart(part), None, self._tell)
+        """Stop and start one part, if it was launched."""
+        if part in self.reports:
+            self._tasks.run(_LINE, lambda: self._launched.restart(part), None, self._tell)
 
     def quit(self) -> None:
         """Stop everything; `stopped` tells the end."""
@@ -126,7 +127,7 @@ class LaunchModel(QObject):
         self.changed.emit()
 
     def _tell(self, error: Exception) -> None:
-        if not isinstance(error, (OSError, PlanError, KeyError)):
+        if not isinstance(error, (OSError, PlanError)):
             raise error
         self.failed.emit(str(error))
 
@@ -158,4 +159,4 @@ def _plan(choice: Choice) -> Plan:
                                  [device.name for device in choice.devices])
     if problems:
         raise ConfigurationError(problems)
-    return generate(choice)
+    return generate_parts(choice)

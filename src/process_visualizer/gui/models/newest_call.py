@@ -16,7 +16,7 @@ class NewestCall(Generic[Value]):
 
     def __init__(self, tasks: Tasks, line: str, function: Callable[[Value], Any],
                  on_done: Callable[[], None], on_error: OnError) -> None:
-        """``on_done`` is called when the newest value has been taken, ``on_error`` after each failure.
+        """``on_done`` is called when the newest value has been taken, ``on_error`` on each failure.
         """
         self._tasks = tasks
         self._line = line
