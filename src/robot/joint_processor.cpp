@@ -12,7 +12,7 @@ namespace process_visualizer {
 namespace {
 
 constexpr double kFlushPeriodS = 0.1;
-constexpr double kWarningPeriodS = 5.0;
+constexpr std::chrono::seconds kWarningPeriod{5};
 constexpr char kArray[] = "std_msgs/Float32MultiArray";
 constexpr char kJointState[] = "sensor_msgs/JointState";
 
@@ -55,6 +55,15 @@ JointProcessor::JointProcessor(JointParameters parameters, JointMatching matchin
       period_(std::chrono::duration_cast<Clock::duration>(
           std::chrono::duration<double>(1.0 / parameters_.rate_hz))) {
   publisher_ = node_.advertise<sensor_msgs::JointState>("joint_states", 10);
+  subscribe();
+  timer_ =
+      node_.createWallTimer(ros::WallDuration(kFlushPeriodS), [this](const ros::WallTimerEvent&) {
+        followChangedType();
+        flush();
+      });
+}
+
+void JointProcessor::subscribe() {
   ros::SubscribeOptions options;
   options.topic = parameters_.topic;
   options.queue_size = 1;  // what was overtaken need not be shown
@@ -64,21 +73,44 @@ JointProcessor::JointProcessor(JointParameters parameters, JointMatching matchin
   options.helper = boost::make_shared<ros::SubscriptionCallbackHelperT<const Event&>>(
       [this](const Event& event) { receive(event); });
   subscriber_ = node_.subscribe(options);
-  timer_ = node_.createWallTimer(ros::WallDuration(kFlushPeriodS),
-                                 [this](const ros::WallTimerEvent&) { flush(); });
+}
+
+// roscpp keeps the first type that it saw, and then refuses publishers of another one.
+void JointProcessor::followChangedType() {
+  const bool connected = subscriber_.getNumPublishers() > 0;
+  if (was_connected_ && !connected) {
+    subscriber_.shutdown();
+    subscribe();
+  }
+  was_connected_ = connected;
 }
 
 void JointProcessor::receive(const Event& event) {
+  was_connected_ = true;
   try {
     JointPositions joints = matching_.match(decode(event));
     held_.emplace();
     held_->name = std::move(joints.names);
     held_->position = std::move(joints.positions);
     flush();
+    watchTime();
   } catch (const std::exception& error) {
-    ROS_WARN_THROTTLE(kWarningPeriodS, "%s: a message on %s is left out: %s",
-                      parameters_.robot_name.c_str(), subscriber_.getTopic().c_str(), error.what());
+    warn(std::string("is left out: ") + error.what());
   }
+}
+
+void JointProcessor::watchTime() {
+  const std::string problem = time_watch_.problem(ros::Time::now().toSec(), Clock::now());
+  if (!problem.empty()) warn("is shown, but " + problem);
+}
+
+// Not ROS_WARN_THROTTLE, which says nothing while ROS time stands still.
+void JointProcessor::warn(const std::string& problem) {
+  const auto now = Clock::now();
+  if (now < next_warning_) return;
+  next_warning_ = now + kWarningPeriod;
+  ROS_WARN("%s: a message on %s %s", parameters_.robot_name.c_str(), subscriber_.getTopic().c_str(),
+           problem.c_str());
 }
 
 JointPositions JointProcessor::decode(const Event& event) const {

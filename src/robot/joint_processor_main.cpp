@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "process_visualizer/robot/joint_processor.hpp"
+#include "process_visualizer/sender/time_slice.hpp"
 
 namespace {
 
@@ -67,6 +68,10 @@ std::map<std::string, double> readOffsets() {
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "joint_proc");
+  // For roscpp's threads too, which begin with the first NodeHandle: each message wakes two of them
+  // for some microseconds, one after the other, and neither must wait for those who draw.
+  if (!process_visualizer::takeRealTimePriority())
+    process_visualizer::takeSlices(process_visualizer::kShortSlice);
   ros::NodeHandle node;  // keeps roscpp running
   try {
     const JointParameters parameters = readParameters();

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "process_visualizer/robot/joint_matching.hpp"
+#include "process_visualizer/robot/time_watch.hpp"
 
 namespace process_visualizer {
 namespace {
@@ -66,6 +67,27 @@ TEST(MovableJoints, OfWhatIsNoUrdf) {
   EXPECT_THROW(movableJoints("<robot>"), std::invalid_argument);
   EXPECT_THROW(movableJoints("<cell/>"), std::invalid_argument);
   EXPECT_THROW(movableJoints(""), std::invalid_argument);
+}
+
+TEST(TimeWatch, TimeThatGoesOnIsRight) {
+  TimeWatch watch;
+  const TimeWatch::Clock::time_point begin;
+  EXPECT_EQ(watch.problem(0.0, begin), "");
+  EXPECT_EQ(watch.problem(0.0, begin + std::chrono::milliseconds(900)), "");  // a coarse clock
+  EXPECT_EQ(watch.problem(0.5, begin + std::chrono::milliseconds(1500)), "");
+  EXPECT_EQ(watch.problem(0.5, begin + std::chrono::milliseconds(2400)), "");
+}
+
+TEST(TimeWatch, TimeThatStandsStillOrGoesBackIsNamed) {
+  TimeWatch watch;
+  const TimeWatch::Clock::time_point begin;
+  EXPECT_EQ(watch.problem(7.0, begin), "");
+  const std::string still = watch.problem(7.0, begin + std::chrono::milliseconds(1100));
+  EXPECT_NE(still.find("stands still"), std::string::npos) << still;
+  const std::string back = watch.problem(6.9, begin + std::chrono::milliseconds(1200));
+  EXPECT_NE(back.find("gone back"), std::string::npos) << back;
+  EXPECT_EQ(watch.problem(7.0, begin + std::chrono::seconds(5)), back);  // it may not be said yet
+  EXPECT_EQ(watch.problem(8.0, begin + std::chrono::seconds(8)), "");
 }
 
 }  // namespace

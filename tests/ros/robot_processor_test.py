@@ -156,6 +156,29 @@ class RobotProcessorTest(unittest.TestCase):
             wait_until(lambda: 'v no data for 2' in last_markers(arrays)['velocity', 1].text,
                        'a text that says since when there is no data')
 
+    def test_stopped_drivers_are_shown_within_a_second(self) -> None:
+        joints, tool = publisher('/r/q_act', Float32MultiArray), publisher('/r/tcf',
+                                                                           Float32MultiArray)
+        grey_s: Dict[str, float] = {}
+
+        def note(message: MarkerArray) -> None:
+            for marker in message.markers:
+                grey = marker.color.r == marker.color.g == marker.color.b
+                told = marker.type == Marker.ARROW or 'no data for' in marker.text
+                if grey and told and marker.ns in ('velocity', 'joints'):
+                    grey_s.setdefault(f'{marker.ns} {marker.type}', time.monotonic())
+        subscriber = rospy.Subscriber('/r/marker_array', MarkerArray, note)
+        for _ in range(3):
+            joints.publish(array(0.1, 0.2))
+            move(tool, 0.1, 0.7)
+            joints.publish(array(0.1, 0.2))
+            grey_s.clear()
+            last_s = time.monotonic()
+            wait_until(lambda: len(grey_s) == 3, 'the grey arrow, its number, and the joints')
+            self.assertLess(max(grey_s.values()) - last_s, 1.0, grey_s)
+            self.assertGreater(min(grey_s.values()) - last_s, 0.5, grey_s)
+        subscriber.unregister()
+
     def test_arrow_and_tool_are_at_one_place_at_every_moment(self) -> None:
         joints, tool = publisher('/r/q_act', Float32MultiArray), publisher('/r/tcf',
                                                                            Float32MultiArray)

@@ -144,3 +144,17 @@ def test_poses_with_stamps_do_not_wait():
         velocity.add(wall_s + 0.03 * (step % 3), wall_s - 1e-4, *pose(step * PERIOD_S))
     assert np.allclose(velocity.velocity(), VELOCITY)
     assert velocity.wall_s() == pytest.approx(wall_s - 6.5 * PERIOD_S, abs=PERIOD_S)
+
+
+@pytest.mark.parametrize('back_s', [0.05, 2.0, 900.0])
+def test_a_clock_that_was_set_back(back_s):
+    velocity, found = ToolVelocity(PlaybackClock(), 0.1), []
+    for step in range(100):
+        wall_s = START_S + step * PERIOD_S - (back_s if step >= 50 else 0.0)
+        velocity.add(wall_s, wall_s, *pose(step * PERIOD_S))
+        if velocity.velocity() is not None:
+            found.append(velocity.velocity())
+    assert len(found) > 50
+    assert np.allclose(found[-20:], VELOCITY)
+    if back_s > 1.0:
+        assert np.allclose(found, VELOCITY)

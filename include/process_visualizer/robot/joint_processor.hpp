@@ -9,6 +9,7 @@
 
 #include "process_visualizer/recorder/message.hpp"
 #include "process_visualizer/robot/joint_matching.hpp"
+#include "process_visualizer/robot/time_watch.hpp"
 
 namespace process_visualizer {
 
@@ -27,7 +28,8 @@ struct JointParameters {
 /// nothing. Drivers that send faster than a screen shows would otherwise cost each robot's state
 /// publisher, and the master, which that asks at every state.
 ///
-/// A message that cannot be used is left out with a throttled warning.
+/// A message that cannot be used is left out with a throttled warning. While ROS time stands still
+/// or goes back (simulated time), the states are published nevertheless, with a warning too.
 class JointProcessor {
  public:
   JointProcessor(JointParameters parameters, JointMatching matching);
@@ -36,10 +38,14 @@ class JointProcessor {
   using Clock = std::chrono::steady_clock;
   using Event = ros::MessageEvent<RawMessage const>;
 
+  void subscribe();
+  void followChangedType();
   void receive(const Event& event);
   JointPositions decode(const Event& event) const;
   void flush();
   bool isDue();
+  void watchTime();
+  void warn(const std::string& problem);
 
   JointParameters parameters_;
   JointMatching matching_;
@@ -47,9 +53,12 @@ class JointProcessor {
   ros::Publisher publisher_;
   ros::Subscriber subscriber_;
   ros::WallTimer timer_;
+  bool was_connected_ = false;
   std::optional<sensor_msgs::JointState> held_;
   Clock::duration period_;
   Clock::time_point next_;
+  Clock::time_point next_warning_;
+  TimeWatch time_watch_;
 };
 
 /// Returns the only field of interest of a joint message's bytes.

@@ -1,6 +1,7 @@
 """The velocity of a tool over bag time, in real time and in playback."""
 from __future__ import annotations
 
+import math
 from collections import deque
 from itertools import islice
 from typing import Deque, Iterable, NamedTuple, Optional, Sequence
@@ -14,6 +15,7 @@ HOLD_S = 0.05
 STATE_DELAY_S = 0.035  # of the player's states behind what they belong to, at most
 _LIVE = -1  # the segment without a player
 _SHORTEST = 0.99  # of the measured period: small errors of it must not add up
+_SET_BACK_S = 0.1  # a clock's step that is worth beginning anew for
 _MOST_BUNCHED = 50  # messages: what was held up for longer is dated by the rest of them
 
 
@@ -48,6 +50,8 @@ class ToolVelocity:
     restored after a jump; when it was measured is not known, and it is left out. Backwards, the
     player shows a pose when it passes the one that was recorded after it, and replaces it at the
     time at which it was recorded itself; where playback turns round before that, it is left out.
+
+    When the clock of the arrivals is set back, all begins anew.
     """
 
     def __init__(self, clock: PlaybackClock, window_s: float) -> None:
@@ -59,6 +63,7 @@ class ToolVelocity:
         self._waiting: Deque[_Sample] = deque(maxlen=1000)
         self._taken: Deque[BagTime] = deque(maxlen=_MOST_BUNCHED)
         self._segment = _LIVE
+        self._newest_s = -math.inf
 
     def add(self, arrival_s: float, wall_s: float, position: Sequence[float],
             quaternion: Quaternion, rate: float = 1.0) -> None:
@@ -71,6 +76,9 @@ class ToolVelocity:
             quaternion: (4,) x y z w in the base frame, of any length but zero.
             rate: seconds of recording per second, for playback without the player.
         """
+        if arrival_s < self._newest_s - _SET_BACK_S:
+            self._begin_anew()
+        self._newest_s = arrival_s
         live = None
         if not self._clock.follows_player(arrival_s):
             live = BagTime(_LIVE, self._scaled.advance(wall_s, rate), rate)
@@ -96,6 +104,13 @@ class ToolVelocity:
     def wall_s(self) -> float:
         """Return the wall time [s] at which the tool had that velocity: the window's middle."""
         return self._estimator.wall_s()
+
+    def _begin_anew(self) -> None:
+        self._scaled = ScaledClock()
+        self._waiting.clear()
+        self._taken.clear()
+        self._estimator.reset()
+        self._period.reset()
 
     def _bag_time(self, sample: _Sample) -> BagTime:
         bag = sample.live or self._clock.bag_time(sample.wall_s)

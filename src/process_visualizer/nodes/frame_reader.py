@@ -12,7 +12,7 @@ from process_visualizer.nodes.message_reader import TopicReader
 from process_visualizer.nodes.robot_messages import ToolPose, deserialize
 
 TF_MESSAGE = 'tf2_msgs/TFMessage'
-STATIC_TOPIC = '/tf_static'
+TF_TOPIC, STATIC_TOPIC = '/tf', '/tf_static'
 
 
 class FrameReader:
@@ -32,6 +32,7 @@ class FrameReader:
         self._callback = callback
         self._buffer = tf2_ros.BufferCore(rospy.Duration(10.0))
         self._last_stamp = rospy.Time()
+        self._last_arrival = rospy.Time()
         TopicReader(device, STATIC_TOPIC, TF_MESSAGE, {TF_MESSAGE: _transforms}, self._on_static)
         TopicReader(device, topic, TF_MESSAGE, {TF_MESSAGE: _transforms}, self._on_transforms)
 
@@ -40,6 +41,10 @@ class FrameReader:
             self._buffer.set_transform_static(transform, 'static')
 
     def _on_transforms(self, transforms: List[TransformStamped]) -> None:
+        arrival = rospy.Time.now()
+        if arrival < self._last_arrival:
+            self._buffer.clear()  # what is older than it holds would not be taken
+        self._last_arrival = arrival
         for transform in transforms:
             self._buffer.set_transform(transform, 'dynamic')
         try:

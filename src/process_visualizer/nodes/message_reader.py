@@ -8,10 +8,16 @@ from typing import Any, Callable, Dict, Generic, Optional, TypeVar
 import genpy
 import rospy
 
+from process_visualizer.motion.time_watch import TimeWatch
+
 Quantity = TypeVar('Quantity')
 Decoder = Callable[[bytes], Quantity]
 
 WARNING_PERIOD_S = 5.0
+
+
+class DoubtfulMessage(Exception):
+    """A message was used, although something about it is wrong; the text says what."""
 
 
 class TopicReader(Generic[Quantity]):
@@ -19,7 +25,8 @@ class TopicReader(Generic[Quantity]):
 
     The type is taken from the publisher's connection, so that one node reads the thesis' arrays
     and standard messages alike. A message that cannot be used is left out with a throttled
-    warning that names device and topic; the last good one stays.
+    warning that names device and topic; the last good one stays. One that comes while ROS time
+    stands still or has gone back is used, with a warning too.
     """
 
     def __init__(self, device: str, topic: str, message_type: str,
@@ -33,7 +40,8 @@ class TopicReader(Generic[Quantity]):
             message_type: the only type that is taken ('package/Type'), or '' for each of decoders.
             decoders: for each type, a function of the serialised message; it raises ValueError
                 (with what is wrong) for content that cannot be used.
-            callback: called in the thread of the subscription; may raise ValueError likewise.
+            callback: called in the thread of the subscription; may raise ValueError likewise, or
+                DoubtfulMessage when it has used the content nevertheless.
         """
         self._device = device
         self._topic = rospy.resolve_name(topic)
@@ -42,14 +50,23 @@ class TopicReader(Generic[Quantity]):
         self._callback = callback
         self._lock = threading.Lock()  # two publishers of a topic are two threads
         self._next_warning_s = 0.0
+        self._time_watch = TimeWatch()
         rospy.Subscriber(topic, rospy.AnyMsg, self._receive, tcp_nodelay=True)
 
     def _receive(self, message: rospy.AnyMsg) -> None:
         with self._lock:
             try:
                 self._callback(self._decode(message))
+                self._watch_time()
             except ValueError as error:
-                self._warn(str(error))
+                self._warn(f'is left out: {error}')
+            except DoubtfulMessage as doubt:
+                self._warn(f'is shown, but {doubt}')
+
+    def _watch_time(self) -> None:
+        problem = self._time_watch.problem(rospy.get_time(), time.monotonic())
+        if problem:
+            raise DoubtfulMessage(problem)
 
     def _decode(self, message: Any) -> Quantity:
         carried: str = message._connection_header['type']
@@ -66,5 +83,4 @@ class TopicReader(Generic[Quantity]):
         now_s = time.monotonic()
         if now_s >= self._next_warning_s:
             self._next_warning_s = now_s + WARNING_PERIOD_S
-            rospy.logwarn('%s: a message on %s is left out: %s',
-                          self._device, self._topic, problem)
+            rospy.logwarn('%s: a message on %s %s', self._device, self._topic, problem)

@@ -8,6 +8,7 @@ from typing import Any, List, Mapping, Tuple
 import rospy
 
 Color = Tuple[float, float, float, float]  # red green blue alpha, 0 to 1
+STALE_AFTER_S = 0.7  # so that it is seen within a second, whatever else takes time
 
 
 class ParameterError(ValueError):
@@ -180,7 +181,7 @@ class RobotParameters:
     text: TextParameters = field(default_factory=TextParameters)
     marker_rate_hz: float = 30.0
     velocity_window_s: float = 0.2
-    stale_after_s: float = 1.0
+    stale_after_s: float = STALE_AFTER_S
 
 
 def read_robot_parameters(parameters: Parameters, robot_name: str) -> RobotParameters:
@@ -210,5 +211,5 @@ def read_robot_parameters(parameters: Parameters, robot_name: str) -> RobotParam
                             text.number('up', TextParameters.up_m)),
         marker_rate_hz=parameters.number('marker_rate', 30.0, above=0.0),
         velocity_window_s=parameters.number('velocity_window', 0.2, above=0.0),
-        stale_after_s=parameters.number('stale_after', 1.0, above=0.0),
+        stale_after_s=parameters.number('stale_after', STALE_AFTER_S, above=0.0),
     )

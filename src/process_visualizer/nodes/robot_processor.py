@@ -12,9 +12,15 @@ from visualization_msgs.msg import MarkerArray
 from process_visualizer.motion.measuring_time import MeasuringTime
 from process_visualizer.motion.tool_velocity import ToolVelocity
 from process_visualizer.nodes.frame_reader import TF_MESSAGE, FrameReader
+from process_visualizer.nodes.frame_watch import FrameWatch
 from process_visualizer.nodes.live_number import LiveNumber
 from process_visualizer.nodes.markers import Pace, VectorSample
-from process_visualizer.nodes.message_reader import Decoder, Quantity, TopicReader
+from process_visualizer.nodes.message_reader import (
+    Decoder,
+    DoubtfulMessage,
+    Quantity,
+    TopicReader,
+)
 from process_visualizer.nodes.parameters import (
     ParameterError,
     RobotParameters,
@@ -56,6 +62,7 @@ class RobotProcessor:
         self._tool_times = MeasuringTime()
         self._velocity = ToolVelocity(self._playback.clock, parameters.velocity_window_s)
         self._display = RobotDisplay(parameters)
+        self._frames = FrameWatch(parameters.robot_name, parameters.base_frame)
         self._drawing = Pace(1.0 / parameters.marker_rate_hz)
         self._lock = threading.Lock()  # each topic has its thread, and so has the timer
         self._pose: Optional[ToolPose] = None
@@ -105,12 +112,13 @@ class RobotProcessor:
             self._velocity.add(now_s, wall_s, pose.position, pose.quaternion,
                                self._playback_rate.value())
             self._pose, self._pose_time_s = pose, self._playback.clock.data_time_s(now_s)
+            self._frames.want(self._parameters.tool_frame, self._parameters.tool_center_frame.name)
             if self._tool_velocity.get_num_connections() > 0:
                 self._publish_velocity()
             self._draw(now_s)
         if self._tool_times.standing and not self._playback.clock.follows_player(now_s):
-            raise ValueError('its stamp is not later than the one before; until the stamps go on, '
-                             'the velocity is computed from the times of arrival')
+            raise DoubtfulMessage('its stamp is not later than the one before; until the stamps go '
+                                  'on, the velocity is computed from the times of arrival')
 
     def _publish_velocity(self) -> None:
         velocity, turning = self._velocity.velocity(), self._velocity.angular_velocity()
@@ -127,6 +135,7 @@ class RobotProcessor:
         with self._lock:
             self._force = VectorSample(wrench.force, frame,
                                        self._playback.clock.data_time_s(now_s))
+            self._frames.want(frame, self._parameters.force_sensor.name)
             self._draw(now_s)
         if self._tool_force.get_num_connections() > 0:
             self._publish_force(rospy.Time.from_sec(now_s), frame, wrench)
@@ -143,6 +152,7 @@ class RobotProcessor:
         now_s = rospy.get_time()
         with self._lock:
             self._velocity.settle(now_s)
+            self._frames.look()
             self._draw(now_s)
 
     def _draw(self, now_s: float) -> None:

@@ -8,7 +8,7 @@ from typing import List, Optional, Tuple
 import rosgraph.names
 
 from process_visualizer.motion.field_path import FieldPath
-from process_visualizer.nodes.parameters import Color, Parameters
+from process_visualizer.nodes.parameters import STALE_AFTER_S, Color, Parameters
 
 ORANGE: Color = (1.0, 0.55, 0.1, 1.0)
 RED: Color = (0.9, 0.1, 0.1, 1.0)
@@ -109,7 +109,7 @@ class VariablesParameters:
             text.vector('position', (0.0, 0.0, 0.0)) if text.has('position') else None,
             text.number('height', 0.05, above=0.0),
             parameters.number('marker_rate', 30.0, above=0.0),
-            parameters.number('stale_after', 1.0, above=0.0))
+            parameters.number('stale_after', STALE_AFTER_S, above=0.0))
 
 
 def _required(parameters: Parameters, name: str) -> str:
