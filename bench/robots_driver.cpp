@@ -25,6 +25,8 @@
 #include <thread>
 #include <vector>
 
+#include "process_visualizer/sender/time_slice.hpp"
+
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -199,6 +201,9 @@ bool waitForAll(const std::vector<std::unique_ptr<Robot>>& robots, double timeou
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "robots_driver");
+  // Real drivers are not held up by what they drive, nor is a stopwatch.
+  if (!process_visualizer::takeRealTimePriority())
+    process_visualizer::takeSlices(process_visualizer::kShortSlice);
   ros::NodeHandle node, parameters("~");
   const int count = parameters.param("robots", 1);
   const double warm_up_s = parameters.param("warm_up", 5.0);

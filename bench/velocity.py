@@ -12,6 +12,8 @@ An estimate is compared with the truth at its stamp; the delay is how long after
 Errors are lengths of vectors, as shares of the largest speed. A false zero is a speed that shows no
 arrow while the tool moves with 20 mm/s or more; a spike is an error above 6 % of the peak, three
 times the noise that is allowed. The simulator's positions have no noise: all of it is the times'.
+It is what an estimate differs from the slope of the true positions in its window by; its RMS is
+printed, and the largest one as a multiple of that.
 """
 from __future__ import annotations
 
@@ -35,6 +37,7 @@ from velocity_truth import ROBOT, SEED, Truth
 
 from process_visualizer.motion.playback_clock import PlaybackClock, PlaybackState
 from process_visualizer.msg import PlayerState
+from process_visualizer.nodes.parameters import RobotParameters
 from process_visualizer.nodes.view_picture import wait_for_master
 from process_visualizer.srv import Seek, SetRate
 
@@ -43,6 +46,7 @@ TOPICS = ['/ur_rt_upper/q_act', '/ur_rt_upper/tcf', '/ur_rt_lower/q_act', '/ur_r
           '/ft_upper/ft', '/ft_lower/ft', '/camera/rgb/image_color', '/camera/rgb/camera_info',
           '/camera/depth_registered/image_raw', '/camera/depth_registered/camera_info',
           '/edge_finder_upper', '/edge_finder_lower', '/feed_rate_est']
+WINDOW_S = RobotParameters.velocity_window_s
 _WARM_UP_S = 10.0  # until every node has started and the first images are drawn
 _TIMEOUT_S = 60.0
 _ZERO_M_PER_S, _MOVING_M_PER_S, _SPIKE_PERCENT = 0.002, 0.02, 6.0
@@ -81,6 +85,13 @@ class Series(NamedTuple):
     time_s: np.ndarray
     value: np.ndarray
     truth: np.ndarray
+    smooth: np.ndarray  # the truth as the slope over a window that begins half of it before
+
+    def noise(self) -> str:
+        """RMS of the noise in % of the peak, and the largest as a multiple of it."""
+        noise = _length(self.value - self.smooth) / _length(self.truth).max() * 100
+        rms = np.sqrt((noise ** 2).mean())
+        return f'{rms:.2f} | {noise.max() / rms:.1f}'
 
     def row(self) -> str:
         """RMS and largest error in % of the peak, and the numbers of false zeros and spikes."""
@@ -214,15 +225,17 @@ def _report(runs: Dict[str, Run], options: argparse.Namespace) -> None:
     truth, plots = Truth(600.0), {}
     live = runs['live'].poses
     begin_s = truth.begin_s(live[:, 0], live[:, 1:])
-    print('| | estimate: RMS, % of peak | largest error, % | false zeros | spikes | delay, ms | '
-          'two samples: RMS, % | largest error, % | false zeros | spikes |\n' + '|---' * 10 + '|')
+    print('| | estimate: RMS, % of peak | largest error, % | false zeros | spikes | '
+          'noise: RMS, % | largest, times the RMS | delay, ms | '
+          'two samples: RMS, % | largest error, % | false zeros | spikes |\n' + '|---' * 12 + '|')
     for name, run in runs.items():
         rate = float(name.strip('x')) if run.states else 1.0
         estimate = _series(run.bag_times(run.velocities[:, 0]) - begin_s, run.velocities[:, 2:],
                            truth)
         two = _two_samples(run, rate, begin_s, truth)
         delay_ms = 1e3 * np.median(run.velocities[:, 1] - run.velocities[:, 0])
-        print(f'| {name} | {estimate.row()} | {delay_ms:.0f} | {two.row()} |', flush=True)
+        print(f'| {name} | {estimate.row()} | {estimate.noise()} | {delay_ms:.0f} | {two.row()} |',
+              flush=True)
         plots[name] = (estimate, two)
     if options.plot:
         write_plot(options.plot, plots)
@@ -240,7 +253,7 @@ def _two_samples(run: Run, rate: float, begin_s: float, truth: Truth) -> Series:
 def _series(times_s: np.ndarray, values: np.ndarray, truth: Truth) -> Series:
     known = np.isfinite(times_s) & np.isfinite(values).all(axis=1)
     times_s, values = times_s[known], values[known]
-    return Series(times_s, values, truth.velocity(times_s))
+    return Series(times_s, values, truth.velocity(times_s), truth.slope(times_s, WINDOW_S))
 
 
 def _length(vectors: np.ndarray) -> np.ndarray:

@@ -12,6 +12,7 @@ ROBOT = 'ur_rt_lower'
 PERIOD_S = 1 / 125
 SEED = 1
 _LEAST_DELAY_PERCENTILE = 1
+_NODES = 41  # of a mean over a window
 
 
 class Truth:
@@ -29,6 +30,18 @@ class Truth:
         """Velocities (n, 3) [m/s] in the robot's base frame."""
         velocity: np.ndarray = LOWER.to_base(self._cycle.truth(LOWER, times_s).velocity)
         return velocity
+
+    def slope(self, times_s: np.ndarray, window_s: float) -> np.ndarray:
+        """Least-squares slopes (n, 3) [m/s] of the true positions in windows around times (n,) [s].
+
+        A slope is a mean of the velocity whose weights are those of a parabola over the window.
+        """
+        places = np.linspace(-1.0, 1.0, _NODES)
+        weights = (1.0 - places ** 2) / (1.0 - places ** 2).sum()
+        slope = np.zeros((len(times_s), 3))
+        for place, weight in zip(places, weights):
+            slope += weight * self.velocity(times_s + 0.5 * window_s * place)
+        return slope
 
     def begin_s(self, arrival_s: np.ndarray, positions: np.ndarray) -> float:
         """The time [s] at which the simulation began, by the poses (n, 3) that were fastest."""
