@@ -313,7 +313,7 @@ def test_the_run_ends_while_a_recording_starts(model, client, qtbot):
 def test_settings_are_remembered(model, tasks, client):
     model.choices.choose_name(NameChoice.PREFIX)
     model.choices.set_prefix('run')
-    other = RecordingModel(tasks, client)
+    other = RecordingModel(tasks, client, model)  # lives as long as what it asked for
     other.choices.restore({**model.choices.settings(), 'unknown': 'x'})
     assert other.choices.settings() == model.choices.settings()
     other.choices.restore({'choice': 'nonsense'})

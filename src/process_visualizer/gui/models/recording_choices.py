@@ -10,8 +10,8 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from process_visualizer.bags.recording_options import RecordingOptions
 from process_visualizer.cell.model import Device
 from process_visualizer.gui.bag_target import BagTarget, look_at, stem_of
+from process_visualizer.gui.models.newest_call import NewestCall
 from process_visualizer.gui.models.topic_ticks import TopicRow, TopicTicks
-from process_visualizer.gui.newest_only import NewestOnly
 from process_visualizer.gui.snapshots import TopicSnapshot
 from process_visualizer.gui.tasks import Tasks
 
@@ -30,11 +30,13 @@ class RecordingChoices(QObject):
     changed = pyqtSignal()
     topics_changed = pyqtSignal()
     """The list of topics is another one (ticks and rates come with ``changed``)."""
+    _looked = pyqtSignal(object)
 
     def __init__(self, tasks: Tasks, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
         self._ticks = TopicTicks()
-        self._looks = NewestOnly(tasks, 'files')
+        self._looked.connect(self._take_target)
+        self._looks = NewestCall(tasks, 'files', self._look_at, lambda: None, self._cannot_look)
         self._target = BagTarget()
         self._settings = {'choice': NameChoice.DATE.value, 'prefix': '', 'name': '',
                           'folder': os.path.expanduser('~/bags')}
@@ -135,9 +137,7 @@ class RecordingChoices(QObject):
 
     def look(self) -> None:
         """Look at the disk, off the GUI thread; ``changed`` comes if that tells anything new."""
-        options = self.options()
-        self._looks.run(lambda: look_at(options.folder, options.name), self._take_target,
-                        self._cannot_look)
+        self._looks.request(self.options())
 
     def options(self) -> RecordingOptions:
         """The options of the next recording."""
@@ -158,6 +158,9 @@ class RecordingChoices(QObject):
         self._target = self._target._replace(problem='', free_name='')
         self.look()
         self.changed.emit()
+
+    def _look_at(self, options: RecordingOptions) -> None:
+        self._looked.emit(look_at(options.folder, options.name))
 
     def _take_target(self, target: BagTarget) -> None:
         if target != self._target:

@@ -1,0 +1,176 @@
+"""Moving base frames, and saving them."""
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+from typing import Any, Iterator, List, Tuple
+
+import pytest
+from recording_stand_in import HERE
+
+from process_visualizer.cell.model import BaseFrame, Device, DeviceType, Pose
+from process_visualizer.gui.models.calibration_model import CalibrationModel, difference
+from process_visualizer.gui.tasks import Tasks
+
+IN_FILE = Pose((1.0, 2.0, 3.0), (0.1, 0.2, 0.3))
+
+
+def device(name: str, pose: Pose = IN_FILE) -> Device:
+    return Device(DeviceType.OTHER, name, HERE, base=BaseFrame(f'{name}/base', pose, HERE))
+
+
+class Frames:
+    """Notes what is moved and saved; while ``gate`` is not set every move waits."""
+
+    def __init__(self) -> None:
+        self.gate = threading.Event()
+        self.gate.set()
+        self.moves: List[Tuple[str, Any, Any]] = []
+        self.saves: List[Tuple[str, Pose]] = []
+        self.error: Any = None
+
+    def move(self, frame: str, xyz: Any, ypr: Any) -> None:
+        assert self.gate.wait(10)
+        self.moves.append((frame, xyz, ypr))
+        if self.error is not None:
+            raise self.error
+
+    def save(self, edited: Device, pose: Pose) -> None:
+        if self.error is not None:
+            raise self.error
+        self.saves.append((edited.name, pose))
+
+
+@pytest.fixture
+def frames() -> Frames:
+    return Frames()
+
+
+@pytest.fixture
+def model(frames: Frames, qtbot) -> Iterator[CalibrationModel]:
+    tasks = Tasks()
+    calibration = CalibrationModel(tasks, frames.move, save=frames.save)
+    calibration.set_devices([device('a'), Device(DeviceType.OTHER, 'floor', HERE), device('b')])
+    calibration.set_running(True)
+    yield calibration
+    tasks.close()
+
+
+def test_only_what_has_a_base_frame_is_there(model):
+    assert model.devices == ['a', 'b'] and model.device == 'a' and model.pose == IN_FILE
+    model.choose('floor')
+    assert model.device == 'a'
+
+
+def test_a_number_moves_the_frame_and_leaves_the_others_exact(model, frames, qtbot):
+    model.set_value(4, 0.25)
+    qtbot.waitUntil(lambda: len(frames.moves) == 1)
+    assert frames.moves == [('a/base', (1.0, 2.0, 3.0), (0.1, 0.25, 0.3))]
+    assert model.is_unsaved and model.unsaved == ['a']
+
+
+def test_only_the_newest_pose_waits(model, frames, qtbot):
+    frames.gate.clear()
+    for step in range(100):
+        model.set_value(0, 1.0 + 0.01 * step)
+    frames.gate.set()
+    qtbot.waitUntil(lambda: len(frames.moves) == 2)
+    qtbot.wait(30)
+    assert [move[1][0] for move in frames.moves] == pytest.approx([1.01, 1.99])
+
+
+def test_revert(model, frames, qtbot):
+    model.set_value(0, 5.0)
+    model.revert()
+    assert not model.is_unsaved and model.pose == IN_FILE
+    qtbot.waitUntil(lambda: frames.moves[-1:] == [('a/base', IN_FILE.xyz, IN_FILE.ypr)])
+
+
+def test_edits_of_several_devices_are_kept_apart(model):
+    model.set_value(0, 5.0)
+    model.choose('b')
+    assert model.pose == IN_FILE and not model.is_unsaved
+    model.set_value(1, 6.0)
+    assert model.unsaved == ['a', 'b']
+    model.choose('a')
+    assert model.pose.xyz == (5.0, 2.0, 3.0)
+
+
+def test_save(model, frames, qtbot):
+    model.set_value(0, 5.0)
+    with qtbot.waitSignal(model.saved) as signal:
+        model.save()
+        assert model.is_saving and not model.can_save
+    assert signal.args == ['a'] and frames.saves == [('a', Pose((5.0, 2.0, 3.0), IN_FILE.ypr))]
+    assert not model.is_unsaved and model.pose.xyz == (5.0, 2.0, 3.0)
+    model.revert()
+    assert model.pose.xyz == (5.0, 2.0, 3.0)
+
+
+def test_what_is_edited_while_it_is_saved_stays_unsaved(model, qtbot):
+    model.set_value(0, 5.0)
+    with qtbot.waitSignal(model.saved):
+        model.save()
+        model.set_value(0, 6.0)
+    assert model.is_unsaved and model.pose.xyz[0] == 6.0
+
+
+def test_a_save_that_fails_loses_nothing(model, frames, qtbot):
+    model.set_value(0, 5.0)
+    qtbot.waitUntil(lambda: len(frames.moves) == 1)
+    frames.error = PermissionError(13, 'Permission denied', 'cell.xml')
+    with qtbot.waitSignal(model.failed) as signal:
+        model.save()
+    assert 'the pose of a was not saved' in signal.args[0] and 'cell.xml' in signal.args[0]
+    assert model.is_unsaved and model.can_save
+
+
+def test_a_move_that_fails_is_told(model, frames, qtbot):
+    frames.error = RuntimeError('/cell_frames does not answer')
+    with qtbot.waitSignal(model.failed) as signal:
+        model.set_value(0, 5.0)
+    assert signal.args == ['a could not be moved: /cell_frames does not answer']
+
+
+def test_nothing_runs(model, frames, qtbot):
+    model.set_value(0, 5.0)
+    qtbot.waitUntil(lambda: len(frames.moves) == 1)
+    model.set_running(False)
+    assert 'Launch' in model.why_not and model.can_save
+    model.set_running(True)  # the nodes start with what is in the file
+    qtbot.waitUntil(lambda: len(frames.moves) == 2)
+    assert frames.moves[1][1][0] == 5.0
+
+
+def test_the_marker(model, frames, qtbot):
+    wanted: List[bool] = []
+    moved: List[Tuple[str, Pose]] = []
+    model.marker_wanted.connect(wanted.append)
+    model.moved.connect(lambda frame, pose: moved.append((frame, pose)))
+    model.take_pose((9.0, 9.0, 9.0), (0.0, 0.0, 0.0))  # no marker is shown
+    assert not model.is_unsaved
+    model.show_marker(True)
+    model.take_pose((2.0, 2.0, 2.0), (0.0, 0.0, 0.0))
+    assert model.pose == Pose((2.0, 2.0, 2.0)) and moved == []
+    qtbot.waitUntil(lambda: frames.moves == [('a/base', (2.0, 2.0, 2.0), (0.0, 0.0, 0.0))])
+    model.set_value(0, 3.0)
+    assert moved == [('a/base', Pose((3.0, 2.0, 2.0)))]
+    model.choose('b')
+    model.set_running(False)
+    assert wanted == [True, False, True, False] and not model.has_marker
+
+
+def test_the_configuration_is_read_again(model):
+    model.set_value(0, 5.0)
+    model.choose('b')
+    model.set_value(0, 7.0)
+    model.set_devices([device('a', replace(IN_FILE, xyz=(5.0, 2.0, 3.0))), device('b')])
+    assert model.unsaved == ['b'] and model.device == 'b' and model.pose.xyz[0] == 7.0
+    model.set_devices([device('a')])
+    assert model.device == 'a' and model.unsaved == []
+    model.set_devices([])
+    assert model.device == '' and model.why_not and model.pose == Pose()
+
+
+def test_difference():
+    assert difference(Pose((3.0, 4.0, 0.0), (0.1, -0.5, 0.0)), Pose()) == (5.0, 0.5)
