@@ -1,0 +1,30 @@
+"""Colours that were chosen for a dark view, made readable on a light one."""
+from __future__ import annotations
+
+from typing import Tuple
+
+from PyQt5.QtGui import QColor
+
+_LEAST_CONTRAST = 3.6  # to white; WCAG 2.1 asks for 3 for graphics and 4.5 for small text
+_SATURATION = 0.85
+
+
+def readable_colour(colour: Tuple[float, float, float]) -> QColor:
+    """Return a colour (red, green, blue, 0 to 1) calmer, and as dark as it has to be on white."""
+    chosen = QColor.fromRgbF(*(min(max(part, 0.0), 1.0) for part in colour))
+    readable = QColor.fromHsvF(max(chosen.hsvHueF(), 0.0), _SATURATION * chosen.hsvSaturationF(),
+                               chosen.valueF())
+    while contrast_to_white(readable) < _LEAST_CONTRAST:
+        hue, saturation, value, _alpha = readable.getHsvF()
+        readable = QColor.fromHsvF(max(hue, 0.0), saturation, value * 0.95)
+    return readable
+
+
+def contrast_to_white(colour: QColor) -> float:
+    """Return the contrast ratio of WCAG 2.1 (1.4.3) to white."""
+    red, green, blue = (_linear(part) for part in colour.getRgbF()[:3])
+    return 1.05 / (0.2126 * red + 0.7152 * green + 0.0722 * blue + 0.05)
+
+
+def _linear(part: float) -> float:
+    return part / 12.92 if part <= 0.03928 else ((part + 0.055) / 1.055) ** 2.4

@@ -1,0 +1,152 @@
+"""The curves of process variables, each in a lane of its own, drawn once into a picture."""
+from __future__ import annotations
+
+from typing import NamedTuple, Sequence, Tuple
+
+import numpy as np
+from PyQt5.QtCore import QPointF, QRectF, Qt
+from PyQt5.QtGui import QColor, QFont, QFontMetricsF, QImage, QPainter, QPen, QPixmap
+
+from process_visualizer.gui.colours import readable_colour
+from process_visualizer.gui.style import LINE
+from process_visualizer.gui.time_axis import TimeAxis
+
+LANE_HEIGHT = 42
+TEXT_HEIGHT = 15  # the part of a lane above its curve
+VALUES_WIDTH = 150  # px: for the numbers at the right
+_LINE = 1.3  # px: how thick a curve is at least
+_SOFT = 0.18
+_FAR_FROM_ZERO = 0.7  # of the largest value: if all are beyond it, zero is not shown
+
+
+class Lane(NamedTuple):
+    """A process variable over the whole recording, which is divided into columns of equal time.
+
+    ``low`` and ``high`` are the extreme values in each column, NaN where there is none.
+    """
+
+    label: str
+    unit: str
+    colour: Tuple[float, float, float]
+    low: np.ndarray
+    high: np.ndarray
+
+    def at(self, share: float) -> float:
+        """Return the value at a part (0 to 1) of the recording; NaN where there is none."""
+        column = min(int(share * len(self.low)), len(self.low) - 1)
+        return float(self.low[column] + self.high[column]) / 2 if column >= 0 else float('nan')
+
+    @property
+    def largest(self) -> float:
+        """Return the value that is farthest from zero; NaN if there is none."""
+        low, high = _extent(self)
+        return low if abs(low) > abs(high) else high
+
+
+def number_text(value: float) -> str:
+    """Return a value in as many digits as one reads at a glance; a dash for NaN."""
+    if np.isnan(value):
+        return '–'
+    size = abs(value)
+    digits = 0 if size >= 100 else 1 if size >= 10 else 2 if size >= 0.1 else 3
+    return f'{value + 0.0:.{digits}f}'.replace('-', '−')
+
+
+def lanes_picture(lanes: Sequence[Lane], axis: TimeAxis, width: int, scale: float,
+                  font: QFont) -> QPixmap:
+    """Return all lanes below each other; ``scale`` is how many dots a pixel of the screen has."""
+    picture = QPixmap(int(width * scale), max(int(len(lanes) * LANE_HEIGHT * scale), 1))
+    picture.setDevicePixelRatio(scale)
+    picture.fill(Qt.transparent)
+    painter = QPainter(picture)
+    painter.setFont(font)
+    for row, lane in enumerate(lanes):
+        top = row * LANE_HEIGHT
+        painter.setPen(QPen(QColor(LINE), 1))
+        painter.drawLine(QPointF(axis.left, top + 0.5), QPointF(axis.left + axis.width, top + 0.5))
+        _draw_curve(painter, lane, QRectF(axis.left, top + TEXT_HEIGHT, axis.width,
+                                          LANE_HEIGHT - TEXT_HEIGHT - 3), scale)
+        _draw_label(painter, lane, QRectF(axis.left, top + 1,
+                                          max(axis.width - VALUES_WIDTH, 40.0), TEXT_HEIGHT))
+    painter.end()
+    return picture
+
+
+def _draw_label(painter: QPainter, lane: Lane, rect: QRectF) -> None:
+    painter.setPen(readable_colour(lane.colour))
+    text = QFontMetricsF(painter.font()).elidedText(lane.label, Qt.ElideMiddle, rect.width())
+    painter.drawText(rect, Qt.AlignLeft | Qt.AlignVCenter, text)
+
+
+def _draw_curve(painter: QPainter, lane: Lane, rect: QRectF, scale: float) -> None:
+    """Draw the values from low to high in full colour, and softly what is between them and 0."""
+    columns, rows = int(rect.width() * scale), int(rect.height() * scale)
+    low, high = _connected(*_resampled(lane, columns)) if columns > 0 else (lane.low, lane.high)
+    if columns <= 0 or np.isnan(low).all():
+        return
+    bottom, top = value_range(*_extent(lane))
+    dots = (rows - _LINE * scale) / (top - bottom)  # per unit of the value
+    y_high, y_low = (top - high) * dots, (top - low) * dots + _LINE * scale
+    zero = np.full(columns, (top - min(max(0.0, bottom), top)) * dots)
+    body = _covered(np.fmin(y_high, zero), np.fmax(y_low, zero), rows)
+    alpha = np.maximum(_covered(y_high, y_low, rows), _SOFT * body)
+    painter.drawImage(rect, _image(alpha, readable_colour(lane.colour)))
+
+
+def _covered(upper: np.ndarray, lower: np.ndarray, rows: int) -> np.ndarray:
+    """How much (0 to 1) of each dot (rows, columns) lies between two curves; 0 where one is NaN."""
+    row = np.arange(rows)[:, None]
+    covered = np.minimum(row + 1, lower) - np.maximum(row, upper)
+    return np.nan_to_num(np.clip(covered, 0.0, 1.0))
+
+
+def _image(alpha: np.ndarray, colour: QColor) -> QImage:
+    """An image of one colour with an alpha (0 to 1) for each dot."""
+    rows, columns = alpha.shape
+    parts = np.array([colour.blueF(), colour.greenF(), colour.redF(), 1.0])
+    dots = np.rint(255.0 * alpha[:, :, None] * parts).astype(np.uint8).tobytes()
+    return QImage(dots, columns, rows, 4 * columns, QImage.Format_ARGB32_Premultiplied).copy()
+
+
+def value_range(low: float, high: float) -> Tuple[float, float]:
+    """Return the values at the bottom and the top of a lane whose curve reaches from low to high.
+
+    Zero is one of them, or lies between, unless all values are far from it.
+    """
+    if np.isnan(low):
+        return 0.0, 1.0
+    if low > 0.0 and low < _FAR_FROM_ZERO * high:
+        low = 0.0
+    if high < 0.0 and high > _FAR_FROM_ZERO * low:
+        high = 0.0
+    if low == high:
+        low, high = (min(low, 0.0), max(high, 0.0)) if low else (0.0, 1.0)
+    return low, high
+
+
+def _extent(lane: Lane) -> Tuple[float, float]:
+    known = ~np.isnan(lane.low)
+    if not known.any():
+        return float('nan'), float('nan')
+    return float(lane.low[known].min()), float(lane.high[known].max())
+
+
+def _resampled(lane: Lane, count: int) -> Tuple[np.ndarray, np.ndarray]:
+    """The extremes in so many columns."""
+    columns = len(lane.low)
+    if columns == 0:
+        return np.full(count, np.nan), np.full(count, np.nan)
+    begins = np.arange(count) * columns // count
+    if columns <= count:
+        return lane.low[begins], lane.high[begins]
+    return np.fmin.reduceat(lane.low, begins), np.fmax.reduceat(lane.high, begins)
+
+
+def _connected(low: np.ndarray, high: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """The extremes of columns, each reaching to the one before it so that the curve has no holes."""
+    joined_low, joined_high = low.copy(), high.copy()
+    joined_low[1:] = np.fmin(low[1:], high[:-1])
+    joined_high[1:] = np.fmax(high[1:], low[:-1])
+    unknown = np.isnan(low)
+    joined_low[unknown] = joined_high[unknown] = np.nan
+    return joined_low, joined_high

@@ -1,0 +1,334 @@
+"""The timeline: the whole recording as a slider, with marks, loop, and curves below it."""
+from __future__ import annotations
+
+from typing import Any, Optional, Sequence, Tuple
+
+from PyQt5.QtCore import QEvent, QPoint, QRect, QRectF, QSize, Qt, pyqtSignal
+from PyQt5.QtGui import (
+    QContextMenuEvent,
+    QFont,
+    QHelpEvent,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPalette,
+    QPixmap,
+    QResizeEvent,
+    QWheelEvent,
+)
+from PyQt5.QtWidgets import QMenu, QScrollBar, QSizePolicy, QToolTip, QWidget
+
+from process_visualizer.bags.progress_line import format_time
+from process_visualizer.gui.models.playback_model import PlaybackModel
+from process_visualizer.gui.time_axis import TimeAxis
+from process_visualizer.gui.views import timeline_header as header
+from process_visualizer.gui.views.timeline_lanes import (
+    LANE_HEIGHT,
+    TEXT_HEIGHT,
+    VALUES_WIDTH,
+    Lane,
+    lanes_picture,
+    number_text,
+)
+from process_visualizer.gui.views.timeline_layout import (
+    AXIS_TOP,
+    HEADER_HEIGHT,
+    SIDE,
+    TRACK_TOP,
+    Target,
+    axis_of,
+    target_at,
+)
+
+_FEWEST_LANES, _USUAL_LANES = 2, 6  # that are visible where there are so many
+_FONT_PX = 11
+_PLAYHEAD_REACH, _HOVER_REACH = 10, 50  # px to each side of them that are drawn anew
+_HINT = ('Press to go there, drag to look around, drag A and B to change the loop.\n'
+         'Home and End: to the ends. Page up and down: from mark to mark. A, B, L: the loop.')
+
+
+class TimelineView(QWidget):
+    """Shows where playback is in its recording, and goes where the operator presses or drags."""
+
+    mark_wanted = pyqtSignal(float)
+    """A mark is to be added at this time [s]."""
+
+    def __init__(self, playback: PlaybackModel, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._playback = playback
+        self._duration_s = 0.0
+        self._gaps: Tuple[Tuple[float, float], ...] = ()
+        self._lanes: Tuple[Lane, ...] = ()
+        self._picture: Optional[QPixmap] = None
+        self._header: Optional[Tuple[Any, QPixmap]] = None
+        self._font = QFont(self.font())
+        self._font.setPixelSize(_FONT_PX)
+        self._hover_s: Optional[float] = None
+        self._hover = Target('time')
+        self._dragged: Optional[Target] = None
+        self._drawn_x = 0
+        self._scroll = QScrollBar(Qt.Vertical, self)
+        self._scroll.setObjectName('timeline_scroll')
+        self._scroll.valueChanged.connect(lambda _value: self.update())
+        self.setObjectName('timeline')
+        self.setAccessibleName('Timeline of the recording')
+        self.setToolTip(_HINT)
+        self.setMouseTracking(True)
+        self.setFocusPolicy(Qt.StrongFocus)
+        self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Preferred)
+        playback.changed.connect(self.update)
+        playback.moved.connect(self._follow)
+        self._fit()
+
+    def set_recording(self, duration_s: float, gaps: Sequence[Tuple[float, float]] = ()) -> None:
+        """Take the length of the recording [s] and the parts [s, s] that cannot be read."""
+        self._duration_s, self._gaps = duration_s, tuple(gaps)
+        self._picture = None
+        self.update()
+
+    def set_lanes(self, lanes: Sequence[Lane]) -> None:
+        """Take the curves, from top to bottom."""
+        self._lanes = tuple(lanes)
+        self._picture = None
+        self._fit()
+        self.updateGeometry()
+        self.update()
+
+    @property
+    def axis(self) -> TimeAxis:
+        """Where which time lies."""
+        return axis_of(self._playback.duration_s or self._duration_s, self.width())
+
+    def lane_values(self, row: int) -> Tuple[str, str]:
+        """Return a lane's value at the mouse, or else at the playhead, and its largest one."""
+        lane, axis = self._lanes[row], self.axis
+        time_s = self._playback.position_s if self._hover_s is None else self._hover_s
+        value = lane.at(time_s / axis.duration_s if axis.duration_s else 0.0)
+        return f'{number_text(value)} {lane.unit}'.rstrip(), f'max {number_text(lane.largest)}'
+
+    # Size
+
+    def sizeHint(self) -> QSize:
+        """Return a size with room for the usual number of lanes."""
+        return QSize(400, self._height_of(min(len(self._lanes), _USUAL_LANES)))
+
+    def minimumSizeHint(self) -> QSize:
+        """Return a size in which the slider and some lanes can be used."""
+        return QSize(220, self._height_of(min(len(self._lanes), _FEWEST_LANES)))
+
+    def _height_of(self, lanes: int) -> int:
+        return int(HEADER_HEIGHT) + lanes * LANE_HEIGHT + 2
+
+    def _fit(self) -> None:
+        """Give the scroll bar its place and range."""
+        self.setMaximumHeight(self._height_of(len(self._lanes)))
+        visible = self.height() - int(HEADER_HEIGHT)
+        hidden = max(len(self._lanes) * LANE_HEIGHT + 2 - visible, 0)
+        self._scroll.setRange(0, hidden)
+        self._scroll.setPageStep(max(visible, 1))
+        self._scroll.setSingleStep(LANE_HEIGHT // 2)
+        self._scroll.setVisible(hidden > 0)
+        self._scroll.setGeometry(self.width() - int(SIDE) + 2, int(HEADER_HEIGHT),
+                                 int(SIDE) - 2, max(visible, 0))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Draw the curves for the new width."""
+        if event.oldSize().width() != event.size().width():
+            self._picture = None
+        self._fit()
+
+    # Drawing
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw what has changed; curves and header are drawn once and kept."""
+        painter = QPainter(self)
+        painter.setFont(self._font)
+        axis, bottom = self.axis, float(self.height())
+        painter.fillRect(event.rect(), self.palette().color(QPalette.Base))
+        self._draw_lanes(painter, axis, event.rect())
+        header.draw_gaps(painter, axis, self._gaps, bottom)
+        painter.setRenderHint(QPainter.Antialiasing)
+        self._draw_header(painter, axis)
+        loop = self._loop()
+        if loop is not None:
+            header.draw_loop(painter, axis, loop, bottom)
+        self._draw_position(painter, axis, bottom)
+        if event.rect().right() >= self.width() - SIDE - VALUES_WIDTH:
+            self._draw_values(painter, axis)
+
+    def _draw_header(self, painter: QPainter, axis: TimeAxis) -> None:
+        hovered = self._hover.mark if self._hover.kind == 'mark' else -1
+        look = (axis, self._playback.marks, hovered, self.devicePixelRatioF(), self._font)
+        if self._header is None or self._header[0] != look:
+            self._header = (look, header.header_picture(*look))
+        painter.drawPixmap(QPoint(0, 0), self._header[1])
+
+    def _draw_position(self, painter: QPainter, axis: TimeAxis, bottom: float) -> None:
+        position_s = self._playback.position_s
+        self._drawn_x = round(axis.x(position_s))
+        header.draw_playhead(painter, axis, position_s, bottom, self._playback.is_available)
+        if self._hover_s is not None:
+            header.draw_hover(painter, axis, self._hover_s, format_time(self._hover_s), bottom)
+
+    def _draw_lanes(self, painter: QPainter, axis: TimeAxis, area: QRect) -> None:
+        if not self._lanes:
+            return
+        if self._picture is None:
+            self._picture = lanes_picture(self._lanes, axis, self.width(),
+                                          self.devicePixelRatioF(), self._font)
+        painter.setClipRect(area.intersected(self._lanes_rect()))
+        painter.drawPixmap(QPoint(0, int(HEADER_HEIGHT) - self._scroll.value()), self._picture)
+        painter.setClipRect(area)
+
+    def _draw_values(self, painter: QPainter, axis: TimeAxis) -> None:
+        painter.setClipRect(self._lanes_rect())
+        for row in range(len(self._lanes)):
+            top = HEADER_HEIGHT + row * LANE_HEIGHT - self._scroll.value()
+            if HEADER_HEIGHT - LANE_HEIGHT < top < self.height():
+                rect = QRectF(axis.left + axis.width - VALUES_WIDTH, top + 1, VALUES_WIDTH,
+                              TEXT_HEIGHT)
+                header.draw_values(painter, rect, *self.lane_values(row))
+
+    def _lanes_rect(self) -> QRect:
+        return self.rect().adjusted(0, int(HEADER_HEIGHT), 0, 0)
+
+    def _loop(self) -> Optional[header.Loop]:
+        """The loop to be shown: A and B, or everything while that is repeated."""
+        points, duration_s = self._playback.loop_points, self.axis.duration_s
+        if not self._playback.is_looping and points.begin_s is None and points.end_s is None:
+            return None
+        return header.Loop(*points.bounds(duration_s), self._playback.is_looping)
+
+    def _follow(self) -> None:
+        """Draw the playhead anew where it has moved by a pixel."""
+        x = round(self.axis.x(self._playback.position_s))
+        if x == self._drawn_x:
+            return
+        left, right = sorted((x, self._drawn_x))
+        self.update(left - _PLAYHEAD_REACH, 0, right - left + 2 * _PLAYHEAD_REACH, self.height())
+        if self._lanes and self._hover_s is None:
+            self._update_values()
+
+    def _show_hover(self, time_s: Optional[float]) -> None:
+        """Draw the line at the mouse anew, the flags, and the numbers."""
+        for shown_s in (self._hover_s, time_s):
+            if shown_s is not None:
+                self.update(round(self.axis.x(shown_s)) - _HOVER_REACH, 0, 2 * _HOVER_REACH,
+                            self.height())
+        self._hover_s = time_s
+        self.update(0, 0, self.width(), int(HEADER_HEIGHT))
+        self._update_values()
+
+    def _update_values(self) -> None:
+        left = self.width() - VALUES_WIDTH - int(SIDE)
+        self.update(left, int(HEADER_HEIGHT), VALUES_WIDTH, self.height())
+
+    # The mouse
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Take hold of what is under the mouse: a handle, a mark, or the time."""
+        if event.button() != Qt.LeftButton or not self._playback.is_available:
+            return
+        self._dragged = self._target(event)
+        if self._dragged.kind == 'mark':
+            self._playback.seek(self._playback.marks[self._dragged.mark].position_s)
+        elif self._dragged.kind == 'time':
+            self._playback.seek(self.axis.time_s(event.localPos().x()))
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Drag what was taken hold of; otherwise show what is under the mouse."""
+        time_s = self.axis.time_s(event.localPos().x())
+        if self._dragged is None:
+            self._hover = self._target(event)
+            self.setCursor({'A': Qt.SizeHorCursor, 'B': Qt.SizeHorCursor,
+                            'mark': Qt.PointingHandCursor}.get(self._hover.kind, Qt.ArrowCursor))
+        elif self._dragged.kind == 'time':
+            self._playback.begin_scrub()
+            self._playback.seek(time_s)
+        elif self._dragged.kind in 'AB':
+            self._playback.move_loop_point(self._dragged.kind, time_s)
+        self._show_hover(time_s if self.axis.duration_s > 0.0 else None)
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Let go; what played before plays on."""
+        if event.button() == Qt.LeftButton:
+            self._dragged = None
+            self._playback.end_scrub()
+
+    def leaveEvent(self, event: QEvent) -> None:
+        """Show the values at the playhead again."""
+        self._hover = Target('time')
+        self._show_hover(None)
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Scroll the lanes; where there is nothing to scroll, whatever is around them."""
+        if self._scroll.maximum():
+            self._scroll.event(event)
+        else:
+            event.ignore()
+
+    def event(self, event: QEvent) -> bool:
+        """Tell a mark's whole label, or what can be done here, in a tooltip."""
+        if event.type() == QEvent.ToolTip:
+            self._show_tip(event)
+            return True
+        return super().event(event)
+
+    def _show_tip(self, event: QHelpEvent) -> None:
+        target = self._target_at(event.pos())
+        text = ''
+        if target.kind == 'mark':
+            mark = self._playback.marks[target.mark]
+            text = f'{format_time(mark.position_s)}  {mark.label}'
+        elif TRACK_TOP <= event.pos().y() < AXIS_TOP:
+            text = self.toolTip()
+        QToolTip.showText(event.globalPos(), text, self)
+
+    def _target(self, event: QMouseEvent) -> Target:
+        return self._target_at(event.localPos())
+
+    def _target_at(self, place: QPoint) -> Target:
+        loop = self._loop()
+        return target_at(place, self.axis, self._playback.marks,
+                         None if loop is None else loop.bounds)
+
+    # Keys and menu
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Move by the keys that the window has too; up and down scroll."""
+        playback, scroll = self._playback, self._scroll
+        action = {Qt.Key_Left: lambda: playback.step(-1), Qt.Key_Right: lambda: playback.step(1),
+                  Qt.Key_Home: playback.to_start, Qt.Key_End: playback.to_end,
+                  Qt.Key_PageUp: playback.to_previous_mark,
+                  Qt.Key_PageDown: playback.to_next_mark,
+                  Qt.Key_Up: lambda: scroll.triggerAction(QScrollBar.SliderSingleStepSub),
+                  Qt.Key_Down: lambda: scroll.triggerAction(QScrollBar.SliderSingleStepAdd),
+                  }.get(event.key())
+        if action is None:
+            super().keyPressEvent(event)
+        else:
+            action()
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Offer what can be done with the time under the mouse, or at the playhead."""
+        if not self._playback.is_available:
+            return
+        by_mouse = event.reason() == QContextMenuEvent.Mouse
+        time_s = self.axis.time_s(event.x()) if by_mouse else self._playback.position_s
+        menu = self.menu_at(time_s)
+        menu.setAttribute(Qt.WA_DeleteOnClose)
+        menu.popup(event.globalPos())
+
+    def menu_at(self, time_s: float) -> QMenu:
+        """Return the menu for a time [s]."""
+        playback, menu = self._playback, QMenu(self)
+        menu.setObjectName('timeline_menu')
+        menu.addAction(f'Go to {format_time(time_s)}', lambda: playback.seek(time_s))
+        menu.addSeparator()
+        menu.addAction('Loop from here (A)', lambda: playback.set_loop_begin(time_s))
+        menu.addAction('Loop to here (B)', lambda: playback.set_loop_end(time_s))
+        menu.addAction('Remove A and B', playback.clear_loop)
+        menu.addSeparator()
+        menu.addAction('Add a mark here…', lambda: self.mark_wanted.emit(time_s))
+        return menu
