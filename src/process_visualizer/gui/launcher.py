@@ -7,7 +7,6 @@ from PyQt5.QtCore import QObject, pyqtSignal
 
 from process_visualizer.cell.model import Device, Mode
 from process_visualizer.generate.choice import Choice, RvizStart
-from process_visualizer.generate.window_geometry import Rectangle
 from process_visualizer.gui.models.bag_model import BagModel
 from process_visualizer.gui.models.calibration_model import CalibrationModel
 from process_visualizer.gui.models.cell_model import CellModel
@@ -41,7 +40,6 @@ class Launcher(QObject):
         self.playback = PlaybackModel(self.tasks, self.link.player, PlayerError, parent=self)
         self.bag = BagModel(self.tasks, parent=self)
         self.calibration = CalibrationModel(self.tasks, self.link.move_frame, self)
-        self.view_rectangle: Optional[Rectangle] = None
         self._player: Optional[PlayerSnapshot] = None
         self._devices_when_ready: Optional[Sequence[str]] = None
         self._launches_when_ready = False
@@ -63,8 +61,7 @@ class Launcher(QObject):
         mode = self.cell.mode
         bag = self.bag.path if mode is Mode.PLAYBACK else None
         assert self.cell.cell is not None
-        return Choice(self.cell.cell, mode, self.cell.chosen, RvizStart.OPTIONAL, bag or None,
-                      self.view_rectangle)
+        return Choice(self.cell.cell, mode, self.cell.chosen, RvizStart.OPTIONAL, bag or None)
 
     def start(self) -> None:
         """Launch what is chosen."""
@@ -119,6 +116,7 @@ class Launcher(QObject):
 
     def _connect(self) -> None:
         self.link.player_state.connect(self._take_player)
+        self.calibration.saved.connect(lambda _device: self.cell.reload())
         self.link.recorder_state.connect(self.recording.take_state)
         self.link.recorder_state.connect(self.states.take_recorder)
         for model in (self.master, self.launch, self.recording, self.playback, self.bag,

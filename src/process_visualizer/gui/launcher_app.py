@@ -22,6 +22,7 @@ from PyQt5.QtWidgets import (
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.generate.plan import RVIZ_PART
+from process_visualizer.gui.editor import open_in_editor
 from process_visualizer.gui.icons import icon
 from process_visualizer.gui.launcher import Launcher
 from process_visualizer.gui.models.launch_model import Phase
@@ -130,6 +131,7 @@ class LauncherApp(QMainWindow):
         launcher.failed.connect(self._tell)
         launcher.recording.finished.connect(launcher.bag.add_recent)
         self.recording.play_wanted.connect(self._play)
+        self.problems.open_wanted.connect(self._open_in_editor)
         self.devices.ticked.connect(launcher.cell.tick)
         self.devices.restart_wanted.connect(launcher.launch.restart)
         self.devices.log_wanted.connect(self._show_log)
@@ -231,6 +233,10 @@ class LauncherApp(QMainWindow):
             'Configurations (*.xml)')
         if path:
             self._launcher.cell.open(path)
+
+    def _open_in_editor(self, file: str, line: int) -> None:
+        self._launcher.tasks.run('editor', lambda: open_in_editor(file, line), None,
+                                 lambda error: self._tell(str(error)))
 
     def _restart_selected(self) -> None:
         name = self.devices.selected_device()

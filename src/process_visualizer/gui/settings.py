@@ -2,11 +2,9 @@
 from __future__ import annotations
 
 import json
-from typing import Any, Optional, Tuple
+from typing import Any, Optional
 
 from PyQt5.QtCore import QByteArray, QSettings
-
-_MOST_RECENT = 8
 
 
 class Settings:
@@ -37,12 +35,3 @@ class Settings:
     def store_geometry(self, screen: str, geometry: QByteArray) -> None:
         """Remember the window's place on a screen."""
         self.store(f'geometry/{screen}', bytes(geometry.toBase64()).decode())
-
-    def recent(self, name: str) -> Tuple[str, ...]:
-        """Return the last files of a kind, the newest first."""
-        return tuple(self.value(f'recent/{name}', []))
-
-    def add_recent(self, name: str, path: str) -> None:
-        """Put a file in front of those of its kind."""
-        others = [it for it in self.recent(name) if it != path]
-        self.store(f'recent/{name}', [path, *others][:_MOST_RECENT])
