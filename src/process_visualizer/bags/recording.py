@@ -69,6 +69,11 @@ class Recording:
         return tuple(file.path for file in self._files)
 
     @property
+    def files(self) -> Tuple[BagFile, ...]:
+        """The open files, as the index counts them."""
+        return tuple(self._files)
+
+    @property
     def size_bytes(self) -> int:
         """The size of all files."""
         return sum(file.size for file in self._files)

@@ -5,7 +5,11 @@ import math
 
 import numpy as np
 
-from process_visualizer.motion.rotations import Vector
+from process_visualizer.motion.rotations import Triple, Vector
+
+VELOCITY_COLOR: Triple = (0.0, 0.8, 0.1)
+FORCE_COLOR: Triple = (0.9, 0.05, 0.05)
+"""The thesis' colours, red green blue from 0 to 1, where a configuration has no others."""
 
 
 def arrow_length(magnitude: float, scale: float, min_m: float, max_m: float) -> float:

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import re
-from typing import Any, List, Union
+from typing import Any, List, Tuple, Union
 
 from process_visualizer.cell.suggestions import nearest
 
@@ -35,6 +35,11 @@ class FieldPath:
     def __str__(self) -> str:
         """Return the path as it was written."""
         return self._text
+
+    @property
+    def steps(self) -> Tuple[Union[str, int], ...]:
+        """The names of fields and the indices of elements, from the message inwards."""
+        return tuple(self._steps)
 
     def number(self, message: Any) -> Union[int, float]:
         """Return the number that the path leads to; a boolean is 0 or 1.

@@ -7,6 +7,8 @@ from typing import Any, List, Mapping, Tuple
 
 import rospy
 
+from process_visualizer.motion.arrows import FORCE_COLOR, VELOCITY_COLOR
+
 Color = Tuple[float, float, float, float]  # red green blue alpha, 0 to 1
 STALE_AFTER_S = 0.7  # so that it is seen within a second, whatever else takes time
 
@@ -136,9 +138,9 @@ class ArrowStyle:
 # The two often point the same way: the force is the thinner and mostly the longer one, so that
 # both are seen.
 VELOCITY_ARROW = ArrowStyle('v', 'm/s', 3, scale_m=3.5, min_m=0.05, max_m=0.5,
-                            threshold=0.002, color=(0.0, 0.8, 0.1, 1.0), diameter_m=0.02)
+                            threshold=0.002, color=(*VELOCITY_COLOR, 1.0), diameter_m=0.02)
 FORCE_ARROW = ArrowStyle('F', 'N', 1, scale_m=0.018, min_m=0.05, max_m=0.6,
-                         threshold=0.5, color=(0.9, 0.05, 0.05, 1.0), diameter_m=0.012)
+                         threshold=0.5, color=(*FORCE_COLOR, 1.0), diameter_m=0.012)
 
 
 @dataclass(frozen=True)

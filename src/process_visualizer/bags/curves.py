@@ -1,0 +1,204 @@
+"""Small curves of the process variables over a whole recording, for the timeline."""
+from __future__ import annotations
+
+from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from process_visualizer.bags.bag_records import Connection
+from process_visualizer.bags.curve_sources import (
+    CurveSource,
+    Quantity,
+    curve_sources,
+    plain_color,
+)
+from process_visualizer.bags.message_definition import DefinitionError
+from process_visualizer.bags.number_columns import NumberColumns, Numbers, joined_numbers
+from process_visualizer.bags.number_places import (
+    FieldLocator,
+    FloatArrayLocator,
+    Locator,
+    TransformLocator,
+)
+from process_visualizer.bags.record_batches import record_batches
+from process_visualizer.bags.recording import Recording
+from process_visualizer.cell.model import Color, Device
+from process_visualizer.motion.speed_series import measuring_times, speeds
+
+MOST_PER_COLUMN = 500
+"""Messages of a topic that are read for each column of its curve, on average."""
+_ARRAY = 'std_msgs/Float32MultiArray'
+_TRANSFORMS = 'tf2_msgs/TFMessage'
+_PATHS: Dict[Tuple[Quantity, str], str] = {
+    (Quantity.SPEED, 'geometry_msgs/PoseStamped'): 'pose.position',
+    (Quantity.FORCE, 'geometry_msgs/WrenchStamped'): 'wrench.force'}
+_ARRAY_LENGTHS = {Quantity.SPEED: (6, 7), Quantity.FORCE: (3, 6)}
+_PLAIN_TYPES = tuple(f'std_msgs/{name}' for name in (
+    'Bool', 'Byte', 'Char', 'Float32', 'Float64', 'Int8', 'Int16', 'Int32', 'Int64', 'UInt8',
+    'UInt16', 'UInt32', 'UInt64'))
+
+
+class Curve(NamedTuple):
+    """A process variable over a recording; ``color`` is red green blue from 0 to 1.
+
+    One column per part of the recording, all as long: ``times_s`` is its middle in s from the
+    beginning, ``low`` and ``high`` the least and greatest value in it, NaN where there is none.
+    """
+
+    device: str
+    label: str
+    unit: str
+    color: Color
+    topic: str
+    times_s: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+
+class ReadingCancelled(Exception):
+    """The curves are not wanted any more."""
+
+
+class _Series(NamedTuple):
+    """What is collected for a source: by connection number."""
+
+    source: CurveSource
+    columns: Dict[int, NumberColumns]
+
+
+def read_curves(paths: Sequence[str], devices: Sequence[Device], columns: int = 1000,
+                on_progress: Optional[Callable[[float], None]] = None,
+                is_cancelled: Callable[[], bool] = lambda: False) -> Tuple[Curve, ...]:
+    """Return the curves of devices; of what the recording does not have there is none.
+
+    Only the parts of the files that hold wanted messages are read (of compressed bags, the chunks).
+    Of a topic with more than MOST_PER_COLUMN messages for each column (an hour at 125 Hz has
+    450 for each of 1000), as many are read, evenly spread: a peak between them may be missed.
+    Messages that cannot be read or do not fit are left out.
+
+    Args:
+        paths: the bags of one recording.
+        devices: see curve_sources.
+        columns: how many columns each curve has.
+        on_progress: is told the part that is done, 0 to 1.
+        is_cancelled: is asked often.
+
+    Raises:
+        ReadingCancelled: is_cancelled() has become true.
+        BagError: a file cannot be read as a bag.
+    """
+    with Recording(paths) as recording:
+        series = [found for source in curve_sources(devices)
+                  for found in [_series(recording, source)] if found.columns]
+        _collect(recording, series, columns * MOST_PER_COLUMN, on_progress or _ignore,
+                 is_cancelled)
+        curves = [_curve(recording, it, columns) for it in _colored(series)]
+    return tuple(curve for curve in curves if np.isfinite(curve.high).any())
+
+
+def _ignore(_fraction: float) -> None:
+    pass
+
+
+def _series(recording: Recording, source: CurveSource) -> _Series:
+    connections = recording.index.connections
+    columns = {}
+    for number in recording.index.connections_of(source.topic):
+        locator = locator_for(source, connections[number])
+        if locator is not None:
+            columns[number] = NumberColumns(locator)
+    return _Series(source, columns)
+
+
+def locator_for(source: CurveSource, connection: Connection) -> Optional[Locator]:
+    """Return what finds a source's numbers in a connection's messages; None if nothing can."""
+    kind = connection.type
+    if source.message_type not in ('', kind) or source.plain and kind not in _PLAIN_TYPES:
+        return None
+    if source.quantity is not Quantity.NUMBER and kind == _ARRAY:
+        return FloatArrayLocator(3, _ARRAY_LENGTHS[source.quantity])
+    if source.quantity is Quantity.SPEED and kind == _TRANSFORMS:
+        return TransformLocator(*source.frames)
+    vector = _PATHS.get((source.quantity, kind), '')
+    paths = [f'{vector}.{axis}' for axis in 'xyz'] if vector else [source.field]
+    try:
+        return FieldLocator(kind, connection.message_definition, paths)
+    except (DefinitionError, ValueError):
+        return None
+
+
+def _collect(recording: Recording, series: Sequence[_Series], most: int,
+             on_progress: Callable[[float], None], is_cancelled: Callable[[], bool]) -> None:
+    """Read the messages and hand them to the series."""
+    index = recording.index
+    chosen = [_spread(index.positions_of(tuple(it.columns)), most) for it in series]
+    positions = np.unique(np.concatenate(chosen)) if chosen else np.empty(0, np.int64)
+    done = 0
+    for batch in record_batches(recording, positions):
+        if is_cancelled():
+            raise ReadingCancelled
+        number_of = index.connection[batch.positions]
+        for it in series:
+            for number, columns in it.columns.items():
+                columns.add(batch, np.flatnonzero(number_of == number))
+        done += len(batch.positions)
+        on_progress(done / len(positions))
+
+
+def _spread(positions: np.ndarray, most: int) -> np.ndarray:
+    """At most so many of the positions, evenly spread."""
+    if len(positions) <= most:
+        return positions
+    return positions[np.linspace(0, len(positions) - 1, most).astype(np.int64)]
+
+
+def _colored(series: Sequence[_Series]) -> List[_Series]:
+    """The series, with a colour each for those that have none of their own."""
+    plain = [it.source.topic for it in series if it.source.plain]
+    return [it._replace(source=it.source._replace(color=plain_color(plain.index(it.source.topic))))
+            if it.source.plain else it for it in series]
+
+
+def _curve(recording: Recording, series: _Series, columns: int) -> Curve:
+    numbers = joined_numbers(tuple(it.numbers() for it in series.columns.values()))
+    times_s, values = _values(recording, series.source.quantity, numbers)
+    duration_s = (recording.end_ns - recording.begin_ns) / 1e9
+    low, high = column_limits(times_s, values, duration_s, columns)
+    middles_s = (np.arange(columns) + 0.5) * (duration_s / columns)
+    source = series.source
+    return Curve(source.device, source.label, source.unit, source.color, source.topic,
+                 middles_s, low, high)
+
+
+def _values(recording: Recording, quantity: Quantity,
+            numbers: Numbers) -> Tuple[np.ndarray, np.ndarray]:
+    """Times [s from the beginning] and values of a series."""
+    times_s = (recording.index.time_ns[numbers.positions] - recording.begin_ns) / 1e9
+    if quantity is Quantity.NUMBER:
+        return times_s, numbers.values[:, 0]
+    if quantity is Quantity.FORCE:
+        return times_s, np.sqrt((numbers.values * numbers.values).sum(axis=1))
+    stamps_s = np.where(numbers.stamps_ns > 0,
+                        (numbers.stamps_ns - recording.begin_ns) / 1e9, np.nan)
+    return speeds(measuring_times(times_s, stamps_s), numbers.values)
+
+
+def column_limits(times_s: np.ndarray, values: np.ndarray, duration_s: float,
+                  columns: int) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the least and the greatest value (columns,) of each part of a duration.
+
+    Args:
+        times_s: (n,), of any order; what lies outside counts to the nearer end.
+        values: (n,).
+        duration_s: is divided into so many columns of the same length.
+    """
+    low, high = np.full(columns, np.nan), np.full(columns, np.nan)
+    if len(times_s):
+        column = np.zeros(len(times_s), np.int64)
+        if duration_s > 0.0:
+            column = np.clip(times_s * (columns / duration_s), 0, columns - 1).astype(np.int64)
+        order = np.argsort(column, kind='stable')
+        present, begin = np.unique(column[order], return_index=True)
+        low[present] = np.minimum.reduceat(values[order], begin)
+        high[present] = np.maximum.reduceat(values[order], begin)
+    return low, high

@@ -1,0 +1,138 @@
+"""Where numbers are in messages: compared with what genpy deserialises."""
+from __future__ import annotations
+
+import io
+import struct
+from typing import Any, List, Sequence
+
+import genpy
+import numpy as np
+import pytest
+from geometry_msgs.msg import PoseStamped, TransformStamped, WrenchStamped
+from sensor_msgs.msg import Image, JointState, PointCloud2, PointField
+from std_msgs.msg import (
+    Bool,
+    Float32MultiArray,
+    Int8,
+    MultiArrayDimension,
+    String,
+    UInt8MultiArray,
+    UInt16,
+)
+from tf2_msgs.msg import TFMessage
+
+from process_visualizer.bags.number_places import (
+    FieldLocator,
+    FloatArrayLocator,
+    Locator,
+    Places,
+    TransformLocator,
+)
+
+
+def serialised(message: genpy.Message) -> bytes:
+    buffer = io.BytesIO()
+    message.serialize(buffer)
+    return buffer.getvalue()
+
+
+def located(message: Any, *paths: str) -> Places:
+    return FieldLocator(message._type, message._full_text, paths).places(serialised(message))
+
+
+def values(message: Any, *paths: str) -> List[float]:
+    data = serialised(message)
+    return [np.frombuffer(data, place.kind, 1, place.offset)[0]
+            for place in located(message, *paths).numbers]
+
+
+def cloud() -> PointCloud2:
+    fields = [PointField('x', 0, 7, 1), PointField('yy', 4, 7, 3)]
+    message = PointCloud2(width=7, height=2, fields=fields, data=b'abcdef', is_dense=True)
+    message.header.frame_id = 'camera'
+    return message
+
+
+@pytest.mark.parametrize('message, path, expected', [
+    (UInt16(513), 'data', 513), (Int8(-3), 'data', -3), (Bool(True), 'data', True),
+    (UInt8MultiArray(data=b'\x05\x07'), 'data[1]', 7),
+    (Float32MultiArray(data=[1.0, 2.5, 3.0]), 'data[1]', 2.5),
+    (JointState(name=['a', 'bcd'], position=[1.0, 2.0], effort=[4.0]), 'effort[0]', 4.0),
+    (cloud(), 'fields[1].count', 3), (cloud(), 'is_dense', True), (cloud(), 'data[2]', ord('c')),
+    (cloud(), 'width', 7)])
+def test_a_field_is_found(message: Any, path: str, expected: float) -> None:
+    assert values(message, path) == [expected]
+
+
+@pytest.mark.parametrize('message, path', [
+    (UInt16(1), 'value'), (UInt16(1), 'data[0]'), (String('a'), 'data'),
+    (Float32MultiArray(data=[1.0]), 'data[1]'), (Float32MultiArray(data=[1.0]), 'data'),
+    (JointState(), 'header'), (JointState(), 'header.stamp'), (JointState(), 'position.x')])
+def test_what_is_no_number_is_not_found(message: Any, path: str) -> None:
+    assert located(message, path).numbers == ()
+
+
+def test_a_message_that_is_cut_off_has_no_numbers() -> None:
+    data = serialised(cloud())
+    locator = FieldLocator(PointCloud2._type, PointCloud2._full_text, ['is_dense'])
+    assert locator.places(data).numbers
+    for length in range(len(data)):
+        assert not locator.places(data[:length]).numbers
+
+
+def test_a_stamp_in_front_is_found() -> None:
+    pose = PoseStamped()
+    assert located(pose, 'pose.position.x').stamp == 4
+    assert located(UInt16(), 'data').stamp is None
+
+
+def array(data: Sequence[float], padding: int = 0, label: str = '') -> bytes:
+    message = Float32MultiArray(data=[9.0] * padding + list(data))
+    message.layout.data_offset = padding
+    if label:
+        message.layout.dim = [MultiArrayDimension(label, 3, 3)]
+    return serialised(message)
+
+
+@pytest.mark.parametrize('data, count', [
+    (array([1, 2, 3]), 3), (array([1, 2, 3], 2), 3), (array([1, 2, 3, 4, 5, 6], 1, 'force'), 3),
+    (array([1, 2]), 0), (array([1, 2, 3, 4]), 0), (array([1, 2, 3])[:-1], 0), (b'', 0)])
+def test_float_arrays(data: bytes, count: int) -> None:
+    places = FloatArrayLocator(3, (3, 6)).places(data)
+    assert [struct.unpack_from('<f', data, it.offset)[0] for it in places.numbers] == [
+        1.0, 2.0, 3.0][:count]
+
+
+def transforms(*frames: str) -> bytes:
+    message = TFMessage()
+    for number, frame in enumerate(frames):
+        parent, child = frame.split('>')
+        transform = TransformStamped(child_frame_id=child)
+        transform.header.frame_id = parent
+        transform.header.stamp = genpy.Time(100 + number, 5)
+        transform.transform.translation.y = number
+        message.transforms.append(transform)
+    return serialised(message)
+
+
+def test_a_transform_is_found_by_its_frames() -> None:
+    data = transforms('world>base', 'base>elbow', '/base>/tool')
+    places = TransformLocator('base', 'tool').places(data)
+    assert [struct.unpack_from('<d', data, it.offset)[0] for it in places.numbers] == [0, 2, 0]
+    assert places.stamp is not None
+    assert struct.unpack_from('<II', data, places.stamp) == (102, 5)
+    for other in (transforms('base>elbow'), transforms('world>tool'), transforms(), b'', data[:90]):
+        assert not TransformLocator('base', 'tool').places(other).numbers
+
+
+@pytest.mark.parametrize('locator, one, other', [
+    (FloatArrayLocator(3, (3, 4)), array([1, 2, 3], 1), array([1, 2, 3, 4])),
+    (TransformLocator('a', 'b'), transforms('x>y', 'a>b'), transforms('a>b', 'x>y')),
+    (FieldLocator(WrenchStamped._type, WrenchStamped._full_text, ['wrench.force.x']),
+     serialised(WrenchStamped()), b'\0' * 12 + b'\1\0\0\0'),
+    (FieldLocator(Image._type, Image._full_text, ['step']),
+     serialised(Image(encoding='a')), serialised(Image(encoding='ab')))])
+def test_what_the_places_depend_on_is_told(locator: Locator, one: bytes, other: bytes) -> None:
+    places = locator.places(one)
+    assert places.numbers
+    assert any(one[begin:end] != other[begin:end] for begin, end in places.fixed)

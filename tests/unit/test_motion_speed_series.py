@@ -1,0 +1,77 @@
+"""The speed over a whole recording: the same as the estimator's, and robust against bunches."""
+from __future__ import annotations
+
+import math
+from typing import List, Tuple
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from process_visualizer.motion.speed_series import GAP_S, WINDOW_S, measuring_times, speeds
+from process_visualizer.motion.velocity import VelocityEstimator
+
+# multiples of 0.7 ms never meet the ends of windows and gaps, where rounding would decide
+steps_s = st.one_of(st.sampled_from([11, 3, 71, 428, 2143, 28571]), st.integers(1, 300)).map(
+    lambda count: count * 0.0007)
+points = st.tuples(*[st.sampled_from([0.0, 0.1, -0.2, 1.0, 0.15])] * 3)
+NO_STAMPS = float('nan')
+
+
+def estimated(times_s: np.ndarray, positions: np.ndarray) -> List[float]:
+    """The speeds of the estimator, each time that it takes a new sample."""
+    estimator = VelocityEstimator(WINDOW_S, GAP_S)
+    found = []
+    last = None
+    for time_s, position in zip(times_s.tolist(), positions.tolist()):
+        estimator.add(time_s, position)
+        velocity = estimator.velocity()
+        if velocity is not None and estimator._samples[-1] is not last:
+            found.append(math.hypot(*velocity))
+        last = estimator._samples[-1]
+    return found
+
+
+@given(st.lists(st.tuples(steps_s, points), min_size=1, max_size=150))
+def test_they_are_those_of_the_estimator(samples: List[Tuple[float, Tuple[float, ...]]]) -> None:
+    times_s = np.cumsum([step for step, _ in samples])
+    positions = np.array([point for _, point in samples])
+    middle_s, found = speeds(times_s, positions)
+    assert found.tolist() == pytest.approx(estimated(times_s, positions), rel=1e-6, abs=1e-9)
+    assert (np.diff(middle_s) > -1e-9).all()
+
+
+def test_many_samples_are_as_exact_as_few() -> None:
+    times_s = np.arange(0.0, 3600.0, 0.008)
+    path_m = 0.05 * times_s + 0.02 * np.sin(times_s)
+    positions = np.column_stack((path_m, np.zeros_like(path_m), np.ones_like(path_m)))
+    middle_s, found = speeds(times_s, positions)
+    assert np.abs(found - (0.05 + 0.02 * np.cos(middle_s))).max() < 1e-4
+
+
+@pytest.mark.parametrize('count', [0, 1, 2])
+def test_few_samples_have_no_speed(count: int) -> None:
+    middle_s, found = speeds(np.arange(count) * 0.01, np.zeros((count, 3)))
+    assert (len(middle_s), len(found)) == (0, 0)
+
+
+def test_messages_that_come_late_together_are_dated_back() -> None:
+    measured_s = np.arange(1000) * 0.008
+    arrival_s = measured_s.copy()
+    arrival_s[300:310] = measured_s[309]  # ten at once
+    arrival_s[600:] += 0.5  # a gap stays a gap
+    found = measuring_times(arrival_s, np.full(1000, NO_STAMPS))
+    assert np.abs(found[:600] - measured_s[:600]).max() < 0.005
+    assert found[600] - found[599] > 0.49
+    middle_s, speed = speeds(found, np.outer(measured_s, [0.1, 0.0, 0.0]))
+    near = np.abs(middle_s - measured_s[305]) < 0.5
+    assert np.abs(speed[near] - 0.1).max() < 0.01
+    _, raw = speeds(arrival_s, np.outer(measured_s, [0.1, 0.0, 0.0]))
+    assert np.abs(raw[near[:len(raw)]] - 0.1).max() > 0.03  # what it is good for
+
+
+def test_stamps_are_used_where_they_can_be() -> None:
+    arrival_s = np.array([1.0, 1.1, 1.2, 1.3, 1.4])
+    stamps_s = np.array([0.95, 1.06, NO_STAMPS, 900.0, 1.06])
+    assert measuring_times(arrival_s, stamps_s).tolist() == [0.95, 1.06, 1.2, 1.3, 1.4]
