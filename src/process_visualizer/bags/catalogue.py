@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
-from process_visualizer.bags.bag_errors import BagError
+from process_visualizer.bags.bag_errors import BagError, Gap
 from process_visualizer.bags.marks import Mark, read_marks
 from process_visualizer.bags.recorder_topics import PREFIX, recorded_configuration
 from process_visualizer.bags.recording import Recording
@@ -28,7 +28,7 @@ class Catalogue(NamedTuple):
 
     ``topics`` are those of the devices, by name, without what the recorder adds;
     ``message_count`` counts their messages. ``marks`` are in the order of time. ``problems`` are
-    texts: what cannot be read in the files or beside them.
+    texts: what cannot be read in the files or beside them; ``gaps`` are the former.
     """
 
     paths: Tuple[str, ...]
@@ -40,6 +40,7 @@ class Catalogue(NamedTuple):
     marks: Tuple[Mark, ...] = ()
     problems: Tuple[str, ...] = ()
     configuration: Optional[StoredConfiguration] = None
+    gaps: Tuple[Gap, ...] = ()
 
     @property
     def topic_names(self) -> Tuple[str, ...]:
@@ -67,7 +68,7 @@ def read_catalogue(paths: Sequence[str]) -> Catalogue:
             recording.paths, recording.begin_ns,
             (recording.end_ns - recording.begin_ns) / 1e9, recording.size_bytes,
             sum(topic.message_count for topic in topics), topics, tuple(marks),
-            (*map(str, recording.gaps), *bad_marks), configuration)
+            (*map(str, recording.gaps), *bad_marks), configuration, recording.gaps)
 
 
 def missing_topics(catalogue: Catalogue,

@@ -10,7 +10,7 @@ _STEPS_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0,
 
 
 class TimeAxis(NamedTuple):
-    """A recording of ``duration_s`` on a line that begins at ``left`` and is ``width`` long [px]."""
+    """A recording of ``duration_s`` on a line from ``left`` on, ``width`` long [px]."""
 
     duration_s: float
     left: float

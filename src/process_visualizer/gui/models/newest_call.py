@@ -16,8 +16,7 @@ class NewestCall(Generic[Value]):
 
     def __init__(self, tasks: Tasks, line: str, function: Callable[[Value], Any],
                  on_done: Callable[[], None], on_error: OnError) -> None:
-        """``on_done`` is called when the newest value has been taken, ``on_error`` on each failure.
-        """
+        """``on_done`` is called when the newest value was taken, ``on_error`` when one fails."""
         self._tasks = tasks
         self._line = line
         self._function = function

@@ -1,10 +1,19 @@
 """Draws what stands above the lanes: flags, the slider's groove, the loop, and the axis of time."""
 from __future__ import annotations
 
-from typing import NamedTuple, Optional, Sequence, Tuple
+from typing import NamedTuple, Sequence, Tuple
 
 from PyQt5.QtCore import QPointF, QRectF, Qt
-from PyQt5.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPainterPath, QPen, QPixmap, QPolygonF
+from PyQt5.QtGui import (
+    QColor,
+    QFont,
+    QFontMetricsF,
+    QPainter,
+    QPainterPath,
+    QPen,
+    QPixmap,
+    QPolygonF,
+)
 
 from process_visualizer.gui.models.playback_model import PlacedMark
 from process_visualizer.gui.style import ACCENT, QUIET, TEXT, WARNING
@@ -16,7 +25,6 @@ from process_visualizer.gui.views.timeline_layout import (
     FLAGS_HEIGHT,
     FLAGS_TOP,
     HEADER_HEIGHT,
-    TRACK_HEIGHT,
     TRACK_TOP,
     track_rect,
 )
@@ -106,13 +114,12 @@ def draw_loop(painter: QPainter, axis: TimeAxis, loop: Loop, bottom: float) -> N
     shade.setAlpha(110)
     painter.fillRect(band, shade)
     for x, letter, outward in ((left, 'A', -1), (right, 'B', 1)):
-        painter.setPen(QPen(colour, 1))
-        painter.drawLine(QPointF(x, TRACK_TOP), QPointF(x, bottom))
+        painter.fillRect(QRectF(round(x), TRACK_TOP + 4, 1, bottom - TRACK_TOP - 4), colour)
         _draw_tab(painter, x, letter, outward, colour)
 
 
 def _draw_tab(painter: QPainter, x: float, letter: str, outward: int, colour: QColor) -> None:
-    rect = QRectF(x if outward > 0 else x - 11, TRACK_TOP, 11, 13)
+    rect = QRectF(x if outward > 0 else x - 12, TRACK_TOP - 1, 12, 12)
     painter.setPen(Qt.NoPen)
     painter.setBrush(colour)
     painter.drawRoundedRect(rect, 2, 2)
@@ -135,8 +142,7 @@ def draw_flags(painter: QPainter, axis: TimeAxis, marks: Sequence[PlacedMark],
         end = axis.x(marks[row + 1].position_s) if row + 1 < len(marks) \
             else axis.left + axis.width + axis.left
         colour = QColor(ACCENT if row == hovered else WARNING)
-        painter.setPen(QPen(colour, 1.2))
-        painter.drawLine(QPointF(x, FLAGS_TOP + 2), QPointF(x, TRACK_TOP + 6))
+        painter.fillRect(QRectF(round(x), FLAGS_TOP + 2, 1, TRACK_TOP + 10 - FLAGS_TOP), colour)
         painter.setPen(Qt.NoPen)
         painter.setBrush(colour)
         painter.drawPolygon(QPolygonF([QPointF(x, FLAGS_TOP + 2),
@@ -161,15 +167,14 @@ def draw_playhead(painter: QPainter, axis: TimeAxis, position_s: float, bottom: 
     path.addRoundedRect(QRectF(groove.left(), groove.top(), max(x - groove.left(), 0.0),
                                groove.height()), 3, 3)
     painter.fillPath(path, colour)
-    painter.setPen(QPen(colour, 1.4))
-    painter.drawLine(QPointF(x, TRACK_TOP + TRACK_HEIGHT - 2), QPointF(x, bottom))
+    painter.fillRect(QRectF(round(x) - 1, groove.bottom(), 2, bottom - groove.bottom()), colour)
     painter.setPen(QPen(Qt.white, 1.5))
     painter.drawEllipse(QPointF(x, groove.center().y()), _KNOB, _KNOB)
 
 
 def draw_hover(painter: QPainter, axis: TimeAxis, time_s: float, text: str, bottom: float) -> None:
     """Draw a line at the mouse, with its time in place of the ticks' ones."""
-    x = axis.x(time_s)
+    x = round(axis.x(time_s)) + 0.5
     painter.setPen(QPen(QColor(TEXT), 1, Qt.DotLine))
     painter.drawLine(QPointF(x, TRACK_TOP), QPointF(x, bottom))
     width = painter.fontMetrics().horizontalAdvance(text) + 10.0

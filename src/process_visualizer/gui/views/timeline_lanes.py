@@ -1,6 +1,7 @@
 """The curves of process variables, each in a lane of its own, drawn once into a picture."""
 from __future__ import annotations
 
+import math
 from typing import NamedTuple, Sequence, Tuple
 
 import numpy as np
@@ -16,6 +17,7 @@ TEXT_HEIGHT = 15  # the part of a lane above its curve
 VALUES_WIDTH = 150  # px: for the numbers at the right
 _LINE = 1.3  # px: how thick a curve is at least
 _SOFT = 0.18
+_HELD_INTERVALS, _HELD_S = 4, 0.3  # a value holds for so many usual intervals, or so long
 _FAR_FROM_ZERO = 0.7  # of the largest value: if all are beyond it, zero is not shown
 
 
@@ -43,13 +45,30 @@ class Lane(NamedTuple):
         return low if abs(low) > abs(high) else high
 
 
-def number_text(value: float) -> str:
-    """Return a value in as many digits as one reads at a glance; a dash for NaN."""
+def lane_of(label: str, unit: str, colour: Tuple[float, float, float], low: np.ndarray,
+            high: np.ndarray, column_s: float) -> Lane:
+    """Return a lane; between messages of a slow topic the last value holds.
+
+    Only what is missing for much longer than usual stays empty. ``column_s`` is how long a column
+    is [s].
+    """
+    known = np.flatnonzero(~np.isnan(low))
+    if len(known) < 2:
+        return Lane(label, unit, colour, low, high)
+    longest = max(_HELD_INTERVALS * float(np.median(np.diff(known))), _HELD_S / column_s)
+    held = np.maximum.accumulate(np.where(np.isnan(low), -1, np.arange(len(low))))
+    holds = (held >= 0) & (np.arange(len(low)) - held <= longest)
+    return Lane(label, unit, colour, np.where(holds, low[held], np.nan),
+                np.where(holds, high[held], np.nan))
+
+
+def number_text(value: float, largest: float) -> str:
+    """Return a value in as many decimals as the largest one of its lane needs; a dash for NaN."""
     if np.isnan(value):
         return '–'
-    size = abs(value)
-    digits = 0 if size >= 100 else 1 if size >= 10 else 2 if size >= 0.1 else 3
-    return f'{value + 0.0:.{digits}f}'.replace('-', '−')
+    size = max(abs(largest), 1e-3)
+    decimals = min(max(2 - math.floor(math.log10(size)), 0), 4)
+    return f'{round(value, decimals) + 0.0:.{decimals}f}'.replace('-', '−')
 
 
 def lanes_picture(lanes: Sequence[Lane], axis: TimeAxis, width: int, scale: float,
@@ -143,7 +162,7 @@ def _resampled(lane: Lane, count: int) -> Tuple[np.ndarray, np.ndarray]:
 
 
 def _connected(low: np.ndarray, high: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    """The extremes of columns, each reaching to the one before it so that the curve has no holes."""
+    """The extremes of columns, each reaching to the one before it so that there are no holes."""
     joined_low, joined_high = low.copy(), high.copy()
     joined_low[1:] = np.fmin(low[1:], high[:-1])
     joined_high[1:] = np.fmax(high[1:], low[:-1])

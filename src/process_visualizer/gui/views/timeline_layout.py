@@ -10,9 +10,9 @@ from process_visualizer.gui.time_axis import TimeAxis
 
 SIDE = 12.0  # left and right of the line, so that the knob has room at the ends
 FLAGS_TOP, FLAGS_HEIGHT = 2.0, 18.0
-TRACK_TOP, TRACK_HEIGHT = 22.0, 20.0
-AXIS_TOP, AXIS_HEIGHT = 44.0, 17.0
-HEADER_HEIGHT = 63.0
+TRACK_TOP, TRACK_HEIGHT = 22.0, 26.0
+AXIS_TOP, AXIS_HEIGHT = 49.0, 17.0
+HEADER_HEIGHT = 68.0
 FLAG_WIDTH = 9.0
 _REACH = 7.0  # px: how near the mouse has to be to a handle
 
@@ -31,7 +31,7 @@ def axis_of(duration_s: float, width: float) -> TimeAxis:
 
 def track_rect(axis: TimeAxis) -> QRectF:
     """Return the groove in which the knob runs."""
-    return QRectF(axis.left, TRACK_TOP + TRACK_HEIGHT / 2 - 3, axis.width, 6)
+    return QRectF(axis.left, TRACK_TOP + 14, axis.width, 6)
 
 
 def target_at(place: QPointF, axis: TimeAxis, marks: Sequence[PlacedMark],

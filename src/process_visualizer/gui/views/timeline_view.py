@@ -41,7 +41,7 @@ from process_visualizer.gui.views.timeline_layout import (
     target_at,
 )
 
-_FEWEST_LANES, _USUAL_LANES = 2, 6  # that are visible where there are so many
+_FEWEST_LANES = 2  # that are visible, if there are so many
 _FONT_PX = 11
 _PLAYHEAD_REACH, _HOVER_REACH = 10, 50  # px to each side of them that are drawn anew
 _HINT = ('Press to go there, drag to look around, drag A and B to change the loop.\n'
@@ -76,7 +76,7 @@ class TimelineView(QWidget):
         self.setToolTip(_HINT)
         self.setMouseTracking(True)
         self.setFocusPolicy(Qt.StrongFocus)
-        self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Preferred)
+        self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Maximum)
         playback.changed.connect(self.update)
         playback.moved.connect(self._follow)
         self._fit()
@@ -105,13 +105,15 @@ class TimelineView(QWidget):
         lane, axis = self._lanes[row], self.axis
         time_s = self._playback.position_s if self._hover_s is None else self._hover_s
         value = lane.at(time_s / axis.duration_s if axis.duration_s else 0.0)
-        return f'{number_text(value)} {lane.unit}'.rstrip(), f'max {number_text(lane.largest)}'
+        largest = lane.largest
+        return (f'{number_text(value, largest)} {lane.unit}'.rstrip(),
+                f'max {number_text(largest, largest)}')
 
     # Size
 
     def sizeHint(self) -> QSize:
-        """Return a size with room for the usual number of lanes."""
-        return QSize(400, self._height_of(min(len(self._lanes), _USUAL_LANES)))
+        """Return a size with room for all lanes."""
+        return QSize(400, self._height_of(len(self._lanes)))
 
     def minimumSizeHint(self) -> QSize:
         """Return a size in which the slider and some lanes can be used."""

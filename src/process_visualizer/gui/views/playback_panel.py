@@ -1,0 +1,83 @@
+"""Playback as a whole: the recording, the buttons, and the timeline."""
+from __future__ import annotations
+
+from typing import Optional
+
+from PyQt5.QtWidgets import QFrame, QInputDialog, QSizePolicy, QVBoxLayout, QWidget
+
+from process_visualizer.bags.curves import Curve
+from process_visualizer.bags.progress_line import format_time
+from process_visualizer.gui.models.bag_model import BagModel
+from process_visualizer.gui.models.playback_model import PlaybackModel
+from process_visualizer.gui.views.bag_view import BagView
+from process_visualizer.gui.views.curves_row import CurvesRow
+from process_visualizer.gui.views.timeline_lanes import Lane, lane_of
+from process_visualizer.gui.views.timeline_view import TimelineView
+from process_visualizer.gui.views.transport_view import TransportView
+
+_IN_WORDS = {'v': 'tool speed', 'F': 'tool force'}  # what the letters at the arrows stand for
+
+
+class PlaybackPanel(QWidget):
+    """The panel of playback mode, from top to bottom."""
+
+    def __init__(self, playback: PlaybackModel, bag: BagModel,
+                 parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._playback = playback
+        self._bag = bag
+        self.bag = BagView(bag)
+        self.transport = TransportView(playback)
+        self.timeline = TimelineView(playback)
+        self.curves = CurvesRow(bag.curves)
+        self.setObjectName('playback_panel')
+        self._lay_out()
+        bag.changed.connect(self._show_bag)
+        bag.curves.changed.connect(self._show_curves)
+        self.timeline.mark_wanted.connect(self.ask_for_mark)
+        self._show_bag()
+        self._show_curves()
+
+    def _lay_out(self) -> None:
+        frame = QFrame()
+        frame.setFrameShape(QFrame.StyledPanel)
+        frame.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Maximum)
+        frame.setStyleSheet('QFrame { background: palette(base); }')
+        inside = QVBoxLayout(frame)
+        inside.setContentsMargins(0, 2, 0, 0)
+        inside.setSpacing(0)
+        inside.addWidget(self.timeline, 1)
+        inside.addWidget(self.curves)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 6, 0, 0)
+        layout.setSpacing(8)
+        layout.addWidget(self.bag)
+        layout.addWidget(self.transport)
+        layout.addWidget(frame, 1)
+        layout.addStretch(0)
+
+    def ask_for_mark(self, position_s: float) -> None:
+        """Ask for the label of a mark at a time [s], and add it to the recording."""
+        dialog = QInputDialog(self)
+        dialog.setObjectName('mark_label')
+        dialog.setWindowTitle('Add a mark')
+        dialog.setLabelText(f'What is at {format_time(position_s)}?')
+        dialog.textValueSelected.connect(
+            lambda label: self._bag.add_mark(position_s, label.strip() or 'mark'))
+        dialog.open()
+
+    def _show_bag(self) -> None:
+        found = self._bag.catalogue
+        self.timeline.set_recording(0.0 if found is None else found.duration_s, self._bag.gaps)
+        self.transport.set_topics(() if found is None else found.topic_names)
+
+    def _show_curves(self) -> None:
+        found = self._bag.catalogue
+        self.timeline.set_lanes([] if found is None else [
+            _lane(curve, found.duration_s) for curve in self._bag.curves.curves])
+
+
+def _lane(curve: Curve, duration_s: float) -> Lane:
+    label = f'{curve.device}  {_IN_WORDS.get(curve.label, curve.label)}'
+    return lane_of(label, curve.unit, curve.color, curve.low, curve.high,
+                   duration_s / max(len(curve.low), 1))

@@ -1,0 +1,275 @@
+"""The timeline: by real mouse and key events, what it asks of the player and what it shows."""
+from __future__ import annotations
+
+from typing import List
+
+import numpy as np
+import pytest
+from playback_stand import PlaybackStand
+from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
+from PyQt5.QtGui import QColor, QMouseEvent, QPaintEvent, QWheelEvent
+from PyQt5.QtWidgets import QApplication, QScrollBar
+from pytestqt.qtbot import QtBot
+
+from process_visualizer.gui.models.playback_model import PlacedMark
+from process_visualizer.gui.style import ACCENT
+from process_visualizer.gui.views.timeline_lanes import Lane
+from process_visualizer.gui.views.timeline_layout import HEADER_HEIGHT, SIDE
+from process_visualizer.gui.views.timeline_view import TimelineView
+
+WIDTH = 400 + 2 * int(SIDE)  # 20 s: 20 px are 1 s
+TRACK_Y, FLAGS_Y, HANDLES_Y, LANES_Y = 38, 8, 26, 100
+
+
+def x_of(time_s: float) -> int:
+    return int(SIDE + 20 * time_s)
+
+
+def lane(number: int = 0) -> Lane:
+    values = np.linspace(0.0, 10.0, 101)
+    return Lane(f'variable {number}', 'N', (1.0, 0.0, 0.0), values, values)
+
+
+class NotingTimeline(TimelineView):
+    """Notes how wide what it draws is."""
+
+    widths: List[int] = []
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        self.widths.append(event.region().boundingRect().width())
+        super().paintEvent(event)
+
+
+class Bench:
+    """A timeline on the screen, with a player of 20 s that stands at 2 s."""
+
+    def __init__(self, qtbot: QtBot, lanes: int = 3) -> None:
+        self.qtbot = qtbot
+        self.stand = PlaybackStand()
+        self.view = NotingTimeline(self.stand.model)
+        self.view.widths = []
+        qtbot.addWidget(self.view)
+        self.view.set_recording(20.0)
+        self.view.set_lanes([lane(number) for number in range(lanes)])
+        self.view.resize(WIDTH, self.view.sizeHint().height())
+        self.view.show()
+        qtbot.waitExposed(self.view)
+        self.stand.state(position_s=2.0)
+
+    def move(self, time_s: float, y: int, buttons: Qt.MouseButtons = Qt.NoButton) -> None:
+        """Move the mouse, with a button held or not."""
+        place = QPointF(x_of(time_s), y)
+        event = QMouseEvent(QEvent.MouseMove, place, self.view.mapToGlobal(place.toPoint()),
+                            Qt.NoButton, buttons, Qt.NoModifier)
+        QApplication.sendEvent(self.view, event)
+
+    def press(self, time_s: float, y: int) -> None:
+        self.qtbot.mousePress(self.view, Qt.LeftButton, pos=QPoint(x_of(time_s), y))
+
+    def release(self, time_s: float, y: int) -> None:
+        self.qtbot.mouseRelease(self.view, Qt.LeftButton, pos=QPoint(x_of(time_s), y))
+
+    def pixel(self, x: int, y: int) -> str:
+        image = self.view.grab().toImage()
+        scale = image.devicePixelRatio()
+        return str(QColor(image.pixel(int(x * scale), int(y * scale))).name())
+
+
+@pytest.fixture
+def bench(qtbot: QtBot) -> Bench:
+    return Bench(qtbot)
+
+
+class TestSeeking:
+    """Press anywhere to go there, drag to scrub."""
+
+    @pytest.mark.parametrize('y', [TRACK_Y, 55, LANES_Y])
+    def test_a_press_goes_there(self, bench: Bench, y: int) -> None:
+        bench.press(5.0, y)
+        bench.release(5.0, y)
+        assert bench.stand.commands() == [('seek', 5.0)]
+
+    def test_beyond_the_ends_are_the_ends(self, bench: Bench) -> None:
+        bench.press(-0.5, TRACK_Y)
+        assert bench.stand.commands() == [('seek', 0.0)]
+        bench.move(20.5, TRACK_Y, Qt.LeftButton)
+        assert bench.stand.commands() == [('seek', 20.0)]
+
+    def test_dragging_while_playing_holds_it_and_plays_on(self, bench: Bench) -> None:
+        bench.stand.play(position_s=2.0)
+        bench.press(5.0, TRACK_Y)
+        bench.move(6.0, TRACK_Y, Qt.LeftButton)
+        bench.move(7.0, TRACK_Y, Qt.LeftButton)
+        bench.release(7.0, TRACK_Y)
+        assert bench.stand.commands() == [('seek', 5.0), ('pause',), ('play',), ('seek', 7.0)]
+
+    def test_only_the_newest_place_of_a_fast_drag_is_asked_for(self, bench: Bench) -> None:
+        bench.press(1.0, TRACK_Y)
+        for time_s in np.linspace(1.0, 15.0, 60):
+            bench.move(float(time_s), TRACK_Y, Qt.LeftButton)
+        assert bench.stand.model.position_s == 15.0
+        assert bench.stand.commands() == [('seek', 1.0), ('seek', 15.0)]
+
+    def test_the_knob_follows_the_drag_before_the_player_answers(self, bench: Bench) -> None:
+        bench.press(10.0, TRACK_Y)
+        assert bench.pixel(x_of(10.0), LANES_Y) == ACCENT
+
+    def test_the_right_button_does_not_seek(self, bench: Bench) -> None:
+        bench.qtbot.mousePress(bench.view, Qt.RightButton, pos=QPoint(x_of(5.0), TRACK_Y))
+        assert bench.stand.commands() == []
+
+    def test_without_a_player_nothing_happens(self, bench: Bench) -> None:
+        bench.stand.model.take_state(None)
+        bench.press(5.0, TRACK_Y)
+        bench.move(6.0, TRACK_Y, Qt.LeftButton)
+        bench.release(6.0, TRACK_Y)
+        assert bench.stand.commands() == []
+
+
+class TestMarks:
+    """Flags: a press goes to the mark, not to where the mouse is."""
+
+    def test_a_press_on_a_flag(self, bench: Bench) -> None:
+        bench.stand.model.set_marks([PlacedMark(3.0, 'seam'), PlacedMark(9.0, 'slack')])
+        bench.press(9.3, FLAGS_Y)
+        assert bench.stand.commands() == [('seek', 9.0)]
+
+    def test_of_two_flags_the_nearer_one(self, bench: Bench) -> None:
+        bench.stand.model.set_marks([PlacedMark(3.0, 'one'), PlacedMark(3.3, 'two')])
+        bench.press(3.55, FLAGS_Y)
+        assert bench.stand.commands() == [('seek', 3.3)]
+
+    def test_below_the_flag_is_the_time(self, bench: Bench) -> None:
+        bench.stand.model.set_marks([PlacedMark(9.0, 'slack')])
+        bench.press(9.2, TRACK_Y)
+        assert bench.stand.commands() == [('seek', pytest.approx(9.2))]
+
+    def test_the_hand_shows_that_a_flag_can_be_pressed(self, bench: Bench) -> None:
+        bench.stand.model.set_marks([PlacedMark(9.0, 'slack')])
+        bench.move(9.2, FLAGS_Y)
+        assert bench.view.cursor().shape() == Qt.PointingHandCursor
+        bench.move(14.0, FLAGS_Y)
+        assert bench.view.cursor().shape() == Qt.ArrowCursor
+
+
+class TestLoop:
+    """The handles A and B."""
+
+    def test_dragging_b(self, bench: Bench) -> None:
+        bench.stand.state(loop=(5.0, 10.0))
+        bench.press(10.0, HANDLES_Y)
+        assert bench.stand.commands() == []
+        bench.move(12.0, HANDLES_Y, Qt.LeftButton)
+        bench.release(12.0, HANDLES_Y)
+        assert bench.stand.commands() == [('set_loop', True, 5.0, 12.0)]
+
+    def test_dragging_a_over_b_stops_before_it(self, bench: Bench) -> None:
+        bench.stand.state(loop=(5.0, 10.0))
+        bench.press(5.0, HANDLES_Y)
+        bench.move(19.0, HANDLES_Y, Qt.LeftButton)
+        assert bench.stand.commands() == [('set_loop', True, pytest.approx(9.9), 10.0)]
+
+    def test_without_a_loop_there_are_no_handles(self, bench: Bench) -> None:
+        bench.press(0.0, HANDLES_Y)
+        assert bench.stand.commands() == [('seek', 0.0)]
+
+    def test_the_repeated_part_is_shaded(self, bench: Bench) -> None:
+        before = bench.pixel(x_of(7.0), 60)
+        bench.stand.state(loop=(5.0, 10.0))
+        assert bench.pixel(x_of(7.0), 60) != before
+        assert bench.pixel(x_of(12.0), 60) == before
+
+
+class TestShowing:
+    """What is drawn, and how much of it again."""
+
+    def test_values_at_the_playhead_and_under_the_mouse(self, bench: Bench) -> None:
+        assert bench.view.lane_values(0) == ('1.0 N', 'max 10.0')
+        bench.move(10.0, LANES_Y)
+        assert bench.view.lane_values(0)[0] == '5.0 N'
+        QApplication.sendEvent(bench.view, QEvent(QEvent.Leave))
+        assert bench.view.lane_values(0)[0] == '1.0 N'
+
+    def test_while_playing_only_the_playhead_is_drawn(self, qtbot: QtBot) -> None:
+        bench = Bench(qtbot, lanes=0)
+        bench.stand.play(position_s=5.0)
+        qtbot.wait(50)
+        bench.view.widths.clear()
+        bench.stand.now_s += 0.2
+        qtbot.waitUntil(lambda: bool(bench.view.widths))
+        assert max(bench.view.widths) <= 30
+
+    def test_while_the_playhead_stays_within_a_pixel_nothing_is_drawn(self, qtbot: QtBot) -> None:
+        bench = Bench(qtbot, lanes=0)
+        bench.stand.play(position_s=5.0)
+        qtbot.wait(50)
+        bench.view.widths.clear()
+        bench.stand.now_s += 0.005
+        qtbot.wait(80)
+        assert bench.view.widths == []
+
+    def test_gaps_are_hatched(self, bench: Bench) -> None:
+        before = bench.view.grab().toImage()
+        bench.view.set_recording(20.0, [(8.0, 12.0)])
+        after = bench.view.grab().toImage()
+        changed = [x for x in range(WIDTH) if any(before.pixel(x, y) != after.pixel(x, y)
+                                                  for y in range(70, 110))]
+        assert x_of(8.0) - 1 <= min(changed) and max(changed) <= x_of(12.0) + 1
+        assert len(changed) > 60
+
+    @pytest.mark.parametrize('width', [230, 420, 1280])
+    @pytest.mark.parametrize('lanes', [0, 1, 12])
+    def test_any_size(self, bench: Bench, width: int, lanes: int) -> None:
+        bench.view.set_lanes([lane(number) for number in range(lanes)])
+        bench.view.resize(width, bench.view.minimumSizeHint().height())
+        assert bench.view.grab().width() >= width
+
+    def test_a_recording_without_length(self, qtbot: QtBot) -> None:
+        bench = Bench(qtbot)
+        bench.stand.state(duration_s=0.0, position_s=0.0)
+        bench.view.set_recording(0.0)
+        bench.press(5.0, TRACK_Y)
+        assert bench.stand.commands() == [('seek', 0.0)]
+        assert not bench.view.grab().isNull()
+
+    def test_many_lanes_scroll(self, qtbot: QtBot) -> None:
+        bench = Bench(qtbot, lanes=12)
+        bench.view.resize(WIDTH, 200)
+        bar = bench.view.findChild(QScrollBar, 'timeline_scroll')
+        assert bar.isVisible() and bar.maximum() == 12 * 42 + 2 - (200 - int(HEADER_HEIGHT))
+        place = QPointF(100, 150)
+        QApplication.sendEvent(bench.view, QWheelEvent(
+            place, place, QPoint(), QPoint(0, -120), Qt.NoButton, Qt.NoModifier,
+            Qt.NoScrollPhase, False))
+        assert bar.value() > 0
+        scrolled = bar.value()
+        bench.qtbot.keyClick(bench.view, Qt.Key_Down)
+        assert bar.value() > scrolled
+
+    def test_lanes_that_fit_do_not_scroll(self, bench: Bench) -> None:
+        assert not bench.view.findChild(QScrollBar, 'timeline_scroll').isVisible()
+
+
+class TestKeysAndMenu:
+    """What can be done without a mouse, and by its right button."""
+
+    @pytest.mark.parametrize('key, expected', [
+        (Qt.Key_Home, ('seek', 0.0)), (Qt.Key_End, ('seek', 20.0)),
+        (Qt.Key_Left, ('step', -1, '', 0.0)), (Qt.Key_Right, ('step', 1, '', 0.0)),
+        (Qt.Key_PageDown, ('seek', 9.0)), (Qt.Key_PageUp, ('seek', 0.0))])
+    def test_keys(self, bench: Bench, key: Qt.Key, expected: tuple) -> None:
+        bench.stand.model.set_marks([PlacedMark(9.0, 'slack')])
+        bench.qtbot.keyClick(bench.view, key)
+        assert bench.stand.commands() == [expected]
+
+    def test_the_menu(self, bench: Bench) -> None:
+        menu = bench.view.menu_at(7.5)
+        actions = {action.text(): action for action in menu.actions() if action.text()}
+        assert list(actions)[0] == 'Go to 0:07.500'
+        actions['Loop from here (A)'].trigger()
+        assert bench.stand.commands() == [('set_loop', True, 7.5, 20.0)]
+        actions['Loop to here (B)'].trigger()
+        assert bench.stand.failures == ['A and B must be at least 0.1 s apart']
+        with bench.qtbot.waitSignal(bench.view.mark_wanted) as wanted:
+            actions['Add a mark here…'].trigger()
+        assert wanted.args == [7.5]

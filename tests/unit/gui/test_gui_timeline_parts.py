@@ -1,0 +1,149 @@
+"""The parts of the timeline: axis, colours, and the pictures of the curves."""
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from PyQt5.QtGui import QColor, QFont, QImage
+from pytestqt.qtbot import QtBot
+
+from process_visualizer.gui.colours import contrast_to_white, readable_colour
+from process_visualizer.gui.time_axis import TimeAxis, tick_label
+from process_visualizer.gui.views.timeline_lanes import (
+    LANE_HEIGHT,
+    TEXT_HEIGHT,
+    Lane,
+    lane_of,
+    lanes_picture,
+    number_text,
+    value_range,
+)
+
+NAN = float('nan')
+
+
+@given(st.floats(0.01, 1e5), st.floats(50.0, 3000.0), st.floats(0.0, 1.0))
+def test_a_place_leads_back_to_its_time(duration_s: float, width: float, share: float) -> None:
+    axis = TimeAxis(duration_s, 12.0, width)
+    assert axis.time_s(axis.x(share * duration_s)) == pytest.approx(share * duration_s,
+                                                                    abs=1e-6 * duration_s)
+
+
+@given(st.floats(0.2, 80000.0), st.floats(200.0, 3000.0))
+def test_ticks_are_far_enough_apart_and_not_too_few(duration_s: float, width: float) -> None:
+    axis = TimeAxis(duration_s, 12.0, width)
+    ticks = axis.ticks(60.0)
+    places = [axis.x(time_s) for time_s in ticks]
+    assert ticks[0] == 0.0 and ticks[-1] <= duration_s * (1 + 1e-9)
+    assert all(after - before >= 59.9 for before, after in zip(places, places[1:]))
+    assert len(ticks) >= width / 60.0 / 4 - 1
+
+
+@pytest.mark.parametrize('time_s, step_s, label', [
+    (0.0, 10.0, '0:00'), (75.0, 15.0, '1:15'), (3700.0, 600.0, '1:01:40'), (1.5, 0.5, '0:01.5'),
+    (1.25, 0.05, '0:01.25'), (0.004, 0.002, '0:00.004')])
+def test_ticks_have_as_many_digits_as_needed(time_s: float, step_s: float, label: str) -> None:
+    assert tick_label(time_s, step_s) == label
+
+
+@given(st.tuples(*[st.floats(0.0, 1.0)] * 3))
+def test_every_colour_becomes_readable_on_white(colour: tuple) -> None:
+    readable = readable_colour(colour)
+    assert contrast_to_white(readable) >= 3.6
+
+
+@pytest.mark.parametrize('colour', [(1.0, 1.0, 0.0), (0.0, 1.0, 1.0), (0.0, 1.0, 0.0)])
+def test_a_bright_colour_keeps_its_hue(colour: tuple) -> None:
+    assert readable_colour(colour).hsvHue() == pytest.approx(QColor.fromRgbF(*colour).hsvHue(),
+                                                             abs=2)
+
+
+def test_a_dark_colour_is_not_made_darker() -> None:
+    assert readable_colour((0.0, 0.0, 0.4)).valueF() == pytest.approx(0.4, abs=0.01)
+
+
+@pytest.mark.parametrize('low, high, expected', [
+    (2.0, 10.0, (0.0, 10.0)), (-3.0, 10.0, (-3.0, 10.0)), (-10.0, -2.0, (-10.0, 0.0)),
+    (95.0, 100.0, (95.0, 100.0)), (0.0, 0.0, (0.0, 1.0)), (5.0, 5.0, (0.0, 5.0)),
+    (NAN, NAN, (0.0, 1.0))])
+def test_zero_is_shown_unless_it_is_far(low: float, high: float, expected: tuple) -> None:
+    assert value_range(low, high) == expected
+
+
+@pytest.mark.parametrize('value, largest, text', [
+    (255.0, 282.0, '255'), (0.35, 19.7, '0.3'), (-12.34, 19.7, '−12.3'), (0.003, 0.31, '0.003'),
+    (-1e-9, 0.31, '0.000'), (NAN, 1.0, '–'), (1.0, 0.0, '1.0000'), (12345.6, 20000.0, '12346')])
+def test_numbers_have_the_decimals_of_their_lane(value: float, largest: float, text: str) -> None:
+    assert number_text(value, largest) == text
+
+
+class TestLane:
+    """Values at a time, and what lies between messages."""
+
+    def test_a_slow_topic_holds_its_value_but_not_over_a_hole(self) -> None:
+        values = np.full(100, NAN)
+        values[0:40:5] = values[80:100:5] = 3.0
+        lane = lane_of('a', '', (1.0, 0.0, 0.0), values, values, 0.01)
+        assert not np.isnan(lane.low[:56]).any()
+        assert np.isnan(lane.low[70:80]).all()
+        assert not np.isnan(lane.low[80:]).any()
+
+    def test_nothing_is_made_up_before_the_first_message(self) -> None:
+        values = np.full(100, NAN)
+        values[50:] = 1.0
+        lane = lane_of('a', '', (1.0, 0.0, 0.0), values, values, 0.01)
+        assert np.isnan(lane.low[:50]).all()
+
+    def test_values(self) -> None:
+        lane = Lane('a', 'N', (1.0, 0.0, 0.0), np.array([0.0, -8.0]), np.array([2.0, -6.0]))
+        assert (lane.at(0.0), lane.at(0.6), lane.at(1.0)) == (1.0, -7.0, -7.0)
+        assert lane.largest == -8.0
+
+    def test_an_empty_lane(self) -> None:
+        lane = Lane('a', 'N', (1.0, 0.0, 0.0), np.array([]), np.array([]))
+        assert math.isnan(lane.at(0.5)) and math.isnan(lane.largest)
+
+
+class TestPicture:
+    """The drawn curve is where its values are."""
+
+    @staticmethod
+    def alpha(lane: Lane, scale: float = 1.0) -> np.ndarray:
+        """The opacity of each dot of a lane's curve (rows, columns); text and border left out."""
+        axis = TimeAxis(10.0, 0.0, 100.0)
+        image = lanes_picture([lane], axis, 100, scale, QFont()).toImage().convertToFormat(
+            QImage.Format_RGBA8888)
+        dots = np.frombuffer(image.bits().asarray(image.byteCount()), np.uint8)
+        return dots.reshape(image.height(), -1, 4)[int(TEXT_HEIGHT * scale):, :, 3]
+
+    def test_a_step(self, qtbot: QtBot) -> None:
+        values = np.repeat([0.0, 10.0], 500)
+        alpha = self.alpha(Lane('', '', (1.0, 0.0, 0.0), values, values))
+        assert alpha[:20, :45].max() == 0
+        assert alpha[0, 55:].min() > 200
+        assert alpha[:24, 50].min() > 200  # the step itself is a line
+        assert 0 < alpha[12, 75] < 100  # softly filled down to zero
+
+    def test_what_is_not_known_is_not_drawn(self, qtbot: QtBot) -> None:
+        values = np.concatenate([np.full(300, 5.0), np.full(400, NAN), np.full(300, 5.0)])
+        alpha = self.alpha(Lane('', '', (1.0, 0.0, 0.0), values, values))
+        assert alpha[:, 31:69].max() == 0
+        assert alpha[:, 10].max() > 200 and alpha[:, 90].max() > 200
+
+    def test_a_single_peak_is_not_lost(self, qtbot: QtBot) -> None:
+        values = np.zeros(5000)
+        values[2345] = 1.0
+        alpha = self.alpha(Lane('', '', (1.0, 0.0, 0.0), values, values))
+        assert alpha[1, 46] > 200
+
+    def test_fine_screens_get_fine_curves(self, qtbot: QtBot) -> None:
+        values = np.sin(np.linspace(0, 20, 1000))
+        lane = Lane('', '', (1.0, 0.0, 0.0), values, values)
+        assert self.alpha(lane, 2.0).shape == (2 * (LANE_HEIGHT - TEXT_HEIGHT), 200)
+
+    def test_nothing_known_at_all(self, qtbot: QtBot) -> None:
+        values = np.full(10, NAN)
+        assert self.alpha(Lane('', '', (1.0, 0.0, 0.0), values, values)).max() == 0
