@@ -1,0 +1,91 @@
+"""Opens a file at a line in the operator's own editor."""
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+import subprocess
+from typing import Iterator, List, Mapping, Optional
+
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from process_visualizer.gui.tasks import Tasks
+
+_AT_LINE: Mapping[str, str] = {
+    'code': '--goto {file}:{line}', 'codium': '--goto {file}:{line}', 'subl': '{file}:{line}',
+    'gedit': '+{line} {file}', 'pluma': '+{line} {file}', 'xed': '+{line} {file}',
+    'kate': '--line {line} {file}', 'kwrite': '--line {line} {file}',
+    'geany': '--line {line} {file}', 'mousepad': '--line {line} {file}',
+    'pycharm': '--line {line} {file}', 'emacs': '+{line} {file}', 'gvim': '+{line} {file}',
+}
+"""How graphical editors are told a line, in the order in which they are tried."""
+_IN_TERMINALS = ('vi', 'vim', 'nvim', 'nano', 'pico', 'ed', 'joe', 'jed', 'ne', 'micro', 'hx',
+                 'mcedit', 'editor', 'sensible-editor')
+_TIME_TO_FAIL_S = 1.0
+
+
+class EditorError(Exception):
+    """No editor could be started; the text says which were tried."""
+
+
+class Editor(QObject):
+    """Starts editors off the GUI thread; they live on when the launcher ends."""
+
+    failed = pyqtSignal(str)
+
+    def __init__(self, tasks: Tasks, parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self._tasks = tasks
+
+    def open(self, file: str, line: int) -> None:
+        """Open a file at a line (from 1)."""
+        self._tasks.run('editor', lambda: open_in_editor(file, line), None, self._not_opened)
+
+    def _not_opened(self, error: Exception) -> None:
+        if not isinstance(error, EditorError):
+            raise error
+        self.failed.emit(str(error))
+
+
+def open_in_editor(file: str, line: int, environment: Optional[Mapping[str, str]] = None) -> str:
+    """Start the first editor that can be started; return its program. Blocks up to a second.
+
+    Raises:
+        EditorError: there is none.
+    """
+    tried = []
+    for command in commands(file, line, os.environ if environment is None else environment):
+        if _starts(command):
+            return command[0]
+        tried.append(os.path.basename(command[0]))
+    raise EditorError(f'no editor could be started (tried: {", ".join(tried) or "none"}); open '
+                      f'{file} at line {line} by hand, or set VISUAL to your graphical editor')
+
+
+def commands(file: str, line: int, environment: Mapping[str, str]) -> Iterator[List[str]]:
+    """Yield the commands to try: $VISUAL, $EDITOR, well-known editors, then the desktop's own."""
+    path = environment.get('PATH', os.defpath)
+    own = [shlex.split(environment.get(name, '')) for name in ('VISUAL', 'EDITOR')]
+    known = [[name] for name in _AT_LINE if shutil.which(name, path=path)]
+    for words in [*filter(None, own), *known]:
+        name = os.path.basename(words[0])
+        if name not in _IN_TERMINALS and '-nw' not in words:
+            yield [*words, *_place(name, file, line)]
+    yield ['xdg-open', file]
+
+
+def _place(editor: str, file: str, line: int) -> List[str]:
+    return [word.format(file=file, line=line) for word in _AT_LINE.get(editor, '{file}').split()]
+
+
+def _starts(command: List[str]) -> bool:
+    """Start it; one that ends with an error at once does not count."""
+    try:
+        process = subprocess.Popen(command, start_new_session=True, stdin=subprocess.DEVNULL,
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    except OSError:
+        return False
+    try:
+        return process.wait(_TIME_TO_FAIL_S) == 0
+    except subprocess.TimeoutExpired:
+        return True
