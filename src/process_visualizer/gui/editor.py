@@ -7,10 +7,6 @@ import shutil
 import subprocess
 from typing import Iterator, List, Mapping, Optional
 
-from PyQt5.QtCore import QObject, pyqtSignal
-
-from process_visualizer.gui.tasks import Tasks
-
 _AT_LINE: Mapping[str, str] = {
     'code': '--goto {file}:{line}', 'codium': '--goto {file}:{line}', 'subl': '{file}:{line}',
     'gedit': '+{line} {file}', 'pluma': '+{line} {file}', 'xed': '+{line} {file}',
@@ -26,25 +22,6 @@ _TIME_TO_FAIL_S = 1.0
 
 class EditorError(Exception):
     """No editor could be started; the text says which were tried."""
-
-
-class Editor(QObject):
-    """Starts editors off the GUI thread; they live on when the launcher ends."""
-
-    failed = pyqtSignal(str)
-
-    def __init__(self, tasks: Tasks, parent: Optional[QObject] = None) -> None:
-        super().__init__(parent)
-        self._tasks = tasks
-
-    def open(self, file: str, line: int) -> None:
-        """Open a file at a line (from 1)."""
-        self._tasks.run('editor', lambda: open_in_editor(file, line), None, self._not_opened)
-
-    def _not_opened(self, error: Exception) -> None:
-        if not isinstance(error, EditorError):
-            raise error
-        self.failed.emit(str(error))
 
 
 def open_in_editor(file: str, line: int, environment: Optional[Mapping[str, str]] = None) -> str:

@@ -6,8 +6,7 @@ from typing import Dict
 
 import pytest
 
-from process_visualizer.gui.editor import Editor, EditorError, commands, open_in_editor
-from process_visualizer.gui.tasks import Tasks
+from process_visualizer.gui.editor import EditorError, commands, open_in_editor
 
 
 def program(folder: Path, name: str, text: str = 'exit 0') -> Path:
@@ -55,15 +54,3 @@ def test_no_editor_at_all(environment, monkeypatch):
     monkeypatch.setenv('PATH', environment['PATH'])  # so that there is no xdg-open
     with pytest.raises(EditorError, match=r'tried: code, xdg-open\); open a.xml at line 7'):
         open_in_editor('a.xml', 7, environment)
-
-
-def test_it_is_told_in_the_gui_thread(qtbot, tmp_path, monkeypatch):
-    for name in ('VISUAL', 'EDITOR'):
-        monkeypatch.delenv(name, raising=False)
-    tasks = Tasks()
-    editor = Editor(tasks)
-    monkeypatch.setenv('PATH', str(tmp_path))
-    with qtbot.waitSignal(editor.failed) as signal:
-        editor.open('a.xml', 7)
-    assert 'no editor could be started' in signal.args[0]
-    tasks.close()

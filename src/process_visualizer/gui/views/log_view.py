@@ -19,6 +19,7 @@ class LogView(TextDialog):
         super().__init__('log', title, parent)
         self.setAttribute(Qt.WA_DeleteOnClose)
         self.show_text(message, '\n'.join(lines))
+        self.text.verticalScrollBar().setValue(self.text.verticalScrollBar().maximum())
         if not lines:
             self.text.setPlaceholderText('It has written nothing.')
 

@@ -112,11 +112,17 @@ class _ProblemDelegate(QStyledItemDelegate):
         document = self._document(option, index)
         return QSize(int(document.idealWidth()), int(document.size().height()))
 
+    def _width(self) -> int:
+        """The width beside the scroll bar, whether that is shown or not."""
+        problems = self.parent()
+        return int(problems.width() - 2 * problems.frameWidth()
+                   - problems.verticalScrollBar().sizeHint().width())
+
     def _document(self, option: QStyleOptionViewItem, index: object) -> QTextDocument:
         document = QTextDocument()
         document.setDocumentMargin(_MARGIN_PX)
         document.setDefaultFont(option.font)
-        document.setTextWidth(self.parent().viewport().width())
+        document.setTextWidth(self._width())
         document.setHtml(problem_html(index.data(Qt.UserRole)))  # type: ignore[attr-defined]
         return document
 

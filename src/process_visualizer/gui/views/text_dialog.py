@@ -4,7 +4,7 @@ from __future__ import annotations
 from typing import Optional
 
 from PyQt5.QtCore import Qt
-from PyQt5.QtGui import QFontDatabase, QGuiApplication
+from PyQt5.QtGui import QGuiApplication
 from PyQt5.QtWidgets import (
     QDialog,
     QDialogButtonBox,
@@ -14,6 +14,8 @@ from PyQt5.QtWidgets import (
     QVBoxLayout,
     QWidget,
 )
+
+from process_visualizer.gui.style import tabular_font
 
 _WIDTH, _HEIGHT = 640, 360
 
@@ -34,26 +36,23 @@ class TextDialog(QDialog):
         self.text.setObjectName(f'{name}_text')
         self.text.setReadOnly(True)
         self.text.setLineWrapMode(QPlainTextEdit.NoWrap)
-        self.text.setFont(QFontDatabase.systemFont(QFontDatabase.FixedFont))
+        self.text.setFont(tabular_font(self.text.font()))
         self.buttons = QDialogButtonBox(QDialogButtonBox.Close)
         self._lay_out()
         self.resize(_WIDTH, _HEIGHT)
 
     def show_text(self, message: str, text: str) -> None:
-        """Show a message (rich text) and the text, at its end."""
+        """Show a message (rich text) and the text."""
         self.message.setText(message)
         self.text.setPlainText(text)
-        self.text.verticalScrollBar().setValue(self.text.verticalScrollBar().maximum())
-
-    def copied_text(self) -> str:
-        """What the button copies."""
-        return self.text.toPlainText()
 
     def _lay_out(self) -> None:
         copy = self.buttons.addButton('Copy', QDialogButtonBox.ActionRole)
         copy.setObjectName(f'{self.objectName()}_copy')
         copy.setToolTip('Copy the text')
-        copy.clicked.connect(lambda: QGuiApplication.clipboard().setText(self.copied_text()))
+        copy.setAutoDefault(False)
+        copy.clicked.connect(
+            lambda: QGuiApplication.clipboard().setText(self.text.toPlainText()))
         self.buttons.rejected.connect(self.close)
         self.row = QHBoxLayout()
         self.row.addWidget(self.message, 1)
