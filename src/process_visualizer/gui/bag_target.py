@@ -23,14 +23,16 @@ class BagTarget(NamedTuple):
     free_name: str = ''
 
 
-def look_at(folder: str, name: str = '') -> BagTarget:
+def look_at(folder: str, name: str = '', prefix: str = '') -> BagTarget:
     """Look whether a bag can be recorded into the folder (a whole path); touches the disk.
 
-    ``name`` is the operator's, '' where the recorder makes one of date and time.
+    ``name`` is the operator's, '' where the recorder makes one of date and time, perhaps with a
+    prefix.
     """
     existing = _existing_parent(Path(folder))
     room = _room(existing)
-    problem = _folder_problem(Path(folder), existing, room.free_bytes) or _name_problem(name)
+    problem = (_folder_problem(Path(folder), existing, room.free_bytes)
+               or _name_problem(name or prefix))
     if problem or not is_taken(folder, name):
         return room._replace(problem=problem)
     free_name = _free_name(folder, stem_of(name))

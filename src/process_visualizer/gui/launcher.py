@@ -125,6 +125,7 @@ class Launcher(QObject):
         for model in (self.launch, self.recording, self.playback, self.states):
             model.changed.connect(self.status_changed)
         self.launch.changed.connect(self._follow_launch)
+        self.launch.stopped.connect(self.recording.take_end_of_run)
         self.cell.changed.connect(self._follow_cell)
         for ready in (self.cell.loaded, self.master.connected, self.bag.changed):
             ready.connect(self._try_to_begin)

@@ -29,6 +29,7 @@ def test_a_name_that_is_taken(tmp_path: Path, file: str):
 @pytest.mark.parametrize('name, part', [('a/b', 'slash'), ('.a', 'dot'), ('a\tb', 'printed')])
 def test_names_that_are_none(tmp_path: Path, name: str, part: str):
     assert part in look_at(str(tmp_path), name).problem
+    assert part in look_at(str(tmp_path), '', name).problem
 
 
 def test_folders_that_are_none(tmp_path: Path):

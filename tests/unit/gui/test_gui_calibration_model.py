@@ -35,10 +35,10 @@ class Frames:
         if self.error is not None:
             raise self.error
 
-    def save(self, edited: Device, pose: Pose) -> None:
+    def save(self, edited: str, pose: Pose) -> None:
         if self.error is not None:
             raise self.error
-        self.saves.append((edited.name, pose))
+        self.saves.append((edited, pose))
 
 
 @pytest.fixture

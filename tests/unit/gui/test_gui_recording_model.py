@@ -9,7 +9,8 @@ from recording_stand_in import StandInRecorder, devices, told
 
 from process_visualizer.bags.recording_options import RecorderError, RecorderUnreachable
 from process_visualizer.gui.models.recording_choices import NameChoice
-from process_visualizer.gui.models.recording_model import Phase, RecordingModel
+from process_visualizer.gui.models.recording_model import RecordingModel
+from process_visualizer.gui.models.recording_types import Phase
 from process_visualizer.gui.tasks import Tasks
 
 
@@ -308,6 +309,27 @@ def test_the_run_ends_while_a_recording_starts(model, client, qtbot):
     qtbot.waitUntil(lambda: client.commands == ['start'])
     qtbot.wait(50)
     assert model.phase is Phase.OFF
+    Path(client.path).touch()
+    with qtbot.waitSignal(model.finished):
+        model.take_end_of_run()
+
+
+def test_the_run_is_ended_while_something_is_recorded(recording, client, qtbot):
+    recording.set_running(False)
+    Path(client.path).touch()
+    with qtbot.waitSignal(recording.finished) as signal:
+        recording.take_end_of_run()
+    assert signal.args == [client.path] and recording.finished_bag.files == (client.path,)
+    assert recording.phase is Phase.OFF
+    with qtbot.assertNotEmitted(recording.finished, wait=50):
+        recording.take_end_of_run()
+
+
+def test_a_bag_that_was_not_finished_is_told(recording, client, qtbot):
+    recording.set_running(False)
+    with qtbot.waitSignal(recording.failed) as signal:
+        recording.take_end_of_run()
+    assert f'cell reindex {client.path}.active' in signal.args[0]
 
 
 def test_settings_are_remembered(model, tasks, client):

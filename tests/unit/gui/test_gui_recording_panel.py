@@ -19,7 +19,8 @@ from recording_stand_in import StandInRecorder, devices, seen, told
 
 from process_visualizer.bags.recording_options import RecorderError
 from process_visualizer.gui.models.recording_choices import NameChoice
-from process_visualizer.gui.models.recording_model import Phase, RecordingModel
+from process_visualizer.gui.models.recording_model import RecordingModel
+from process_visualizer.gui.models.recording_types import Phase
 from process_visualizer.gui.tasks import Tasks
 from process_visualizer.gui.views.recording_panel import RecordingPanel
 

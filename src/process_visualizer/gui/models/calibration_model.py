@@ -13,10 +13,10 @@ from process_visualizer.gui.tasks import Tasks
 
 Move = Callable[[str, Vector3, Vector3], Any]
 """Moves a frame (its name, xyz [m], ypr [rad]); blocks until it is done."""
-Save = Callable[[Device, Pose], Any]
-"""Writes a device's pose into its file; blocks; raises OSError, ValueError, ConfigurationError."""
+Save = Callable[[str, Pose], Any]
+"""Writes the pose of a device (its name) into its file; blocks; ``PoseEditor.save``."""
 _LINE = 'calibration'
-_SAME = 1e-9
+_SAME = 5e-7  # m or rad: files have six decimals
 
 
 class CalibrationModel(QObject):
@@ -161,11 +161,11 @@ class CalibrationModel(QObject):
         """Write the chosen device's pose into its file."""
         if not self.can_save or self._save is None:
             return
-        save, device, pose = self._save, self._devices[self._device], self.pose
+        save, device, pose = self._save, self._device, self.pose
         self._is_saving = True
         self.changed.emit()
         self._tasks.run('files', lambda: save(device, pose),
-                        lambda _: self._was_saved(device.name, pose),
+                        lambda _: self._was_saved(device, pose),
                         lambda error: self._not_saved(device, error))
 
     # How it is done
@@ -207,13 +207,12 @@ class CalibrationModel(QObject):
         self.changed.emit()
         self.saved.emit(name)
 
-    def _not_saved(self, device: Device, error: Exception) -> None:
+    def _not_saved(self, device: str, error: Exception) -> None:
         self._is_saving = False
         self.changed.emit()
         if not isinstance(error, (OSError, ValueError, ConfigurationError)):
             raise error
-        self.failed.emit(f'the pose of {device.name} was not saved: {error}. Nothing was changed '
-                         'in the file; what you set is still here')
+        self.failed.emit(f'the pose of {device} was not saved: {error}. What you set is still here')
 
     def _not_moved(self, name: str, error: Exception) -> None:
         self.failed.emit(f'{name} could not be moved: {error}')

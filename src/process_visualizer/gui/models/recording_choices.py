@@ -160,7 +160,7 @@ class RecordingChoices(QObject):
         self.changed.emit()
 
     def _look_at(self, options: RecordingOptions) -> None:
-        self._looked.emit(look_at(options.folder, options.name))
+        self._looked.emit(look_at(options.folder, options.name, options.prefix))
 
     def _take_target(self, target: BagTarget) -> None:
         if target != self._target:

@@ -1,9 +1,9 @@
 """Recording: what the recorder does, and the commands to it."""
 from __future__ import annotations
 
+import os
 import time
-from enum import Enum
-from typing import Any, Callable, List, NamedTuple, Optional, Protocol, Tuple
+from typing import Any, Callable, List, Optional, Tuple
 
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
@@ -15,6 +15,7 @@ from process_visualizer.bags.recording_options import (
 from process_visualizer.gui.bag_target import LEAST_FREE_BYTES, look_at
 from process_visualizer.gui.models.recording_choices import RecordingChoices
 from process_visualizer.gui.models.recording_clock import RecordingClock
+from process_visualizer.gui.models.recording_types import FinishedBag, Phase, RecorderClient
 from process_visualizer.gui.snapshots import RecorderSnapshot
 from process_visualizer.gui.tasks import Tasks
 
@@ -26,41 +27,6 @@ _LOOK_PERIOD_S = 5.0
 _LOW_DISK_S = 300.0
 _LATE_S = 2.0
 """How long after a command's answer a state may still come that was sent before it."""
-
-
-class RecorderClient(Protocol):
-    """The methods of ``nodes.bag_recorder.BagRecorder`` that are used; each waits for an answer."""
-
-    def start(self, options: RecordingOptions) -> str:
-        """Start; return the path."""
-
-    def stop(self) -> List[str]:
-        """Stop; return the paths."""
-
-    def mark(self, label: str) -> None:
-        """Write a labelled moment."""
-
-    def save_recent(self, options: RecordingOptions) -> str:
-        """Write the memory; return the path."""
-
-
-class Phase(Enum):
-    """What the recorder does. OFF: none was launched; WAITING: it was; GONE: it fell silent."""
-
-    OFF = 'off'
-    WAITING = 'waiting'
-    IDLE = 'idle'
-    STARTING = 'starting'
-    RECORDING = 'recording'
-    STOPPING = 'stopping'
-    GONE = 'gone'
-
-
-class FinishedBag(NamedTuple):
-    """What was recorded or saved last: its files, and what the recorder found wrong meanwhile."""
-
-    files: Tuple[str, ...]
-    problems: Tuple[str, ...] = ()
 
 
 class RecordingModel(QObject):
@@ -83,6 +49,7 @@ class RecordingModel(QObject):
         self._phase = Phase.OFF
         self._is_asked = False  # and has not answered yet
         self._path = ''  # of the recording that is being made
+        self._left = ''  # what was recorded when the run was told to end
         self._finished: Optional[FinishedBag] = None
         self._error = ''
         self._marks: List[Tuple[float, str]] = []
@@ -187,11 +154,19 @@ class RecordingModel(QObject):
         if is_running == (self._phase is not Phase.OFF):
             return
         self._silence.stop()
+        self._left, self._error = '' if is_running else self._path, ''
         self._snapshot, self._path, self._is_asked = RecorderSnapshot('idle'), '', False
         self._clock.take(0.0, False)
         self.choices.take_topics(())
         self.choices.look()
         self._enter(Phase.WAITING if is_running else Phase.OFF)
+
+    def take_end_of_run(self) -> None:
+        """Tell that every node has ended: the recorder has finished its bag, or never will."""
+        path, self._left = self._left, ''
+        if path:
+            self._tasks.run('files', lambda: os.path.exists(path),
+                            lambda is_there: self._tell_left(path, bool(is_there)))
 
     def take_state(self, snapshot: RecorderSnapshot) -> None:
         """Take what the recorder says; in the GUI thread."""
@@ -230,6 +205,7 @@ class RecordingModel(QObject):
     def stop(self) -> None:
         """Stop; ``finished`` tells when everything is written."""
         if self._phase is Phase.RECORDING:
+            self._error = ''
             self._clock.take(self.elapsed_s, False)
             self._ask(Phase.STOPPING)
             self._tasks.run(_LINE, self._client.stop, self._ended, self._not_stopped)
@@ -273,16 +249,17 @@ class RecordingModel(QObject):
 
     def _not_stopped(self, error: Exception) -> None:
         """Where the recorder answers that it cannot stop as it should, it has ended already."""
-        message = _advice(error, self._path)
-        if isinstance(error, RecorderUnreachable):
-            self._answer(Phase.RECORDING)
-        else:
+        path = self._path
+        if isinstance(error, RecorderError) and not isinstance(error, RecorderUnreachable):
             self._ended(list(self._snapshot.files))
-        self._fail(message)
+        else:
+            self._answer(Phase.RECORDING)
+        self._fail(_advice(error, path))
 
     def _started(self, path: str) -> None:
         if self._phase is Phase.OFF:
-            return  # ended meanwhile, and its file is finished
+            self._left = path  # the run is ending, and finishes it
+            return
         self._path = path
         self._clock.restart()
         self._snapshot = self._snapshot._replace(phase='recording', files=(path,), problems=(),
@@ -335,6 +312,14 @@ class RecordingModel(QObject):
         if self._snapshot.problems:
             self._fail(f'the recording has ended by itself: {self._snapshot.problems[-1]}')
 
+    def _tell_left(self, path: str, is_there: bool) -> None:
+        if is_there:
+            self._finished = FinishedBag((path,))
+            self.changed.emit()
+            self.finished.emit(path)
+        else:
+            self._fail(f'the recorder could not finish its bag. {_repair(path)}')
+
     def _recorder_is_silent(self) -> None:
         path, self._path = self._path, ''
         self._enter(Phase.GONE)
@@ -379,7 +364,7 @@ class RecordingModel(QObject):
 
 def _checked(command: Callable[[RecordingOptions], str], options: RecordingOptions) -> str:
     """Run the command if nothing on the disk is in its way; off the GUI thread."""
-    problem = look_at(options.folder, options.name).problem
+    problem = look_at(options.folder, options.name, options.prefix).problem
     if problem:
         raise RecorderError(problem)
     return command(options)

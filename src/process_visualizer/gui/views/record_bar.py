@@ -8,7 +8,8 @@ from PyQt5.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QVBoxLayou
 
 from process_visualizer.gui.figures import clock_text, count_text, size_text
 from process_visualizer.gui.icons import icon
-from process_visualizer.gui.models.recording_model import Phase, RecordingModel
+from process_visualizer.gui.models.recording_model import RecordingModel
+from process_visualizer.gui.models.recording_types import Phase
 from process_visualizer.gui.style import BAD, LINE, QUIET, TEXT, tabular_font
 from process_visualizer.gui.views.labels import colour, small
 

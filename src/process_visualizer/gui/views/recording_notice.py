@@ -9,7 +9,8 @@ from PyQt5.QtWidgets import QHBoxLayout, QLabel, QPushButton, QToolButton, QWidg
 
 from process_visualizer.gui.figures import clock_text, count_text
 from process_visualizer.gui.icons import icon
-from process_visualizer.gui.models.recording_model import FinishedBag, Phase, RecordingModel
+from process_visualizer.gui.models.recording_model import RecordingModel
+from process_visualizer.gui.models.recording_types import FinishedBag, Phase
 from process_visualizer.gui.models.topic_ticks import TopicHealth
 from process_visualizer.gui.style import QUIET, TEXT
 from process_visualizer.gui.views.labels import colour
@@ -79,7 +80,7 @@ class RecordingNotice(QWidget):
     def _lay_out(self) -> None:
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 2, 0, 2)
-        layout.addWidget(self._icon, 0, Qt.AlignTop)
+        layout.addWidget(self._icon)
         layout.addWidget(self._text, 1)
         layout.addWidget(self._play)
         layout.addWidget(self._dismiss, 0, Qt.AlignTop)

@@ -15,7 +15,8 @@ from PyQt5.QtWidgets import (
 )
 
 from process_visualizer.gui.icons import icon
-from process_visualizer.gui.models.recording_model import RECENT_S, Phase, RecordingModel
+from process_visualizer.gui.models.recording_model import RECENT_S, RecordingModel
+from process_visualizer.gui.models.recording_types import Phase
 from process_visualizer.gui.views.disk_bar import DiskBar
 from process_visualizer.gui.views.name_options import NameOptions
 from process_visualizer.gui.views.record_bar import RecordBar
@@ -57,7 +58,7 @@ class RecordingPanel(QScrollArea):
                             model.is_disk_low)
         self._mark.setEnabled(is_recording)
         self._label.setEnabled(is_recording)
-        self._label.setPlaceholderText(model.next_label)
+        self._label.setPlaceholderText(model.next_label if is_recording else 'Label of a mark')
         if self._label.text().strip() != model.label:
             self._label.setText(model.label)
         self._show_save()

@@ -1,0 +1,42 @@
+"""What recording is about: the recorder's commands, its phases, its bags."""
+from __future__ import annotations
+
+from enum import Enum
+from typing import List, NamedTuple, Protocol, Tuple
+
+from process_visualizer.bags.recording_options import RecordingOptions
+
+
+class RecorderClient(Protocol):
+    """The methods of ``nodes.bag_recorder.BagRecorder`` that are used; each waits for an answer."""
+
+    def start(self, options: RecordingOptions) -> str:
+        """Start; return the path."""
+
+    def stop(self) -> List[str]:
+        """Stop; return the paths."""
+
+    def mark(self, label: str) -> None:
+        """Write a labelled moment."""
+
+    def save_recent(self, options: RecordingOptions) -> str:
+        """Write the memory; return the path."""
+
+
+class Phase(Enum):
+    """What the recorder does. OFF: none was launched; WAITING: it was; GONE: it fell silent."""
+
+    OFF = 'off'
+    WAITING = 'waiting'
+    IDLE = 'idle'
+    STARTING = 'starting'
+    RECORDING = 'recording'
+    STOPPING = 'stopping'
+    GONE = 'gone'
+
+
+class FinishedBag(NamedTuple):
+    """What was recorded or saved last: its files, and what the recorder found wrong meanwhile."""
+
+    files: Tuple[str, ...]
+    problems: Tuple[str, ...] = ()
