@@ -120,6 +120,10 @@ def test_simulated_cell(observed: Observed, simulated_config: str, environment: 
 
     fewer = make_plan(simulated_config, [
         'ur_rt_upper', 'ur_rt_lower', 'sewing_machine', 'cell_stand', 'simulator'])
+    gone = {FRAMES_PART, BAG_PART, 'kinect'}
+    assert set(observed.cell.differing(fewer)) == gone
+    assert observed.cell.change(fewer, keep=gone) == []
+    assert node_addresses() == after
     assert observed.cell.change(fewer) == [FRAMES_PART, BAG_PART]
     observed.wait_until_up(fewer)
     assert observed.reports['kinect'] == PartReport('kinect')

@@ -3,10 +3,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import Iterable, Optional, Tuple
+from typing import Any, Iterable, Mapping, Optional, Tuple
 
 from process_visualizer.cell.model import Cell, Device, LaunchFile, Mode, Node
 from process_visualizer.cell.suggestions import advice
+from process_visualizer.generate.window_geometry import Rectangle
 
 
 class RvizStart(Enum):
@@ -19,13 +20,19 @@ class RvizStart(Enum):
 
 @dataclass(frozen=True)
 class Choice:
-    """Devices of a cell and how to run them; ``bag`` is an absolute path (playback only)."""
+    """Devices of a cell and how to run them; ``bag`` is an absolute path (playback only).
+
+    ``window`` is the place of RViz on the screen, ``view`` the content of an RViz file that the
+    operator has saved (see ``SavedViews``).
+    """
 
     cell: Cell
     mode: Mode
     devices: Tuple[Device, ...]
     rviz: RvizStart = RvizStart.REQUIRED
     bag: Optional[str] = None
+    window: Optional[Rectangle] = None
+    view: Optional[Mapping[str, Any]] = None
 
     def nodes(self, device: Device) -> Tuple[Node, ...]:
         """The device's own nodes that run in this mode."""

@@ -81,4 +81,8 @@ def _view(choice: Choice) -> RVizConfig:
         raise ConfigurationError([Problem(Location(path, 1), '', str(error))]) from None
     config.add_devices(choice.devices)
     config.look_from(camera_pose(choice.devices))
+    if choice.window is not None:
+        config.place(choice.window)
+    if choice.view is not None:
+        config.adopt(choice.view)
     return config

@@ -1,13 +1,15 @@
 """RVizConfig: the .rviz file for a choice of devices."""
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any, Dict, List, Mapping, Sequence
+from typing import Any, Dict, List, Mapping, Optional, Sequence
 
 import yaml
 
 from process_visualizer.cell.model import Device
 from process_visualizer.generate.displays import DisplayConfig, device_displays
+from process_visualizer.generate.view_file import read_view
+from process_visualizer.generate.view_merge import merged_view
+from process_visualizer.generate.window_geometry import Rectangle, window_geometry
 
 _STATUS_DISPLAY: DisplayConfig = {
     'Class': 'process_visualizer/DisplayStatus', 'Name': 'Status report', 'Enabled': True}
@@ -19,10 +21,12 @@ class RVizConfig:
 
     def __init__(self, default_file: str, fixed_frame: str) -> None:
         """Read the default part; raises OSError or ValueError when it is unusable."""
-        self._config = _read(default_file)
+        self._config = read_view(default_file)
         self._manager: Dict[str, Any] = self._config['Visualization Manager']
         self._manager.setdefault('Global Options', {})['Fixed Frame'] = fixed_frame
         self._displays: List[DisplayConfig] = list(self._manager.get('Displays') or [])
+        self._saved: Optional[Mapping[str, Any]] = None
+        self._window: Optional[Rectangle] = None
 
     def add_devices(self, devices: Sequence[Device]) -> None:
         """Add a group with the displays of each device that has any.
@@ -48,17 +52,20 @@ class RVizConfig:
         shown = [self._manager['Global Options'].get('Fixed Frame'), self._displays]
         return yaml.safe_dump(shown, sort_keys=True)
 
+    def adopt(self, saved: Mapping[str, Any]) -> None:
+        """Take over what the operator has set in a saved view (``merged_view`` says what)."""
+        self._saved = saved
+
+    def place(self, window: Rectangle) -> None:
+        """Where RViz's window is on the screen."""
+        self._window = window
+
     def text(self) -> str:
         """The file's content."""
         self._manager['Displays'] = self._displays + [_STATUS_DISPLAY]
-        return yaml.safe_dump(self._config, sort_keys=False, width=100)
-
-
-def _read(path: str) -> Dict[str, Any]:
-    try:
-        content = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ValueError(f'{path}: not YAML: {" ".join(str(error).split())}') from None
-    if not isinstance(content, dict) or not isinstance(content.get('Visualization Manager'), dict):
-        raise ValueError(f'{path}: not an RViz configuration: it has no "Visualization Manager"')
-    return content
+        saved = self._saved
+        config = self._config if saved is None else merged_view(self._config, saved)
+        if self._window is not None:
+            config['Window Geometry'] = window_geometry(
+                self._window, None if saved is None else saved.get('Window Geometry'))
+        return yaml.safe_dump(config, sort_keys=False, width=100)

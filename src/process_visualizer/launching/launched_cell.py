@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from typing import Dict, List, Sequence
+from typing import Collection, Dict, List, Sequence
 
 from process_visualizer.generate.plan import Plan, write_plan
 from process_visualizer.launching.launched_part import LaunchedPart, OnChange
@@ -42,14 +42,18 @@ class LaunchedCell:
         self._stop(list(self._parts))
         self.change(plan)
 
-    def change(self, plan: Plan) -> List[str]:
-        """Stop what is gone, start anew what changed, and start what is new; the rest goes on.
+    def differing(self, plan: Plan) -> List[str]:
+        """The parts that are up, or have failed, and that the plan has no more or otherwise."""
+        return [name for name, part in self._parts.items() if part.part != plan.parts.get(name)]
 
-        Returns the names of the parts that were started. Raises PlanError before anything changes.
+    def change(self, plan: Plan, keep: Collection[str] = ()) -> List[str]:
+        """Stop what is gone, start anew what differs, and start what is new; the rest goes on.
+
+        Parts to ``keep`` go on as they are. Returns the names of the parts that were started.
+        Raises PlanError before anything changes.
         """
         write_plan(plan, self._folder)
-        changed = [name for name, part in self._parts.items() if part.part != plan.parts.get(name)]
-        self._stop(changed)
+        self._stop([name for name in self.differing(plan) if name not in keep])
         started = [name for name in plan.parts if name not in self._parts]
         for name in started:
             self._parts[name] = LaunchedPart(name, self._on_change, self._forks.start)

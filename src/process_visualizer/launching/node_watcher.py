@@ -11,6 +11,7 @@ import rosgraph
 
 from process_visualizer.launching.log_tail import LogTail, last_lines
 from process_visualizer.launching.node_state import NodeReport, NodeState
+from process_visualizer.launching.ros_api import process_id_at
 from process_visualizer.launching.roslaunch_output import (
     ProcessEvent,
     exit_code_in,
@@ -132,8 +133,13 @@ class NodeWatcher:
 
 
 def is_registered(name: str) -> bool:
-    """Whether the master knows a node of that name; no master knows none."""
+    """Whether the master knows a node of that name, and the node answers; no master knows none.
+
+    The master goes on knowing a node that has ended without a farewell, and one that still has a
+    parameter in its cache.
+    """
     try:
-        return bool(rosgraph.Master(_CALLER_ID).lookupNode(name))
-    except (rosgraph.MasterException, OSError, HTTPException, XmlRpcError):
+        process_id_at(rosgraph.Master(_CALLER_ID).lookupNode(name))
+    except (rosgraph.MasterException, OSError, HTTPException, XmlRpcError, ValueError):
         return False
+    return True

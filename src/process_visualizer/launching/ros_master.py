@@ -5,21 +5,19 @@ import shutil
 import socket
 import threading
 from http.client import HTTPException
-from typing import Any, Optional
+from typing import Optional
 from urllib.parse import urlparse
 from xmlrpc.client import Error as XmlRpcError
-from xmlrpc.client import ServerProxy, Transport
 
 import rosgraph
 
 from process_visualizer.launching.log_tail import LogTail
+from process_visualizer.launching.ros_api import ANSWER_TIMEOUT_S, process_id_at
 from process_visualizer.launching.roslaunch_output import plain
 from process_visualizer.launching.roslaunch_process import RoslaunchProcess
 from process_visualizer.launching.run_record import RunRecord
 
-_ANSWER_TIMEOUT_S = 3.0
 _START_TIMEOUT_S = 30.0
-_CALLER_ID = '/process_visualizer'
 _STARTED = 'started core service [/rosout]'
 
 
@@ -48,9 +46,10 @@ class RosMaster:
     def is_online(self) -> bool:
         """Whether it answers; takes 3 s at most."""
         try:
-            return self._answers()
+            process_id_at(self._uri)
         except (OSError, HTTPException, XmlRpcError, ValueError):
             return False
+        return True
 
     def ensure(self) -> bool:
         """Make sure that there is a master; True if it is one of our own.
@@ -73,19 +72,13 @@ class RosMaster:
         self._record.remove()
         self._process = self._reader = None
 
-    def _answers(self) -> bool:
-        """Whether a master answers at the address; what else can be there is an exception."""
-        with ServerProxy(self._uri, transport=_Transport()) as master:
-            answer: Any = master.getPid(_CALLER_ID)
-        return isinstance(answer, list) and len(answer) == 3 and answer[0] == 1
-
     def _is_there(self) -> bool:
         """False if nobody listens at the address and a master can be started there."""
         host = self._host()
         try:
-            if self._answers():
-                return True
-        except (OSError, HTTPException, XmlRpcError) as error:
+            process_id_at(self._uri)
+            return True
+        except (OSError, HTTPException, XmlRpcError, ValueError) as error:
             if not rosgraph.network.is_local_address(host):
                 raise RosMasterError(self._remote(host, _reason(error))) from None
             if isinstance(error, ConnectionRefusedError):
@@ -132,15 +125,6 @@ class RosMaster:
                                  + ' '.join(tail.lines()[-3:]))
 
 
-class _Transport(Transport):
-    """Does not wait for ever."""
-
-    def make_connection(self, host: Any) -> Any:
-        connection = super().make_connection(host)
-        connection.timeout = _ANSWER_TIMEOUT_S
-        return connection
-
-
 def _read(process: RoslaunchProcess, tail: LogTail, started: threading.Event) -> None:
     """Read the output to its end; ``started`` is set when the master is up, or never will be."""
     for line in process.output:
@@ -153,5 +137,5 @@ def _read(process: RoslaunchProcess, tail: LogTail, started: threading.Event) ->
 
 def _reason(error: Exception) -> str:
     if isinstance(error, socket.timeout):
-        return f'no answer within {_ANSWER_TIMEOUT_S:.0f} s'
+        return f'no answer within {ANSWER_TIMEOUT_S:.0f} s'
     return getattr(error, 'strerror', None) or str(error) or type(error).__name__

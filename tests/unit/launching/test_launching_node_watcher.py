@@ -29,24 +29,27 @@ def no_master(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 class LittleMaster(SimpleXMLRPCServer):
-    """Knows nodes by name, as a ROS master does."""
+    """Knows nodes by name, as a ROS master does, and answers for each of them."""
 
     def __init__(self) -> None:
         super().__init__(('127.0.0.1', 0), logRequests=False, allow_none=True)
         self.nodes: List[str] = []
+        self.uri = f'http://127.0.0.1:{self.server_address[1]}'
+        self.node_uri = self.uri
         self.register_function(self.answer, 'lookupNode')
+        self.register_function(lambda caller: (1, '', 7), 'getPid')
 
     def answer(self, *arguments: Any) -> Tuple[int, str, str]:
         """The master's answer to the question of a caller (first) for a node (second)."""
         known = arguments[1] in self.nodes
-        return (1, 'node api', 'http://node:1/') if known else (-1, 'unknown node', '')
+        return (1, 'node api', self.node_uri) if known else (-1, 'unknown node', '')
 
 
 @pytest.fixture
 def master(monkeypatch: pytest.MonkeyPatch) -> Iterator[LittleMaster]:
     """A running master without nodes."""
     server = LittleMaster()
-    monkeypatch.setenv('ROS_MASTER_URI', f'http://127.0.0.1:{server.server_address[1]}')
+    monkeypatch.setenv('ROS_MASTER_URI', server.uri)
     thread = threading.Thread(target=server.serve_forever, kwargs={'poll_interval': 0.02})
     thread.start()
     yield server
@@ -174,6 +177,13 @@ def test_master_knows_a_node(master: LittleMaster) -> None:
     master.nodes.append('/a')
     assert is_registered('/a') is True
     assert is_registered('/b') is False
+
+
+def test_master_knows_a_node_that_is_gone(master: LittleMaster) -> None:
+    with socket.create_server(('127.0.0.1', 0)) as server:
+        master.node_uri = f'http://127.0.0.1:{server.getsockname()[1]}'
+    master.nodes.append('/a')
+    assert is_registered('/a') is False
 
 
 def test_started_nodes_run_when_the_master_knows_them(master: LittleMaster) -> None:

@@ -88,7 +88,7 @@ def test_a_failed_part_starts_anew() -> None:
 
 
 @pytest.mark.parametrize('change', [
-    lambda: UP.starting(NAMES), lambda: STARTING.starting(NAMES), lambda: UP.stopped(),
+    lambda: UP.starting(NAMES), lambda: STARTING.starting(NAMES),
     lambda: UP.stopping().stopping(), lambda: UP.stopping().starting(NAMES),
     lambda: PartReport('arm').failed('x'), lambda: UP.ended(1).starting(NAMES)])
 def test_impossible_changes(change: Callable[[], PartReport]) -> None:

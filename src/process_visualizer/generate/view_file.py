@@ -1,0 +1,18 @@
+"""Reads RViz's files."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Dict
+
+import yaml
+
+
+def read_view(path: str) -> Dict[str, Any]:
+    """The content of an RViz file; raises OSError, or ValueError when it is not one."""
+    try:
+        content = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ValueError(f'{path}: not YAML: {" ".join(str(error).split())}') from None
+    if not isinstance(content, dict) or not isinstance(content.get('Visualization Manager'), dict):
+        raise ValueError(f'{path}: not an RViz configuration: it has no "Visualization Manager"')
+    return content

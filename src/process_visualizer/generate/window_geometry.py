@@ -1,0 +1,50 @@
+"""How the launcher and RViz share a screen."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Dict, Optional
+
+TITLE_BAR_PX = 32
+"""Room for the title bar, which a window's height does not include."""
+_SMALLEST_WIDTH_PX = 640
+_WIDTH_FOR_DISPLAYS_PX = 1100
+"""From here on there is room for the list of displays beside the scene."""
+_DOCK_KEYS = ('Displays', 'Selection', 'Time', 'Tool Properties', 'Views')
+
+
+@dataclass(frozen=True)
+class Rectangle:
+    """A part of a screen in (logical) pixels; x and y of its upper left corner."""
+
+    x: int
+    y: int
+    width: int
+    height: int
+
+
+def view_rectangle(room: Rectangle, launcher: Rectangle) -> Rectangle:
+    """RViz's window, without its title bar, on the side of the launcher where there is more room.
+
+    ``room`` is what the desktop leaves of the screen, ``launcher`` the launcher's window with its
+    frame. On a screen too small for both, RViz covers a part of the launcher.
+    """
+    left = launcher.x - room.x
+    right = room.x + room.width - (launcher.x + launcher.width)
+    width = min(room.width, max(_SMALLEST_WIDTH_PX, left, right))
+    x = room.x if left > right else room.x + room.width - width
+    return Rectangle(x, room.y, width, max(1, room.height - TITLE_BAR_PX))
+
+
+def window_geometry(rectangle: Rectangle, docks: Optional[Any] = None) -> Dict[str, Any]:
+    """The section ``Window Geometry`` of an RViz file.
+
+    ``docks`` is that section of a file that the operator has saved: which docks are shown is taken
+    from there. Otherwise those are hidden that an operator does not need: all but the list of
+    displays, and that, too, where it would take the scene's room.
+    """
+    is_small = rectangle.width < _WIDTH_FOR_DISPLAYS_PX
+    hidden = {key: {'collapsed': key != 'Displays' or is_small} for key in _DOCK_KEYS}
+    return {**hidden, 'Hide Left Dock': is_small, 'Hide Right Dock': True,
+            **(docks if isinstance(docks, dict) else {}),
+            'X': rectangle.x, 'Y': rectangle.y, 'Width': rectangle.width,
+            'Height': rectangle.height}

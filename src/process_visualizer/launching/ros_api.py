@@ -1,0 +1,30 @@
+"""Asks a ROS master or node directly, by its address."""
+from __future__ import annotations
+
+from typing import Any
+from xmlrpc.client import ServerProxy, Transport
+
+ANSWER_TIMEOUT_S = 3.0
+_CALLER_ID = '/process_visualizer_watcher'
+
+
+def process_id_at(uri: str) -> int:
+    """The process id of the master or node at an address.
+
+    Raises OSError, HTTPException or xmlrpc.client.Error when nothing, or something else, answers
+    within 3 s, ValueError when its answer is none of a master or node.
+    """
+    with ServerProxy(uri, transport=_Transport()) as server:
+        answer: Any = server.getPid(_CALLER_ID)
+    if not isinstance(answer, list) or len(answer) != 3 or answer[0] != 1:
+        raise ValueError(f'{uri} is no ROS master or node')
+    return int(answer[2])
+
+
+class _Transport(Transport):
+    """Does not wait for ever."""
+
+    def make_connection(self, host: Any) -> Any:
+        connection = super().make_connection(host)
+        connection.timeout = ANSWER_TIMEOUT_S
+        return connection

@@ -1,0 +1,112 @@
+"""The ROS master of the launcher, real: started, used, ended, and cleaned up after a crash."""
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Dict, Iterator
+
+import pytest
+from conftest import MARK
+from running import marked_processes, wait_until_alone
+
+from process_visualizer.launching.ros_master import RosMaster, RosMasterError
+from process_visualizer.launching.run_record import clean_up_crashed_runs
+
+
+@pytest.fixture
+def mark(ros_environment: Dict[str, str], monkeypatch: pytest.MonkeyPatch) -> str:
+    """The test runs in the environment of its processes; their mark."""
+    for name, value in ros_environment.items():
+        monkeypatch.setenv(name, value)
+    return f'{MARK}={ros_environment[MARK]}'
+
+
+@pytest.fixture
+def master(mark: str) -> Iterator[RosMaster]:
+    """A master, ended after the test."""
+    own = RosMaster()
+    yield own
+    own.stop()
+
+
+def owned(mark: str) -> 'list[str]':
+    """The programs of a master that run."""
+    return [line for line in marked_processes(mark) if 'rosmaster' in line or '--core' in line
+            or 'rosout' in line]
+
+
+def test_own_master(master: RosMaster, mark: str) -> None:
+    assert master.is_online() is False
+    assert master.ensure() is True
+    assert master.is_online() is True
+    assert master.ensure() is True
+    assert len(owned(mark)) == 3
+    master.stop()
+    assert master.is_online() is False
+    assert wait_until_alone(mark, 2.0) == []
+    assert master.ensure() is True  # and once more
+
+
+def test_master_of_somebody_else_stays(master: RosMaster, mark: str) -> None:
+    master.ensure()
+    guest = RosMaster()
+    assert guest.ensure() is False
+    guest.stop()
+    assert master.is_online() is True
+
+
+def test_own_master_that_was_killed_is_replaced(master: RosMaster, mark: str) -> None:
+    master.ensure()
+    subprocess.run(['pkill', '-KILL', '-f', f'rosmaster.*-p {master.uri.rpartition(":")[2]}'],
+                   check=True)
+    assert master.is_online() is False
+    assert master.ensure() is True
+    assert master.is_online() is True
+    assert len(owned(mark)) == 3
+
+
+def test_port_that_is_taken_meanwhile(master: RosMaster, mark: str) -> None:
+    """Somebody listens who has not accepted anything yet: that is no free port."""
+    port = int(master.uri.rpartition(':')[2])
+    with socket.create_server(('', port)), pytest.raises(RosMasterError, match='no ROS master'):
+        master.ensure()
+    assert wait_until_alone(mark, 2.0) == []
+
+
+def test_master_ends_with_the_program(mark: str) -> None:
+    script = ('import time\n'
+              'from process_visualizer.launching.ros_master import RosMaster\n'
+              'print(RosMaster().ensure(), flush=True)\n'
+              'time.sleep(60)\n')
+    program = subprocess.Popen([sys.executable, '-c', script], stdout=subprocess.PIPE, text=True)
+    assert program.stdout is not None and program.stdout.readline() == 'True\n'
+    program.kill()
+    program.communicate()
+    assert wait_until_alone(mark, 20.0) == []
+
+
+def test_next_start_cleans_up_after_a_crash(mark: str, tmp_path: Path) -> None:
+    """Without the kernel's help, as where setpriv is missing, or when roslaunch is killed, too."""
+    script = ('import os, signal, sys\n'
+              'from process_visualizer.launching.ros_master import RosMaster\n'
+              'master = RosMaster()\n'
+              'master.ensure()\n'
+              'os.kill(int(sys.stdin.readline()), signal.SIGKILL)\n'
+              'os.kill(os.getpid(), signal.SIGKILL)\n')
+    program = subprocess.Popen([sys.executable, '-c', script], stdin=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 30.0
+    while not RosMaster().is_online() and time.monotonic() < deadline:
+        time.sleep(0.1)
+    roslaunch = subprocess.run(['pgrep', '-P', str(program.pid), '-f', 'roslaunch'], check=True,
+                               stdout=subprocess.PIPE, text=True).stdout
+    program.communicate(roslaunch.split()[0] + '\n')
+    assert program.returncode == -signal.SIGKILL
+    assert owned(mark) != []
+    assert len(clean_up_crashed_runs()) == 2
+    assert wait_until_alone(mark, 2.0) == []
+    assert os.listdir(Path(os.environ['ROS_HOME'], 'process_visualizer', 'runs')) == []
