@@ -30,7 +30,8 @@ install_python() {
   local stamp="$venv/installed.txt"
   cmp -s "$repository/requirements/python.txt" "$stamp" && return
   echo "installing Python packages into $venv"
-  /usr/bin/python3 -m venv --system-site-packages "$venv"
+  # Not anew: other programs that run meanwhile would miss the system's packages for a moment.
+  [ -x "$venv/bin/pip" ] || /usr/bin/python3 -m venv --system-site-packages "$venv"
   "$venv/bin/pip" install -q -r "$repository/requirements/python.txt"
   cp "$repository/requirements/python.txt" "$stamp"
 }
