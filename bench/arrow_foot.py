@@ -49,7 +49,8 @@ _CONFIGURATION = f"""<visualizer>
     <base frame="{ROBOT}/link0" />
     <topic ns="{ROBOT}" name="q_act" type="joint_states" />
     <topic ns="ft_upper" name="ft" type="force_sensor" />
-    <force parentframe="{ROBOT}/tool" frame="{ROBOT}/force" rpy="-1.570796 0 0" />
+    <force parentframe="{ROBOT}/tool" frame="{ROBOT}/force" xyz="0 0 0"
+      rpy="-1.570796 0 0" />
     <arrow quantity="force" scale="{LENGTH_M / FORCE_N}" min="0.01" max="1" color="1 0 0" />
   </device>
   <device type="other" name="thesis"><rviz type="MarkerArray" topic="/thesis" /></device>

@@ -116,7 +116,7 @@ def _run(count: int, seconds: float, model: str, folder: Path) -> Dict[str, Any]
         driver.wait()
     finally:
         launch.send_signal(signal.SIGINT)
-        launch.wait(30)
+        launch.wait(90)
     return {'cpu': _by_name(shares), **json.loads(output)}
 
 

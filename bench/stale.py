@@ -30,7 +30,7 @@ _TIMEOUT_S = 20.0
 _NODES = (
     ('robot_proc', '_topics/tool_center_frame/name:=/r/tcf', '_topics/joint_states/name:=/r/q',
      '_topics/force_sensor/name:=/r/ft'),
-    ('joint_proc', '_topic:=/r/q', '_joint_names:=[a]'),
+    ('joint_proc', '_topic:=/r/q', '_joint_names:=[r/a]'),
     ('variable_proc', '_variables:=[{topic: /r/heat, frame: r, label: heat}]'))
 _KINDS = {Marker.ARROW: 'arrow', Marker.TEXT_VIEW_FACING: 'number'}
 

@@ -11,7 +11,7 @@
 namespace process_visualizer {
 namespace {
 
-constexpr double kFlushPeriodS = 0.1;
+constexpr double kQuietPeriodS = 0.05;
 constexpr std::chrono::seconds kWarningPeriod{5};
 constexpr char kArray[] = "std_msgs/Float32MultiArray";
 constexpr char kJointState[] = "sensor_msgs/JointState";
@@ -56,11 +56,15 @@ JointProcessor::JointProcessor(JointParameters parameters, JointMatching matchin
           std::chrono::duration<double>(1.0 / parameters_.rate_hz))) {
   publisher_ = node_.advertise<sensor_msgs::JointState>("joint_states", 10);
   subscribe();
-  timer_ =
-      node_.createWallTimer(ros::WallDuration(kFlushPeriodS), [this](const ros::WallTimerEvent&) {
-        followChangedType();
-        flush();
-      });
+  timer_ = node_.createWallTimer(ros::WallDuration(kQuietPeriodS),
+                                 [this](const ros::WallTimerEvent&) { tick(); });
+}
+
+void JointProcessor::tick() {
+  followChangedType();
+  // Only what nothing has followed: between two messages it would be late, and the next one is not.
+  if (quiet_) flush();
+  quiet_ = true;
 }
 
 void JointProcessor::subscribe() {
@@ -87,6 +91,7 @@ void JointProcessor::followChangedType() {
 
 void JointProcessor::receive(const Event& event) {
   was_connected_ = true;
+  quiet_ = false;
   try {
     JointPositions joints = matching_.match(decode(event));
     held_.emplace();

@@ -39,6 +39,7 @@ class JointProcessor {
   using Event = ros::MessageEvent<RawMessage const>;
 
   void subscribe();
+  void tick();
   void followChangedType();
   void receive(const Event& event);
   JointPositions decode(const Event& event) const;
@@ -54,6 +55,7 @@ class JointProcessor {
   ros::Subscriber subscriber_;
   ros::WallTimer timer_;
   bool was_connected_ = false;
+  bool quiet_ = true;  ///< no message has come since the last tick
   std::optional<sensor_msgs::JointState> held_;
   Clock::duration period_;
   Clock::time_point next_;

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import time
-from typing import Any, Dict, List, Set
+from typing import Any, Collection, Dict, Optional, Set
 
 import rospy
 import tf2_ros
@@ -12,62 +12,74 @@ from process_visualizer.nodes.frame_reader import STATIC_TOPIC, TF_TOPIC
 from process_visualizer.nodes.message_reader import WARNING_PERIOD_S
 from process_visualizer.nodes.robot_messages import deserialize
 
-PATIENCE_S = 5.0  # from the first data to the first warning: the other nodes start too
+PATIENCE_S = 5.0  # from the first data to the first look: the other nodes start too
+LISTENING_S = 1.0
 
 
 class FrameWatch:
-    """Looks whether frames are connected with a robot's base frame.
+    """Looks whether frames are connected with a robot's base frame; RViz draws nothing otherwise.
 
-    RViz draws nothing in a frame that is not. A frame that was found once is not looked for any
-    more, and without one to look for there is no subscription of /tf, which would cost much.
+    A link of the robot's model is, and so is a frame that is fixed to one. For others /tf is
+    listened to for a moment: with many robots more of that would cost much. A frame that was found
+    once is not looked for any more.
     """
 
-    def __init__(self, device: str, base_frame: str) -> None:
-        """Take the device's name, for messages to the user, and its base frame."""
+    def __init__(self, device: str, base_frame: str, links: Collection[str]) -> None:
+        """Take the device's name, for messages to the user, its base frame, and its links."""
         self._device = device
         self._base_frame = base_frame
-        self._buffer = tf2_ros.BufferCore(rospy.Duration(10.0))
-        self._subscribers: List[rospy.Subscriber] = []
-        self._found: Set[str] = set()
+        self._found: Set[str] = {base_frame, *links}
         self._wanted: Dict[str, str] = {}  # the topic by the frame
-        self._next_warning_s = 0.0
+        self._fixed_to: Dict[str, str] = {}
+        self._buffer = tf2_ros.BufferCore(rospy.Duration(10.0))
+        self._static: Optional[rospy.Subscriber] = None
+        self._moving: Optional[rospy.Subscriber] = None
+        self._next_s = 0.0
 
     def want(self, frame: str, topic: str) -> None:
         """Look for a frame in which the data of a topic are shown."""
         if frame in self._found or frame in self._wanted:
             return
-        if not self._wanted:
-            self._next_warning_s = time.monotonic() + PATIENCE_S
         self._wanted[frame] = rospy.resolve_name(topic)
-        if not self._subscribers:
-            # AnyMsg, as FrameReader: a topic has one class in a process.
-            self._subscribers = [
-                rospy.Subscriber(STATIC_TOPIC, rospy.AnyMsg, self._on_static),
-                rospy.Subscriber(TF_TOPIC, rospy.AnyMsg, self._on_transforms)]
+        self._next_s = time.monotonic() + PATIENCE_S
+        if self._static is None:  # AnyMsg, as FrameReader: a topic has one class in a process
+            self._static = rospy.Subscriber(STATIC_TOPIC, rospy.AnyMsg, self._on_static)
 
     def look(self) -> None:
         """Look now, and warn of what is not found after some time."""
-        if not self._wanted:
+        if not self._wanted or time.monotonic() < self._next_s:
             return
-        missing = {frame: problem for frame in list(self._wanted)
-                   if (problem := self._problem(frame))}
-        self._found.update(frame for frame in self._wanted if frame not in missing)
-        self._wanted = {frame: self._wanted[frame] for frame in missing}
-        if not missing:
-            for subscriber in self._subscribers:
-                subscriber.unregister()
-            self._subscribers = []
-        elif time.monotonic() >= self._next_warning_s:
-            self._next_warning_s = time.monotonic() + WARNING_PERIOD_S
-            self._warn(missing)
+        for frame in [frame for frame in self._wanted if self._is_fixed(frame)]:
+            self._take(frame)
+        if self._wanted and self._moving is None:
+            self._moving = rospy.Subscriber(TF_TOPIC, rospy.AnyMsg, self._on_transforms)
+            self._next_s += LISTENING_S
+        elif self._wanted:
+            self._judge()
 
-    def _on_static(self, message: Any) -> None:
-        for transform in deserialize(TFMessage, message._buff).transforms:
-            self._buffer.set_transform_static(transform, 'static')
+    def _judge(self) -> None:
+        assert self._moving is not None
+        self._moving.unregister()
+        self._moving = None
+        self._next_s = time.monotonic() + WARNING_PERIOD_S
+        for frame in list(self._wanted):
+            problem = self._problem(frame)
+            if problem:
+                self._warn(frame, problem)
+            else:
+                self._take(frame)
 
-    def _on_transforms(self, message: Any) -> None:
-        for transform in deserialize(TFMessage, message._buff).transforms:
-            self._buffer.set_transform(transform, 'dynamic')
+    def _take(self, frame: str) -> None:
+        self._found.add(frame)
+        del self._wanted[frame]
+
+    def _is_fixed(self, frame: str) -> bool:
+        """Tell whether a frame is fixed to one that was found."""
+        passed: Set[str] = set()
+        while frame in self._fixed_to and frame not in passed | self._found:
+            passed.add(frame)
+            frame = self._fixed_to[frame]
+        return frame in self._found
 
     def _problem(self, frame: str) -> str:
         known = self._buffer._frameExists(frame)
@@ -76,8 +88,15 @@ class FrameWatch:
         connected, problem = self._buffer.can_transform_core(self._base_frame, frame, rospy.Time())
         return '' if connected else str(problem)
 
-    def _warn(self, missing: Dict[str, str]) -> None:
-        for frame, problem in missing.items():
-            rospy.logwarn('%s: what %s brings is not drawn, as tf does not connect the frame %s '
-                          'with %s: %s', self._device, self._wanted[frame], frame,
-                          self._base_frame, problem)
+    def _warn(self, frame: str, problem: str) -> None:
+        rospy.logwarn('%s: what %s brings is not drawn, as tf does not connect the frame %s with '
+                      '%s: %s', self._device, self._wanted[frame], frame, self._base_frame, problem)
+
+    def _on_static(self, message: Any) -> None:
+        for transform in deserialize(TFMessage, message._buff).transforms:
+            self._buffer.set_transform_static(transform, 'static')
+            self._fixed_to[transform.child_frame_id] = transform.header.frame_id
+
+    def _on_transforms(self, message: Any) -> None:
+        for transform in deserialize(TFMessage, message._buff).transforms:
+            self._buffer.set_transform(transform, 'dynamic')

@@ -3,7 +3,8 @@ from __future__ import annotations
 
 import sys
 import threading
-from typing import Any, Callable, Dict, Optional
+from typing import Any, Callable, Dict, List, Optional
+from xml.etree import ElementTree
 
 import rospy
 from geometry_msgs.msg import TwistStamped, Vector3, WrenchStamped
@@ -62,7 +63,7 @@ class RobotProcessor:
         self._tool_times = MeasuringTime()
         self._velocity = ToolVelocity(self._playback.clock, parameters.velocity_window_s)
         self._display = RobotDisplay(parameters)
-        self._frames = FrameWatch(parameters.robot_name, parameters.base_frame)
+        self._frames = FrameWatch(parameters.robot_name, parameters.base_frame, model_links())
         self._drawing = Pace(1.0 / parameters.marker_rate_hz)
         self._lock = threading.Lock()  # each topic has its thread, and so has the timer
         self._pose: Optional[ToolPose] = None
@@ -168,6 +169,17 @@ class RobotProcessor:
         if self._pose is None:
             return None
         return ToolMotion(self._pose, self._velocity.velocity(), self._pose_time_s)
+
+
+def model_links() -> List[str]:
+    """Return the links of the robot's model, the parameter robot_description; none without one."""
+    text = rospy.get_param('robot_description', '<robot />')
+    try:
+        return [link.get('name', '') for link in ElementTree.fromstring(text).findall('link')]
+    except (ElementTree.ParseError, TypeError) as error:
+        rospy.logwarn('parameter %s: a URDF is expected: %s',
+                      rospy.resolve_name('robot_description'), error)
+        return []
 
 
 def main() -> None:
