@@ -5,7 +5,8 @@ from typing import Optional, Sequence
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
-from process_visualizer.cell.model import Device, Mode
+from process_visualizer.cell.changes import changes
+from process_visualizer.cell.model import Mode
 from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.gui.models.bag_model import BagModel
 from process_visualizer.gui.models.calibration_model import CalibrationModel
@@ -15,6 +16,7 @@ from process_visualizer.gui.models.launch_model import LaunchModel
 from process_visualizer.gui.models.master_model import MasterModel
 from process_visualizer.gui.models.playback_model import PlaybackModel
 from process_visualizer.gui.models.recording_model import RecordingModel
+from process_visualizer.gui.models.view_model import ViewModel
 from process_visualizer.gui.ros_link import RosLink
 from process_visualizer.gui.snapshots import PlayerSnapshot
 from process_visualizer.gui.status import player_activity, recorder_activity, status_text
@@ -39,6 +41,7 @@ class Launcher(QObject):
         self.recording = RecordingModel(self.tasks, self.link.recorder, self)
         self.playback = PlaybackModel(self.tasks, self.link.player, PlayerError, parent=self)
         self.bag = BagModel(self.tasks, parent=self)
+        self.view = ViewModel(self.tasks, self.cell, self.launch)
         self.calibration = CalibrationModel(self.tasks, self.link.move_frame, self)
         self._player: Optional[PlayerSnapshot] = None
         self._devices_when_ready: Optional[Sequence[str]] = None
@@ -61,7 +64,8 @@ class Launcher(QObject):
         mode = self.cell.mode
         bag = self.bag.path if mode is Mode.PLAYBACK else None
         assert self.cell.cell is not None
-        return Choice(self.cell.cell, mode, self.cell.chosen, RvizStart.OPTIONAL, bag or None)
+        return Choice(self.cell.cell, mode, self.cell.chosen, RvizStart.OPTIONAL, bag or None,
+                      self.view.window, self.view.content)
 
     def start(self) -> None:
         """Launch what is chosen."""
@@ -96,7 +100,7 @@ class Launcher(QObject):
         running = self.launch.running
         if not self.launch.is_running or running is None or self.cell.cell is None:
             return ''
-        return _difference(running.devices, self.cell.chosen)
+        return _difference(running, self.choice())
 
     def apply(self) -> None:
         """Go over to what is chosen now; a recording must not be interrupted."""
@@ -120,7 +124,7 @@ class Launcher(QObject):
         self.link.recorder_state.connect(self.recording.take_state)
         self.link.recorder_state.connect(self.states.take_recorder)
         for model in (self.master, self.launch, self.recording, self.playback, self.bag,
-                      self.calibration):
+                      self.calibration, self.view):
             model.failed.connect(self.failed)
         for model in (self.launch, self.recording, self.playback, self.states):
             model.changed.connect(self.status_changed)
@@ -163,9 +167,11 @@ class Launcher(QObject):
             self.states.take_player(player)
 
 
-def _difference(before: Sequence[Device], after: Sequence[Device]) -> str:
-    old, new = {device.name: device for device in before}, {device.name: device for device in after}
+def _difference(before: Choice, after: Choice) -> str:
+    old = [device.name for device in before.devices]
+    new = [device.name for device in after.devices]
+    changed = changes(before.cell, after.cell).changed
     words = [('start', [name for name in new if name not in old]),
              ('stop', [name for name in old if name not in new]),
-             ('restart', [name for name in new if name in old and new[name] is not old[name]])]
+             ('restart', [name for name in new if name in old and name in changed])]
     return '; '.join(f'{word} {", ".join(names)}' for word, names in words if names)

@@ -2,13 +2,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Callable, List, Optional
+from typing import Callable, List, Optional, Sequence
 
 from PyQt5.QtGui import QCloseEvent
 from PyQt5.QtWidgets import (
     QFileDialog,
     QGroupBox,
     QHBoxLayout,
+    QInputDialog,
     QLabel,
     QMainWindow,
     QMessageBox,
@@ -20,8 +21,8 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
+from process_visualizer.cell.errors import Problem
 from process_visualizer.cell.model import Mode
-from process_visualizer.generate.plan import RVIZ_PART
 from process_visualizer.gui.editor import open_in_editor
 from process_visualizer.gui.icons import icon
 from process_visualizer.gui.launcher import Launcher
@@ -74,6 +75,7 @@ class LauncherApp(QMainWindow):
         self._bind_keys()
         self._show_cell()
         self._show_launch()
+        self._show_views()
 
     # Layout
 
@@ -139,7 +141,10 @@ class LauncherApp(QMainWindow):
         self.launch.launch_wanted.connect(launcher.start)
         self.launch.quit_wanted.connect(self._quit)
         self.launch.apply_wanted.connect(launcher.apply)
-        self.launch.view_wanted.connect(lambda: launcher.launch.restart(RVIZ_PART))
+        self.launch.restart_view_wanted.connect(launcher.view.restart)
+        self.launch.save_view_wanted.connect(self._save_view)
+        self.launch.view_chosen.connect(launcher.view.choose)
+        launcher.view.changed.connect(self._show_views)
 
     def _bind_keys(self) -> None:
         launcher = self._launcher
@@ -168,7 +173,7 @@ class LauncherApp(QMainWindow):
         self._mode_panels.setCurrentWidget(self.playback if is_playback else self.recording)
         self.panels.setTabText(0, 'Playback' if is_playback else 'Recording')
 
-    def _show_problems(self, problems: object) -> None:
+    def _show_problems(self, problems: Sequence[Problem]) -> None:
         self.problems.set_problems(problems)
         self._devices_or_problems.setCurrentWidget(self.problems if problems else self.devices)
 
@@ -195,6 +200,9 @@ class LauncherApp(QMainWindow):
 
     def _show_status(self) -> None:
         self.launch.status.setText(self._launcher.status())
+
+    def _show_views(self) -> None:
+        self.launch.show_views(self._launcher.view.names, self._launcher.view.chosen)
 
     def _show_log(self, device: str, node: str) -> None:
         report = self._launcher.launch.reports.get(device)
@@ -242,6 +250,16 @@ class LauncherApp(QMainWindow):
         name = self.devices.selected_device()
         if name and self._launcher.launch.phase is Phase.RUNNING:
             self._launcher.launch.restart(name)
+
+    def _save_view(self) -> None:
+        """Ask for the name under which RViz's view is kept for these devices."""
+        dialog = QInputDialog(self)
+        dialog.setObjectName('view_name')
+        dialog.setWindowTitle('Save this view')
+        dialog.setLabelText('Name of the view:')
+        dialog.setTextValue(self._launcher.view.chosen or '')
+        dialog.textValueSelected.connect(self._launcher.view.save)
+        dialog.open()
 
     def _play(self, path: str) -> None:
         """Go over from what runs in real time to playback of a bag."""

@@ -14,6 +14,7 @@ from PyQt5.QtCore import QObject, QRect, QSocketNotifier, Qt, pyqtSignal
 from PyQt5.QtWidgets import QApplication
 
 from process_visualizer.cell.model import Mode
+from process_visualizer.generate.window_geometry import Rectangle, view_rectangle
 from process_visualizer.gui.launcher import Launcher
 from process_visualizer.gui.launcher_app import LauncherApp
 from process_visualizer.gui.settings import Settings
@@ -38,7 +39,7 @@ def main() -> int:
     watcher = watch_if_wanted(app)
     signals = StopSignals(app)
     signals.received.connect(window.leave)
-    _place(app, window, settings)
+    _place(app, window, launcher, settings)
     window.show()
     _begin(launcher, settings, options, arguments)
     code = app.exec_()
@@ -126,7 +127,8 @@ def _configuration(settings: Settings, given: str,
     return os.path.join(rospkg.RosPack().get_path('process_visualizer'), 'devices.xml'), arguments
 
 
-def _place(app: QApplication, window: LauncherApp, settings: Settings) -> None:
+def _place(app: QApplication, window: LauncherApp, launcher: Launcher,
+           settings: Settings) -> None:
     """The window as it was left on this screen, else on the left side; RViz takes the rest."""
     screen = app.primaryScreen()
     room = screen.availableGeometry()
@@ -135,10 +137,15 @@ def _place(app: QApplication, window: LauncherApp, settings: Settings) -> None:
     geometry = settings.geometry(_name(screen.name(), room))
     if geometry is not None:
         window.restoreGeometry(geometry)
+    launcher.view.window = view_rectangle(_rectangle(room), _rectangle(window.frameGeometry()))
 
 
 def _name(screen: str, room: QRect) -> str:
     return f'{screen}-{room.width()}x{room.height()}'
+
+
+def _rectangle(rectangle: QRect) -> Rectangle:
+    return Rectangle(rectangle.x(), rectangle.y(), rectangle.width(), rectangle.height())
 
 
 def _remember(app: QApplication, window: LauncherApp, launcher: Launcher,

@@ -43,8 +43,8 @@ class LaunchModel(QObject):
     def __init__(self, tasks: Tasks, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
         self._tasks = tasks
-        self._folder = tempfile.mkdtemp(prefix='process_visualizer-')
-        self._launched = LaunchedCell(self._folder, self._reported.emit)
+        self.folder = tempfile.mkdtemp(prefix='process_visualizer-')
+        self._launched = LaunchedCell(self.folder, self._reported.emit)
         self.phase = Phase.IDLE
         self._is_starting = False
         self.running: Optional[Choice] = None
@@ -80,7 +80,7 @@ class LaunchModel(QObject):
     def close(self) -> None:
         """Stop everything and remove the generated files, in the calling thread."""
         self._launched.stop()
-        shutil.rmtree(self._folder, ignore_errors=True)
+        shutil.rmtree(self.folder, ignore_errors=True)
 
     @property
     def is_idle(self) -> bool:

@@ -1,7 +1,7 @@
 """Mode, status, and the button that launches and quits all nodes."""
 from __future__ import annotations
 
-from typing import Optional
+from typing import Optional, Tuple
 
 from PyQt5.QtCore import Qt, pyqtSignal
 from PyQt5.QtWidgets import (
@@ -9,6 +9,7 @@ from PyQt5.QtWidgets import (
     QGroupBox,
     QHBoxLayout,
     QLabel,
+    QMenu,
     QPushButton,
     QRadioButton,
     QToolButton,
@@ -31,7 +32,10 @@ class LaunchView(QWidget):
     launch_wanted = pyqtSignal()
     quit_wanted = pyqtSignal()
     apply_wanted = pyqtSignal()
-    view_wanted = pyqtSignal()
+    restart_view_wanted = pyqtSignal()
+    save_view_wanted = pyqtSignal()
+    view_chosen = pyqtSignal(object)
+    """The name of a saved view, or None for the generated one."""
 
     def __init__(self, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -54,8 +58,9 @@ class LaunchView(QWidget):
         self.view.setObjectName('view')
         self.view.setIcon(icon('view'))
         self.view.setMinimumHeight(34)
-        self.view.setToolTip('Start RViz again, with the same view')
-        self.view.clicked.connect(self.view_wanted)
+        self.view.setToolTip('RViz: start it again, save or choose a view')
+        self.view.setPopupMode(QToolButton.InstantPopup)
+        self.view.setMenu(QMenu(self.view))
         self._lay_out()
 
     def show_mode(self, mode: Mode) -> None:
@@ -79,6 +84,19 @@ class LaunchView(QWidget):
         self.apply.setVisible(bool(text))
         self.apply.setText(text)
         self.apply.setToolTip(hint)
+
+    def show_views(self, names: Tuple[str, ...], chosen: Optional[str]) -> None:
+        """Offer the saved views of the ticked devices."""
+        menu = self.view.menu()
+        menu.clear()
+        menu.addAction('Start RViz again, as it looks now', self.restart_view_wanted.emit)
+        menu.addAction('Save this view as…', self.save_view_wanted.emit)
+        menu.addSection('View of the next launch')
+        for name in (None, *names):
+            action = menu.addAction(name or 'generated')
+            action.setCheckable(True)
+            action.setChecked(name == chosen)
+            action.triggered.connect(lambda _checked, it=name: self.view_chosen.emit(it))
 
     def _mode_button(self, text: str, name: str, mode: Mode) -> QRadioButton:
         button = QRadioButton(text)
