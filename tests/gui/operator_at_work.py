@@ -3,12 +3,19 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any, Callable, Optional, Set, Type, TypeVar
+from typing import Any, Callable, Optional, Sequence, Set, Type, TypeVar
 
 import rosgraph
-from PyQt5.QtCore import Qt
+from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtTest import QTest
-from PyQt5.QtWidgets import QAbstractButton, QApplication, QLabel, QWidget
+from PyQt5.QtWidgets import (
+    QAbstractButton,
+    QApplication,
+    QLabel,
+    QTreeWidget,
+    QTreeWidgetItem,
+    QWidget,
+)
 
 from process_visualizer.gui.launcher import Launcher
 from process_visualizer.gui.launcher_app import LauncherApp
@@ -22,6 +29,7 @@ class Operator:
 
     def __init__(self, qtbot: Any) -> None:
         self._qtbot = qtbot
+        self._is_closed = False
         self.launcher = Launcher()
         self.window = LauncherApp(self.launcher, Settings())
         self.window.resize(460, 1000)
@@ -40,6 +48,19 @@ class Operator:
         assert button.isVisible(), f'"{name}" is not visible'
         assert button.isEnabled(), f'"{name}" cannot be clicked: {button.toolTip()}'
         self._qtbot.mouseClick(button, Qt.LeftButton)
+
+    def click_check_box(self, tree: QTreeWidget, item: QTreeWidgetItem) -> None:
+        """Click the check box of a row."""
+        place = tree.visualItemRect(item)
+        self._qtbot.mouseClick(tree.viewport(), Qt.LeftButton,
+                               pos=QPoint(place.left() + 10, place.center().y()))
+
+    def drag(self, widget: QWidget, begin: QPoint, places: Sequence[QPoint]) -> None:
+        """Press the mouse, move it along and let it go."""
+        QTest.mousePress(widget, Qt.LeftButton, Qt.NoModifier, begin)
+        for place in places:
+            QTest.mouseMove(widget, place, 20)
+        QTest.mouseRelease(widget, Qt.LeftButton, Qt.NoModifier, places[-1])
 
     def press(self, key: int, modifier: Qt.KeyboardModifier = Qt.NoModifier) -> None:
         """Press a key in the window."""
@@ -66,6 +87,9 @@ class Operator:
 
     def close(self) -> None:
         """Close the window and wait until everything has ended."""
+        if self._is_closed:
+            return
+        self._is_closed = True
         self.window.leave()
         self.wait(lambda: not self.window.isVisible(), 'the window closes', 60.0)
         self.launcher.close()

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Callable, List, Optional, Sequence
+from typing import List, Optional, Sequence
 
 from PyQt5.QtGui import QCloseEvent
 from PyQt5.QtWidgets import (
@@ -16,7 +16,6 @@ from PyQt5.QtWidgets import (
     QShortcut,
     QStackedWidget,
     QTabWidget,
-    QToolButton,
     QVBoxLayout,
     QWidget,
 )
@@ -24,7 +23,6 @@ from PyQt5.QtWidgets import (
 from process_visualizer.cell.errors import Problem
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.editor import open_in_editor
-from process_visualizer.gui.icons import icon
 from process_visualizer.gui.launcher import Launcher
 from process_visualizer.gui.models.launch_model import Phase
 from process_visualizer.gui.questions import ask, message_box
@@ -38,6 +36,7 @@ from process_visualizer.gui.shortcuts import (
 )
 from process_visualizer.gui.views.calibration_panel import CalibrationPanel
 from process_visualizer.gui.views.devices_view import DevicesView
+from process_visualizer.gui.views.labels import tool_button
 from process_visualizer.gui.views.launch_view import LaunchView
 from process_visualizer.gui.views.log_view import LogView
 from process_visualizer.gui.views.playback_panel import PlaybackPanel
@@ -106,12 +105,14 @@ class LauncherApp(QMainWindow):
         row = QHBoxLayout()
         self.file.setObjectName('configuration')
         row.addWidget(self.file, 1)
-        for name, hint, action in (
-                ('restart', 'Restart the selected device', self._restart_selected),
-                ('open', 'Open another configuration', self._open),
-                ('reload', 'Read the configuration again (F5)', self._launcher.cell.reload),
-                ('help', 'Keys (?)', self._show_help)):
-            row.addWidget(_button(name, hint, action))
+        for symbol, name, hint, action in (
+                ('restart', 'restart_device', 'Restart the selected device',
+                 self._restart_selected),
+                ('open', 'open_configuration', 'Open another configuration', self._open),
+                ('reload', 'reload_configuration', 'Read the configuration again (F5)',
+                 self._launcher.cell.reload),
+                ('help', 'show_keys', 'Keys (?)', self._show_help)):
+            row.addWidget(tool_button(name, symbol, hint, action))
         layout.addLayout(row)
         layout.addWidget(self._devices_or_problems)
         return group
@@ -319,13 +320,3 @@ class LauncherApp(QMainWindow):
     def _close_now(self) -> None:
         self._is_closed = True
         self.close()
-
-
-def _button(name: str, hint: str, action: Callable[[], None]) -> QToolButton:
-    button = QToolButton()
-    button.setObjectName(name)
-    button.setIcon(icon(name))
-    button.setAutoRaise(True)
-    button.setToolTip(hint)
-    button.clicked.connect(lambda: action())
-    return button

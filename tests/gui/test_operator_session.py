@@ -1,0 +1,233 @@
+"""A session of an operator with the simulated cell, from the first tick to the last click."""
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from typing import Any, Iterator, List, Optional
+
+import pytest
+from operator_at_work import Operator, nodes, processes
+from PyQt5.QtCore import QPoint, Qt
+from PyQt5.QtWidgets import QDoubleSpinBox, QWidget
+
+from process_visualizer.bags.catalogue import read_catalogue
+from process_visualizer.gui.snapshots import PlayerSnapshot
+from process_visualizer.gui.views.devices_view import DevicesView
+
+CONFIG = str(Path(__file__).parents[2] / 'sewing_cell' / 'devices' / 'simulated.xml')
+RECORDED_S = 10.0
+LAUNCH_S = 60.0
+
+
+@pytest.fixture
+def operator(qtbot: Any) -> Iterator[Operator]:
+    person = Operator(qtbot)
+    yield person
+    person.close()
+
+
+class Player:
+    """What the player says, beside the window."""
+
+    def __init__(self, operator: Operator) -> None:
+        self._operator = operator
+        self.states: List[PlayerSnapshot] = []
+        operator.launcher.link.player_state.connect(self.states.append)
+
+    @property
+    def now(self) -> Optional[PlayerSnapshot]:
+        return self.states[-1] if self.states else None
+
+    def next(self) -> PlayerSnapshot:
+        """A state that comes after now."""
+        count = len(self.states)
+        self._operator.wait(lambda: len(self.states) > count, 'a state of the player')
+        return self.states[-1]
+
+    def wait(self, condition: Any, what: str) -> PlayerSnapshot:
+        self._operator.wait(lambda: self.now is not None and condition(self.now), what)
+        assert self.now is not None
+        return self.now
+
+
+def shown_position_s(operator: Operator) -> float:
+    """The position as the window writes it."""
+    match = re.search(r'(\d+):(\d\d\.\d\d\d)', operator.text('time'))
+    assert match is not None, operator.text('time')
+    return 60.0 * int(match[1]) + float(match[2])
+
+
+def test_session(operator: Operator, tmp_path: Path) -> None:
+    player = Player(operator)
+    open_the_cell(operator)
+    launch(operator)
+    bag = record(operator, tmp_path)
+    quit_all(operator)
+    play_back(operator, bag)
+    pause_and_play(operator, player)
+    step(operator, player)
+    scrub(operator, player)
+    change_speed(operator, player)
+    loop(operator, player)
+    backwards(operator, player)
+    quit_all(operator)
+    operator.close()
+    assert {it for it in processes('GUI_TEST_MARK') if 'Xvfb' not in it} == set()
+
+
+def open_the_cell(operator: Operator) -> None:
+    operator.launcher.cell.open(CONFIG, {'image_rate': '10'})
+    devices = operator.widget('devices', DevicesView)
+    operator.wait(lambda: devices.topLevelItemCount() == 6, 'six devices')
+    operator.wait(lambda: operator.widget('launch').isEnabled(), 'the master')
+    assert operator.text('status') == 'Currently not doing anything'
+    kinect = devices.topLevelItem(2)
+    assert kinect.text(0) == 'kinect (depth_sensor)'
+    operator.click_check_box(devices, kinect)
+    assert [device.name for device in operator.launcher.cell.chosen] == [
+        'ur_rt_upper', 'ur_rt_lower', 'sewing_machine', 'cell_stand', 'simulator']
+
+
+def launch(operator: Operator) -> None:
+    displays: List[Any] = []
+    operator.launcher.link.displays.connect(lambda found: displays.append(found))
+    operator.click('launch')
+    assert operator.text('status') == 'Launching nodes…'
+    operator.wait(lambda: operator.text('status') == 'In real-time mode.', 'everything is up',
+                  LAUNCH_S)
+    assert operator.text('launch') == 'Quit all nodes'
+    assert {'/rviz', '/bag_recorder', '/cell_frames', '/ur_rt_upper/robot_proc',
+            '/sewing_machine/sewing_machine', '/simulator'} <= nodes()
+    assert '/kinect/depth_proc' not in nodes()
+    devices = operator.widget('devices', DevicesView)
+    operator.wait(lambda: devices.state_text('ur_rt_upper') == 'running', 'the robot runs')
+    assert devices.state_text('kinect') == ''
+    topics = devices.topLevelItem(0)
+    operator.wait(lambda: any(re.fullmatch(r'1[12]\d Hz', topics.child(row).text(1))
+                              for row in range(topics.childCount())), 'a topic of 125 Hz')
+    operator.wait(lambda: bool(displays) and all(it.level == 0 for it in displays[-1]),
+                  'every display of RViz is OK', LAUNCH_S)
+
+
+def record(operator: Operator, folder: Path) -> str:
+    operator.launcher.recording.choices.set_folder(str(folder))
+    operator.wait(lambda: operator.widget('record').isEnabled(), 'ready to record')
+    operator.click('record')
+    operator.wait(lambda: 'Recording data' in operator.text('status'), 'recording')
+    operator.wait(lambda: operator.launcher.recording.elapsed_s > RECORDED_S / 2, 'half of it')
+    operator.press(Qt.Key_M)
+    operator.wait(lambda: operator.launcher.recording.elapsed_s > RECORDED_S, 'all of it')
+    operator.click('record')
+    operator.wait(lambda: operator.text('status') == 'In real-time mode.', 'recorded')
+    [path] = folder.glob('*.bag')
+    found = read_catalogue([str(path)])
+    assert found.duration_s == pytest.approx(RECORDED_S, abs=2.0)
+    counts = {topic.name: topic.message_count for topic in found.topics}
+    assert counts['/ur_rt_upper/q_act'] > 90 * RECORDED_S
+    assert [mark.label for mark in found.marks] == ['mark 1']
+    return str(path)
+
+
+def quit_all(operator: Operator) -> None:
+    operator.click('launch')
+    operator.wait(lambda: operator.text('status') == 'Currently not doing anything',
+                  'everything has ended', LAUNCH_S)
+    assert nodes() == {'/process_visualizer', '/rosout'}
+
+
+def play_back(operator: Operator, bag: str) -> None:
+    operator.click('playback')
+    operator.launcher.bag.open([bag])
+    operator.wait(lambda: operator.launcher.bag.path == bag, 'the bag is read')
+    operator.click('launch')
+    operator.wait(lambda: operator.text('status').startswith('In playback mode.'), 'playback',
+                  LAUNCH_S)
+    assert '/bag_player' in nodes()
+    assert not {'/bag_recorder', '/simulator'} & nodes()
+    operator.wait(lambda: bool(operator.launcher.bag.curves.curves), 'curves')
+
+
+def pause_and_play(operator: Operator, player: Player) -> None:
+    if player.next().paused:
+        operator.click('play')
+    player.wait(lambda it: not it.paused and it.position_s > 0.5, 'it plays')
+    operator.wait(lambda: 'Playing at 1×' in operator.text('status'), 'the status says so')
+    operator.press(Qt.Key_Space)
+    paused = player.wait(lambda it: it.paused, 'paused')
+    operator.wait(lambda: abs(shown_position_s(operator) - paused.position_s) < 0.001, 'its time')
+    assert 'Paused' in operator.text('status')
+
+
+def step(operator: Operator, player: Player) -> None:
+    before = player.next().position_s
+    operator.click('step_forward')
+    after = player.wait(lambda it: it.position_s > before, 'a step forward')
+    assert after.paused and after.position_s - before < 0.1
+    operator.wait(lambda: abs(shown_position_s(operator) - after.position_s) < 0.001, 'its time')
+    operator.press(Qt.Key_Left)
+    back = player.wait(lambda it: it.position_s < after.position_s, 'a step back')
+    operator.wait(lambda: abs(shown_position_s(operator) - back.position_s) < 0.001, 'its time')
+
+
+def scrub(operator: Operator, player: Player) -> None:
+    timeline = operator.widget('timeline')
+    middle = QPoint(timeline.width() // 2, 24)
+    operator.drag(timeline, middle, [middle + QPoint(dx, 0) for dx in range(5, 100, 5)])
+    length = player.next().duration_s
+    there = player.wait(lambda it: it.paused and it.position_s > 0.6 * length, 'the slider is there')
+    operator.wait(lambda: abs(shown_position_s(operator) - there.position_s) < 0.002, 'its time')
+
+
+def change_speed(operator: Operator, player: Player) -> None:
+    operator.press(Qt.Key_Home)
+    player.wait(lambda it: it.position_s == 0.0, 'the beginning')
+    operator.widget('rate', QDoubleSpinBox).setValue(0.5)
+    player.wait(lambda it: it.rate == 0.5, 'half the speed')
+    operator.press(Qt.Key_Space)
+    begin = player.wait(lambda it: not it.paused and it.position_s > 0.1, 'it plays')
+    end = player.wait(lambda it: it.stamp_s > begin.stamp_s + 2.0, 'two seconds later')
+    speed = (end.position_s - begin.position_s) / (end.stamp_s - begin.stamp_s)
+    assert speed == pytest.approx(0.5, abs=0.1)
+    operator.press(Qt.Key_BracketRight)
+    player.wait(lambda it: it.rate > 0.5, 'faster')
+    operator.press(Qt.Key_Space)
+    player.wait(lambda it: it.paused, 'paused')
+
+
+def loop(operator: Operator, player: Player) -> None:
+    operator.press(Qt.Key_Home)
+    player.wait(lambda it: it.position_s == 0.0, 'the beginning')
+    for key in (Qt.Key_Right, Qt.Key_Right):
+        operator.press(key, Qt.ShiftModifier)
+    player.wait(lambda it: it.position_s == pytest.approx(2.0, abs=0.01), '2 s')
+    operator.click('loop_begin')
+    operator.press(Qt.Key_Right, Qt.ShiftModifier)
+    player.wait(lambda it: it.position_s == pytest.approx(3.0, abs=0.01), '3 s')
+    operator.click('loop_end')
+    looping = player.wait(lambda it: it.loop is not None, 'it will loop')
+    assert looping.loop == pytest.approx((2.0, 3.0), abs=0.02)
+    segment = looping.segment
+    operator.click('play')
+    player.wait(lambda it: it.segment >= segment + 2, 'it has jumped back twice')
+    assert 1.98 <= player.next().position_s <= 3.02
+    operator.click('loop')
+    player.wait(lambda it: it.loop is None, 'no loop any more')
+
+
+def backwards(operator: Operator, player: Player) -> None:
+    operator.press(Qt.Key_End)
+    player.wait(lambda it: it.position_s > 5.0, 'the end')
+    operator.click('play_backwards')
+    begin = player.wait(lambda it: it.rate < 0.0 and not it.paused, 'it plays backwards')
+    player.wait(lambda it: it.position_s < begin.position_s - 1.0, 'one second less')
+    assert 'backwards' in operator.text('status')
+    operator.press(Qt.Key_Space)
+    player.wait(lambda it: it.paused, 'paused')
+
+
+def test_widgets_have_names(operator: Operator) -> None:
+    """Every button that can be clicked has a name and a tooltip."""
+    assert os.environ['DISPLAY']
+    for name in ('launch', 'restart_device', 'reload_configuration', 'play', 'record'):
+        assert operator.widget(name, QWidget).toolTip(), name
