@@ -33,7 +33,9 @@ class Operator:
         self.launcher = Launcher()
         self.window = LauncherApp(self.launcher, Settings())
         self.window.resize(460, 1000)
-        self.window.show()
+        with qtbot.waitExposed(self.window):
+            self.window.show()
+        QApplication.setActiveWindow(self.window)  # there is no window manager to do it
         self.launcher.begin()
 
     def widget(self, name: str, kind: Type[Kind] = QWidget) -> Kind:  # type: ignore[assignment]

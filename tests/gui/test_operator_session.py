@@ -175,7 +175,7 @@ def scrub(operator: Operator, player: Player) -> None:
     middle = QPoint(timeline.width() // 2, 24)
     operator.drag(timeline, middle, [middle + QPoint(dx, 0) for dx in range(5, 100, 5)])
     length = player.next().duration_s
-    there = player.wait(lambda it: it.paused and it.position_s > 0.6 * length, 'the slider is there')
+    there = player.wait(lambda it: it.paused and it.position_s > 0.6 * length, 'it is there')
     operator.wait(lambda: abs(shown_position_s(operator) - there.position_s) < 0.002, 'its time')
 
 

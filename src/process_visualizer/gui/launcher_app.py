@@ -288,6 +288,8 @@ class LauncherApp(QMainWindow):
             self._close_now()
         elif self._bag_to_play:
             self._play_now()
+        else:
+            self._launcher.launch.prepare()
 
     # The end
 

@@ -36,6 +36,8 @@ class RoslaunchForks:
         self.close()
         self._record.write()
         ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        for end in (ours, its):  # whatever this process has as its default timeout
+            end.setblocking(True)
         environment = {**os.environ, RUN_VARIABLE: self._record.run_id}
         with its:
             self._server = subprocess.Popen(

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -73,6 +74,19 @@ def test_arguments_environment_output_and_exit_code(
     assert (code, output) == (0, '/d/n\n')
     code, output = finished(forks.start(['--dump-params', launch_file], environment))
     assert (code, yaml.safe_load(output)) == (0, {'/mark': f'{RUN_ID}\n'})
+
+
+def test_in_a_process_whose_sockets_have_a_timeout(
+        forks: RoslaunchForks, environment: Dict[str, str], launch_file: str) -> None:
+    before = socket.getdefaulttimeout()
+    socket.setdefaulttimeout(60.0)
+    try:
+        forks.prepare()
+    finally:
+        socket.setdefaulttimeout(before)
+    for _ in range(2):  # the server waits for the second
+        code, output = finished(forks.start(['--nodes', launch_file], environment))
+        assert (code, output) == (0, '/d/n\n')
 
 
 def test_error(forks: RoslaunchForks, environment: Dict[str, str], tmp_path: Path) -> None:
