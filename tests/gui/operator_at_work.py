@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any, Callable, Optional, Sequence, Set, Type, TypeVar
 
 import rosgraph
-from PyQt5.QtCore import QPoint, Qt
+from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
+from PyQt5.QtGui import QMouseEvent
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import (
     QAbstractButton,
@@ -16,6 +17,7 @@ from PyQt5.QtWidgets import (
     QTreeWidgetItem,
     QWidget,
 )
+from pytestqt.exceptions import TimeoutError
 
 from process_visualizer.gui.launcher import Launcher
 from process_visualizer.gui.launcher_app import LauncherApp
@@ -61,7 +63,9 @@ class Operator:
         """Press the mouse, move it along and let it go."""
         QTest.mousePress(widget, Qt.LeftButton, Qt.NoModifier, begin)
         for place in places:
-            QTest.mouseMove(widget, place, 20)
+            QApplication.sendEvent(widget, QMouseEvent(
+                QEvent.MouseMove, QPointF(place), Qt.NoButton, Qt.LeftButton, Qt.NoModifier))
+            self._qtbot.wait(20)
         QTest.mouseRelease(widget, Qt.LeftButton, Qt.NoModifier, places[-1])
 
     def press(self, key: int, modifier: Qt.KeyboardModifier = Qt.NoModifier) -> None:
@@ -74,13 +78,14 @@ class Operator:
         assert isinstance(widget, (QLabel, QAbstractButton))
         return widget.text()
 
-    def wait(self, condition: Callable[[], bool], what: str, timeout_s: float = 30.0) -> None:
-        """Wait until something is to be seen."""
+    def wait(self, condition: Callable[[], bool], what: str, timeout_s: float = 30.0,
+             instead: Callable[[], object] = lambda: '') -> None:
+        """Wait until something is to be seen; ``instead`` is looked at if it is not."""
         try:
             self._qtbot.waitUntil(condition, timeout=int(timeout_s * 1000))
-        except AssertionError as error:
+        except TimeoutError as error:
             raise AssertionError(f'not seen in {timeout_s} s: {what}; status: '
-                                 f'{self.text("status")}') from error
+                                 f'{self.text("status")}; {instead()}') from error
 
     def messages(self) -> str:
         """The text of the dialog that is open; empty without one."""

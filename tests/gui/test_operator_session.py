@@ -4,7 +4,7 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
-from typing import Any, Iterator, List, Optional
+from typing import Any, Iterator, List, Optional, Sequence
 
 import pytest
 from operator_at_work import Operator, nodes, processes
@@ -12,7 +12,7 @@ from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtWidgets import QDoubleSpinBox, QWidget
 
 from process_visualizer.bags.catalogue import read_catalogue
-from process_visualizer.gui.snapshots import PlayerSnapshot
+from process_visualizer.gui.snapshots import DisplaySnapshot, PlayerSnapshot
 from process_visualizer.gui.views.devices_view import DevicesView
 
 CONFIG = str(Path(__file__).parents[2] / 'sewing_cell' / 'devices' / 'simulated.xml')
@@ -106,8 +106,12 @@ def launch(operator: Operator) -> None:
     topics = devices.topLevelItem(0)
     operator.wait(lambda: any(re.fullmatch(r'1[12]\d Hz', topics.child(row).text(1))
                               for row in range(topics.childCount())), 'a topic of 125 Hz')
-    operator.wait(lambda: bool(displays) and all(it.level == 0 for it in displays[-1]),
-                  'every display of RViz is OK', LAUNCH_S)
+    operator.wait(lambda: bool(displays) and not bad(displays[-1]), 'every display of RViz is OK',
+                  LAUNCH_S, lambda: displays and bad(displays[-1]))
+
+
+def bad(displays: Sequence[DisplaySnapshot]) -> List[DisplaySnapshot]:
+    return [display for display in displays if display.level != 0]
 
 
 def record(operator: Operator, folder: Path) -> str:

@@ -113,7 +113,7 @@ class Launcher(QObject):
         """The status line."""
         running = self.launch.running
         mode = None if running is None else running.mode
-        activity = (recorder_activity(self.recording.snapshot) if mode is Mode.REALTIME
+        activity = (recorder_activity(self.recording.phase) if mode is Mode.REALTIME
                     else player_activity(self._player))
         trouble = self.states.trouble(() if running is None else running.devices)
         return status_text(self.launch.phase, mode, activity, trouble)

@@ -5,12 +5,14 @@ from typing import Optional
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.models.launch_model import Phase
-from process_visualizer.gui.snapshots import PlayerSnapshot, RecorderSnapshot
+from process_visualizer.gui.models.recording_model import Phase as RecordingPhase
+from process_visualizer.gui.snapshots import PlayerSnapshot
 from process_visualizer.launching.device_state import Level, Line
 
 _MODE = {Mode.REALTIME: 'In real-time mode.', Mode.PLAYBACK: 'In playback mode.'}
-_RECORDING = {'starting': 'Waiting for the topics to record', 'recording': 'Recording data',
-              'stopping': 'Finishing the recording'}
+_RECORDING = {RecordingPhase.STARTING: 'Waiting for the topics to record',
+              RecordingPhase.RECORDING: 'Recording data',
+              RecordingPhase.STOPPING: 'Finishing the recording'}
 
 
 def status_text(phase: Phase, mode: Optional[Mode], activity: str, trouble: Line) -> str:
@@ -25,9 +27,9 @@ def status_text(phase: Phase, mode: Optional[Mode], activity: str, trouble: Line
     return f'{text}\n{trouble.text}' if trouble.level >= Level.WAITING else text
 
 
-def recorder_activity(recorder: Optional[RecorderSnapshot]) -> str:
+def recorder_activity(phase: RecordingPhase) -> str:
     """Return what the recorder does."""
-    return '' if recorder is None else _RECORDING.get(recorder.phase, '')
+    return _RECORDING.get(phase, '')
 
 
 def player_activity(player: Optional[PlayerSnapshot]) -> str:
