@@ -1,0 +1,249 @@
+"""Writes the pose of a base frame into the configuration file, in place, and takes it back."""
+from __future__ import annotations
+
+import hashlib
+import math
+import os
+import re
+import stat
+import tempfile
+from pathlib import Path
+from typing import Dict, List, NamedTuple, Optional
+
+from process_visualizer.cell.errors import Location, quoted
+from process_visualizer.cell.model import BaseFrame, Cell, Pose, Vector3
+from process_visualizer.cell.start_tags import StartTag, TagText, encoding_of, start_tags, tag_text
+
+DECIMALS = 6
+"""Of metres and radians: a micrometre."""
+_WORD = re.compile(r'\S+')
+
+
+class PoseEditError(ValueError):
+    """A pose that is not written; the text says where, why, and what to do."""
+
+
+class SavedPose(NamedTuple):
+    """A file that was changed, and the backup beside it; ``digest`` is that of the new content."""
+
+    file: str
+    backup: str
+    digest: str
+
+
+class PoseEditor:
+    """Edits the files of a configuration that has just been parsed.
+
+    Nothing but numbers changes in a file: comments, layout, quotes, encoding and line ends stay.
+    A file that somebody else has changed meanwhile is not touched.
+    """
+
+    def __init__(self, cell: Cell) -> None:
+        """Take the cell, right after it was parsed.
+
+        Raises:
+            PoseEditError: a file cannot be read any more.
+        """
+        self._cell = cell
+        self._digests = {os.path.abspath(file): _digest(_read(file)) for file in cell.files}
+
+    def save(self, device: str, pose: Pose) -> Optional[SavedPose]:
+        """Write the pose of a device's base frame; None if the file says that already.
+
+        Raises:
+            KeyError: there is no such device.
+            PoseEditError: nothing is written.
+        """
+        base = self._base(device)
+        data = self._unchanged(base.location)
+        tag = self._tag(device, base, data)
+        try:
+            changed = with_pose(data, tag, pose)
+        except ValueError as error:
+            raise PoseEditError(f'{base.location}: <base>: {error}') from error
+        if changed == data:
+            return None
+        saved = _replace(base.location.file, data, changed)
+        self._digests[os.path.abspath(saved.file)] = saved.digest
+        return saved
+
+    def revert(self, saved: SavedPose) -> None:
+        """Make a file what it was before it was saved; the backup is gone then.
+
+        Raises:
+            PoseEditError: the file has been changed since, or the backup cannot be read.
+        """
+        if _digest(_read(saved.file)) != saved.digest:
+            raise PoseEditError(f'{saved.file}: has been changed since the pose was saved; '
+                                f'what it was before is in {saved.backup}')
+        before = _read(saved.backup)
+        _write(saved.file, before)
+        os.remove(saved.backup)
+        self._digests[os.path.abspath(saved.file)] = _digest(before)
+
+    def _base(self, device: str) -> BaseFrame:
+        found = self._cell.device(device)
+        if found.base is None:
+            raise PoseEditError(f'{found.location}: the device "{device}" has no <base>; add '
+                                f'<base frame="{device}/base" />')
+        return found.base
+
+    def _unchanged(self, location: Location) -> bytes:
+        data = _read(location.file)
+        if self._digests.get(os.path.abspath(location.file)) != _digest(data):
+            raise PoseEditError(f'{location.file}: has been changed since it was loaded; '
+                                'load the configuration again')
+        return data
+
+    def _tag(self, device: str, base: BaseFrame, data: bytes) -> StartTag:
+        """The start tag of a base, which is that of no other device."""
+        here = base.location
+        tags = [tag for tag in start_tags(data) if (tag.tag, tag.line) == ('base', here.line)]
+        if len(tags) > 1:
+            tags = [tag for tag in tags if tag.parent.get('name') == device]
+            if len(tags) != 1:
+                raise PoseEditError(f'{here}: the line has several <base>; put each on a line of '
+                                    'its own')
+        elif len(sharing := self._sharing(here)) > 1:
+            raise PoseEditError(f'{here}: this <base> is that of {" and ".join(sharing)}, as the '
+                                'file is included more than once; edit it by hand')
+        return tags[0]
+
+    def _sharing(self, location: Location) -> List[str]:
+        return [device.name for device in self._cell.devices
+                if device.base is not None and device.base.location == location]
+
+
+def with_pose(data: bytes, tag: StartTag, pose: Pose) -> bytes:
+    """Return a document with another pose in a ``<base>``; all other bytes stay.
+
+    Numbers that are the same, rounded to DECIMALS, stay as they are written; an attribute that is
+    not there is written only if it is not zero.
+
+    Raises:
+        ValueError: the pose cannot be written there; the text says why.
+    """
+    if not all(map(math.isfinite, (*pose.xyz, *pose.ypr))):
+        raise ValueError('a pose takes finite numbers')
+    angles = 'rpy' if 'rpy' in tag.attributes else 'ypr'
+    written = tag_text(data, tag)
+    edits = {name: _edited(tag, written, name, vector)
+             for name, vector in (('xyz', pose.xyz), (angles, pose.ypr))}
+    text = _with_values(written, edits)
+    encoding = encoding_of(data)
+    result = data[:tag.offset] + text.encode(encoding)
+    _check(data, result, tag, edits)
+    return result
+
+
+def _edited(tag: StartTag, written: TagText, name: str, vector: Vector3) -> str:
+    """The new text of an attribute; empty if it is not there and not needed."""
+    value = tag.attributes.get(name)
+    new = [number_text(part) for part in vector]
+    if value is None:
+        return '' if new == ['0', '0', '0'] else ' '.join(new)
+    if '$(' in value:
+        raise ValueError(f'{name}={quoted(value)} is made of a substitution argument; change '
+                         'that, or write numbers in its place')
+    raw = written.text[slice(*written.values[name])]
+    if raw.split() != value.split() or len(raw.split()) != 3:
+        raise ValueError(f'{name}={quoted(raw)} is not written as three plain numbers; write '
+                         f'"{" ".join(new)}"')
+    parts = iter(new)
+    return _WORD.sub(lambda word: _kept_or(word.group(), next(parts)), raw)
+
+
+def _kept_or(old: str, new: str) -> str:
+    return old if number_text(float(old)) == new else new
+
+
+def number_text(value: float) -> str:
+    """Return a number with at most DECIMALS decimals, such as 0.1 or -3; never -0."""
+    text = f'{round(value, DECIMALS) + 0.0:.{DECIMALS}f}'  # -0.0 + 0.0 is 0.0
+    return text.rstrip('0').rstrip('.')
+
+
+def _with_values(written: TagText, edits: Dict[str, str]) -> str:
+    added = ''.join(f' {name}="{value}"' for name, value in edits.items()
+                    if value and name not in written.values)
+    text = written.text[:written.end] + added + written.text[written.end:]
+    present = [name for name in edits if name in written.values]
+    for name in sorted(present, key=lambda it: written.values[it], reverse=True):
+        begin, end = written.values[name]
+        text = text[:begin] + edits[name] + text[end:]
+    return text
+
+
+def _check(before: bytes, after: bytes, tag: StartTag, edits: Dict[str, str]) -> None:
+    """Whatever a file may look like, only the attributes may have changed."""
+    if len(start_tags(before)) != len(start_tags(after)):
+        raise ValueError('it cannot be changed without other changes; edit it by hand')
+    for old, new in zip(start_tags(before), start_tags(after)):
+        expected = dict(old.attributes)
+        if old.offset == tag.offset:
+            expected.update({name: ' '.join(value.split()) for name, value in edits.items()
+                             if value})
+            new = new._replace(attributes={name: ' '.join(value.split()) if name in edits else value
+                                           for name, value in new.attributes.items()})
+        if (new.tag, new.line, new.attributes) != (old.tag, old.line, expected):
+            raise ValueError('it cannot be changed without other changes; edit it by hand')
+
+
+def _replace(path: str, before: bytes, after: bytes) -> SavedPose:
+    real = os.path.realpath(path)
+    backup = _write_backup(real, before)
+    try:
+        _write(real, after)
+    except PoseEditError:
+        os.remove(backup)
+        raise
+    return SavedPose(path, backup, _digest(after))
+
+
+def _write_backup(path: str, data: bytes) -> str:
+    """Write a backup under the first name that is free."""
+    number = 0
+    while True:
+        backup = f'{path}.bak{number or ""}'
+        try:
+            with open(backup, 'xb') as file:
+                file.write(data)
+                os.fchmod(file.fileno(), stat.S_IMODE(os.stat(path).st_mode))
+            return backup
+        except FileExistsError:
+            number += 1
+        except OSError as error:
+            raise PoseEditError(f'{backup}: the backup cannot be written: {error.strerror}; '
+                                'the configuration stays as it was') from error
+
+
+def _write(path: str, data: bytes) -> None:
+    """Replace a file (not a link to it) all at once; its permissions stay."""
+    real = os.path.realpath(path)
+    folder, name = os.path.split(real)
+    try:
+        descriptor, unfinished = tempfile.mkstemp(prefix=f'.{name}.', dir=folder)
+        try:
+            with open(descriptor, 'wb') as file:
+                file.write(data)
+                os.fchmod(file.fileno(), stat.S_IMODE(os.stat(real).st_mode))
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(unfinished, real)
+        except BaseException:
+            os.remove(unfinished)
+            raise
+    except OSError as error:
+        raise PoseEditError(f'{path}: cannot be written: {error.strerror}; it stays as it was'
+                            ) from error
+
+
+def _read(path: str) -> bytes:
+    try:
+        return Path(path).read_bytes()
+    except OSError as error:
+        raise PoseEditError(f'{path}: cannot be read: {error.strerror}') from error
+
+
+def _digest(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
