@@ -52,6 +52,8 @@ std::size_t timed_sender_revoke(TimedSender* sender, std::int64_t after_ns) {
   return sender->revoke(after_ns);
 }
 
+std::size_t timed_sender_sent(TimedSender* sender, int topic) { return sender->sent(topic); }
+
 std::size_t timed_sender_dropped(TimedSender* sender) { return sender->dropped(); }
 
 int timed_sender_wait_until_sent(TimedSender* sender, double timeout_s) {

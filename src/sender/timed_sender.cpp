@@ -33,7 +33,7 @@ TimedSender::~TimedSender() { close(); }
 
 int TimedSender::addTopic(bool latch, const QueueLimits& limits) {
   const std::lock_guard lock(mutex_);
-  topics_.push_back({latch, limits, {}, {}});
+  topics_.push_back({latch, limits, {}, {}, 0});
   return static_cast<int>(topics_.size()) - 1;
 }
 
@@ -82,6 +82,11 @@ std::size_t TimedSender::revoke(std::int64_t after_ns) {
   }
   if (isIdle()) idle_.notify_all();
   return count;
+}
+
+std::size_t TimedSender::sent(int topic) const {
+  const std::lock_guard lock(mutex_);
+  return topics_[topic].sent;
 }
 
 std::size_t TimedSender::dropped() const {
@@ -149,6 +154,7 @@ void TimedSender::begin(Scheduled& scheduled) {
   Topic& topic = topics_[scheduled.topic];
   if (topic.latch) topic.latched[scheduled.source] = scheduled.packet;
   for (const int number : topic.links) give(number, scheduled.packet, scheduled.transfer.due());
+  ++topic.sent;
   scheduled.packet = nullptr;
 }
 

@@ -152,6 +152,18 @@ TEST_F(OneSubscriber, TakesBackWhatIsNotDue) {
   EXPECT_EQ(subscriber.receive(), "now");
 }
 
+TEST_F(OneSubscriber, CountsWhatIsSentOfEachTopic) {
+  const int silent = sender.addTopic(false, kMuch);  // nobody listens
+  sender.send(silent, 0, 0, packet("a"));
+  for (const char* text : {"b", "c"}) sender.send(topic, 0, 0, packet(text));
+  sender.send(topic, 0, monotonicNow() + 60'000 * kMs, packet("later"));
+  for (const char* text : {"b", "c"}) EXPECT_EQ(subscriber.receive(), text);
+  EXPECT_EQ(sender.sent(silent), 1U);
+  EXPECT_EQ(sender.sent(topic), 2U);
+  EXPECT_EQ(sender.revoke(0), 1U);
+  EXPECT_EQ(sender.sent(topic), 2U);
+}
+
 TEST_F(OneSubscriber, LargeMessagesArriveWhole) {
   std::string large(20'000'000, ' ');
   for (std::size_t index = 0; index < large.size(); ++index)

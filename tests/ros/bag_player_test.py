@@ -16,6 +16,7 @@ from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker
 
+from process_visualizer.msg import PlayerState
 from process_visualizer.srv import Seek, SetLoop, SetRate, Step
 
 NAN = float('nan')
@@ -214,6 +215,18 @@ class BagPlayerTest(unittest.TestCase):
             player.wait_for_state(lambda it: it.segment >= segment + 2, 'two rounds backwards')
             self.assertTrue(player.call('stop', Trigger).success)
             player.wait_for_state(lambda it: it.paused and it.position == 0.0, 'stop')
+
+    def test_the_state_counts_the_messages_of_each_topic(self) -> None:
+        def counts(state: PlayerState) -> Dict[str, int]:
+            return {topic.name: topic.published for topic in state.topics}
+
+        with Player(self.bag, '-k', '--topics', '/tcf', '/image', '/image:=/picture') as player:
+            state = player.wait_for_state(
+                lambda it: counts(it) == {'/tcf': 126, '/picture': 25}, 'all messages')
+            self.assertEqual(state.published, 151)
+            player.call('seek', Seek, 0.5)
+            player.wait_for_state(lambda it: counts(it) == {'/tcf': 127, '/picture': 26},
+                                  'the scene')
 
     def test_the_state_comes_ten_times_a_second(self) -> None:
         with Player(self.bag, '--pause') as player:

@@ -39,6 +39,8 @@ class TimedSender {
   /// returns how many packets. What has been begun is due a few milliseconds later at most.
   std::size_t revoke(std::int64_t after_ns);
 
+  /// Packets of a topic that have been begun, whether or not somebody listens.
+  std::size_t sent(int topic) const;
   /// Packets that slow subscribers did not get.
   std::size_t dropped() const;
   /// Waits until everything has gone to everybody; returns whether it has.
@@ -54,6 +56,7 @@ class TimedSender {
     QueueLimits limits;
     std::map<int, PacketPtr> latched;  ///< by source
     std::vector<int> links;
+    std::size_t sent = 0;
   };
   struct Scheduled {
     Transfer transfer;

@@ -15,7 +15,7 @@ from process_visualizer.bags.progress_line import Progress
 from process_visualizer.bags.recording import Recording
 from process_visualizer.bags.timeline import NS_PER_S, Timeline
 from process_visualizer.bags.topic_choice import TopicChoice
-from process_visualizer.msg import PlayerState
+from process_visualizer.msg import PlayerState, TopicCount
 from process_visualizer.nodes.bag_publishers import BagPublishers, published_topics
 from process_visualizer.nodes.player_services import PlayerServices
 from process_visualizer.nodes.player_state import StatePublisher
@@ -151,7 +151,8 @@ class BagPlayer:
             paused=status.paused, loop=status.loop is not None, loop_begin=begin_s,
             loop_end=end_s, segment=status.segment, published=self._playback.published,
             dropped=self.dropped, gaps=self.problems, files=self._recording.paths,
-            mark=self._mark(status.position_s))
+            mark=self._mark(status.position_s),
+            topics=[TopicCount(*topic) for topic in self._publishers.published.items()])
 
     def _mark(self, position_s: float) -> str:
         """The label of the last mark before a position [s]."""

@@ -55,6 +55,11 @@ class BagPublishers:
         return self._sender.dropped
 
     @property
+    def published(self) -> Dict[str, int]:
+        """How many messages of each topic have been sent, whether or not somebody listens."""
+        return {topic.name: topic.published for topic in self._topics}
+
+    @property
     def all_subscribed(self) -> bool:
         """Tell whether every topic has a subscriber."""
         return all(topic.subscriber_count for topic in self._topics)

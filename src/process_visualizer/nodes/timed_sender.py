@@ -37,6 +37,10 @@ class TimedSender:
         """How many messages slow subscribers did not get."""
         return int(self._quick.timed_sender_dropped(self._sender))
 
+    def sent(self, topic: int) -> int:
+        """Return how many messages of a topic have been sent, whether or not somebody listens."""
+        return int(self._quick.timed_sender_sent(self._sender, topic))
+
     def add_topic(self, latch: bool, queue_size: int, queue_bytes: int) -> int:
         """Return the number of a new topic, given what may wait for each of its subscribers."""
         return int(self._quick.timed_sender_add_topic(self._sender, latch, queue_size, queue_bytes))
@@ -107,6 +111,7 @@ def _declared(library: ctypes.CDLL) -> ctypes.CDLL:
             ('remove_link', None, [sender, number]),
             ('send', None, [sender, number, number, ctypes.c_int64, ctypes.c_char_p, size]),
             ('revoke', size, [sender, ctypes.c_int64]),
+            ('sent', size, [sender, number]),
             ('dropped', size, [sender]),
             ('wait_until_sent', number, [sender, ctypes.c_double]),
             ('wait_for_broken', number, [sender]),

@@ -28,6 +28,7 @@ class TopicPublisher(rospy.SubscribeListener):
         Raises:
             rospy.ROSException: the master cannot be reached, or the name is not allowed.
         """
+        self.name = name
         self._sender = sender
         self._topic = sender.add_topic(latch, queue_size, QUEUE_BYTES)
         self._on_subscribe = on_subscribe
@@ -42,6 +43,11 @@ class TopicPublisher(rospy.SubscribeListener):
     def subscriber_count(self) -> int:
         """How many subscribers are connected."""
         return len(self._links)
+
+    @property
+    def published(self) -> int:
+        """How many messages have been sent, whether or not somebody listens."""
+        return self._sender.sent(self._topic)
 
     def publish(self, connection: int, pieces: List[Data], due_ns: int) -> None:
         """Send a message of one of the topic's connections in the bag, given in pieces."""
