@@ -79,8 +79,7 @@ class TransportView(QWidget):
         self.reached.setObjectName('reached_rate')
         self.reached.setStyleSheet(f'color: {WARNING}')
         self.reached.setToolTip('The speed that the machine reaches; all topics slow down together')
-        widest = ' reaches 0.00× '
-        self.reached.setMinimumWidth(self.reached.fontMetrics().horizontalAdvance(widest))
+        self.reached.setMinimumWidth(self.fontMetrics().horizontalAdvance(' reaches 0.00× '))
         self.reached.setAlignment(Qt.AlignCenter)
         self.slider.setObjectName('speed')
         self.slider.setAccessibleName('Speed')
