@@ -11,6 +11,7 @@ from PyQt5.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
     QLabel,
+    QSizePolicy,
     QToolButton,
     QWidget,
 )
@@ -79,7 +80,7 @@ class TransportView(QWidget):
         self.reached.setObjectName('reached_rate')
         self.reached.setStyleSheet(f'color: {WARNING}')
         self.reached.setToolTip('The speed that the machine reaches; all topics slow down together')
-        self.reached.setMinimumWidth(self.fontMetrics().horizontalAdvance(' reaches 0.00× '))
+        self.reached.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)
         self.reached.setAlignment(Qt.AlignCenter)
         self.slider.setObjectName('speed')
         self.slider.setAccessibleName('Speed')
@@ -89,7 +90,7 @@ class TransportView(QWidget):
         self.unit.setAccessibleName('Unit of a step')
         self.unit.setToolTip('What one step is  (left and right arrow, or , and .)')
         self.unit.setSizeAdjustPolicy(QComboBox.AdjustToMinimumContentsLengthWithIcon)
-        self.unit.setMinimumContentsLength(7)
+        self.unit.setMinimumContentsLength(6)
         self.unit.setFocusPolicy(Qt.TabFocus)
         self.unit.activated.connect(
             lambda row: self._playback.set_step_unit(StepUnit(*self.unit.itemData(row))))
@@ -115,9 +116,7 @@ class TransportView(QWidget):
                   self._button('to_end', 'To the end  (end)', it.to_end)]
         row = _row(*moving, spacing=1)
         layout = row.layout()
-        layout.addStretch(1)
-        layout.addWidget(self.reached)
-        layout.addStretch(1)
+        layout.addWidget(self.reached, 1)
         for button in (self.begin, self.loop, self.end):
             layout.addWidget(button)
         return row
@@ -159,7 +158,7 @@ class TransportView(QWidget):
         for widget, (row, column) in places.items():
             spans = not is_wide and row > 0
             self._grid.addWidget(widget, row, column, 1, 2 if spans else 1)
-        self._grid.setHorizontalSpacing(24 if is_wide else 12)
+        self._grid.setHorizontalSpacing(24 if is_wide else 8)
         for column in range(4):
             self._grid.setColumnStretch(column, int(column == 2 if is_wide else column == 0))
 
@@ -207,6 +206,7 @@ class RateBox(QDoubleSpinBox):
     def __init__(self, playback: PlaybackModel, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
         self._playback = playback
+        self._is_being_written = False
         self.setObjectName('rate')
         self.setAccessibleName('Speed')
         self.setToolTip('Speed; 1 is that of the recording  ([ slower, ] faster)')
@@ -218,15 +218,20 @@ class RateBox(QDoubleSpinBox):
         self.setKeyboardTracking(False)
         self.setFocusPolicy(Qt.StrongFocus)
         self.valueChanged.connect(playback.set_speed)
+        self.lineEdit().textEdited.connect(lambda _text: self._set_written(True))
+        self.editingFinished.connect(lambda: self._set_written(False))
         self.lineEdit().returnPressed.connect(self.clearFocus)
 
     def show_rate(self, rate: float) -> None:
         """Show a rate; nothing is asked for, and what is being written stays."""
-        self.setPrefix('−' if rate < 0.0 else '')
-        if not self.lineEdit().isModified() or not self.hasFocus():
+        if not self._is_being_written:
             self.blockSignals(True)
+            self.setPrefix('−' if rate < 0.0 else '')
             self.setValue(abs(rate))
             self.blockSignals(False)
+
+    def _set_written(self, is_being_written: bool) -> None:
+        self._is_being_written = is_being_written
 
     def stepBy(self, steps: int) -> None:
         """Take the next speeds of the ladder."""

@@ -1,0 +1,298 @@
+"""The chosen recording: read in the background, with everything that can be wrong with one."""
+from __future__ import annotations
+
+import math
+import os
+import threading
+from pathlib import Path
+from typing import Iterator, List
+
+import genpy
+import pytest
+import rosbag
+from PyQt5.QtCore import Qt
+from PyQt5.QtWidgets import QPushButton
+from pytestqt.qtbot import QtBot
+from std_msgs.msg import Float32, String
+
+from process_visualizer.bags.recorder_topics import MARKS
+from process_visualizer.cell.errors import Location
+from process_visualizer.cell.model import Device, DeviceType, Topic
+from process_visualizer.gui.models.bag_model import BagModel
+from process_visualizer.gui.models.playback_model import PlacedMark
+from process_visualizer.gui.tasks import Tasks
+from process_visualizer.gui.views.bag_view import BagView, size_text
+from process_visualizer.gui.views.curves_row import CurvesRow
+
+HERE = Location('cell.xml', 1)
+BEGIN_S = 1_600_000_000
+
+
+def machine(*topics: str) -> Device:
+    return Device(DeviceType.OTHER, 'machine', HERE,
+                  topics=tuple(Topic(topic, None, None, True, HERE) for topic in topics))
+
+
+def write_bag(path: Path, begin_s: int = BEGIN_S, seconds: int = 10) -> str:
+    """A feed rate at 50 Hz, with a mark after 2 s."""
+    with rosbag.Bag(str(path), 'w', chunk_threshold=4096) as bag:
+        for row in range(50 * seconds):
+            time = genpy.Time(begin_s) + genpy.Duration.from_sec(row / 50)
+            bag.write('/feed_rate', Float32(math.sin(row / 20)), time)
+        bag.write(MARKS, String('seam begins'), genpy.Time(begin_s + 2))
+    return str(path)
+
+
+class Bench:
+    """The model and what it tells."""
+
+    def __init__(self, qtbot: QtBot, tasks: Tasks) -> None:
+        self.qtbot = qtbot
+        self.tasks = tasks
+        self.model = BagModel(tasks)
+        self.failures: List[str] = []
+        self.chosen: List[str] = []
+        self.model.failed.connect(self.failures.append)
+        self.model.chosen.connect(self.chosen.append)
+
+    def open(self, *paths: str) -> None:
+        self.model.open(paths)
+        self.qtbot.waitUntil(lambda: not self.model.is_loading)
+
+
+@pytest.fixture
+def bench(qtbot: QtBot) -> Iterator[Bench]:
+    tasks = Tasks()
+    yield Bench(qtbot, tasks)
+    tasks.close()
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> str:
+    return write_bag(tmp_path / 'a.bag')
+
+
+class TestOpening:
+    """What is in a recording, and what else may be given instead of one."""
+
+    def test_a_bag(self, bench: Bench, path: str) -> None:
+        bench.open(path)
+        assert (bench.model.path, bench.model.paths) == (path, (path,))
+        assert bench.chosen == [path]
+        assert bench.model.catalogue.duration_s == pytest.approx(9.98)
+        assert bench.model.marks == (PlacedMark(2.0, 'seam begins'),)
+
+    def test_several_files_of_one_recording_in_any_order(self, bench: Bench, tmp_path: Path,
+                                                         path: str) -> None:
+        second = write_bag(tmp_path / 'b.bag', BEGIN_S + 10)
+        bench.open(second, path)
+        assert bench.model.paths == (path, second)
+        assert bench.model.catalogue.duration_s == pytest.approx(19.98)
+
+    @pytest.mark.parametrize('content', [None, b'', b'#ROSBAG V1.2\n', b'nothing of the kind'])
+    def test_what_is_no_bag_is_told_and_the_open_one_stays(
+            self, bench: Bench, path: str, tmp_path: Path, content: bytes) -> None:
+        bench.open(path)
+        other = tmp_path / 'other.bag'
+        if content is not None:
+            other.write_bytes(content)
+        bench.open(str(other))
+        assert bench.model.path == path and bench.chosen == [path]
+        assert len(bench.failures) == 1 and str(other) in bench.failures[0]
+        assert bench.model.recent == ((path,),)
+
+    def test_only_the_last_choice_counts(self, bench: Bench, path: str, tmp_path: Path) -> None:
+        second = write_bag(tmp_path / 'b.bag')
+        bench.model.open([path])
+        bench.open(second)
+        assert bench.chosen == [second]
+
+    def test_missing_topics(self, bench: Bench, path: str) -> None:
+        bench.open(path)
+        bench.model.set_devices([machine('/feed_rate', '/edge')])
+        assert bench.model.missing == {'machine': ('/edge',)}
+
+    def test_a_bag_that_is_deleted_while_open(self, bench: Bench, path: str) -> None:
+        bench.open(path)
+        os.remove(path)
+        bench.qtbot.waitUntil(lambda: bench.model.gone == (path,))
+        assert 'deleted or moved' in bench.failures[0] and path in bench.failures[0]
+
+
+class TestRecent:
+    """The last recordings, the newest first."""
+
+    def test_they_are_remembered(self, bench: Bench, path: str, tmp_path: Path) -> None:
+        second = write_bag(tmp_path / 'b.bag')
+        bench.open(path)
+        bench.open(second)
+        bench.open(path)
+        assert bench.model.recent == ((path,), (second,))
+        other = BagModel(Tasks())
+        other.restore(bench.model.settings())
+        assert other.recent == bench.model.recent
+        assert other.folder == str(tmp_path)
+
+    def test_there_are_not_too_many(self, bench: Bench) -> None:
+        for number in range(20):
+            bench.model.add_recent(f'/bags/{number}.bag')
+        assert bench.model.recent[0] == ('/bags/19.bag',) and len(bench.model.recent) == 8
+
+    def test_settings_of_another_version_do_no_harm(self, bench: Bench) -> None:
+        bench.model.restore({})
+        assert bench.model.recent == ()
+
+
+class TestWithoutIndex:
+    """A bag of a recorder that was killed."""
+
+    @pytest.fixture
+    def cut(self, path: str) -> str:
+        data = Path(path).read_bytes()
+        Path(path).write_bytes(data[:int(0.8 * len(data))])
+        return path
+
+    def test_a_copy_is_offered_and_opened(self, bench: Bench, cut: str) -> None:
+        bench.open(cut)
+        assert bench.model.unindexed == cut and bench.model.catalogue is None
+        assert bench.failures == []
+        bench.model.reindex()
+        assert bench.model.reindexing is not None
+        bench.qtbot.waitUntil(lambda: bench.model.catalogue is not None)
+        assert bench.model.path.endswith('a.reindexed.bag')
+        assert (bench.model.unindexed, bench.model.reindexing) == ('', None)
+
+    def test_a_copy_that_is_there_already_is_taken(self, bench: Bench, cut: str) -> None:
+        bench.open(cut)
+        bench.model.reindex()
+        bench.qtbot.waitUntil(lambda: bench.model.catalogue is not None)
+        bench.open(cut)
+        assert bench.model.unindexed == '' and bench.model.path.endswith('a.reindexed.bag')
+
+    def test_it_can_be_left(self, bench: Bench, cut: str) -> None:
+        bench.open(cut)
+        bench.model.reindex()
+        bench.model.dismiss()
+        assert (bench.model.unindexed, bench.model.reindexing) == ('', None)
+        bench.qtbot.wait(100)
+        assert bench.model.catalogue is None and bench.failures == []
+
+    def test_the_view_offers_it(self, bench: Bench, cut: str) -> None:
+        view = BagView(bench.model)
+        bench.qtbot.addWidget(view)
+        view.show()
+        bench.open(cut)
+        button = view.findChild(QPushButton, 'reindex')
+        assert button.isVisible()
+        bench.qtbot.mouseClick(button, Qt.LeftButton)
+        bench.qtbot.waitUntil(lambda: bench.model.catalogue is not None)
+        assert not button.isVisible()
+
+
+class TestMarks:
+    """Marks that are added afterwards."""
+
+    def test_a_mark_is_written_beside_the_bag(self, bench: Bench, path: str) -> None:
+        bench.open(path)
+        before = Path(path).read_bytes()
+        bench.model.add_mark(7.5, 'thread breaks')
+        bench.qtbot.waitUntil(lambda: len(bench.model.marks) == 2)
+        assert bench.model.marks[1] == PlacedMark(7.5, 'thread breaks')
+        assert Path(path).read_bytes() == before
+        bench.open(path)
+        assert len(bench.model.marks) == 2
+
+    def test_where_it_cannot_be_written_that_is_told(self, bench: Bench, path: str) -> None:
+        bench.open(path)
+        Path(f'{path}.marks.json').mkdir()
+        bench.model.add_mark(7.5, 'thread breaks')
+        bench.qtbot.waitUntil(lambda: bool(bench.failures))
+        assert len(bench.model.marks) == 1
+
+
+class TestCurves:
+    """Curves in the background."""
+
+    def test_they_come_with_bag_and_devices(self, bench: Bench, path: str) -> None:
+        bench.model.set_devices([machine('/feed_rate', '/edge')])
+        bench.open(path)
+        curves = bench.model.curves
+        bench.qtbot.waitUntil(lambda: curves.reading is None)
+        assert [curve.topic for curve in curves.curves] == ['/feed_rate']
+        bench.model.set_devices([machine('/edge')])
+        bench.qtbot.waitUntil(lambda: curves.reading is None)
+        assert curves.curves == ()
+
+    def test_the_same_devices_do_not_read_again(self, bench: Bench, path: str) -> None:
+        bench.model.set_devices([machine('/feed_rate')])
+        bench.open(path)
+        bench.qtbot.waitUntil(lambda: bench.model.curves.reading is None)
+        bench.model.set_devices([machine('/feed_rate')])
+        assert bench.model.curves.reading is None
+
+    def test_they_can_be_cancelled_and_read_after_all(self, bench: Bench, path: str) -> None:
+        going_on = threading.Event()
+        bench.tasks.run('curves', lambda: going_on.wait(10.0))
+        row = CurvesRow(bench.model.curves)
+        bench.qtbot.addWidget(row)
+        bench.model.set_devices([machine('/feed_rate')])
+        bench.open(path)
+        assert row.bar.isVisibleTo(row) and row.button.text() == 'Cancel'
+        row.button.click()
+        assert bench.model.curves.is_cancelled and not row.isHidden()
+        assert row.button.text() == 'Read them'
+        going_on.set()
+        bench.qtbot.wait(100)
+        assert bench.model.curves.curves == ()
+        row.button.click()
+        bench.qtbot.waitUntil(lambda: len(bench.model.curves.curves) == 1)
+        assert row.isHidden()
+
+
+class TestView:
+    """What the operator reads."""
+
+    @pytest.fixture
+    def view(self, bench: Bench) -> BagView:
+        view = BagView(bench.model)
+        bench.qtbot.addWidget(view)
+        view.resize(430, 300)
+        view.show()
+        return view
+
+    def test_facts_and_topics(self, bench: Bench, view: BagView, path: str) -> None:
+        assert 'Choose a recording' in view.facts.text()
+        bench.open(path)
+        assert '0:09.980' in view.facts.text() and '2020-09-1' in view.facts.text()
+        assert view.details.text() == '1 topic, 500 messages'
+        assert not view.topics.isVisible()
+        bench.qtbot.mouseClick(view.details, Qt.LeftButton)
+        assert view.topics.isVisible()
+        row = view.topics.topLevelItem(0)
+        assert [row.text(column) for column in range(4)] == ['/feed_rate', '500', '50 Hz',
+                                                             'Float32']
+
+    def test_missing_topics_are_told_by_device(self, bench: Bench, view: BagView,
+                                               path: str) -> None:
+        bench.open(path)
+        assert not view.warnings.isVisible()
+        bench.model.set_devices([machine('/feed_rate', '/a', '/b', '/c', '/d', '/e')])
+        assert view.warnings.isVisible()
+        assert 'machine</b>: not in the recording: /a, /b, /c and 2 more' in view.warnings.text()
+        assert '/e' in view.warnings.toolTip()
+
+    def test_a_recent_bag_is_opened_again(self, bench: Bench, view: BagView, path: str,
+                                          tmp_path: Path) -> None:
+        second = write_bag(tmp_path / 'b.bag')
+        bench.open(path)
+        bench.open(second)
+        assert [view.recent.itemText(row) for row in range(2)] == ['b.bag', 'a.bag']
+        view.recent.activated.emit(1)
+        bench.qtbot.waitUntil(lambda: bench.model.path == path)
+        assert view.recent.currentText() == 'a.bag'
+
+
+@pytest.mark.parametrize('size, text', [(12, '12 B'), (1500, '1.5 kB'), (812_345_678, '812 MB'),
+                                        (2_340_000_000, '2.34 GB'), (3_000_000_000_000, '3000 GB')])
+def test_sizes(size: int, text: str) -> None:
+    assert size_text(size) == text
