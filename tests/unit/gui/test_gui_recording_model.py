@@ -114,6 +114,13 @@ def test_the_topics_that_are_ticked_are_recorded(model, client, qtbot):
     assert client.options.topics == ('/robot/q_act', '/kinect/image', '/kinect/points')
 
 
+def test_the_same_topics_are_not_listed_anew(model, qtbot):
+    with qtbot.assertNotEmitted(model.choices.topics_changed):
+        model.choices.set_devices(devices())
+    with qtbot.waitSignal(model.choices.topics_changed):
+        model.choices.set_devices(devices()[:1])
+
+
 def test_without_a_topic_nothing_is_started(model, client):
     for row in model.choices.topics:
         model.choices.tick(row.name, False)

@@ -117,8 +117,10 @@ class RecordingChoices(QObject):
 
     def set_devices(self, devices: Sequence[Device]) -> None:
         """Take the chosen devices, whose topics can be recorded."""
+        before = [(row.name, row.device) for row in self.topics]
         self._ticks.set_devices(devices)
-        self.topics_changed.emit()
+        if [(row.name, row.device) for row in self.topics] != before:
+            self.topics_changed.emit()
         self.changed.emit()
 
     def tick(self, topic: str, is_ticked: bool) -> None:
