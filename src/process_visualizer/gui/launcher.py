@@ -148,6 +148,8 @@ class Launcher(QObject):
         self.recording.choices.set_devices(self.cell.chosen)
         self.bag.set_devices(self.cell.chosen)
         self.calibration.set_devices(self.cell.devices)
+        if self.cell.editor is not None:
+            self.calibration.set_save(self.cell.editor.save)
 
     def _follow_bag(self) -> None:
         self.playback.set_marks(self.bag.marks)

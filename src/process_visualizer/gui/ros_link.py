@@ -99,7 +99,8 @@ def _player(state: PlayerState) -> PlayerSnapshot:
         position_s=state.position, rate=state.rate, achieved_rate=state.achieved_rate,
         paused=state.paused, loop=(state.loop_begin, state.loop_end) if state.loop else None,
         segment=state.segment, published=state.published, dropped=state.dropped,
-        gaps=tuple(state.gaps), files=tuple(state.files), mark=state.mark)
+        gaps=tuple(state.gaps), files=tuple(state.files), mark=state.mark,
+        topics=tuple((topic.name, topic.published) for topic in state.topics))
 
 
 def _recorder(state: RecorderState) -> RecorderSnapshot:

@@ -9,6 +9,7 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from process_visualizer.cell.environment import check_environment
 from process_visualizer.cell.errors import ConfigurationError, Problem
 from process_visualizer.cell.model import Cell, Device, Mode
+from process_visualizer.cell.pose_edit import PoseEditError, PoseEditor
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.gui.tasks import Tasks
 
@@ -18,6 +19,7 @@ class _Loaded(NamedTuple):
     cell: Optional[Cell]
     problems: Tuple[Problem, ...]
     missing: Tuple[Problem, ...]
+    editor: Optional[PoseEditor] = None
 
 
 class CellModel(QObject):
@@ -40,6 +42,7 @@ class CellModel(QObject):
         self.cell: Optional[Cell] = None
         self.problems: Tuple[Problem, ...] = ()
         self.missing: Tuple[Problem, ...] = ()
+        self.editor: Optional[PoseEditor] = None
         self.is_loading = False
         self.mode = Mode.REALTIME
 
@@ -100,7 +103,7 @@ class CellModel(QObject):
         self.is_loading = False
         self.problems = loaded.problems
         if loaded.cell is not None:
-            self.cell, self.missing = loaded.cell, loaded.missing
+            self.cell, self.missing, self.editor = loaded.cell, loaded.missing, loaded.editor
         self.changed.emit()
         self.loaded.emit(loaded.cell is not None)
 
@@ -110,4 +113,12 @@ def _load(path: str, arguments: Mapping[str, str]) -> _Loaded:
         cell = XmlParser(arguments).parse(path)
     except ConfigurationError as error:
         return _Loaded(path, None, tuple(error.problems), ())
-    return _Loaded(path, cell, (), tuple(check_environment(cell)))
+    return _Loaded(path, cell, (), tuple(check_environment(cell)), _editor(cell))
+
+
+def _editor(cell: Cell) -> Optional[PoseEditor]:
+    """What writes poses into the files; None if one was removed just now, which a reload tells."""
+    try:
+        return PoseEditor(cell)
+    except PoseEditError:
+        return None
