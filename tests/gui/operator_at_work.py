@@ -22,6 +22,7 @@ from pytestqt.exceptions import TimeoutError
 from process_visualizer.gui.launcher import Launcher
 from process_visualizer.gui.launcher_app import LauncherApp
 from process_visualizer.gui.settings import Settings
+from process_visualizer.gui.watchdog import Watchdog, WatchdogReport, read_report
 
 Kind = TypeVar('Kind', bound=QWidget)
 
@@ -32,6 +33,8 @@ class Operator:
     def __init__(self, qtbot: Any) -> None:
         self._qtbot = qtbot
         self._is_closed = False
+        self._watched = os.path.join(os.environ['HOME_FOLDER'], 'watchdog.jsonl')
+        self._watchdog = Watchdog(self._watched)
         self.launcher = Launcher()
         self.window = LauncherApp(self.launcher, Settings())
         self.window.resize(460, 1000)
@@ -99,7 +102,12 @@ class Operator:
         self._is_closed = True
         self.window.leave()
         self.wait(lambda: not self.window.isVisible(), 'the window closes', 60.0)
+        self._watchdog.close()
         self.launcher.close()
+
+    def watchdog_report(self) -> WatchdogReport:
+        """How long the GUI thread was blocked, until the window was closed."""
+        return read_report(self._watched)
 
 
 def nodes() -> Set[str]:

@@ -1,7 +1,6 @@
 """A session of an operator with the simulated cell, from the first tick to the last click."""
 from __future__ import annotations
 
-import os
 import re
 from pathlib import Path
 from typing import Any, Iterator, List, Optional, Sequence
@@ -9,7 +8,7 @@ from typing import Any, Iterator, List, Optional, Sequence
 import pytest
 from operator_at_work import Operator, nodes, processes
 from PyQt5.QtCore import QPoint, Qt
-from PyQt5.QtWidgets import QDoubleSpinBox, QWidget
+from PyQt5.QtWidgets import QDoubleSpinBox
 
 from process_visualizer.bags.catalogue import read_catalogue
 from process_visualizer.gui.snapshots import DisplaySnapshot, PlayerSnapshot
@@ -18,6 +17,7 @@ from process_visualizer.gui.views.devices_view import DevicesView
 CONFIG = str(Path(__file__).parents[2] / 'sewing_cell' / 'devices' / 'simulated.xml')
 RECORDED_S = 10.0
 LAUNCH_S = 60.0
+LONGEST_BLOCK_MS = 50.0
 
 
 @pytest.fixture
@@ -74,6 +74,10 @@ def test_session(operator: Operator, tmp_path: Path) -> None:
     quit_all(operator)
     operator.close()
     assert {it for it in processes('GUI_TEST_MARK') if 'Xvfb' not in it} == set()
+    report = operator.watchdog_report()
+    print(f'the GUI thread was blocked for {report.longest_ms:.0f} ms at most, '
+          f'{report.longest_own_ms:.0f} ms without waiting for a processor')
+    assert report.longest_own_ms <= LONGEST_BLOCK_MS, report.blocks
 
 
 def open_the_cell(operator: Operator) -> None:
@@ -126,7 +130,7 @@ def record(operator: Operator, folder: Path) -> str:
     operator.wait(lambda: operator.text('status') == 'In real-time mode.', 'recorded')
     [path] = folder.glob('*.bag')
     found = read_catalogue([str(path)])
-    assert found.duration_s == pytest.approx(RECORDED_S, abs=2.0)
+    assert found.duration_s > RECORDED_S - 2.0
     counts = {topic.name: topic.message_count for topic in found.topics}
     assert counts['/ur_rt_upper/q_act'] > 90 * RECORDED_S
     assert [mark.label for mark in found.marks] == ['mark 1']
@@ -227,10 +231,3 @@ def backwards(operator: Operator, player: Player) -> None:
     assert 'backwards' in operator.text('status')
     operator.press(Qt.Key_Space)
     player.wait(lambda it: it.paused, 'paused')
-
-
-def test_widgets_have_names(operator: Operator) -> None:
-    """Every button that can be clicked has a name and a tooltip."""
-    assert os.environ['DISPLAY']
-    for name in ('launch', 'restart_device', 'reload_configuration', 'play', 'record'):
-        assert operator.widget(name, QWidget).toolTip(), name

@@ -48,6 +48,22 @@ class Tasks(QObject):
             self._begin(line)
         self._lines[line].put(_Task(function, on_result, on_error))
 
+    def run_and_wait(self, line: str, function: Callable[[], Any], timeout_s: float) -> None:
+        """Run a function after what is in the line already, and wait for its end.
+
+        It holds up the thread that calls: only for the end of the program.
+        """
+        ended = threading.Event()
+
+        def work() -> None:
+            try:
+                function()
+            finally:
+                ended.set()
+
+        self.run(line, work)
+        ended.wait(timeout_s)
+
     def close(self, timeout_s: float = 5.0) -> None:
         """End all lines after what they are doing; results that come later are not delivered."""
         self._ended.disconnect(self._deliver)

@@ -18,6 +18,7 @@ from process_visualizer.launching.launched_cell import LaunchedCell
 from process_visualizer.launching.part_report import PartReport, PartState
 
 _LINE = 'launch'
+_END_TIMEOUT_S = 60.0
 
 
 class Phase(Enum):
@@ -78,8 +79,8 @@ class LaunchModel(QObject):
         self._tasks.run(_LINE, self._launched.stop, self._ended, self._tell)
 
     def close(self) -> None:
-        """Stop everything and remove the generated files, in the calling thread."""
-        self._launched.stop()
+        """Stop everything and remove the generated files; waits until that is done."""
+        self._tasks.run_and_wait(_LINE, self._launched.stop, _END_TIMEOUT_S)
         shutil.rmtree(self.folder, ignore_errors=True)
 
     @property

@@ -11,6 +11,7 @@ from process_visualizer.launching.ros_master import RosMaster, RosMasterError
 
 _LINE = 'master'
 _CHECK_PERIOD_MS = 1000
+_END_TIMEOUT_S = 60.0
 _MOST_FAILURES = 3
 """Of its checks; a busy master may miss one."""
 
@@ -41,7 +42,7 @@ class MasterModel(QObject):
         """Leave the master, and end it if it was started here; blocks."""
         self._timer.stop()
         self._link.end()
-        self._master.stop()
+        self._tasks.run_and_wait(_LINE, self._master.stop, _END_TIMEOUT_S)
 
     def _begin(self) -> None:
         self._master.ensure()
