@@ -62,9 +62,8 @@ class LaunchedPart:
         self._change(lambda report: report.stopped())
 
     def _launch(self, path: Path) -> Run:
-        """A part waits for a master that is not there, instead of starting one for itself."""
         return Run(str(path), self._take_node, self._tail.add, self._take_end,
-                   f'{path.stem}.log', self._start, ['--wait'])
+                   f'{path.stem}.log', self._start)
 
     def _take_node(self, node: NodeReport) -> None:
         nodes = [node]

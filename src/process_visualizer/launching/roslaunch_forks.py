@@ -47,7 +47,10 @@ class RoslaunchForks:
         self._requests = ours
 
     def start(self, arguments: List[str], environment: Mapping[str, str]) -> ForkedProcess:
-        """Start a roslaunch; raises ChildProcessError when that is impossible."""
+        """Start a roslaunch; raises ChildProcessError when that is impossible.
+
+        Of the command's arguments only the last counts, the launch file. There must be a master.
+        """
         self.prepare()
         assert self._requests is not None
         request, output, status = (os.pipe() for _ in range(3))
@@ -60,7 +63,7 @@ class RoslaunchForks:
             raise ChildProcessError(f'roslaunch cannot be started: {error}') from None
         finally:
             _close(given)
-        _write(request[1], json.dumps([arguments, dict(environment), os.getcwd()]))
+        _write(request[1], json.dumps([arguments[-1], dict(environment), os.getcwd()]))
         return ForkedProcess(output[0], status[0])
 
     def close(self) -> None:

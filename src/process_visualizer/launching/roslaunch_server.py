@@ -1,6 +1,8 @@
 """A program that forks a roslaunch for each request.
 
-Most of what roslaunch takes to start is the loading of its modules; here they are loaded once.
+Half of what roslaunch takes to start is the loading of its modules; here they are loaded once. The
+rest is spent on two processes that find out versions for the parameters of roscore, which a part
+of a cell has no use for.
 Requests come over the socket whose descriptor is the first argument: a byte with three descriptors
 (see ``forked_process``). The program ends when the other end of the socket is closed, and the
 kernel then interrupts every roslaunch that still runs.
@@ -16,9 +18,15 @@ import socket
 import sys
 from typing import List
 
+import rosgraph
 import roslaunch
-import roslaunch.parent  # noqa: F401 - loads what roslaunch would load later
-import roslaunch.xmlloader  # noqa: F401
+import rospkg
+from roslaunch.config import ROSLaunchConfig
+from roslaunch.core import RLException, printerrlog
+from roslaunch.loader import LoadException
+from roslaunch.parent import ROSLaunchParent
+from roslaunch.rlutil import get_or_generate_uuid
+from roslaunch.xmlloader import XmlLoader, XmlParseException
 
 _PR_SET_PDEATHSIG = 1
 _DESCRIPTORS = 3
@@ -63,7 +71,7 @@ def _become_roslaunch(request: int, output: int, status: int) -> None:
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)
     _end_with_parent()
     with os.fdopen(request, encoding='utf-8') as file:
-        arguments, environment, folder = json.load(file)
+        launch_file, environment, folder = json.load(file)
     os.chdir(folder)
     os.dup2(output, 1)
     os.dup2(output, 2)
@@ -71,11 +79,38 @@ def _become_roslaunch(request: int, output: int, status: int) -> None:
     os.environ.clear()
     os.environ.update(environment)
     os.write(status, f'{os.getpid()}\n'.encode())
+    os.write(status, f'{_launch(launch_file)}\n'.encode())
+
+
+def _launch(launch_file: str) -> int:
+    """Do what the command roslaunch does with a file; returns its exit code."""
     try:
-        roslaunch.main(['roslaunch', *arguments])
-        os.write(status, b'0\n')
-    except SystemExit as end:
-        os.write(status, f'{end.code if isinstance(end.code, int) else 1}\n'.encode())
+        if not rosgraph.is_master_online():
+            raise RLException(f'there is no ROS master at {rosgraph.get_master_uri()}')
+        run_id = get_or_generate_uuid(None, False)
+        roslaunch.configure_logging(run_id)
+        parent = _Parent(run_id, [launch_file], show_summary=False)
+        parent.start()
+        parent.spin()
+    except (RLException, rospkg.ResourceNotFound, ValueError) as error:
+        printerrlog(f'RLException: {error}')
+        return 1
+    return 0
+
+
+class _Parent(ROSLaunchParent):
+    """Loads its file without roscore's: that belongs to the master, which is there."""
+
+    def _load_config(self) -> None:
+        self.config = ROSLaunchConfig()
+        loader = XmlLoader()
+        loader.ignore_unset_args = False
+        try:
+            for launch_file in self.roslaunch_files:
+                loader.load(launch_file, self.config, verbose=False)
+        except (XmlParseException, LoadException) as error:
+            raise RLException(error) from None
+        self.config.assign_machines()
 
 
 def _end_with_parent() -> None:

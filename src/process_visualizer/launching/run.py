@@ -4,7 +4,7 @@ from __future__ import annotations
 import contextlib
 import threading
 from pathlib import Path
-from typing import Callable, List, Optional, Sequence
+from typing import Callable, List, Optional
 
 from process_visualizer.launching.node_state import NodeReport
 from process_visualizer.launching.node_watcher import NodeWatcher
@@ -30,8 +30,7 @@ class Run:
     def __init__(self, launch_file: str, on_report: Callable[[NodeReport], None],
                  on_line: Callable[[str], None] = lambda line: None,
                  on_end: Callable[[int], None] = lambda code: None,
-                 log_file: str = LOG_FILE, start: Start = start_roslaunch,
-                 arguments: Sequence[str] = ()) -> None:
+                 log_file: str = LOG_FILE, start: Start = start_roslaunch) -> None:
         """Start it; raises OSError. ``log_file`` is written beside the launch file."""
         self.log_path = Path(launch_file).with_name(log_file)
         self._log = self.log_path.open('w', encoding='utf-8', errors='replace')
@@ -41,7 +40,7 @@ class Run:
         self._record = RunRecord()
         self._record.write()
         self._watcher = NodeWatcher(on_report, self._take_line)
-        self._process = self._start([*arguments, launch_file], start)
+        self._process = self._start(launch_file, start)
         self._ended = threading.Event()
         self._threads = [
             threading.Thread(target=self._watcher.watch, args=[self._process.output],
@@ -50,9 +49,9 @@ class Run:
         for thread in self._threads:
             thread.start()
 
-    def _start(self, arguments: List[str], start: Start) -> RoslaunchProcess:
+    def _start(self, launch_file: str, start: Start) -> RoslaunchProcess:
         try:
-            return RoslaunchProcess(arguments, self._record.run_id, start)
+            return RoslaunchProcess([launch_file], self._record.run_id, start)
         except OSError:
             self._log.close()
             self._record.remove()

@@ -74,7 +74,7 @@ def launch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Launch]:
 def test_arguments_and_log(launch: Launch) -> None:
     launch.start('echo a line; exit 0')
     assert launch.wait_for(PartState.RUNNING).nodes == ()
-    assert launch.arguments[-2:] == ['--wait', f'{launch.folder}/parts/arm.launch']
+    assert launch.arguments[-1] == f'{launch.folder}/parts/arm.launch'
     assert (launch.folder / 'parts' / 'arm.log').read_text() == 'a line\n'
 
 

@@ -6,17 +6,20 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
-from typing import Dict, Iterator
+from typing import Any, Dict, Iterator, Tuple
+from xmlrpc.server import SimpleXMLRPCServer
 
 import pytest
-import yaml
 
 from process_visualizer.launching.forked_process import ForkedProcess
 from process_visualizer.launching.process_scan import (
     RUN_VARIABLE,
+    end_processes,
     processes_of_run,
+    start_time,
     wait_until_gone,
 )
 from process_visualizer.launching.roslaunch_forks import RoslaunchForks
@@ -24,11 +27,44 @@ from process_visualizer.launching.roslaunch_forks import RoslaunchForks
 RUN_ID = f'unit-test-forks-{os.getpid()}'
 
 
+class Master(SimpleXMLRPCServer):
+    """As much of a ROS master as a roslaunch without nodes needs; keeps its parameters."""
+
+    def __init__(self) -> None:
+        super().__init__(('127.0.0.1', 0), logRequests=False, allow_none=True)
+        self.uri = f'http://127.0.0.1:{self.server_address[1]}'
+        self.parameters: Dict[str, Any] = {'/run_id': 'run'}
+        self.register_multicall_functions()
+        self.register_function(lambda caller: (1, '', 1), 'getPid')
+        self.register_function(lambda caller: (1, '', self.uri), 'getUri')
+        self.register_function(lambda caller, name: (
+            int(name in self.parameters), '', self.parameters.get(name, 0)), 'getParam')
+        self.register_function(lambda caller, name: (1, '', name in self.parameters), 'hasParam')
+        self.register_function(self.set_parameter, 'setParam')
+
+    def set_parameter(self, _caller: str, name: str, value: Any) -> Tuple[int, str, int]:
+        """Set a parameter."""
+        self.parameters[name] = value
+        return 1, '', 0
+
+
+@pytest.fixture(scope='module')
+def master() -> Iterator[Master]:
+    """A running master."""
+    server = Master()
+    thread = threading.Thread(target=server.serve_forever, kwargs={'poll_interval': 0.02})
+    thread.start()
+    yield server
+    server.shutdown()
+    thread.join()
+    server.server_close()
+
+
 @pytest.fixture(autouse=True)
-def environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Dict[str, str]:
-    """An address at which there is no master, and the mark of a run."""
+def environment(master: Master, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Dict[str, str]:
+    """The address of the master, and the mark of a run."""
     monkeypatch.setenv('ROS_HOME', str(tmp_path))
-    monkeypatch.setenv('ROS_MASTER_URI', 'http://127.0.0.1:9')
+    monkeypatch.setenv('ROS_MASTER_URI', master.uri)
     return {**os.environ, RUN_VARIABLE: RUN_ID}
 
 
@@ -38,14 +74,22 @@ def forks() -> Iterator[RoslaunchForks]:
     made = RoslaunchForks()
     yield made
     made.close()
+    end_processes(RUN_ID)
 
 
 @pytest.fixture
 def launch_file(tmp_path: Path) -> str:
-    """A launch file with a node and with a parameter that a command gives."""
+    """A launch file with a parameter that a command gives."""
     path = tmp_path / 'a b.launch'
-    path.write_text(f'<launch><param name="mark" command="printenv {RUN_VARIABLE}"/>'
-                    '<node pkg="p" type="t" name="n" ns="d"/></launch>')
+    path.write_text(f'<launch><param name="/mark" command="printenv {RUN_VARIABLE}"/></launch>')
+    return str(path)
+
+
+@pytest.fixture
+def endless(tmp_path: Path) -> str:
+    """A launch file whose parameter never comes."""
+    path = tmp_path / 'endless.launch'
+    path.write_text('<launch><param name="never" command="sleep 60"/></launch>')
     return str(path)
 
 
@@ -56,24 +100,23 @@ def finished(process: ForkedProcess) -> 'tuple[int, str]':
     return process.wait(30), text
 
 
-def waiting(forks: RoslaunchForks, environment: Dict[str, str], launch_file: str) -> ForkedProcess:
-    """A roslaunch that waits for a master."""
-    process = forks.start(['--wait', launch_file], environment)
+def exit_code(process: ForkedProcess) -> int:
+    """Wait for the end of one whose output goes on: what a dead roslaunch leaves holds that."""
     assert process.stdout is not None
-    assert 'will wait' in process.stdout.readline()
-    return process
+    process.stdout.close()
+    return process.wait(30)
 
 
 def records(environment: Dict[str, str]) -> 'list[Path]':
     return list(Path(environment['ROS_HOME'], 'process_visualizer', 'runs').glob('*'))
 
 
-def test_arguments_environment_output_and_exit_code(
-        forks: RoslaunchForks, environment: Dict[str, str], launch_file: str) -> None:
-    code, output = finished(forks.start(['--nodes', launch_file], environment))
-    assert (code, output) == (0, '/d/n\n')
-    code, output = finished(forks.start(['--dump-params', launch_file], environment))
-    assert (code, yaml.safe_load(output)) == (0, {'/mark': f'{RUN_ID}\n'})
+def test_file_environment_output_and_exit_code(
+        forks: RoslaunchForks, environment: Dict[str, str], launch_file: str, master: Master
+        ) -> None:
+    code, output = finished(forks.start(['--option', launch_file], environment))
+    assert (code, 'No processes to monitor' in output) == (0, True)
+    assert master.parameters['/mark'] == f'{RUN_ID}\n'
 
 
 def test_in_a_process_whose_sockets_have_a_timeout(
@@ -85,82 +128,92 @@ def test_in_a_process_whose_sockets_have_a_timeout(
     finally:
         socket.setdefaulttimeout(before)
     for _ in range(2):  # the server waits for the second
-        code, output = finished(forks.start(['--nodes', launch_file], environment))
-        assert (code, output) == (0, '/d/n\n')
+        assert finished(forks.start([launch_file], environment))[0] == 0
 
 
-def test_error(forks: RoslaunchForks, environment: Dict[str, str], tmp_path: Path) -> None:
-    (tmp_path / 'bad.launch').write_text('<launch>')
-    code, output = finished(forks.start(['--nodes', f'{tmp_path}/bad.launch'], environment))
-    assert (code, 'Invalid roslaunch XML syntax' in output) == (1, True)
-    code, output = finished(forks.start(['--no-such-option'], environment))
-    assert (code, 'no such option' in output) == (2, True)
+def test_errors(forks: RoslaunchForks, environment: Dict[str, str], tmp_path: Path) -> None:
+    for text, message in [
+            ('<launch>', 'Invalid roslaunch XML syntax'), ('<launch><param/></launch>', 'param'),
+            ('<launch><include file="$(find no_such_package)/x"/></launch>', 'no_such_package')]:
+        (tmp_path / 'bad.launch').write_text(text)
+        code, output = finished(forks.start([f'{tmp_path}/bad.launch'], environment))
+        assert code == 1
+        assert message in output.partition('RLException: ')[2] and 'Traceback' not in output
 
 
-def test_signals(forks: RoslaunchForks, environment: Dict[str, str], launch_file: str) -> None:
-    process = waiting(forks, environment, launch_file)
+def test_no_master(forks: RoslaunchForks, environment: Dict[str, str], launch_file: str) -> None:
+    environment['ROS_MASTER_URI'] = 'http://127.0.0.1:9'
+    code, output = finished(forks.start([launch_file], environment))
+    assert (code, 'RLException: there is no ROS master at http://127.0.0.1:9' in output) == (
+        1, True)
+
+
+def test_signals(forks: RoslaunchForks, environment: Dict[str, str], endless: str) -> None:
+    process = forks.start([endless], environment)
     assert process.poll() is None
     with pytest.raises(subprocess.TimeoutExpired):
         process.wait(0.01)
     assert os.getsid(process.pid) == os.getpgid(process.pid) == process.pid
     process.kill()
-    assert finished(process)[0] == -signal.SIGKILL == process.poll()
+    assert exit_code(process) == -signal.SIGKILL == process.poll()
     process.send_signal(signal.SIGKILL)  # to nobody
 
 
 def test_one_that_ends_does_not_end_the_others(forks: RoslaunchForks, environment: Dict[str, str],
-                                               launch_file: str) -> None:
-    one, two = (waiting(forks, environment, launch_file) for _ in range(2))
+                                               endless: str) -> None:
+    one, two = (forks.start([endless], environment) for _ in range(2))
     one.kill()
-    finished(one)
+    exit_code(one)
     assert two.poll() is None
     two.kill()
-    finished(two)
+    exit_code(two)
 
 
 def test_close_ends_everything(forks: RoslaunchForks, environment: Dict[str, str],
-                               launch_file: str) -> None:
-    process = waiting(forks, environment, launch_file)
+                               endless: str) -> None:
+    process = forks.start([endless], environment)
     assert len(records(environment)) == 1
     forks.close()
-    finished(process)
+    exit_code(process)
     assert records(environment) == []
     forks.close()
 
 
 def test_every_roslaunch_carries_the_mark_of_the_record(
-        forks: RoslaunchForks, environment: Dict[str, str], launch_file: str) -> None:
+        forks: RoslaunchForks, environment: Dict[str, str], endless: str) -> None:
     """So that a program that was killed can be cleaned up after."""
-    process = waiting(forks, environment, launch_file)
+    process = forks.start([endless], environment)
     (record,) = records(environment)
     assert process.pid in processes_of_run(record.stem)
-    assert len(processes_of_run(record.stem)) == 2
     process.kill()
-    finished(process)
+    exit_code(process)
 
 
 def test_server_that_was_killed(forks: RoslaunchForks, environment: Dict[str, str],
-                                launch_file: str) -> None:
-    process = waiting(forks, environment, launch_file)
+                                endless: str, launch_file: str) -> None:
+    process = forks.start([endless], environment)
     (record,) = records(environment)
-    (server,) = set(processes_of_run(record.stem)) - {process.pid}
+    server = min(processes_of_run(record.stem), key=start_time_of)
     os.kill(server, signal.SIGKILL)
-    finished(process)  # the kernel has interrupted it
-    assert finished(forks.start(['--nodes', launch_file], environment)) == (0, '/d/n\n')
+    exit_code(process)  # the kernel has interrupted it
+    assert finished(forks.start([launch_file], environment))[0] == 0
+
+
+def start_time_of(pid: int) -> int:
+    return int(start_time(pid) or 0)
 
 
 def test_nothing_survives_a_program_that_is_killed(environment: Dict[str, str],
-                                                   launch_file: str) -> None:
+                                                   endless: str) -> None:
     script = ('import os, sys, time\n'
               'from process_visualizer.launching.roslaunch_forks import RoslaunchForks\n'
-              'process = RoslaunchForks().start(["--wait", sys.argv[1]], os.environ)\n'
-              'print(process.stdout.readline(), flush=True)\n'
+              'process = RoslaunchForks().start([sys.argv[1]], os.environ)\n'
+              'print(process.poll() is None, flush=True)\n'
               'time.sleep(60)\n')
-    program = subprocess.Popen([sys.executable, '-c', script, launch_file], env=environment,
+    program = subprocess.Popen([sys.executable, '-c', script, endless], env=environment,
                                stdout=subprocess.PIPE, text=True)
-    assert program.stdout is not None and 'will wait' in program.stdout.readline()
+    assert program.stdout is not None and program.stdout.readline() == 'True\n'
     (record,) = records(environment)
-    assert len(processes_of_run(record.stem)) == 2
     program.kill()
     program.communicate()
     assert wait_until_gone(record.stem, 10.0)
@@ -174,8 +227,8 @@ def test_preparing_takes_no_time(forks: RoslaunchForks) -> None:
 
 
 def test_environment_that_is_no_text(forks: RoslaunchForks, environment: Dict[str, str],
-                                     launch_file: str) -> None:
+                                     launch_file: str, master: Master) -> None:
     environment[RUN_VARIABLE] = 'x' * 100_000  # more than fits into a pipe
     environment['ODD'] = '\udcff'
-    code, output = finished(forks.start(['--dump-params', launch_file], environment))
-    assert (code, output.count('x')) == (0, 100_000)
+    assert finished(forks.start([launch_file], environment))[0] == 0
+    assert master.parameters['/mark'] == 'x' * 100_000 + '\n'
