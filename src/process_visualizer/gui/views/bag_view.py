@@ -84,6 +84,7 @@ class BagView(QWidget):
         choice.addWidget(self.recent, 1)
         choice.addWidget(self.open)
         facts = QHBoxLayout()
+        facts.setSpacing(0)
         facts.addWidget(self.facts, 1)
         facts.addWidget(self.details, 0, Qt.AlignTop)
         layout = QVBoxLayout(self)
@@ -111,6 +112,7 @@ class BagView(QWidget):
         self._show_recent()
         found = self._bag.catalogue
         self.facts.setText(self._facts(found))
+        self.facts.setToolTip('' if found is None else _origin(found))
         self.details.setVisible(found is not None)
         if found is None:
             self.details.setChecked(False)
@@ -244,9 +246,16 @@ def name_of(paths: Sequence[str]) -> str:
 def facts_of(found: Catalogue) -> str:
     """Return length, size and date of a recording in a line."""
     begin = datetime.fromtimestamp(found.begin_ns / 1e9)
-    parts = [f'<b>{format_time(found.duration_s)}</b>', size_text(found.size_bytes),
-             begin.strftime('%Y-%m-%d %H:%M')]
-    return ' · '.join(part.replace(' ', '&nbsp;') for part in parts)
+    is_recent = begin.year == datetime.now().year
+    parts = [format_time(found.duration_s), size_text(found.size_bytes),
+             begin.strftime('%d %b %H:%M' if is_recent else '%Y-%m-%d %H:%M')]
+    return ' · '.join(part.replace(' ', '\u00a0') for part in parts)
+
+
+def _origin(found: Catalogue) -> str:
+    """When a recording began, and its files."""
+    begin = datetime.fromtimestamp(found.begin_ns / 1e9)
+    return '\n'.join([begin.strftime('Recorded on %Y-%m-%d at %H:%M:%S'), *found.paths])
 
 
 def size_text(size_bytes: int) -> str:

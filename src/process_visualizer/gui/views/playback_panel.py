@@ -3,12 +3,14 @@ from __future__ import annotations
 
 from typing import Optional
 
-from PyQt5.QtWidgets import QFrame, QInputDialog, QSizePolicy, QVBoxLayout, QWidget
+from PyQt5.QtCore import Qt
+from PyQt5.QtWidgets import QFrame, QInputDialog, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
 from process_visualizer.bags.curves import Curve
 from process_visualizer.bags.progress_line import format_time
 from process_visualizer.gui.models.bag_model import BagModel
 from process_visualizer.gui.models.playback_model import PlaybackModel
+from process_visualizer.gui.style import WARNING
 from process_visualizer.gui.views.bag_view import BagView
 from process_visualizer.gui.views.curves_row import CurvesRow
 from process_visualizer.gui.views.timeline_lanes import Lane, lane_of
@@ -30,13 +32,20 @@ class PlaybackPanel(QWidget):
         self.transport = TransportView(playback)
         self.timeline = TimelineView(playback)
         self.curves = CurvesRow(bag.curves)
+        self.notes = QLabel()
+        self.notes.setObjectName('playback_notes')
+        self.notes.setWordWrap(True)
+        self.notes.setTextFormat(Qt.PlainText)
+        self.notes.setStyleSheet(f'color: {WARNING}')
         self.setObjectName('playback_panel')
         self._lay_out()
         bag.changed.connect(self._show_bag)
         bag.curves.changed.connect(self._show_curves)
         self.timeline.mark_wanted.connect(self.ask_for_mark)
+        playback.changed.connect(self._show_notes)
         self._show_bag()
         self._show_curves()
+        self._show_notes()
 
     def _lay_out(self) -> None:
         frame = QFrame()
@@ -53,6 +62,7 @@ class PlaybackPanel(QWidget):
         layout.setSpacing(8)
         layout.addWidget(self.bag)
         layout.addWidget(self.transport)
+        layout.addWidget(self.notes)
         layout.addWidget(frame, 1)
         layout.addStretch(0)
 
@@ -70,6 +80,16 @@ class PlaybackPanel(QWidget):
         found = self._bag.catalogue
         self.timeline.set_recording(0.0 if found is None else found.duration_s, self._bag.gaps)
         self.transport.set_topics(() if found is None else found.topic_names)
+
+    def _show_notes(self) -> None:
+        """Tell what the player cannot play, and what did not arrive."""
+        notes = list(self._playback.problems)
+        if self._playback.dropped:
+            notes.append(f'{self._playback.dropped} messages were too many for slow subscribers')
+        self.notes.setVisible(bool(notes))
+        more = f'  (and {len(notes) - 1} more)' if len(notes) > 1 else ''
+        self.notes.setText(notes[-1] + more if notes else '')
+        self.notes.setToolTip('\n'.join(notes))
 
     def _show_curves(self) -> None:
         found = self._bag.catalogue

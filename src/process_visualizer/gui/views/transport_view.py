@@ -24,7 +24,8 @@ from process_visualizer.gui.models.step_unit import MESSAGE, TIMES, StepUnit
 from process_visualizer.gui.style import QUIET, WARNING, tabular_font
 from process_visualizer.gui.views.speed_slider import SpeedSlider
 
-_WIDE_PX = 860  # from here on everything is in one row
+_WIDE_SPACING, _NARROW_SPACING = 24, 8
+_LEAST_WIDTH = 400
 _ICON = QSize(20, 20)
 
 
@@ -48,6 +49,7 @@ class TransportView(QWidget):
         self._grid = QGridLayout(self)
         self._grid.setContentsMargins(0, 0, 0, 0)
         self._grid.setVerticalSpacing(6)
+        self._grid.setSizeConstraint(QGridLayout.SetNoConstraint)
         self._arrange(False)
         self.set_topics(())
         playback.changed.connect(self._show)
@@ -79,7 +81,7 @@ class TransportView(QWidget):
         self.time.setToolTip('Position and length of the recording, m:ss.mmm')
         self.reached.setObjectName('reached_rate')
         self.reached.setStyleSheet(f'color: {WARNING}')
-        self.reached.setToolTip('The speed that the machine reaches; all topics slow down together')
+        self.reached.setToolTip('The machine reaches only this speed; all topics slow down together')
         self.reached.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)
         self.reached.setAlignment(Qt.AlignCenter)
         self.slider.setObjectName('speed')
@@ -145,7 +147,21 @@ class TransportView(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Use one row where there is room, otherwise several."""
-        self._arrange(event.size().width() >= _WIDE_PX)
+        self._arrange(event.size().width() >= self._wide_width())
+
+    def minimumSizeHint(self) -> QSize:
+        """Return a size in which several rows can be used, so that one row can be narrowed."""
+        size = super().minimumSizeHint()
+        return QSize(min(size.width(), _LEAST_WIDTH), size.height())
+
+    def _wide_width(self) -> int:
+        """How wide everything is in one row."""
+        parts = (self._buttons, self.time, self._speed_row, self._step_row)
+        return (sum(part.minimumSizeHint().width() for part in parts)
+                + (len(parts) - 1) * _WIDE_SPACING)
+
+    def _reached_width(self) -> int:
+        return self.fontMetrics().horizontalAdvance(' only 0.00× ')
 
     def _arrange(self, is_wide: bool) -> None:
         if is_wide == self._is_wide:
@@ -158,7 +174,8 @@ class TransportView(QWidget):
         for widget, (row, column) in places.items():
             spans = not is_wide and row > 0
             self._grid.addWidget(widget, row, column, 1, 2 if spans else 1)
-        self._grid.setHorizontalSpacing(24 if is_wide else 8)
+        self.reached.setMinimumWidth(self._reached_width() if is_wide else 0)
+        self._grid.setHorizontalSpacing(_WIDE_SPACING if is_wide else _NARROW_SPACING)
         for column in range(4):
             self._grid.setColumnStretch(column, int(column == 2 if is_wide else column == 0))
 
@@ -183,7 +200,7 @@ class TransportView(QWidget):
 
     def _show_reached(self) -> None:
         reached = self._playback.reached_rate
-        self.reached.setText('' if reached is None else f'reaches {abs(reached):.2g}×')
+        self.reached.setText('' if reached is None else f'only {abs(reached):.2g}×')
 
     def _show_unit(self) -> None:
         row = next((row for row in range(self.unit.count())
