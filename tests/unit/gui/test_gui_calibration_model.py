@@ -19,6 +19,10 @@ def device(name: str, pose: Pose = IN_FILE) -> Device:
     return Device(DeviceType.OTHER, name, HERE, base=BaseFrame(f'{name}/base', pose, HERE))
 
 
+class Refused(Exception):
+    """The file is not written."""
+
+
 class Frames:
     """Notes what is moved and saved; while ``gate`` is not set every move waits."""
 
@@ -49,7 +53,9 @@ def frames() -> Frames:
 @pytest.fixture
 def model(frames: Frames, qtbot) -> Iterator[CalibrationModel]:
     tasks = Tasks()
-    calibration = CalibrationModel(tasks, frames.move, save=frames.save)
+    calibration = CalibrationModel(tasks, frames.move)
+    assert not calibration.can_save
+    calibration.set_save(frames.save, Refused)
     calibration.set_devices([device('a'), Device(DeviceType.OTHER, 'floor', HERE), device('b')])
     calibration.set_running(True)
     yield calibration
@@ -115,10 +121,12 @@ def test_what_is_edited_while_it_is_saved_stays_unsaved(model, qtbot):
     assert model.is_unsaved and model.pose.xyz[0] == 6.0
 
 
-def test_a_save_that_fails_loses_nothing(model, frames, qtbot):
+@pytest.mark.parametrize('error', [PermissionError(13, 'Permission denied', 'cell.xml'),
+                                   Refused('cell.xml has been changed')])
+def test_a_save_that_fails_loses_nothing(model, frames, qtbot, error):
     model.set_value(0, 5.0)
     qtbot.waitUntil(lambda: len(frames.moves) == 1)
-    frames.error = PermissionError(13, 'Permission denied', 'cell.xml')
+    frames.error = error
     with qtbot.waitSignal(model.failed) as signal:
         model.save()
     assert 'the pose of a was not saved' in signal.args[0] and 'cell.xml' in signal.args[0]

@@ -25,7 +25,8 @@ from process_visualizer.gui.views.calibration_panel import CalibrationPanel
 @pytest.fixture
 def model(qtbot) -> Iterator[CalibrationModel]:
     tasks, frames = Tasks(), Frames()
-    calibration = CalibrationModel(tasks, frames.move, save=frames.save)
+    calibration = CalibrationModel(tasks, frames.move)
+    calibration.set_save(frames.save)
     yield calibration
     tasks.close()
 

@@ -76,7 +76,8 @@ def test_file_that_is_not_there_is_a_problem(model: CellModel, qtbot: Any, tmp_p
 
 def test_what_the_computer_lacks_is_named(model: CellModel, qtbot: Any, config: Path) -> None:
     config.write_text('<visualizer><device type="other" name="oven">'
-                      '<node pkg="no_such_package" type="driver"/></device></visualizer>')
+                      '<node pkg="no_such_package" type="driver" name="driver"/>'
+                      '</device></visualizer>')
     load(model, qtbot, config)
     assert model.cell is not None
     assert 'no_such_package' in str(model.missing[0])

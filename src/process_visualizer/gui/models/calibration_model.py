@@ -2,11 +2,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Type
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
-from process_visualizer.cell.errors import ConfigurationError
 from process_visualizer.cell.model import BaseFrame, Device, Pose, Vector3
 from process_visualizer.gui.models.newest_call import NewestCall
 from process_visualizer.gui.tasks import Tasks
@@ -31,10 +30,11 @@ class CalibrationModel(QObject):
     moved = pyqtSignal(str, object)
     """A frame (its name) was given a Pose here, not by the marker, which is to follow."""
 
-    def __init__(self, tasks: Tasks, move: Move, parent: Optional[QObject] = None,
-                 save: Optional[Save] = None) -> None:
+    def __init__(self, tasks: Tasks, move: Move, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
-        self._tasks, self._move, self._save = tasks, move, save
+        self._tasks, self._move = tasks, move
+        self._save: Optional[Save] = None
+        self._refusal: Type[Exception] = OSError
         self._devices: Dict[str, Device] = {}
         self._edited: Dict[str, Pose] = {}
         self._moves: Dict[str, 'NewestCall[Tuple[str, Pose]]'] = {}
@@ -97,9 +97,10 @@ class CalibrationModel(QObject):
 
     # What the program says
 
-    def set_save(self, save: Save) -> None:
-        """Take what writes a pose into its file."""
-        self._save = save
+    def set_save(self, save: Save, refusal: Type[Exception] = OSError) -> None:
+        """Take what writes a pose into its file, and what it raises when it does not."""
+        self._save, self._refusal = save, refusal
+        self.changed.emit()
 
     def set_devices(self, devices: Sequence[Device]) -> None:
         """Take the devices of the configuration; what is edited and not saved stays."""
@@ -210,7 +211,7 @@ class CalibrationModel(QObject):
     def _not_saved(self, device: str, error: Exception) -> None:
         self._is_saving = False
         self.changed.emit()
-        if not isinstance(error, (OSError, ValueError, ConfigurationError)):
+        if not isinstance(error, (OSError, self._refusal)):
             raise error
         self.failed.emit(f'the pose of {device} was not saved: {error}. What you set is still here')
 
