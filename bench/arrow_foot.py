@@ -95,6 +95,7 @@ def _thesis_arrow(position: np.ndarray) -> Marker:
     marker = Marker(ns='thesis', type=Marker.ARROW)
     marker.header.frame_id = f'{ROBOT}/link0'
     marker.points = [Point(*position), Point(*(position - [LENGTH_M, 0.0, 0.0]))]
+    marker.pose.orientation.w = 1.0
     marker.scale.x, marker.scale.y = 0.012, 0.024
     marker.color.b = marker.color.a = 1.0
     return marker
@@ -125,7 +126,7 @@ def main() -> int:
         wait_for_master(30)
         rospy.init_node('arrow_foot', disable_signals=True)
         driver, watcher = Driver(), ViewWatcher()
-        if not watcher.wait_until_drawn(90):
+        if not watcher.wait_until_drawn(30):
             print('\n'.join(watcher.problems()), file=sys.stderr)
             return 1
         standing = _pictures(_STANDING)

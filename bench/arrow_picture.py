@@ -9,6 +9,7 @@ import numpy as np
 BALL, LOCKED, UNLOCKED = 'ball', 'locked', 'unlocked'
 _LIT, _DARK = 110, 70  # what a channel has at least where it is on, and at most where it is off
 _ON = {BALL: (True, False, True), LOCKED: (True, False, False), UNLOCKED: (False, False, True)}
+_SIGN = {LOCKED: 1, UNLOCKED: -1}  # to which side of the picture it points
 _LEAST_PIXELS = 50
 _TIP_PIXELS = 3
 
@@ -37,7 +38,7 @@ def tips_from_ball(picture: np.ndarray) -> Dict[str, np.ndarray]:
         ValueError: the ball or an arrow is not in the picture.
     """
     ball = _pixels(picture, BALL).mean(axis=0)
-    return {name: _tip(_pixels(picture, name) - ball) for name in (LOCKED, UNLOCKED)}
+    return {name: _tip(_pixels(picture, name) - ball, sign) for name, sign in _SIGN.items()}
 
 
 def _pixels(picture: np.ndarray, name: str) -> np.ndarray:
@@ -51,12 +52,11 @@ def _pixels(picture: np.ndarray, name: str) -> np.ndarray:
     return np.column_stack((columns, rows)).astype(float)
 
 
-def _tip(places: np.ndarray) -> np.ndarray:
-    """Where an arrow ends that points along a row of pixels, away from the ball at the origin.
+def _tip(places: np.ndarray, sign: int) -> np.ndarray:
+    """Where an arrow ends that points along a row of pixels.
 
     Along the arrow it is where the last pixels are, and across it the middle of all.
     """
-    sign = np.sign(places[:, 0].mean())
     reach = np.sort(sign * places[:, 0])[-_TIP_PIXELS:].mean()
     return np.array([sign * reach, places[:, 1].mean()])
 

@@ -23,6 +23,7 @@ import rospy
 from std_msgs.msg import Float32, Float32MultiArray
 from visualization_msgs.msg import Marker, MarkerArray
 
+from process_visualizer.nodes.markers import ARROW_ID, TEXT_ID
 from process_visualizer.nodes.view_picture import wait_for_master
 
 RATE_HZ = 125.0
@@ -30,9 +31,9 @@ _TIMEOUT_S = 20.0
 _NODES = (
     ('robot_proc', '_topics/tool_center_frame/name:=/r/tcf', '_topics/joint_states/name:=/r/q',
      '_topics/force_sensor/name:=/r/ft'),
-    ('joint_proc', '_topic:=/r/q', '_joint_names:=[r/a]'),
+    ('joint_proc', '_topic:=/r/q'),
     ('variable_proc', '_variables:=[{topic: /r/heat, frame: r, label: heat}]'))
-_KINDS = {Marker.ARROW: 'arrow', Marker.TEXT_VIEW_FACING: 'number'}
+_KINDS = {ARROW_ID: 'arrow', TEXT_ID: 'number'}
 
 
 class Watch:
@@ -54,7 +55,7 @@ class Watch:
         now_s = time.monotonic()
         with self._changed:
             for marker in array.markers:
-                name = f'{marker.ns} {_KINDS[marker.type]}'
+                name = f'{marker.ns} {_KINDS[marker.id]}'
                 grey = marker.color.r == marker.color.g == marker.color.b
                 if marker.action == Marker.DELETE or not grey:
                     self._grey_s.pop(name, None)
@@ -71,6 +72,7 @@ def main() -> int:
         stack.enter_context(_running('roscore', '-p', os.environ['ROS_MASTER_URI'].split(':')[-1]))
         wait_for_master(30)
         rospy.init_node('stale_benchmark', disable_signals=True)
+        rospy.set_param('/r/joint_proc/joint_names', ['r/a'])
         for node, *arguments in _NODES:
             stack.enter_context(_running('rosrun', 'process_visualizer', node, '__ns:=r',
                                          *arguments))
@@ -97,6 +99,8 @@ def _measure(times: int) -> Dict[str, 'list[float]']:
     publishers = {name: rospy.Publisher(f'/r/{name}', kind, queue_size=10) for name, kind in (
         ('q', Float32MultiArray), ('tcf', Float32MultiArray), ('ft', Float32MultiArray),
         ('heat', Float32))}
+    while not all(publisher.get_num_connections() for publisher in publishers.values()):
+        time.sleep(0.1)  # the nodes start
     rows: Dict[str, 'list[float]'] = {}
     for _ in range(times):
         last_s = _send(publishers, 1.5 + random.random())

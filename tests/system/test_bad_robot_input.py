@@ -79,8 +79,12 @@ def running(environment: Dict[str, str], *command: str, **options: object) -> It
     try:
         yield
     finally:
-        process.send_signal(signal.SIGINT)
-        process.wait(20)
+        process.terminate()
+        try:
+            process.wait(20)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
 
 
 def sending(environment: Dict[str, str], topic: str, message_type: str, content: str):
