@@ -1,12 +1,12 @@
 """Measures how long the GUI thread was blocked; used by the tests of the window."""
 from __future__ import annotations
 
+import faulthandler
 import json
 import os
-import sys
+import tempfile
 import threading
 import time
-import traceback
 from collections import deque
 from pathlib import Path
 from typing import Deque, Dict, List, NamedTuple, Optional, Union
@@ -87,8 +87,7 @@ class Watchdog(QObject):
             beat_s = self._beat_s
             is_late = beat_s > 0.0 and time.monotonic() - beat_s > self._limit_s
             if is_late and self._seen != beat_s:
-                frame = sys._current_frames().get(self._gui_thread)
-                self._stack = ''.join(traceback.format_stack(frame)) if frame else ''
+                self._stack = _stack_of(self._gui_thread)
                 self._seen = beat_s
             self._write()
 
@@ -122,6 +121,18 @@ def watch_if_wanted(parent: QObject) -> Optional[Watchdog]:
     """Watch this thread if the environment names a file to write to."""
     file = os.environ.get(VARIABLE)
     return Watchdog(file, parent=parent) if file else None
+
+
+def _stack_of(thread: int) -> str:
+    """What a thread does, the newest call first.
+
+    No reference to its frames is held: Qt's objects in them must end in their own thread.
+    """
+    with tempfile.TemporaryFile('w+') as file:
+        faulthandler.dump_traceback(file)
+        file.seek(0)
+        parts = file.read().split('\n\n')
+    return next((part for part in parts if f'0x{thread:016x}' in part.split('\n')[0]), '')
 
 
 def _ms(seconds: float) -> float:

@@ -158,6 +158,7 @@ class TimelineView(QWidget):
         self._draw_position(painter, axis, bottom)
         if event.rect().right() >= self.width() - SIDE - VALUES_WIDTH:
             self._draw_values(painter, axis)
+        painter.end()
 
     def _draw_header(self, painter: QPainter, axis: TimeAxis) -> None:
         hovered = self._hover.mark if self._hover.kind == 'mark' else -1
