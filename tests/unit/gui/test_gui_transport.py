@@ -34,8 +34,7 @@ class Bench:
         self.qtbot.mouseClick(self.widget(name), Qt.LeftButton)
 
     def time(self) -> str:
-        return str(self.view.time.text()).replace('<span style="color: #66707a">', '').replace(
-            '</span>', '').replace('&nbsp;', ' ')
+        return self.view.time.text()
 
 
 @pytest.fixture

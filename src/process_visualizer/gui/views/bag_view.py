@@ -249,7 +249,7 @@ def facts_of(found: Catalogue) -> str:
     is_recent = begin.year == datetime.now().year
     parts = [format_time(found.duration_s), size_text(found.size_bytes),
              begin.strftime('%d %b %H:%M' if is_recent else '%Y-%m-%d %H:%M')]
-    return ' · '.join(part.replace(' ', '\u00a0') for part in parts)
+    return '\u2002'.join(part.replace(' ', '\u00a0') for part in parts)
 
 
 def _origin(found: Catalogue) -> str:

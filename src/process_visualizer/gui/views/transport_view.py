@@ -16,13 +16,13 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
-from process_visualizer.bags.progress_line import format_time
 from process_visualizer.bags.timeline import MAX_RATE, MIN_RATE
 from process_visualizer.gui.icons import icon
 from process_visualizer.gui.models.playback_model import PlaybackModel
 from process_visualizer.gui.models.step_unit import MESSAGE, TIMES, StepUnit
-from process_visualizer.gui.style import QUIET, WARNING, tabular_font
+from process_visualizer.gui.style import WARNING
 from process_visualizer.gui.views.speed_slider import SpeedSlider
+from process_visualizer.gui.views.time_label import TimeLabel
 
 _WIDE_SPACING, _NARROW_SPACING = 24, 8
 _LEAST_WIDTH = 400
@@ -37,7 +37,7 @@ class TransportView(QWidget):
         self._playback = playback
         self._is_wide: Optional[bool] = None
         self._topics: Sequence[str] = ()
-        self.time = QLabel()
+        self.time = TimeLabel()
         self.reached = QLabel()
         self.slider = SpeedSlider()
         self.rate = RateBox(playback)
@@ -75,13 +75,10 @@ class TransportView(QWidget):
 
     def _prepare(self) -> None:
         self.time.setObjectName('time')
-        font = tabular_font(self.font())
-        font.setPointSizeF(1.25 * font.pointSizeF())
-        self.time.setFont(font)
         self.time.setToolTip('Position and length of the recording, m:ss.mmm')
         self.reached.setObjectName('reached_rate')
         self.reached.setStyleSheet(f'color: {WARNING}')
-        self.reached.setToolTip('The machine reaches only this speed; all topics slow down together')
+        self.reached.setToolTip('The machine is too slow for more; all topics slow down together')
         self.reached.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)
         self.reached.setAlignment(Qt.AlignCenter)
         self.slider.setObjectName('speed')
@@ -208,13 +205,10 @@ class TransportView(QWidget):
         self.unit.setCurrentIndex(row)
 
     def _show_time(self) -> None:
-        it = self._playback
-        if not it.is_available:
-            self.time.setText(f'-:--.---<span style="color: {QUIET}"> / -:--.---</span>')
-            return
-        end = format_time(it.duration_s)
-        position = format_time(it.position_s).rjust(len(end)).replace(' ', '&nbsp;')
-        self.time.setText(f'{position}<span style="color: {QUIET}"> / {end}</span>')
+        if self._playback.is_available:
+            self.time.show_time(self._playback.position_s, self._playback.duration_s)
+        else:
+            self.time.show_nothing()
 
 
 class RateBox(QDoubleSpinBox):
