@@ -2,8 +2,9 @@
 from __future__ import annotations
 
 import os
+from itertools import takewhile
 from pathlib import Path
-from typing import Any, Callable, Optional, Sequence, Set, Type, TypeVar
+from typing import Any, Callable, List, Optional, Sequence, Set, Type, TypeVar
 
 import rosgraph
 from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
@@ -22,8 +23,9 @@ from pytestqt.exceptions import TimeoutError
 from process_visualizer.gui.launcher import Launcher
 from process_visualizer.gui.launcher_app import LauncherApp
 from process_visualizer.gui.settings import Settings
-from process_visualizer.gui.watchdog import Watchdog, WatchdogReport, read_report
+from process_visualizer.gui.watchdog import Entry, Watchdog, read_report
 
+LONGEST_BLOCK_MS = 50.0
 Kind = TypeVar('Kind', bound=QWidget)
 
 
@@ -105,9 +107,26 @@ class Operator:
         self._watchdog.close()
         self.launcher.close()
 
-    def watchdog_report(self) -> WatchdogReport:
-        """How long the GUI thread was blocked, until the window was closed."""
-        return read_report(self._watched)
+    def blocks(self) -> List[str]:
+        """When the window held up its thread for more than 50 ms: for how long, and doing what.
+
+        Time in which the thread waited for a processor does not count, nor what the test does
+        itself in this thread.
+        """
+        return [f'{own_ms(block):.0f} ms: {block["stack"]}'
+                for block in read_report(self._watched).blocks
+                if own_ms(block) > LONGEST_BLOCK_MS and not _is_the_tests(str(block['stack']))]
+
+
+def own_ms(block: Entry) -> float:
+    """For how long the thread was blocked without waiting for a processor."""
+    return float(block['blocked_ms']) - float(block['waited_ms'])
+
+
+def _is_the_tests(stack: str) -> bool:
+    """Whether the test was called last, and not the event loop in which the window lives."""
+    calls = [line for line in stack.splitlines() if 'File' in line]
+    return any('tests/gui' in call for call in takewhile(lambda it: 'pytestqt' not in it, calls))
 
 
 def nodes() -> Set[str]:
