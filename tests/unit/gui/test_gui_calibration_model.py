@@ -9,6 +9,8 @@ import pytest
 from recording_stand_in import HERE
 
 from process_visualizer.cell.model import BaseFrame, Device, DeviceType, Pose
+from process_visualizer.cell.pose_edit import PoseEditError, PoseEditor
+from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.gui.models.calibration_model import CalibrationModel, difference
 from process_visualizer.gui.tasks import Tasks
 
@@ -17,10 +19,6 @@ IN_FILE = Pose((1.0, 2.0, 3.0), (0.1, 0.2, 0.3))
 
 def device(name: str, pose: Pose = IN_FILE) -> Device:
     return Device(DeviceType.OTHER, name, HERE, base=BaseFrame(f'{name}/base', pose, HERE))
-
-
-class Refused(Exception):
-    """The file is not written."""
 
 
 class Frames:
@@ -55,7 +53,7 @@ def model(frames: Frames, qtbot) -> Iterator[CalibrationModel]:
     tasks = Tasks()
     calibration = CalibrationModel(tasks, frames.move)
     assert not calibration.can_save
-    calibration.set_save(frames.save, Refused)
+    calibration.set_save(frames.save)
     calibration.set_devices([device('a'), Device(DeviceType.OTHER, 'floor', HERE), device('b')])
     calibration.set_running(True)
     yield calibration
@@ -122,7 +120,7 @@ def test_what_is_edited_while_it_is_saved_stays_unsaved(model, qtbot):
 
 
 @pytest.mark.parametrize('error', [PermissionError(13, 'Permission denied', 'cell.xml'),
-                                   Refused('cell.xml has been changed')])
+                                   PoseEditError('cell.xml has been changed')])
 def test_a_save_that_fails_loses_nothing(model, frames, qtbot, error):
     model.set_value(0, 5.0)
     qtbot.waitUntil(lambda: len(frames.moves) == 1)
@@ -178,6 +176,22 @@ def test_the_configuration_is_read_again(model):
     assert model.device == 'a' and model.unsaved == []
     model.set_devices([])
     assert model.device == '' and model.why_not and model.pose == Pose()
+
+
+def test_the_file_gets_the_numbers(model, tmp_path, qtbot):
+    path = tmp_path / 'cell.xml'
+    path.write_text('<visualizer>  <!-- measured in May -->\n'
+                    '<device type="other" name="a"><base frame="b" xyz="1 2 3" /></device>\n'
+                    '</visualizer>')
+    cell = XmlParser().parse(str(path))
+    model.set_devices(cell.devices)
+    model.set_save(PoseEditor(cell).save)
+    model.set_value(0, 1.0123456789)
+    with qtbot.waitSignal(model.saved):
+        model.save()
+    assert 'xyz="1.012346 2 3"' in path.read_text() and 'measured in May' in path.read_text()
+    model.set_devices(XmlParser().parse(str(path)).devices)
+    assert not model.is_unsaved and model.pose.xyz[0] == 1.012346
 
 
 def test_difference():

@@ -2,11 +2,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Type
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
 from process_visualizer.cell.model import BaseFrame, Device, Pose, Vector3
+from process_visualizer.cell.pose_edit import PoseEditError
 from process_visualizer.gui.models.newest_call import NewestCall
 from process_visualizer.gui.tasks import Tasks
 
@@ -34,7 +35,6 @@ class CalibrationModel(QObject):
         super().__init__(parent)
         self._tasks, self._move = tasks, move
         self._save: Optional[Save] = None
-        self._refusal: Type[Exception] = OSError
         self._devices: Dict[str, Device] = {}
         self._edited: Dict[str, Pose] = {}
         self._moves: Dict[str, 'NewestCall[Tuple[str, Pose]]'] = {}
@@ -97,9 +97,9 @@ class CalibrationModel(QObject):
 
     # What the program says
 
-    def set_save(self, save: Save, refusal: Type[Exception] = OSError) -> None:
-        """Take what writes a pose into its file, and what it raises when it does not."""
-        self._save, self._refusal = save, refusal
+    def set_save(self, save: Save) -> None:
+        """Take what writes a pose into its file."""
+        self._save = save
         self.changed.emit()
 
     def set_devices(self, devices: Sequence[Device]) -> None:
@@ -211,7 +211,7 @@ class CalibrationModel(QObject):
     def _not_saved(self, device: str, error: Exception) -> None:
         self._is_saving = False
         self.changed.emit()
-        if not isinstance(error, (OSError, self._refusal)):
+        if not isinstance(error, (OSError, PoseEditError)):
             raise error
         self.failed.emit(f'the pose of {device} was not saved: {error}. What you set is still here')
 
