@@ -1,6 +1,7 @@
 """The recording model with a stand-in for the recorder: phases, figures, faults."""
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import Iterator, List
 
@@ -347,3 +348,12 @@ def test_settings_are_remembered(model, tasks, client):
     assert other.choices.settings() == model.choices.settings()
     other.choices.restore({'choice': 'nonsense'})
     assert other.choices.name_choice is NameChoice.PREFIX
+
+
+def test_a_window_that_was_held_up_does_not_lose_the_recorder(recording, client, qtbot):
+    recording._silence.setInterval(100)
+    recording.take_state(told('recording', files=(client.path,)))
+    time.sleep(0.5)  # the GUI thread is blocked, while states of the recorder arrive
+    qtbot.wait(5)
+    recording.take_state(told('recording', files=(client.path,)))
+    assert recording.phase is Phase.RECORDING and messages_of(recording) == []

@@ -22,7 +22,9 @@ from process_visualizer.gui.tasks import Tasks
 RECENT_S = 30.0
 """What the recorder keeps in memory (its parameter ~recent_duration)."""
 _LINE = 'recorder'
-_SILENCE_MS = 3000
+_SILENCE_MS, _SILENCES = 1000, 3
+"""After so many times without a state the recorder is gone; counted, not measured in one piece,
+so that a window that was held up itself does not take what waits for it for silence."""
 _LOOK_PERIOD_S = 5.0
 _LOW_DISK_S = 300.0
 _LATE_S = 2.0
@@ -55,9 +57,9 @@ class RecordingModel(QObject):
         self._marks: List[Tuple[float, str]] = []
         self._label = ''
         self._silence = QTimer(self)
-        self._silence.setSingleShot(True)
         self._silence.setInterval(_SILENCE_MS)
-        self._silence.timeout.connect(self._recorder_is_silent)
+        self._silence.timeout.connect(self._hear_nothing)
+        self._silences = 0
 
     # What the operator sees
 
@@ -172,6 +174,7 @@ class RecordingModel(QObject):
         """Take what the recorder says; in the GUI thread."""
         if self._phase is Phase.OFF:
             return
+        self._silences = 0
         self._silence.start()
         if not self._is_late(snapshot):
             self._snapshot = snapshot
@@ -320,7 +323,13 @@ class RecordingModel(QObject):
         else:
             self._fail(f'the recorder could not finish its bag. {_repair(path)}')
 
-    def _recorder_is_silent(self) -> None:
+    def _hear_nothing(self) -> None:
+        self._silences += 1
+        if self._silences >= _SILENCES:
+            self._silence.stop()
+            self._recorder_is_gone()
+
+    def _recorder_is_gone(self) -> None:
         path, self._path = self._path, ''
         self._enter(Phase.GONE)
         if path:
