@@ -30,7 +30,8 @@ class RvizView:
         """Take RViz's name, and how long an answer may take."""
         self._node = node
         self._save = ServiceConnection(f'{node}/save_config', _SendFilePath, timeout_s)
-        self._load = ServiceConnection(f'{node}/load_config_discarding', _SendFilePath, timeout_s)
+        self._load = ServiceConnection(f'{node}/load_config_discarding_changes', _SendFilePath,
+                                       timeout_s)
 
     def save(self, path: str) -> None:
         """Write what RViz shows now, camera and all, into a file (absolute path).
