@@ -36,7 +36,8 @@ class DisplayStatusTest(unittest.TestCase):
 
     def test_lists_every_display(self) -> None:
         self.assertEqual([status.name for status in self.last.status],
-                         ['rviz', 'Status report', 'Floor', 'Floor/Good', 'Bad', 'Off'])
+                         ['rviz', 'Status report', 'Floor', 'Floor/Good', 'Bad', 'Off',
+                          'Calibration'])
         self.assertEqual(self.displays['Floor/Good'].hardware_id, 'rviz/Grid')
 
     def test_good_display(self) -> None:
@@ -54,6 +55,10 @@ class DisplayStatusTest(unittest.TestCase):
         off = self.displays['Off']
         self.assertEqual((off.level, off.message), (DiagnosticStatus.OK, ''))
         self.assertEqual(values(off)['enabled'], 'false')
+
+    def test_interactive_markers_that_nobody_publishes_are_no_problem(self) -> None:
+        markers = self.displays['Calibration']
+        self.assertEqual((markers.level, markers.message), (DiagnosticStatus.OK, ''))
 
     def test_rviz_itself(self) -> None:
         rviz = self.displays['rviz']

@@ -13,6 +13,10 @@ from process_visualizer.generate.window_geometry import Rectangle, window_geomet
 
 _STATUS_DISPLAY: DisplayConfig = {
     'Class': 'process_visualizer/DisplayStatus', 'Name': 'Status report', 'Enabled': True}
+CALIBRATION_TOPIC = '/process_visualizer/calibration'
+_CALIBRATION_DISPLAY: DisplayConfig = {
+    'Class': 'rviz/InteractiveMarkers', 'Name': 'Calibration', 'Enabled': True,
+    'Update Topic': f'{CALIBRATION_TOPIC}/update'}
 _GRID = 'rviz/Grid'
 
 
@@ -62,7 +66,8 @@ class RVizConfig:
 
     def text(self) -> str:
         """The file's content."""
-        self._manager['Displays'] = self._displays + [_STATUS_DISPLAY]
+        self._manager['Displays'] = [*self._displays, _CALIBRATION_DISPLAY,
+                                    _STATUS_DISPLAY]
         saved = self._saved
         config = self._config if saved is None else merged_view(self._config, saved)
         if self._window is not None:
