@@ -1,0 +1,104 @@
+"""The program without its window: what can be launched, and what would change."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Iterator, List
+
+import pytest
+
+from process_visualizer.cell.model import Mode
+from process_visualizer.generate.choice import RvizStart
+from process_visualizer.gui.launcher import Launcher
+from process_visualizer.gui.models.launch_model import Phase
+
+DEVICES = '''<visualizer>
+  <device type="other" name="oven"><base frame="oven" xyz="1 0 0"/></device>
+  <device type="other" name="press"/>
+</visualizer>'''
+
+
+@pytest.fixture
+def config(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv('ROS_HOME', str(tmp_path))
+    path = tmp_path / 'cell.xml'
+    path.write_text(DEVICES)
+    return path
+
+
+@pytest.fixture
+def launcher(qtbot: Any, config: Path) -> Iterator[Launcher]:
+    program = Launcher()
+    yield program
+    program.close()
+
+
+@pytest.fixture
+def loaded(launcher: Launcher, qtbot: Any, config: Path) -> Launcher:
+    with qtbot.waitSignal(launcher.cell.loaded):
+        launcher.cell.open(str(config))
+    return launcher
+
+
+def run(launcher: Launcher) -> None:
+    """As if all that is chosen had been launched."""
+    launcher.launch.running = launcher.choice()
+    launcher.launch.phase = Phase.RUNNING
+
+
+def test_why_nothing_can_be_launched(loaded: Launcher) -> None:
+    assert 'master' in loaded.why_not()
+    loaded.master.is_connected = True
+    assert loaded.why_not() == ''
+    loaded.cell.tick_only(set())
+    assert loaded.why_not() == 'Tick a device first'
+
+
+def test_broken_configuration_cannot_be_launched(launcher: Launcher, qtbot: Any,
+                                                 config: Path) -> None:
+    config.write_text('<visualizer><device/></visualizer>')
+    launcher.master.is_connected = True
+    with qtbot.waitSignal(launcher.cell.loaded):
+        launcher.cell.open(str(config))
+    assert launcher.why_not() == 'The configuration has problems'
+
+
+def test_choice(loaded: Launcher) -> None:
+    loaded.cell.tick('press', False)
+    loaded.cell.set_mode(Mode.PLAYBACK)
+    choice = loaded.choice()
+    assert [device.name for device in choice.devices] == ['oven']
+    assert (choice.mode, choice.rviz, choice.bag) == (Mode.PLAYBACK, RvizStart.OPTIONAL, None)
+
+
+def test_nothing_is_pending_while_what_runs_is_what_is_chosen(loaded: Launcher) -> None:
+    assert loaded.pending() == ''
+    run(loaded)
+    assert loaded.pending() == ''
+
+
+def test_ticks_are_pending_while_nodes_run(loaded: Launcher) -> None:
+    loaded.cell.tick('press', False)
+    run(loaded)
+    loaded.cell.tick('press', True)
+    loaded.cell.tick('oven', False)
+    assert loaded.pending() == 'start press; stop oven'
+
+
+def test_a_changed_device_is_pending_after_a_reload(loaded: Launcher, qtbot: Any,
+                                                    config: Path) -> None:
+    run(loaded)
+    config.write_text('\n\n' + DEVICES.replace('1 0 0', '2 0 0').lstrip())
+    with qtbot.waitSignal(loaded.cell.loaded):
+        loaded.cell.reload()
+    assert loaded.pending() == 'restart oven'
+
+
+def test_devices_are_not_changed_during_a_recording(loaded: Launcher,
+                                                    monkeypatch: pytest.MonkeyPatch) -> None:
+    messages: List[str] = []
+    loaded.failed.connect(messages.append)
+    run(loaded)
+    monkeypatch.setattr(type(loaded.recording), 'is_recording', property(lambda _: True))
+    loaded.apply()
+    assert 'stop it before' in messages[0]
+    assert loaded.launch.phase is Phase.RUNNING

@@ -1,0 +1,42 @@
+"""What the launcher remembers."""
+from __future__ import annotations
+
+from pathlib import Path
+
+from PyQt5.QtCore import QByteArray, QSettings
+
+from process_visualizer.gui.settings import Settings
+
+
+def settings(folder: Path) -> Settings:
+    return Settings(QSettings(str(folder / 'launcher.conf'), QSettings.IniFormat))
+
+
+def test_values_keep_their_types(tmp_path: Path) -> None:
+    first = settings(tmp_path)
+    values = {'number': 0.5, 'flag': False, 'text': 'ünd "so"; [x]', 'list': ['a', 'b'],
+              'table': {'path': '/a b', 'arguments': {'quality': 'poor'}}}
+    for name, value in values.items():
+        first.store(name, value)
+    del first
+    second = settings(tmp_path)
+    assert {name: second.value(name) for name in values} == values
+
+
+def test_what_was_never_stored_has_its_default(tmp_path: Path) -> None:
+    assert settings(tmp_path).value('mode', 'realtime') == 'realtime'
+    assert settings(tmp_path).geometry('HDMI-1') is None
+
+
+def test_what_another_version_has_written_does_not_matter(tmp_path: Path) -> None:
+    file = QSettings(str(tmp_path / 'launcher.conf'), QSettings.IniFormat)
+    file.setValue('mode', '{not json')
+    file.sync()
+    assert settings(tmp_path).value('mode', 'playback') == 'playback'
+
+
+def test_the_place_of_the_window_belongs_to_a_screen(tmp_path: Path) -> None:
+    place = QByteArray(b'\x01\xd9\xd0\xcb\x00')
+    settings(tmp_path).store_geometry('HDMI-1', place)
+    assert settings(tmp_path).geometry('HDMI-1') == place
+    assert settings(tmp_path).geometry('eDP-1') is None

@@ -1,0 +1,41 @@
+"""The status line."""
+from __future__ import annotations
+
+import pytest
+
+from process_visualizer.cell.model import Mode
+from process_visualizer.gui.models.launch_model import Phase
+from process_visualizer.gui.models.recording_types import Phase as RecordingPhase
+from process_visualizer.gui.snapshots import PlayerSnapshot
+from process_visualizer.gui.status import player_activity, recorder_activity, status_text
+from process_visualizer.launching.device_state import Level, Line
+
+GOOD = Line(Level.GOOD, 'arm: running')
+DIED = Line(Level.BAD, 'arm: driver ended with code 1')
+
+
+def player(rate: float, paused: bool = False) -> PlayerSnapshot:
+    return PlayerSnapshot(0.0, 0.0, 10.0, 1.0, rate, rate, paused)
+
+
+@pytest.mark.parametrize('text, expected', [
+    (status_text(Phase.IDLE, None, '', GOOD), 'Currently not doing anything'),
+    (status_text(Phase.LAUNCHING, Mode.REALTIME, '', GOOD), 'Launching nodes…'),
+    (status_text(Phase.RUNNING, Mode.REALTIME, '', GOOD), 'In real-time mode.'),
+    (status_text(Phase.RUNNING, Mode.REALTIME, 'Recording data', GOOD),
+     'In real-time mode. Recording data'),
+    (status_text(Phase.RUNNING, Mode.PLAYBACK, 'Paused', DIED),
+     'In playback mode. Paused\narm: driver ended with code 1'),
+    (status_text(Phase.QUITTING, Mode.PLAYBACK, 'Paused', GOOD), 'Quitting all nodes…'),
+])
+def test_status(text: str, expected: str) -> None:
+    assert text == expected
+
+
+def test_what_recorder_and_player_do() -> None:
+    assert recorder_activity(RecordingPhase.RECORDING) == 'Recording data'
+    assert recorder_activity(RecordingPhase.IDLE) == ''
+    assert player_activity(None) == ''
+    assert player_activity(player(0.5)) == 'Playing at 0.5×'
+    assert player_activity(player(-2.0)) == 'Playing backwards at 2×'
+    assert player_activity(player(1.0, paused=True)) == 'Paused'
