@@ -1,6 +1,7 @@
 """All models of the window and what connects them; no widgets."""
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Optional, Sequence
 
 from PyQt5.QtCore import QObject, pyqtSignal
@@ -141,7 +142,9 @@ class Launcher(QObject):
         mode = running.mode if running is not None and self.launch.is_running else None
         self.recording.set_running(mode is Mode.REALTIME)
         self.calibration.set_running(mode is not None)
-        if mode is not Mode.PLAYBACK:
+        if mode is Mode.PLAYBACK:
+            self._play_other_bag('')
+        else:
             self._take_player(None)
 
     def _follow_cell(self) -> None:
@@ -157,8 +160,9 @@ class Launcher(QObject):
     def _play_other_bag(self, _path: str) -> None:
         """The player restarts with another bag; everything else goes on running."""
         running = self.launch.running
-        if running is not None and self.launch.is_running and running.mode is Mode.PLAYBACK:
-            self.launch.apply(self.choice())
+        if running is not None and self.launch.is_running and running.mode is Mode.PLAYBACK \
+                and self.bag.path not in ('', running.bag):
+            self.launch.apply(replace(running, bag=self.bag.path))
 
     def _take_player(self, player: Optional[PlayerSnapshot]) -> None:
         if player is None and self._player is None:

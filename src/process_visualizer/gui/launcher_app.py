@@ -274,7 +274,7 @@ class LauncherApp(QMainWindow):
         path, self._bag_to_play = self._bag_to_play, ''
         self._launcher.cell.set_mode(Mode.PLAYBACK)
         self._launcher.bag.open([path])
-        self._launcher.start()
+        self._launcher.when_ready(None, True)
 
     def _quit(self) -> None:
         if self._launcher.recording.is_recording:
