@@ -16,11 +16,12 @@ free_port() {
   python3 -c 'import socket; s = socket.socket(); s.bind(("", 0)); print(s.getsockname()[1])'
 }
 
+# usage: start_screen [WIDTHxHEIGHT]
 start_screen() {
   local display
   mkfifo "$work/display"
   # In a session of its own: a Ctrl-C must reach the programs first, then end the screen.
-  setsid Xvfb -displayfd 3 -screen 0 1600x1000x24 -nolisten tcp 3>"$work/display" 2>/dev/null &
+  setsid Xvfb -displayfd 3 -screen 0 "${1:-1600x1000}x24" -nolisten tcp 3>"$work/display" 2>/dev/null &
   screen_pid=$!
   read -r display <"$work/display"
   ROS_MASTER_URI=http://localhost:$(free_port)

@@ -31,7 +31,7 @@ def main() -> int:
     words = [word for word in sys.argv[1:] if not word.startswith('__')]  # roslaunch's own
     options = _options([word for word in words if not _NAMED_VALUE.match(word)])
     arguments = dict(word.split(':=', 1) for word in words if _NAMED_VALUE.match(word))
-    app = _application()
+    app = make_application()
     settings = Settings()
     launcher = Launcher()
     window = LauncherApp(launcher, settings)
@@ -39,7 +39,7 @@ def main() -> int:
     watcher = watch_if_wanted(app)
     signals = StopSignals(app)
     signals.received.connect(window.leave)
-    _place(app, window, launcher, settings)
+    place_window(app, window, launcher, settings)
     window.show()
     _begin(launcher, settings, options, arguments)
     code = app.exec_()
@@ -94,7 +94,8 @@ def _options(words: Sequence[str]) -> argparse.Namespace:
     return options
 
 
-def _application() -> QApplication:
+def make_application() -> QApplication:
+    """Return the application in the look of the launcher."""
     QApplication.setAttribute(Qt.AA_EnableHighDpiScaling)
     app = QApplication(sys.argv[:1])
     app.setApplicationName('process_visualizer')
@@ -127,8 +128,8 @@ def _configuration(settings: Settings, given: str,
     return os.path.join(rospkg.RosPack().get_path('process_visualizer'), 'devices.xml'), arguments
 
 
-def _place(app: QApplication, window: LauncherApp, launcher: Launcher,
-           settings: Settings) -> None:
+def place_window(app: QApplication, window: LauncherApp, launcher: Launcher,
+                 settings: Settings) -> None:
     """The window as it was left on this screen, else on the left side; RViz takes the rest."""
     screen = app.primaryScreen()
     room = screen.availableGeometry()

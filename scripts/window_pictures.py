@@ -1,0 +1,225 @@
+"""Drives the launcher through all that an operator sees, and takes a picture of each state.
+
+usage: window_pictures.py CONFIG FOLDER    (started by take_window_pictures)
+"""
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from pathlib import Path
+from typing import Any, Callable, List, cast
+from xmlrpc.client import ServerProxy
+
+import rosgraph
+from PyQt5.QtCore import QEventLoop, QTimer
+from PyQt5.QtWidgets import QAbstractButton, QApplication, QDialog, QLabel, QWidget
+
+from process_visualizer.cell.model import Mode
+from process_visualizer.gui.launcher import Launcher
+from process_visualizer.gui.launcher_app import LauncherApp
+from process_visualizer.gui.main import make_application, place_window
+from process_visualizer.gui.settings import Settings
+
+_PERIOD_MS = 20
+_RECORDED_S = 20.0
+_BROKEN = """<visualizer>
+  <device type="robot" name="arm">
+    <model pkg="sewing_cell" path="models/ur6.urdf.xacro" />
+    <base frame="arm_base" xyz="0 0 0,8" ypr="0 0 0" />
+    <topic name="joint_states" typ="joint_states" msg="sensor_msgs/JointState" />
+  </device>
+  <device type="robt" name="arm" />
+</visualizer>
+"""
+
+
+class Photographer:
+    """Takes pictures of the whole screen, or of the window only."""
+
+    def __init__(self, config: str, folder: Path) -> None:
+        self._app = make_application()
+        self._config, self._folder = config, folder
+        self._settings = Settings()
+        self.launcher = Launcher()
+        self.window = LauncherApp(self.launcher, self._settings)
+        place_window(self._app, self.window, self.launcher, self._settings)
+        self.window.show()
+        QApplication.setActiveWindow(self.window)
+        self.launcher.begin()
+
+    def take_all(self) -> None:
+        """Go through every state."""
+        self._start()
+        bag = self._real_time()
+        self._problems()
+        self._playback(bag)
+
+    def close(self) -> None:
+        """End all that was started."""
+        self.window.leave()
+        self._until(lambda: not self.window.isVisible(), 60.0)
+        self.launcher.close()
+
+    # The states
+
+    def _start(self) -> None:
+        self.launcher.cell.open(self._config)
+        self._until(self.window.launch.launch.isEnabled, 60.0)
+        self._picture('start')
+
+    def _real_time(self) -> str:
+        """Launch, record, calibrate, and let a node die; returns the path of the bag."""
+        launcher, folder = self.launcher, os.environ['ROS_HOME']
+        displays: List[bool] = []
+        launcher.link.displays.connect(
+            lambda found: displays.append(all(it.level == 0 for it in found)))
+        self._click('launch')
+        self._until(lambda: bool(displays) and displays[-1], 120.0)
+        self._pause(4.0)
+        self._picture('realtime', whole=True)
+        launcher.recording.choices.set_folder(folder)
+        self._until(self._button('record').isEnabled, 30.0)
+        self._click('record')
+        self._until(lambda: launcher.recording.elapsed_s > _RECORDED_S / 4, 60.0)
+        launcher.recording.set_label('leather in')
+        self._click('mark')
+        self._until(lambda: launcher.recording.elapsed_s > _RECORDED_S * 3 / 4, 60.0)
+        launcher.recording.set_label('seam begins')
+        self._click('mark')
+        self._until(lambda: launcher.recording.elapsed_s > _RECORDED_S, 60.0)
+        self._picture('recording')
+        self._click('record')
+        self._until(lambda: not launcher.recording.is_recording, 30.0)
+        self._pause(1.0)
+        self._picture('recorded')
+        self._calibrate()
+        self._let_a_node_die()
+        self._quit()
+        return str(next(Path(folder).glob('*.bag')))
+
+    def _calibrate(self) -> None:
+        self.window.panels.setCurrentWidget(self.window.calibration)
+        self._click('calibration_marker')
+        model = self.launcher.calibration
+        model.set_value(0, model.pose.xyz[0] + 0.025)
+        model.set_value(3, model.pose.ypr[0] + 0.05)
+        self._pause(2.5)
+        self._picture('calibration', whole=True)
+        model.revert()
+        self._click('calibration_marker')
+        self.window.panels.setCurrentIndex(0)
+
+    def _let_a_node_die(self) -> None:
+        uri = rosgraph.Master('/pictures').lookupNode('/sewing_machine/sewing_machine')
+        pid = cast(List[Any], ServerProxy(uri).getPid('/pictures'))[2]
+        os.kill(pid, signal.SIGKILL)
+        device = self.window.devices
+        self._until(lambda: device.state_text('sewing_machine') != 'running', 20.0)
+        device.topLevelItem(3).setExpanded(True)
+        self._pause(1.0)
+        self._picture('died')
+
+    def _problems(self) -> None:
+        broken = Path(self._config).with_name('broken.xml')
+        broken.write_text(_BROKEN, encoding='utf-8')
+        self.launcher.cell.open(str(broken))
+        self._until(lambda: bool(self.launcher.cell.problems), 20.0)
+        self._picture('problems')
+        self.launcher.cell.open(self._config)
+        self._until(lambda: not self.launcher.cell.problems, 20.0)
+
+    def _playback(self, bag: str) -> None:
+        launcher, playback = self.launcher, self.launcher.playback
+        launcher.cell.set_mode(Mode.PLAYBACK)
+        self._pause(0.5)
+        self._picture('playback_empty')
+        launcher.bag.open([bag])
+        self._until(lambda: launcher.bag.path == bag and bool(launcher.bag.curves.curves), 60.0)
+        self._click('launch')
+        self._until(lambda: playback.is_available and launcher.launch.is_running, 120.0)
+        self._until(lambda: playback.is_playing, 60.0)
+        self._until(lambda: playback.position_s > 8.0, 30.0)
+        playback.toggle()
+        self._until(lambda: not playback.is_playing, 20.0)
+        self._pause(2.0)
+        self._picture('playback', whole=True)
+        playback.set_rate(0.5)
+        playback.set_loop_begin(10.0)
+        playback.set_loop_end(14.0)
+        playback.seek(10.5)
+        playback.play()
+        self._until(lambda: playback.is_playing and playback.position_s > 11.5, 30.0)
+        self._picture('loop')
+        self._button('bag_details').click()
+        self._pause(0.5)
+        self._picture('topics')
+        self._button('bag_details').click()
+        self._click('show_keys')
+        self._pause(0.5)
+        self._picture('keys')
+        self._close_dialogs()
+        self._quit()
+
+    # How it is done
+
+    def _quit(self) -> None:
+        self.launcher.launch.quit()
+        self._until(lambda: self.launcher.launch.is_idle, 90.0)
+
+    def _picture(self, name: str, whole: bool = False) -> None:
+        """Save what is on the screen: all of it, or what belongs to the window."""
+        self._pause(0.3)
+        dialog = next((it for it in self.window.findChildren(QDialog) if it.isVisible()), None)
+        shown = dialog if dialog is not None else self.window
+        picture = (self._app.primaryScreen().grabWindow(0) if whole else shown.grab())
+        if not picture.save(str(self._folder / f'launcher_{name}.png')):
+            raise OSError(f'{self._folder} cannot be written')
+        print(name, flush=True)
+
+    def _close_dialogs(self) -> None:
+        for dialog in self.window.findChildren(QDialog):
+            dialog.close()
+
+    def _button(self, name: str) -> QAbstractButton:
+        found: QAbstractButton = self.window.findChild(QAbstractButton, name)
+        return found
+
+    def _click(self, name: str) -> None:
+        self._button(name).click()
+
+    def _text(self, name: str) -> str:
+        label: QLabel = self.window.findChild(QLabel, name)
+        return str(label.text())
+
+    def _pause(self, seconds: float) -> None:
+        loop = QEventLoop()
+        QTimer.singleShot(round(1000 * seconds), loop.quit)
+        loop.exec_()
+
+    def _until(self, condition: Callable[[], bool], timeout_s: float) -> None:
+        """Let the window live until a condition holds; raises TimeoutError."""
+        loop, timer, end = QEventLoop(), QTimer(), QTimer()
+        end.setSingleShot(True)
+        end.timeout.connect(loop.quit)
+        end.start(round(1000 * timeout_s))
+        timer.timeout.connect(lambda: loop.quit() if condition() else None)
+        timer.start(_PERIOD_MS)
+        loop.exec_()
+        if not condition():
+            message = self.window.findChild(QWidget, 'message')
+            raise TimeoutError(f'not seen; status: {self._text("status")}; '
+                               f'{message.text() if message is not None else ""}')
+
+
+def main() -> None:
+    """Take the pictures."""
+    photographer = Photographer(sys.argv[1], Path(sys.argv[2]))
+    try:
+        photographer.take_all()
+    finally:
+        photographer.close()
+
+
+if __name__ == '__main__':
+    main()
