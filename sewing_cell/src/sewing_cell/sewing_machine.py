@@ -19,6 +19,7 @@ from process_visualizer.nodes.parameters import (
     private_parameters,
 )
 from process_visualizer.nodes.playback import PlaybackFollower
+from process_visualizer.nodes.process_end import spin_to_end
 from process_visualizer.nodes.value_board import ShownValue, TextPlace, ValueBoard
 
 MESH = 'package://sewing_cell/meshes/sewing_machine.dae'
@@ -190,4 +191,4 @@ def main() -> None:
     except ParameterError as error:
         rospy.logfatal('%s', error)
         sys.exit(1)
-    rospy.spin()
+    spin_to_end()

@@ -12,6 +12,7 @@ from typing import Callable
 
 import rospy
 
+from process_visualizer.nodes.process_end import spin_to_end
 from sewing_cell.cycle import SewingCycle
 from sewing_cell.driver_groups import ForceDriver, JointDriver, KinectDriver, MachineDriver
 from sewing_cell.simulator_parameters import ParameterError, SimulatorParameters
@@ -95,5 +96,4 @@ def main() -> int:
     sys.setswitchinterval(_SWITCH_INTERVAL_S)
     Simulator(parameters).start()
     rospy.loginfo(f"simulator: sewing a {parameters.quality} seam, seed {parameters.seed}")
-    rospy.spin()
-    return 0
+    return spin_to_end()

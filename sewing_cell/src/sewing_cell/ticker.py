@@ -33,8 +33,8 @@ class Ticker:
         self._start_s = start_s
         self._thread.start()
 
-    def stop(self, timeout_s: Optional[float] = 2.0) -> None:
-        """Stop at once, and wait until an action that is under way is over."""
+    def stop(self, timeout_s: Optional[float] = 0.3) -> None:
+        """Stop at once, and wait until an action that is under way is over, but no longer."""
         with self._condition:
             self._stopped = True
             self._condition.notify_all()

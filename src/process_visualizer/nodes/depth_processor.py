@@ -11,6 +11,8 @@ from typing import BinaryIO, ClassVar
 import rospy
 from sensor_msgs.msg import PointCloud2
 
+from process_visualizer.nodes.process_end import spin_to_end
+
 # std_msgs/Header on the wire: seq, stamp (s, ns), and the length of frame_id, which follows.
 _HEADER = struct.Struct('<4I')
 # Clouds are read from the socket in pieces of at most this many bytes.
@@ -97,4 +99,4 @@ def main() -> None:
     """Run the node until ROS shuts it down."""
     rospy.init_node('depth_proc')
     processor = DepthProcessor()  # noqa: F841, keeps the subscription alive
-    rospy.spin()
+    spin_to_end()

@@ -12,6 +12,7 @@ from tf2_msgs.msg import TFMessage
 from process_visualizer.motion.frame_tree import Frame, FrameTree
 from process_visualizer.motion.rotations import quaternion_from_ypr
 from process_visualizer.nodes.parameters import ParameterError, Parameters
+from process_visualizer.nodes.process_end import spin_to_end
 from process_visualizer.srv import SetFrame, SetFrameRequest, SetFrameResponse
 
 
@@ -76,4 +77,4 @@ def main() -> None:
     except ValueError as error:
         rospy.logfatal('parameter %s: %s', rospy.resolve_name('~frames'), error)
         sys.exit(1)
-    rospy.spin()
+    spin_to_end()

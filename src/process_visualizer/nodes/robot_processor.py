@@ -30,6 +30,7 @@ from process_visualizer.nodes.parameters import (
     read_robot_parameters,
 )
 from process_visualizer.nodes.playback import PlaybackFollower
+from process_visualizer.nodes.process_end import spin_to_end
 from process_visualizer.nodes.robot_display import RobotDisplay, ToolMotion
 from process_visualizer.nodes.robot_messages import (
     POSE_DECODERS,
@@ -191,4 +192,4 @@ def main() -> None:
     except ParameterError as error:
         rospy.logfatal('%s', error)
         sys.exit(1)
-    rospy.spin()
+    spin_to_end()

@@ -26,6 +26,7 @@ from process_visualizer.nodes.message_reader import WARNING_PERIOD_S
 from process_visualizer.nodes.newest_message import NewestMessage, RawMessage
 from process_visualizer.nodes.parameters import ArrowStyle, ParameterError, private_parameters
 from process_visualizer.nodes.playback import PlaybackFollower
+from process_visualizer.nodes.process_end import spin_to_end
 from process_visualizer.nodes.value_board import ShownValue, TextPlace, ValueBoard
 from process_visualizer.nodes.variable_parameters import VariableParameters, VariablesParameters
 
@@ -180,4 +181,4 @@ def main() -> None:
     except ParameterError as error:
         rospy.logfatal('%s', error)
         sys.exit(1)
-    rospy.spin()
+    spin_to_end()
