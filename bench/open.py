@@ -1,11 +1,12 @@
 """Opens a bag with an hour of a robot cell: time and memory, and how they grow with the bag.
 
-usage: python3 bench/open.py [--minutes 1,10,60] [--folder FOLDER]    (in the workspace)
+usage: python3 bench/open.py [--minutes 1,10,60] [--readers rosbags,…] [--runs 3] [--folder FOLDER]
+(in the workspace)
 
 The bags have 9 topics with 838 small messages a second (two robots at 125 Hz with tool frames and
 forces, and sensors), in chunks of 768 KB as `rosbag record` writes them, and are kept in the folder
 for the next run. Every figure is of a fresh process that has imported its reader: the time from
-the path to the open bag (median of three, the file in the page cache) and the greatest memory of
+the path to the open bag (median of the runs, the file in the page cache) and the greatest memory of
 the process. The last column is the time to the bytes of the first message at 90 %.
 """
 from __future__ import annotations
@@ -75,8 +76,8 @@ def main() -> None:
         bag = robots_bag(options.folder, minutes)
         path = bag.path
         count = sum(message_count(topic, bag.length_s) for topic in bag.topics)
-        for reader in _READERS:
-            figures = _measured(reader, path)
+        for reader in options.readers:
+            figures = _measured(reader, path, options.runs)
             print(f'{minutes:>3g} min {count:>10} {path.stat().st_size / 1e6:>8.1f}  {reader:<19}'
                   f'{figures.open_s:>8.3f} {figures.memory_mb:>10.0f} {figures.first_s:>8.3f}',
                   flush=True)
@@ -86,13 +87,15 @@ def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--minutes', default=[1.0, 10.0, 60.0],
                         type=lambda text: [float(part) for part in text.split(',')])
+    parser.add_argument('--readers', default=list(_READERS), type=lambda text: text.split(','))
+    parser.add_argument('--runs', default=3, type=int)
     parser.add_argument('--folder', default=DEFAULT_FOLDER)
     return parser.parse_args()
 
 
-def _measured(reader: str, path: Path) -> Figures:
+def _measured(reader: str, path: Path, count: int) -> Figures:
     runs = []
-    for _ in range(3):
+    for _ in range(count):
         output = subprocess.run([sys.executable, '-c', _READERS[reader] + _MEASURE, str(path)],
                                 check=True, stdout=subprocess.PIPE, text=True).stdout
         runs.append([float(part) for part in output.split()])

@@ -35,8 +35,10 @@ from std_srvs.srv import Trigger
 from velocity_plot import write_plot
 from velocity_truth import ROBOT, SEED, Truth
 
+from process_visualizer.bags.recording_options import RecordingOptions
 from process_visualizer.motion.playback_clock import PlaybackClock, PlaybackState
 from process_visualizer.msg import PlayerState
+from process_visualizer.nodes.bag_recorder import BagRecorder
 from process_visualizer.nodes.parameters import RobotParameters
 from process_visualizer.nodes.view_picture import wait_for_master
 from process_visualizer.srv import Seek, SetRate
@@ -154,13 +156,14 @@ def running_cell(*options: str) -> Iterator[None]:
 
 def _record(bag: str, seconds: float) -> None:
     with running_cell(f'seed:={SEED}'):
-        images = rospy.Subscriber(TOPICS[6], rospy.AnyMsg, queue_size=1)
+        recorder = BagRecorder()  # of the cell
+        recorder.wait_until_ready(_TIMEOUT_S)
         time.sleep(_WARM_UP_S)
-        recorder = OwnRecorder(bag, [*TOPICS, VELOCITY])
-        recorder.start()
-        images.unregister()
+        recorder.start(RecordingOptions((*TOPICS, VELOCITY), os.path.dirname(bag),
+                                        name=os.path.basename(bag)))
         time.sleep(seconds)
         recorder.stop()
+        recorder.close()
 
 
 def _played(bag: str, rates: Sequence[float], folder: Path, *cell: str) -> Dict[str, Run]:
