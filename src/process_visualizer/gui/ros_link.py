@@ -34,8 +34,8 @@ class RosLinkError(Exception):
 class RosLink(QObject):
     """Turns what nodes say into snapshots, delivered in the GUI thread by queued signals.
 
-    ``begin``, ``move_frame`` and the commands of ``player`` and ``recorder`` block: run them as
-    tasks. Nothing is delivered before ``begin``.
+    ``begin``, ``end``, ``move_frame`` and the commands of ``player`` and ``recorder`` block: run
+    them as tasks. Nothing is delivered before ``begin``.
     """
 
     player_state = pyqtSignal(object)
@@ -45,17 +45,28 @@ class RosLink(QObject):
 
     def __init__(self, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
-        # rospy subscribes to what was declared before as soon as the node is initialised
-        self.player = PlayerClient(lambda state: self.player_state.emit(_player(state)))
-        self.recorder = BagRecorder(lambda state: self.recorder_state.emit(_recorder(state)))
-        self._subscriber = rospy.Subscriber(
-            '/rviz/display_status', DiagnosticArray,
-            lambda report: self.displays.emit(_displays(report)), queue_size=2)
+        self.player = PlayerClient(lambda state: self.player_state.emit(_player(state)),
+                                   begins=False)
+        self.recorder = BagRecorder(lambda state: self.recorder_state.emit(_recorder(state)),
+                                    begins=False)
+        self._subscriber: Optional[rospy.Subscriber] = None
 
     def begin(self) -> None:
         """Become a node of the master; raises RosLinkError."""
         _refuse_second_launcher()
-        rospy.init_node(NODE, disable_signals=True)
+        try:
+            rospy.init_node(NODE, disable_signals=True)
+            self._subscribe()
+        except (rospy.ROSException, rosgraph.MasterException, OSError) as error:
+            raise RosLinkError(f'The ROS master at {rosgraph.get_master_uri()} has refused the '
+                               f'launcher ({error}). Start the launcher again.') from error
+
+    def _subscribe(self) -> None:
+        self.player.begin()
+        self.recorder.begin()
+        self._subscriber = rospy.Subscriber(
+            '/rviz/display_status', DiagnosticArray,
+            lambda report: self.displays.emit(_displays(report)), queue_size=2)
 
     def end(self) -> None:
         """Leave the master."""

@@ -36,10 +36,15 @@ class BagRecorder:
     """
 
     def __init__(self, on_state: Optional[Callable[[RecorderState], None]] = None,
-                 node: str = _NODE) -> None:
+                 node: str = _NODE, begins: bool = True) -> None:
+        """Follow the state, from now or from ``begin`` on."""
         self._node = node
         self._follower: StateFollower[RecorderState] = StateFollower(
-            f'{node}/state', RecorderState, on_state)
+            f'{node}/state', RecorderState, on_state, begins)
+
+    def begin(self) -> None:
+        """Begin to follow the state, if that was left for later; waits for the master."""
+        self._follower.begin()
 
     @property
     def state(self) -> Optional[RecorderState]:

@@ -36,13 +36,20 @@ class PlayerClient:
     """
 
     def __init__(self, on_state: Optional[Callable[[PlayerState], None]] = None,
-                 node: str = _NODE, timeout_s: float = 10.0) -> None:
-        """Follow the state; a player that does not answer within the timeout is given up."""
+                 node: str = _NODE, timeout_s: float = 10.0, begins: bool = True) -> None:
+        """Follow the state, from now or from ``begin`` on.
+
+        A player that does not answer within the timeout is given up.
+        """
         self._node = node
         self._services = {name: ServiceConnection(f'{node}/{name}', service, timeout_s)
                           for name, service in _SERVICES.items()}
-        self._follower: StateFollower[PlayerState] = StateFollower(f'{node}/state', PlayerState,
-                                                                   on_state)
+        self._follower: StateFollower[PlayerState] = StateFollower(
+            f'{node}/state', PlayerState, on_state, begins)
+
+    def begin(self) -> None:
+        """Begin to follow the state, if that was left for later; waits for the master."""
+        self._follower.begin()
 
     @property
     def state(self) -> Optional[PlayerState]:

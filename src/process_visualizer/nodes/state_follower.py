@@ -13,12 +13,19 @@ class StateFollower(Generic[State]):
     """Follows a topic in an initialised rospy node; ``on_state`` is called in rospy's thread."""
 
     def __init__(self, topic: str, message_class: Type[Any],
-                 on_state: Optional[Callable[[State], None]] = None) -> None:
-        """Subscribe."""
+                 on_state: Optional[Callable[[State], None]] = None, begins: bool = True) -> None:
+        """Subscribe, or wait for ``begin``: it asks the master, and waits for the answer."""
+        self._topic, self._message_class = topic, message_class
         self._on_state = on_state
         self._state: Optional[State] = None
         self._changed = threading.Condition()
-        self._subscriber = rospy.Subscriber(topic, message_class, self._take)
+        self._subscriber: Optional[rospy.Subscriber] = None
+        if begins:
+            self.begin()
+
+    def begin(self) -> None:
+        """Subscribe."""
+        self._subscriber = rospy.Subscriber(self._topic, self._message_class, self._take)
 
     @property
     def state(self) -> Optional[State]:
@@ -27,7 +34,8 @@ class StateFollower(Generic[State]):
 
     def close(self) -> None:
         """Unsubscribe."""
-        self._subscriber.unregister()
+        if self._subscriber is not None:
+            self._subscriber.unregister()
 
     def wait_for(self, condition: Callable[[State], bool],
                  timeout_s: Optional[float] = None) -> Optional[State]:
