@@ -28,9 +28,13 @@ def _carries(pid: int, mark: bytes) -> bool:
 
 
 def start_time(pid: int) -> Optional[str]:
-    """When the process started, in the kernel's ticks; tells it from a later one of that id."""
+    """When the process started, in the kernel's ticks; tells it from a later one of that id.
+
+    None if there is none, or if it has ended and its parent has not asked for its exit code yet.
+    """
     try:
-        return Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()[19]
+        fields = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
+        return None if fields[0] == 'Z' else fields[19]
     except (OSError, IndexError):
         return None
 

@@ -131,6 +131,13 @@ def test_start_time() -> None:
     assert start_time(gone_pid()) is None
 
 
+def test_ended_process_whose_parent_does_not_ask_has_none() -> None:
+    process = subprocess.Popen(['true'])
+    os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
+    assert start_time(process.pid) is None
+    process.wait()
+
+
 def test_record_names_its_owner(ros_home: Path) -> None:
     record = RunRecord()
     record.write()
