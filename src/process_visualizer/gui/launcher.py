@@ -51,8 +51,7 @@ class Launcher(QObject):
 
     def begin(self) -> None:
         """Clean up after a crash, and find or start the master."""
-        self.launch.prepare()
-        self.master.connect_to_master()
+        self.launch.prepare(self.master.connect_to_master)
 
     def close(self) -> None:
         """End everything that was started; blocks until it is done."""
@@ -89,7 +88,7 @@ class Launcher(QObject):
     def why_not(self) -> str:
         """Why nothing can be launched now; empty when it can."""
         if not self.master.is_connected:
-            return 'The ROS master is not there yet'
+            return self.master.problem
         if self.cell.cell is None:
             return 'The configuration has problems' if self.cell.problems else 'Loading'
         if not self.cell.chosen:

@@ -127,7 +127,8 @@ class LauncherApp(QMainWindow):
         launcher.launch.changed.connect(self._show_launch)
         launcher.launch.stopped.connect(self._after_stop)
         launcher.launch.problems_found.connect(self._show_problems)
-        launcher.master.connected.connect(self._show_launch)
+        for signal in (launcher.master.connected, launcher.master.failed, launcher.master.lost):
+            signal.connect(self._show_launch)
         launcher.master.lost.connect(self._tell_lost_master)
         launcher.states.changed.connect(self._show_states)
         launcher.status_changed.connect(self._show_status)

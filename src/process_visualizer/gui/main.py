@@ -34,6 +34,7 @@ def main() -> int:
     app = make_application()
     settings = Settings()
     launcher = Launcher()
+    launcher.failed.connect(lambda message: print(message, file=sys.stderr, flush=True))
     window = LauncherApp(launcher, settings)
     install_hooks(window)
     watcher = watch_if_wanted(app)

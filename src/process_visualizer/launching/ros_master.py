@@ -106,13 +106,13 @@ class RosMaster:
         if shutil.which('roslaunch') is None:
             raise RosMasterError('roscore cannot be started: there is no roslaunch on PATH; load '
                                  "ROS's set-up file (source .../setup.bash)")
-        self._record.write()
         try:
+            self._record.write()
             self._process = RoslaunchProcess(['--core', '-p', str(urlparse(self._uri).port)],
                                              self._record.run_id)
         except OSError as error:
             self._record.remove()
-            raise RosMasterError(f'roscore cannot be started: {error.strerror}') from None
+            raise RosMasterError(f'roscore cannot be started: {error}') from None
         tail = LogTail()
         started = threading.Event()
         self._reader = threading.Thread(target=_read, args=[self._process, tail, started],

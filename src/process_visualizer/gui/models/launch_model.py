@@ -4,7 +4,7 @@ from __future__ import annotations
 import shutil
 import tempfile
 from enum import Enum
-from typing import Dict, List, Optional, Tuple
+from typing import Callable, Dict, List, Optional, Tuple
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
@@ -53,9 +53,17 @@ class LaunchModel(QObject):
         self.warnings: Tuple[Problem, ...] = ()
         self._reported.connect(self._take_report)
 
-    def prepare(self) -> None:
+    def prepare(self, then: Callable[[], None] = lambda: None) -> None:
         """End what a crashed launcher has left running, and make launching quick."""
-        self._tasks.run(_LINE, self._launched.prepare, self._tell_cleaned)
+        def on_result(ended: List[int]) -> None:
+            self._tell_cleaned(ended)
+            then()
+
+        def on_error(error: Exception) -> None:
+            self._tell(error)
+            then()
+
+        self._tasks.run(_LINE, self._launched.prepare, on_result, on_error)
 
     def launch(self, choice: Choice) -> None:
         """Generate the files of a choice and start everything."""
@@ -65,8 +73,10 @@ class LaunchModel(QObject):
 
     def apply(self, choice: Choice) -> None:
         """Go over to another choice; what is the same in both goes on running."""
+        before = self.running
         self._begin(Phase.LAUNCHING, choice)
-        self._tasks.run(_LINE, lambda: self._change(choice), self._take_plan, self._not_changed)
+        self._tasks.run(_LINE, lambda: self._change(choice), self._take_plan,
+                        lambda error: self._not_changed(error, Phase.RUNNING, before))
 
     def restart(self, part: str) -> None:
         """Stop and start one part, if it was launched."""
@@ -76,7 +86,7 @@ class LaunchModel(QObject):
     def quit(self) -> None:
         """Stop everything; `stopped` tells the end."""
         self._begin(Phase.QUITTING, self.running)
-        self._tasks.run(_LINE, self._launched.stop, self._ended, self._tell)
+        self._tasks.run(_LINE, self._launched.stop, self._ended, self._not_ended)
 
     def close(self) -> None:
         """Stop everything and remove the generated files; waits until that is done."""
@@ -105,6 +115,8 @@ class LaunchModel(QObject):
 
     def _take_plan(self, plan: Plan) -> None:
         self.warnings = tuple(plan.warnings)
+        self.reports = {part: report for part, report in self.reports.items()
+                        if part in plan.parts}
         self._is_starting = False
         self._look_whether_up()
         self.changed.emit()
@@ -116,11 +128,12 @@ class LaunchModel(QObject):
             self.phase = Phase.RUNNING
 
     def _not_launched(self, error: Exception) -> None:
-        self.running = None
-        self._not_changed(error, Phase.IDLE)
+        self._not_changed(error, Phase.IDLE, None)
 
-    def _not_changed(self, error: Exception, phase: Phase = Phase.RUNNING) -> None:
-        self.phase = phase
+    def _not_changed(self, error: Exception, phase: Phase, running: Optional[Choice]) -> None:
+        """What ran before goes on, unless all is being quit meanwhile."""
+        if self.phase is Phase.LAUNCHING:
+            self.phase, self.running, self._is_starting = phase, running, False
         if isinstance(error, ConfigurationError):
             self.problems_found.emit(list(error.problems))
         else:
@@ -131,6 +144,10 @@ class LaunchModel(QObject):
         if not isinstance(error, (OSError, PlanError)):
             raise error
         self.failed.emit(str(error))
+
+    def _not_ended(self, error: Exception) -> None:
+        self._ended(None)
+        self._tell(error)
 
     def _ended(self, _nothing: object) -> None:
         self.running, self.reports, self.warnings = None, {}, ()

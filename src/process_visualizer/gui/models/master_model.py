@@ -10,6 +10,9 @@ from process_visualizer.gui.tasks import Tasks
 from process_visualizer.launching.ros_master import RosMaster, RosMasterError
 
 _LINE = 'master'
+_FAREWELL_LINE = 'farewell'
+_FAREWELL_TIMEOUT_S = 5.0
+"""A master that hangs does not answer the farewell."""
 _CHECK_PERIOD_MS = 1000
 _END_TIMEOUT_S = 60.0
 _MOST_FAILURES = 3
@@ -17,7 +20,10 @@ _MOST_FAILURES = 3
 
 
 class MasterModel(QObject):
-    """Connects the launcher with the master, and tells when it is gone."""
+    """Connects the launcher with the master, and tells when it is gone.
+
+    ``problem`` says why it is not connected, while ``is_connected`` is False.
+    """
 
     connected = pyqtSignal()
     failed = pyqtSignal(str)
@@ -33,6 +39,7 @@ class MasterModel(QObject):
         self._timer.setInterval(_CHECK_PERIOD_MS)
         self._timer.timeout.connect(self._check)
         self.is_connected = False
+        self.problem = 'The ROS master is not there yet'
 
     def connect_to_master(self) -> None:
         """Use the master that runs, or start one, and become its node."""
@@ -41,7 +48,7 @@ class MasterModel(QObject):
     def close(self) -> None:
         """Leave the master, and end it if it was started here; blocks."""
         self._timer.stop()
-        self._link.end()
+        self._tasks.run_and_wait(_FAREWELL_LINE, self._link.end, _FAREWELL_TIMEOUT_S)
         self._tasks.run_and_wait(_LINE, self._master.stop, _END_TIMEOUT_S)
 
     def _begin(self) -> None:
@@ -69,9 +76,11 @@ class MasterModel(QObject):
         if self._failures == _MOST_FAILURES:
             self._timer.stop()
             self.is_connected = False
+            self.problem = 'The ROS master does not answer any more'
             self.lost.emit()
 
     def _tell(self, error: Exception) -> None:
         if not isinstance(error, (RosMasterError, RosLinkError)):
             raise error
-        self.failed.emit(str(error))
+        self.problem = str(error)
+        self.failed.emit(self.problem)

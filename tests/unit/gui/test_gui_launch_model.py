@@ -1,0 +1,126 @@
+"""What launching tells when it cannot be done, or ends otherwise than asked for."""
+from __future__ import annotations
+
+import shutil
+from typing import Any, Iterator, List
+
+import pytest
+from held_tasks import HeldTasks
+
+from process_visualizer.cell.errors import ConfigurationError, Location, Problem
+from process_visualizer.generate.plan import Part, Plan, PlanError
+from process_visualizer.gui.models.launch_model import LaunchModel, Phase
+from process_visualizer.launching.part_report import PartReport, PartState
+
+FIRST: Any = 'the first choice'
+SECOND: Any = 'the second choice'
+PART = Part(None, {}, '')
+REFUSED = PlanError('the disk is full')
+
+
+class Launching:
+    """A model whose tasks end as the test says."""
+
+    def __init__(self) -> None:
+        self.tasks = HeldTasks()
+        tasks: Any = self.tasks
+        self.model = LaunchModel(tasks)
+        self.told: List[str] = []
+        self.problems: List[Any] = []
+        self.stops = 0
+        self.model.failed.connect(self.told.append)
+        self.model.problems_found.connect(self.problems.append)
+        self.model.stopped.connect(self._count)
+
+    def answer(self, result: Any) -> None:
+        """The oldest task ends well."""
+        on_result = self.tasks.held.pop(0)[2]
+        assert on_result is not None
+        on_result(result)
+
+    def fail(self, error: Exception) -> None:
+        """The oldest task fails."""
+        on_error = self.tasks.held.pop(0)[3]
+        assert on_error is not None
+        on_error(error)
+
+    def run(self, *parts: str) -> None:
+        """Launch parts, which come up."""
+        self.model.launch(FIRST)
+        for part in parts:
+            self.model._reported.emit(PartReport(part, PartState.RUNNING))
+        self.answer(Plan(parts=dict.fromkeys(parts, PART)))
+        assert self.model.phase is Phase.RUNNING
+
+    def _count(self) -> None:
+        self.stops += 1
+
+
+@pytest.fixture
+def launching(qtbot: Any) -> Iterator[Launching]:
+    made = Launching()
+    yield made
+    shutil.rmtree(made.model.folder)
+
+
+@pytest.mark.parametrize('error', [
+    REFUSED, ConfigurationError([Problem(Location('cell.xml', 3), 'node', 'not there')])])
+def test_after_a_change_that_fails_the_choice_before_runs(launching: Launching,
+                                                          error: Exception) -> None:
+    launching.run('robot')
+    launching.model.apply(SECOND)
+    launching.fail(error)
+    assert launching.model.running is FIRST
+    assert launching.model.is_running
+    assert (len(launching.told), len(launching.problems)) == ((1, 0) if error is REFUSED
+                                                              else (0, 1))
+
+
+def test_a_launch_that_fails_leaves_nothing_running(launching: Launching) -> None:
+    launching.model.launch(FIRST)
+    launching.fail(REFUSED)
+    assert (launching.model.running, launching.model.phase) == (None, Phase.IDLE)
+    assert launching.told == ['the disk is full']
+
+
+def test_a_launch_that_fails_while_all_is_quit_does_not_end_the_quitting(
+        launching: Launching) -> None:
+    launching.model.launch(FIRST)
+    launching.model.quit()
+    launching.fail(REFUSED)
+    assert (launching.model.phase, launching.stops) == (Phase.QUITTING, 0)
+    launching.answer(None)
+    assert (launching.model.phase, launching.stops) == (Phase.IDLE, 1)
+
+
+def test_quitting_that_fails_says_so_and_can_be_followed_by_a_launch(
+        launching: Launching) -> None:
+    launching.run('robot')
+    launching.model.quit()
+    launching.fail(OSError('no more processes'))
+    assert (launching.model.phase, launching.stops) == (Phase.IDLE, 1)
+    assert launching.told == ['no more processes']
+
+
+def test_a_part_that_was_left_out_cannot_be_restarted(launching: Launching) -> None:
+    launching.run('robot', 'table')
+    launching.model.apply(SECOND)
+    launching.answer(Plan(parts={'robot': PART}))
+    launching.model.restart('table')
+    assert launching.tasks.held == []
+    launching.model.restart('robot')
+    assert len(launching.tasks.held) == 1
+
+
+@pytest.mark.parametrize('is_well', [True, False])
+def test_what_comes_after_cleaning_up_comes_in_any_case(launching: Launching,
+                                                        is_well: bool) -> None:
+    begun: List[bool] = []
+    launching.model.prepare(lambda: begun.append(True))
+    assert begun == []
+    if is_well:
+        launching.answer([17, 18])
+    else:
+        launching.fail(PermissionError('the folder of ROS cannot be written'))
+    assert begun == [True]
+    assert len(launching.told) == 1
