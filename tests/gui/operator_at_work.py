@@ -64,6 +64,15 @@ class Operator:
         self._qtbot.mouseClick(tree.viewport(), Qt.LeftButton,
                                pos=QPoint(place.left() + 10, place.center().y()))
 
+    def click_row(self, tree: QTreeWidget, item: QTreeWidgetItem, twice: bool = False) -> None:
+        """Click on the text of a row, or double-click."""
+        tree.scrollToItem(item)
+        place = tree.visualItemRect(item)
+        position = QPoint(place.left() + 30, place.center().y())
+        self._qtbot.mouseClick(tree.viewport(), Qt.LeftButton, pos=position)
+        if twice:
+            self._qtbot.mouseDClick(tree.viewport(), Qt.LeftButton, pos=position)
+
     def drag(self, widget: QWidget, begin: QPoint, places: Sequence[QPoint]) -> None:
         """Press the mouse, move it along and let it go."""
         QTest.mousePress(widget, Qt.LeftButton, Qt.NoModifier, begin)
@@ -137,11 +146,15 @@ def nodes() -> Set[str]:
 
 def processes(mark: str) -> Set[str]:
     """The command lines of the processes that have the mark's value in their environment."""
-    wanted = f'{mark}={os.environ[mark]}'.encode()
+    return marked_processes(f'{mark}={os.environ[mark]}')
+
+
+def marked_processes(mark: str) -> Set[str]:
+    """The processes, but this one, whose environment has ``NAME=value``: ids, command lines."""
     found = set()
     for path in Path('/proc').iterdir():
         if path.name.isdigit() and int(path.name) != os.getpid():
-            command = _command(path, wanted)
+            command = _command(path, mark.encode())
             if command:
                 found.add(f'{path.name} {command}')
     return found

@@ -1,0 +1,130 @@
+"""The launcher as a program of its own, as a user starts it, and what it leaves behind."""
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import threading
+import time
+import uuid
+from pathlib import Path
+from typing import Callable, Dict, List, Sequence, Set
+
+import rosgraph
+from operator_at_work import marked_processes
+
+MARK = 'GUI_PROGRAM_MARK'
+_PERIOD_S = 0.1
+
+SMALL_CELL = """<visualizer>
+  <device type="other" name="sensors">
+    <base frame="sensors/base" />
+    <node ifstate="realtime" pkg="sewing_cell" type="simulator" name="simulator" ns="/">
+      <param name="image_rate" value="0" />
+      <param name="joint_rate" value="0" />
+      <param name="force_rate" value="0" />
+    </node>
+    <topic name="edge_finder_upper" />
+    <topic name="feed_rate_est" />
+  </device>
+  <device type="other" name="table">
+    <base frame="table/base" />
+    <node pkg="tf" type="static_transform_publisher" name="plate"
+          args="0 0 0.7 0 0 0 table/base table/plate 100" />
+  </device>
+</visualizer>
+"""
+SMALL_CELL_NODES = {'/process_visualizer', '/bag_recorder', '/cell_frames', '/simulator',
+                    '/table/plate'}
+
+
+class Surroundings:
+    """An environment with a master port, folders and a mark of its own."""
+
+    def __init__(self, folder: Path) -> None:
+        self.config = folder / 'small.xml'
+        self.config.write_text(SMALL_CELL)
+        self.mark = uuid.uuid4().hex
+        self.port = free_port()
+        self.uri = f'http://localhost:{self.port}'
+        self.environment: Dict[str, str] = {
+            **os.environ, MARK: self.mark, 'ROS_MASTER_URI': self.uri,
+            'ROS_HOME': str(folder / 'ros_home'), 'XDG_CONFIG_HOME': str(folder / 'settings')}
+
+    def nodes(self) -> Set[str]:
+        """The nodes that the master knows; none without a master."""
+        try:
+            state = rosgraph.Master('/test', self.uri).getSystemState()
+        except OSError:
+            return set()
+        return {node for part in state for _, names in part for node in names}
+
+    def processes(self) -> Set[str]:
+        """The command lines of all that was started here and still runs."""
+        return marked_processes(f'{MARK}={self.mark}')
+
+    def is_master_there(self) -> bool:
+        """Whether anything listens at the master's port."""
+        with socket.socket() as probe:
+            return probe.connect_ex(('localhost', self.port)) == 0
+
+    def call(self, service: str, request: str) -> str:
+        """Call a service of a node, with the request as YAML; returns the answer."""
+        done = subprocess.run(['rosservice', 'call', service, request], env=self.environment,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                              timeout=20, check=True)
+        return done.stdout
+
+    def end_all(self) -> None:
+        """End what a test has left."""
+        for line in self.processes():
+            os.kill(int(line.split()[0]), signal.SIGKILL)
+
+
+class Program:
+    """A running launcher; what it writes is collected."""
+
+    def __init__(self, command: Sequence[str], surroundings: Surroundings) -> None:
+        self.process = subprocess.Popen(
+            command, env=surroundings.environment, stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT, text=True, start_new_session=True)
+        self.lines: List[str] = []
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def says(self, part: str) -> bool:
+        """Whether it has written this."""
+        return part in ''.join(self.lines)
+
+    def end(self, number: int, timeout_s: float = 30.0) -> int:
+        """Send a signal and wait for the end; returns the exit code."""
+        self.process.send_signal(number)
+        code = self.process.wait(timeout_s)
+        self._reader.join(5.0)
+        return code
+
+    def _read(self) -> None:
+        assert self.process.stdout is not None
+        self.lines.extend(iter(self.process.stdout.readline, ''))
+
+
+def gui(*words: str) -> List[str]:
+    """The command that starts the window."""
+    return ['rosrun', 'process_visualizer', 'gui', *words]
+
+
+def wait_until(condition: Callable[[], bool], what: str, timeout_s: float = 40.0,
+               instead: Callable[[], object] = lambda: '') -> None:
+    """Wait for what happens in other processes; ``instead`` is told if it does not."""
+    deadline_s = time.monotonic() + timeout_s
+    while not condition():
+        assert time.monotonic() < deadline_s, f'not in {timeout_s} s: {what}; {instead()}'
+        time.sleep(_PERIOD_S)
+
+
+def free_port() -> int:
+    """A port at which nobody listens."""
+    with socket.socket() as probe:
+        probe.bind(('', 0))
+        return int(probe.getsockname()[1])

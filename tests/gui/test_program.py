@@ -1,0 +1,144 @@
+"""The launcher as a program: how it ends, what is left when it is killed, and bad surroundings."""
+from __future__ import annotations
+
+import os
+import signal
+import socket
+from pathlib import Path
+from typing import Callable, Iterator, List
+
+import pytest
+from running_program import (
+    SMALL_CELL_NODES,
+    Program,
+    Surroundings,
+    gui,
+    wait_until,
+)
+
+from process_visualizer.bags.catalogue import read_catalogue
+from process_visualizer.bags.reindex import reindex
+
+Start = Callable[..., Program]
+
+
+@pytest.fixture
+def around(tmp_path: Path) -> Iterator[Surroundings]:
+    made = Surroundings(tmp_path)
+    yield made
+    made.end_all()
+
+
+@pytest.fixture
+def start(around: Surroundings) -> Iterator[Start]:
+    """Starts a launcher, with the command for it."""
+    started: List[Program] = []
+
+    def start_one(command: List[str]) -> Program:
+        started.append(Program(command, around))
+        return started[-1]
+
+    yield start_one
+    for program in started:
+        if program.process.poll() is None:
+            program.process.kill()
+            program.process.wait()
+
+
+def wait_until_launched(around: Surroundings, program: Program) -> None:
+    wait_until(lambda: around.nodes() >= SMALL_CELL_NODES, 'all nodes are up', 60.0,
+               lambda: (around.nodes(), program.lines))
+
+
+def record(around: Surroundings, folder: Path) -> Path:
+    """Have the recorder record; returns the bag when something is in it."""
+    bag = folder / 'taken.bag'
+    active = folder / 'taken.bag.active'
+    around.call('/bag_recorder/start',
+                f'{{topics: [/feed_rate_est, /tf], folder: "{folder}", name: taken}}')
+    wait_until(lambda: active.is_file() and active.stat().st_size > 10_000, 'it records',
+               instead=lambda: list(folder.iterdir()))
+    return bag
+
+
+def wait_until_alone(around: Surroundings, timeout_s: float) -> None:
+    wait_until(lambda: not around.processes(), 'nothing is left', timeout_s, around.processes)
+
+
+def test_interrupted_while_recording(around: Surroundings, start: Start, tmp_path: Path) -> None:
+    program = start(gui(str(around.config), '--launch'))
+    wait_until_launched(around, program)
+    bag = record(around, tmp_path)
+    second_launcher_is_refused(around, start)
+    assert program.end(signal.SIGINT) == 0, program.lines
+    assert read_catalogue([str(bag)]).duration_s > 0.0
+    assert not list(tmp_path.glob('*.active'))
+    assert not around.is_master_there()
+    assert around.processes() == set()
+    assert not program.says('Traceback'), program.lines
+
+
+def second_launcher_is_refused(around: Surroundings, start: Start) -> None:
+    second = start(gui(str(around.config), '--launch'))
+    wait_until(lambda: second.says('Another launcher (process '), 'it is refused',
+               instead=lambda: second.lines)
+    assert second.process.poll() is None
+    assert second.end(signal.SIGTERM) == 0, second.lines
+    assert around.nodes() >= SMALL_CELL_NODES
+
+
+def test_killed_while_recording(around: Surroundings, start: Start, tmp_path: Path) -> None:
+    program = start(gui(str(around.config), '--launch'))
+    wait_until_launched(around, program)
+    bag = record(around, tmp_path)
+    program.process.kill()
+    wait_until_alone(around, 20.0)
+    if not bag.exists():
+        bag = Path(reindex(f'{bag}.active').path)
+    assert read_catalogue([str(bag)]).duration_s > 0.0
+    starts_again_after_more_was_killed(around, start)
+
+
+def starts_again_after_more_was_killed(around: Surroundings, start: Start) -> None:
+    """With roslaunch killed too nobody is left who could end the nodes but the next launcher."""
+    program = start(gui(str(around.config), '--launch'))
+    wait_until_launched(around, program)
+    for line in sorted(around.processes()):
+        if 'launching.roslaunch_server' in line or 'roslaunch --' in line:
+            os.kill(int(line.split()[0]), signal.SIGSTOP)
+    program.process.kill()
+    for line in around.processes():
+        if 'launching.roslaunch_server' in line or 'roslaunch --' in line:
+            os.kill(int(line.split()[0]), signal.SIGKILL)
+    assert any('simulator' in line for line in around.processes())
+    again = start(gui(str(around.config), '--launch'))
+    wait_until(lambda: again.says('A launcher that did not end properly had left'), 'it says so',
+               instead=lambda: again.lines)
+    wait_until_launched(around, again)
+    assert sum('__name:=simulator' in line for line in around.processes()) == 1
+    assert again.end(signal.SIGTERM) == 0, again.lines
+    assert around.processes() == set()
+
+
+def test_started_by_roslaunch(around: Surroundings, start: Start) -> None:
+    program = start(['roslaunch', '--skip-log-check', 'process_visualizer', 'gui.launch',
+                     f'config:={around.config}', 'mode:=realtime'])
+    wait_until(lambda: '/process_visualizer' in around.nodes(), 'the window is a node',
+               instead=lambda: program.lines)
+    program.end(signal.SIGINT)
+    wait_until_alone(around, 5.0)
+    assert not program.says('Traceback'), program.lines
+
+
+def test_port_of_the_master_is_taken(around: Surroundings, start: Start) -> None:
+    with socket.socket() as other:
+        other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        other.bind(('localhost', around.port))
+        other.listen()
+        program = start(gui(str(around.config), '--launch'))
+        wait_until(lambda: program.says('something that is no ROS master listens at '
+                                        f'{around.uri}'), 'it says so',
+                   instead=lambda: program.lines)
+        assert program.process.poll() is None
+        assert program.end(signal.SIGTERM) == 0, program.lines
+    assert around.processes() == set()
