@@ -78,7 +78,8 @@ class BagPlayerTest(unittest.TestCase):
         for compression in ('none', 'bz2', 'lz4'):
             bag = write_bag(Path(self.folder.name) / f'{compression}.bag', self.rows,
                             compression=compression)
-            with Listener(*ALL) as listener, Player(bag, '-d', '2', '-q') as player:
+            with Listener(*ALL) as listener, \
+                    Player(bag, '--wait-for-subscribers', '-q') as player:
                 self.assertEqual(player.wait(), (0, ''))
                 listener.wait_for(lambda: len(times(listener)) == 126, '/tcf')
                 self.check_played(listener)
@@ -87,7 +88,8 @@ class BagPlayerTest(unittest.TestCase):
         half = len(self.rows) // 2
         parts = [write_bag(Path(self.folder.name) / f'part{number}.bag', rows)
                  for number, rows in enumerate((self.rows[half:], self.rows[:half]))]
-        with Listener(*ALL) as listener, Player(*parts, '-d', '2', '-r', '4') as player:
+        with Listener(*ALL) as listener, \
+                Player(*parts, '--wait-for-subscribers', '-r', '4') as player:
             self.assertEqual(player.wait()[0], 0)
             listener.wait_for(lambda: len(times(listener)) == 126, '/tcf')
             self.check_played(listener)
