@@ -22,6 +22,7 @@ class RvizStart(Enum):
 class Choice:
     """Devices of a cell and how to run them; ``bag`` is an absolute path (playback only).
 
+    ``further_bags`` are the other files of a split recording.
     ``window`` is the place of RViz on the screen, ``view`` the content of an RViz file that the
     operator has saved (see ``SavedViews``).
     """
@@ -33,6 +34,7 @@ class Choice:
     bag: Optional[str] = None
     window: Optional[Rectangle] = None
     view: Optional[Mapping[str, Any]] = None
+    further_bags: Tuple[str, ...] = ()
 
     def nodes(self, device: Device) -> Tuple[Node, ...]:
         """The device's own nodes that run in this mode."""

@@ -101,7 +101,7 @@ class LaunchFileBuilder:
         if has_recorder(self._choice):
             self._recorder(root)
         if self._choice.mode is Mode.PLAYBACK and self._choice.bag is not None:
-            self._player(root, self._choice.bag)
+            self._player(root, [self._choice.bag, *self._choice.further_bags])
 
     def _device(self, root: Tag, device: Device) -> None:
         root.comment(f'{device.name} ({device.type.value}), from {device.location}')
@@ -159,7 +159,7 @@ class LaunchFileBuilder:
                            'textfile': f'{self._folder}/{CONFIGURATION_FILE}'})
         node.parameters({'topics': recorded_topics(self._choice.devices)})
 
-    def _player(self, root: Tag, bag: str) -> None:
+    def _player(self, root: Tag, bags: Sequence[str]) -> None:
         topics = recorded_topics(self._choice.devices)
         if not topics:
             root.comment('no device has a recorded topic: nothing of the recording is played')
@@ -168,7 +168,7 @@ class LaunchFileBuilder:
         root.add('node', {
             'pkg': 'process_visualizer', 'type': 'bag_player', 'name': 'bag_player',
             'output': 'screen',
-            'args': ' '.join([shlex.quote(bag), '--keep-alive', '--quiet', '--topics',
+            'args': ' '.join([*map(shlex.quote, bags), '--keep-alive', '--quiet', '--topics',
                               *topics])})
 
     def _rviz(self, root: Tag) -> None:

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 _THIN = '\u2009'
 """A thin space: between thousands, and between a figure and its unit."""
+_MOST_DAYS = 4
 _UNITS = ('B', 'kB', 'MB', 'GB', 'TB')
 
 
@@ -40,7 +41,8 @@ def long_time_text(seconds: float) -> str:
         return f'{minutes}{_THIN}min'
     if minutes < 48 * 60:
         return f'{minutes // 60}{_THIN}h {minutes % 60}{_THIN}min'
-    return f'{minutes // (24 * 60)}{_THIN}days'
+    days = minutes // (24 * 60)
+    return f'{days}{_THIN}days' if days <= _MOST_DAYS else f'more than {_MOST_DAYS}{_THIN}days'
 
 
 def rate_text(rate_hz: float) -> str:

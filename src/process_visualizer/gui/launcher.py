@@ -7,7 +7,7 @@ from typing import Optional, Sequence
 from PyQt5.QtCore import QObject, pyqtSignal
 
 from process_visualizer.cell.changes import changes
-from process_visualizer.cell.model import Mode
+from process_visualizer.cell.model import Mode, Pose
 from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.gui.models.bag_model import BagModel
 from process_visualizer.gui.models.calibration_model import CalibrationModel
@@ -23,6 +23,8 @@ from process_visualizer.gui.snapshots import PlayerSnapshot
 from process_visualizer.gui.status import player_activity, recorder_activity, status_text
 from process_visualizer.gui.tasks import Tasks
 from process_visualizer.nodes.player_client import PlayerError
+
+_MARKER = 'marker'
 
 
 class Launcher(QObject):
@@ -62,10 +64,10 @@ class Launcher(QObject):
     def choice(self) -> Choice:
         """What would be launched now."""
         mode = self.cell.mode
-        bag = self.bag.path if mode is Mode.PLAYBACK else None
+        bag, *others = self.bag.paths if mode is Mode.PLAYBACK and self.bag.paths else (None,)
         assert self.cell.cell is not None
-        return Choice(self.cell.cell, mode, self.cell.chosen, RvizStart.OPTIONAL, bag or None,
-                      self.view.window, self.view.content)
+        return Choice(self.cell.cell, mode, self.cell.chosen, RvizStart.OPTIONAL, bag,
+                      self.view.window, self.view.content, tuple(others))
 
     def start(self) -> None:
         """Launch what is chosen."""
@@ -111,6 +113,8 @@ class Launcher(QObject):
 
     def status(self) -> str:
         """The status line."""
+        if self.launch.is_idle and self._waits_for():
+            return self._waits_for()
         running = self.launch.running
         mode = None if running is None else running.mode
         activity = (recorder_activity(self.recording.phase) if mode is Mode.REALTIME
@@ -118,8 +122,18 @@ class Launcher(QObject):
         trouble = self.states.trouble(() if running is None else running.devices)
         return status_text(self.launch.phase, mode, activity, trouble)
 
+    def _waits_for(self) -> str:
+        """What has to be done before anything can be launched; empty if nothing has."""
+        if self.master.is_connecting:
+            return 'Starting the ROS master…'
+        return 'Reading the configuration…' if self.cell.is_loading else ''
+
     def _connect(self) -> None:
         self.link.player_state.connect(self._take_player)
+        self.link.pose_dragged.connect(self._take_drag)
+        self.calibration.marker_wanted.connect(self._show_marker)
+        self.calibration.moved.connect(lambda frame, pose: self.tasks.run(
+            _MARKER, lambda: self.link.move_marker(frame, pose)))
         self.calibration.saved.connect(lambda _device: self.cell.reload())
         self.link.recorder_state.connect(self.recording.take_state)
         self.link.recorder_state.connect(self.states.take_recorder)
@@ -162,6 +176,19 @@ class Launcher(QObject):
         if running is not None and self.launch.is_running and running.mode is Mode.PLAYBACK \
                 and self.bag.path not in ('', running.bag):
             self.launch.apply(replace(running, bag=self.bag.path))
+
+    def _show_marker(self, is_shown: bool) -> None:
+        cell, base, pose = self.cell.cell, self.calibration.base, self.calibration.pose
+        if is_shown and cell is not None and base is not None:
+            self.tasks.run(_MARKER, lambda: self.link.show_marker(
+                cell.frame, base.frame, pose))
+        else:
+            self.tasks.run(_MARKER, self.link.hide_marker)
+
+    def _take_drag(self, frame: str, pose: Pose) -> None:
+        base = self.calibration.base
+        if base is not None and frame == base.frame:
+            self.calibration.take_pose(pose.xyz, pose.ypr)
 
     def _take_player(self, player: Optional[PlayerSnapshot]) -> None:
         if player is None and self._player is None:

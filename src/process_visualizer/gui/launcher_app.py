@@ -7,13 +7,13 @@ from typing import List, Optional, Sequence
 from PyQt5.QtGui import QCloseEvent
 from PyQt5.QtWidgets import (
     QFileDialog,
-    QGroupBox,
     QHBoxLayout,
     QInputDialog,
     QLabel,
     QMainWindow,
     QMessageBox,
     QShortcut,
+    QSizePolicy,
     QStackedWidget,
     QTabWidget,
     QVBoxLayout,
@@ -34,9 +34,10 @@ from process_visualizer.gui.shortcuts import (
     playback_keys,
     recording_keys,
 )
+from process_visualizer.gui.style import QUIET
 from process_visualizer.gui.views.calibration_panel import CalibrationPanel
 from process_visualizer.gui.views.devices_view import DevicesView
-from process_visualizer.gui.views.labels import tool_button
+from process_visualizer.gui.views.labels import colour, title, tool_button
 from process_visualizer.gui.views.launch_view import LaunchView
 from process_visualizer.gui.views.log_view import LogView
 from process_visualizer.gui.views.playback_panel import PlaybackPanel
@@ -93,17 +94,21 @@ class LauncherApp(QMainWindow):
         body = QWidget()
         layout = QVBoxLayout(body)
         layout.setContentsMargins(_MARGIN, _MARGIN, _MARGIN, _MARGIN)
-        layout.addWidget(self._devices_group(), 2)
+        layout.addWidget(self._devices_group())
         layout.addWidget(self.launch)
-        layout.addWidget(self.panels, 3)
+        layout.addWidget(self.panels, 1)
         self.setCentralWidget(body)
 
-    def _devices_group(self) -> QGroupBox:
-        group = QGroupBox('Devices')
+    def _devices_group(self) -> QWidget:
+        group = QWidget()
         layout = QVBoxLayout(group)
         layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(4)
         row = QHBoxLayout()
+        row.addWidget(title('Devices'))
+        row.addSpacing(6)
         self.file.setObjectName('configuration')
+        colour(self.file, QUIET)
         row.addWidget(self.file, 1)
         for symbol, name, hint, action in (
                 ('restart', 'restart_device', 'Restart the selected device',
@@ -150,9 +155,10 @@ class LauncherApp(QMainWindow):
 
     def _bind_keys(self) -> None:
         launcher = self._launcher
-        playback, recording = playback_keys(launcher.playback), recording_keys(launcher.recording)
+        playback = playback_keys(launcher.playback, self._mark_playback)
+        recording = recording_keys(launcher.recording)
         general = general_keys(launcher, self._show_help)
-        self._keys = [*playback, *recording, *general]
+        self._keys = {'Playback': playback, 'Recording': recording, 'Always': general}
         self._playback_shortcuts: List[QShortcut] = bind(self, playback)
         self._recording_shortcuts: List[QShortcut] = bind(self, recording)
         bind(self, general)
@@ -177,7 +183,10 @@ class LauncherApp(QMainWindow):
 
     def _show_problems(self, problems: Sequence[Problem]) -> None:
         self.problems.set_problems(problems)
-        self._devices_or_problems.setCurrentWidget(self.problems if problems else self.devices)
+        shown, hidden = (self.problems, self.devices) if problems else (self.devices, self.problems)
+        shown.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Preferred)
+        hidden.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Ignored)  # its size does not count
+        self._devices_or_problems.setCurrentWidget(shown)
 
     def _show_launch(self) -> None:
         launcher = self._launcher
@@ -252,6 +261,10 @@ class LauncherApp(QMainWindow):
         name = self.devices.selected_device()
         if name and self._launcher.launch.phase is Phase.RUNNING:
             self._launcher.launch.restart(name)
+
+    def _mark_playback(self) -> None:
+        if self._launcher.playback.is_available:
+            self.playback.ask_for_mark(self._launcher.playback.position_s)
 
     def _save_view(self) -> None:
         """Ask for the name under which RViz's view is kept for these devices."""

@@ -109,6 +109,7 @@ def _begin(launcher: Launcher, settings: Settings, options: argparse.Namespace,
     """Connect, and open what is asked for or what was open last."""
     launcher.begin()
     launcher.recording.choices.restore(settings.value('recording', {}))
+    launcher.bag.set_folder(os.path.join(_package_folder(), 'bag'))
     launcher.bag.restore(settings.value('bag', {}))
     launcher.cell.set_mode(Mode(options.mode or settings.value('mode', Mode.REALTIME.value)))
     launcher.cell.open(*_configuration(settings, options.config, arguments))
@@ -126,7 +127,11 @@ def _configuration(settings: Settings, given: str,
     last = settings.value('configuration', {})
     if os.path.isfile(last.get('path', '')):
         return last['path'], {**last.get('arguments', {}), **arguments}
-    return os.path.join(rospkg.RosPack().get_path('process_visualizer'), 'devices.xml'), arguments
+    return os.path.join(_package_folder(), 'devices.xml'), arguments
+
+
+def _package_folder() -> str:
+    return str(rospkg.RosPack().get_path('process_visualizer'))
 
 
 def place_window(app: QApplication, window: LauncherApp, launcher: Launcher,

@@ -11,6 +11,7 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from PyQt5.QtCore import QObject, pyqtSignal
 
+from process_visualizer.cell.model import Pose
 from process_visualizer.gui.snapshots import (
     DisplaySnapshot,
     PlayerSnapshot,
@@ -20,6 +21,7 @@ from process_visualizer.gui.snapshots import (
 from process_visualizer.msg import PlayerState, RecorderState, TopicRecord
 from process_visualizer.nodes.bag_recorder import BagRecorder
 from process_visualizer.nodes.player_client import PlayerClient
+from process_visualizer.nodes.pose_marker import PoseMarker
 from process_visualizer.srv import SetFrame
 
 NODE = 'process_visualizer'
@@ -34,14 +36,16 @@ class RosLinkError(Exception):
 class RosLink(QObject):
     """Turns what nodes say into snapshots, delivered in the GUI thread by queued signals.
 
-    ``begin``, ``end``, ``move_frame`` and the commands of ``player`` and ``recorder`` block: run
-    them as tasks. Nothing is delivered before ``begin``.
+    Its methods and the commands of ``player`` and ``recorder`` block: run them as tasks. Nothing
+    is delivered before ``begin``.
     """
 
     player_state = pyqtSignal(object)
     recorder_state = pyqtSignal(object)
     displays = pyqtSignal(object)
     """A tuple of DisplaySnapshot."""
+    pose_dragged = pyqtSignal(str, object)
+    """A frame has been dragged in RViz to this Pose in the global frame."""
 
     def __init__(self, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
@@ -50,6 +54,7 @@ class RosLink(QObject):
         self.recorder = BagRecorder(lambda state: self.recorder_state.emit(_recorder(state)),
                                     begins=False)
         self._subscriber: Optional[rospy.Subscriber] = None
+        self._marker = PoseMarker(self.pose_dragged.emit)
 
     def begin(self) -> None:
         """Become a node of the master; raises RosLinkError."""
@@ -87,6 +92,19 @@ class RosLink(QObject):
         if not answer.success:
             raise RosLinkError(f'{frame} is not moved: {answer.message}')
         return str(answer.message)
+
+    def show_marker(self, parent: str, frame: str, pose: Pose) -> None:
+        """Let a frame be dragged in RViz; its pose is in the parent frame."""
+        self._marker.show(parent, frame, pose)
+
+    def move_marker(self, frame: str, pose: Pose) -> None:
+        """Let the marker follow its frame."""
+        if frame == self._marker.frame:
+            self._marker.move(pose)
+
+    def hide_marker(self) -> None:
+        """Let no frame be dragged any more."""
+        self._marker.hide()
 
 
 def _refuse_second_launcher() -> None:

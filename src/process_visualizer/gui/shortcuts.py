@@ -1,7 +1,7 @@
 """The keys of the window: those that media players have taught everyone."""
 from __future__ import annotations
 
-from typing import Callable, List, NamedTuple
+from typing import Callable, Dict, List, Mapping, NamedTuple
 
 from PyQt5.QtCore import Qt
 from PyQt5.QtGui import QKeySequence
@@ -10,6 +10,7 @@ from PyQt5.QtWidgets import QAbstractSpinBox, QApplication, QLineEdit, QShortcut
 from process_visualizer.gui.launcher import Launcher
 from process_visualizer.gui.models.playback_model import PlaybackModel
 from process_visualizer.gui.models.recording_model import RecordingModel
+from process_visualizer.gui.style import ACCENT
 
 
 class Shortcut(NamedTuple):
@@ -20,7 +21,7 @@ class Shortcut(NamedTuple):
     action: Callable[[], None]
 
 
-def playback_keys(playback: PlaybackModel) -> List[Shortcut]:
+def playback_keys(playback: PlaybackModel, add_mark: Callable[[], None]) -> List[Shortcut]:
     """Return the keys that work while something is played, in the order in which they are shown."""
     return [
         Shortcut('Space', 'play or pause', playback.toggle),
@@ -38,6 +39,7 @@ def playback_keys(playback: PlaybackModel) -> List[Shortcut]:
         Shortcut('A', 'the loop begins here', playback.set_loop_begin),
         Shortcut('B', 'the loop ends here', playback.set_loop_end),
         Shortcut('L', 'loop', playback.toggle_loop),
+        Shortcut('M', 'add a mark here', add_mark),
         Shortcut('PgUp', 'to the mark before', playback.to_previous_mark),
         Shortcut('PgDown', 'to the next mark', playback.to_next_mark),
     ]
@@ -71,10 +73,20 @@ def bind(window: QWidget, keys: List[Shortcut]) -> List[QShortcut]:
     return bound
 
 
-def help_text(keys: List[Shortcut]) -> str:
-    """Return the keys as a table in HTML."""
-    rows = ''.join(f'<tr><td><b>{key.key.replace("<", "&lt;")}</b>&nbsp;&nbsp;&nbsp;</td>'
-                   f'<td>{key.text}</td></tr>' for key in keys)
+def help_text(groups: Mapping[str, List[Shortcut]]) -> str:
+    """Return the keys in HTML: the longest group at the left, the others beside it."""
+    first, *others = (f'<p><b>{title}</b></p>{_table(keys)}' for title, keys in groups.items())
+    return (f'<table><tr><td>{first}</td><td width="32"></td>'
+            f'<td>{"".join(others)}</td></tr></table>')
+
+
+def _table(keys: List[Shortcut]) -> str:
+    """What each key does; those that do the same share a row."""
+    names: Dict[str, List[str]] = {}
+    for key in keys:
+        names.setdefault(key.text, []).append(key.key)
+    rows = ''.join(f'<tr><td style="color: {ACCENT}">{"&nbsp;&nbsp;".join(keys)}&nbsp;&nbsp;</td>'
+                   f'<td>{text.replace(" ", "&nbsp;")}</td></tr>' for text, keys in names.items())
     return f'<table cellpadding="2">{rows}</table>'
 
 

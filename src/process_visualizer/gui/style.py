@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from PyQt5.QtCore import Qt
 from PyQt5.QtGui import QColor, QFont, QPalette
-from PyQt5.QtWidgets import QApplication, QStyleFactory
+from PyQt5.QtWidgets import QApplication, QPushButton, QStyleFactory
 
 ACCENT = '#1f6f9f'
 TEXT = '#23292f'
@@ -28,6 +28,12 @@ _DISABLED = '#a3abb2'
 _SHEET = f"""
 QGroupBox {{ border: 0; margin-top: 1.6em; padding: 0; font-weight: bold; }}
 QGroupBox::title {{ subcontrol-origin: margin; subcontrol-position: top left; padding: 0; }}
+QPushButton[primary="true"] {{
+  background: {ACCENT}; color: white; border: 0; border-radius: 3px; font-weight: bold; }}
+QPushButton[primary="true"]:hover {{ background: #2a7fb3; }}
+QPushButton[primary="true"]:pressed {{ background: #185a82; }}
+QPushButton[primary="true"]:focus {{ border: 2px solid #8fb8d0; }}
+QPushButton[primary="true"]:disabled {{ background: #d9dee2; color: #87919a; }}
 QToolTip {{ border: 1px solid {LINE}; padding: 3px; }}
 """
 
@@ -38,6 +44,14 @@ def apply_style(app: QApplication) -> None:
     app.setStyle(QStyleFactory.create('Fusion'))
     app.setPalette(palette())
     app.setStyleSheet(_SHEET)
+
+
+def set_primary(button: QPushButton, is_primary: bool) -> None:
+    """Give a button the accent colour, or take it away."""
+    if button.property('primary') != is_primary:
+        button.setProperty('primary', is_primary)
+        button.style().unpolish(button)
+        button.style().polish(button)
 
 
 def palette() -> QPalette:

@@ -1,6 +1,7 @@
 """What an operator is told about a device: its nodes and its topics in one line."""
 from __future__ import annotations
 
+import signal
 from enum import IntEnum
 from typing import Dict, Mapping, NamedTuple, Optional, Tuple
 
@@ -56,8 +57,18 @@ def node_line(node: NodeReport) -> Line:
         return Line(Level.WAITING, 'starting' + _restarts(node))
     if node.state is NodeState.EXITED:
         level = Level.BAD if node.exit_code else Level.WARNING
-        return Line(level, f'ended with code {node.exit_code}')
+        return Line(level, _end(node.exit_code))
     return Line(Level.BAD, f'cannot be started: {node.reason}')
+
+
+def _end(exit_code: Optional[int]) -> str:
+    """How a process has ended; a negative code is a signal."""
+    if exit_code is not None and exit_code < 0:
+        try:
+            return f'killed by {signal.Signals(-exit_code).name}'
+        except ValueError:  # one that has no name
+            pass
+    return f'ended with code {exit_code}'
 
 
 def topic_line(activity: Optional[TopicActivity]) -> Line:

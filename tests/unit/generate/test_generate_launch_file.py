@@ -256,6 +256,13 @@ def test_bag_player(bag: str, build: Build) -> None:
     assert shlex.split(player.args) == [bag, '--keep-alive', '--quiet', '--topics', '/d/q', '/p']
 
 
+def test_bag_player_of_a_split_recording(build: Build) -> None:
+    config = build(device(TOPICS), mode=Mode.PLAYBACK, bag='/a 0.bag',
+                   further_bags=('/a 1.bag', '/a 2.bag'))
+    assert shlex.split(one_node(config, '/bag_player').args)[:4] == [
+        '/a 0.bag', '/a 1.bag', '/a 2.bag', '--keep-alive']
+
+
 @pytest.mark.parametrize('mode, bag', [(Mode.REALTIME, '/a.bag'), (Mode.PLAYBACK, None)])
 def test_no_bag_player(mode: Mode, bag: 'str | None', build: Build) -> None:
     assert '/bag_player' not in nodes(build(device(TOPICS), mode=mode, bag=bag))

@@ -21,6 +21,7 @@ from process_visualizer.gui.figures import (
     (clock_text(3600 + 125.0), '1:02:05.0'),
     (long_time_text(42.9), '42 s'), (long_time_text(299), '4 min'),
     (long_time_text(5 * 3600 + 12 * 60 + 5), '5 h 12 min'), (long_time_text(72 * 3600), '3 days'),
+    (long_time_text(1e9), 'more than 4 days'),
     (rate_text(125.2), '125 Hz'), (rate_text(0.5), '0.5 Hz'), (rate_text(0.0), '0 Hz'),
 ])
 def test_text(text: str, expected: str):

@@ -6,7 +6,7 @@ from typing import Any, Iterator, List
 
 import pytest
 
-from process_visualizer.cell.model import Mode
+from process_visualizer.cell.model import Mode, Pose
 from process_visualizer.generate.choice import RvizStart
 from process_visualizer.gui.launcher import Launcher
 from process_visualizer.gui.models.launch_model import Phase
@@ -102,3 +102,50 @@ def test_devices_are_not_changed_during_a_recording(loaded: Launcher,
     loaded.apply()
     assert 'stop it before' in messages[0]
     assert loaded.launch.phase is Phase.RUNNING
+
+
+def test_what_the_status_waits_for(launcher: Launcher, qtbot: Any, config: Path) -> None:
+    launcher.cell.open(str(config))
+    assert launcher.status() == 'Reading the configuration…'
+    launcher.master.is_connecting = True
+    assert launcher.status() == 'Starting the ROS master…'
+    launcher.master.is_connecting = False
+    qtbot.waitUntil(lambda: launcher.status() == 'Currently not doing anything')
+
+
+def test_all_files_of_a_split_recording_are_played(loaded: Launcher,
+                                                   monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(loaded.bag, '_paths', ('/a_0.bag', '/a_1.bag'))
+    assert loaded.choice().bag is None
+    loaded.cell.set_mode(Mode.PLAYBACK)
+    assert (loaded.choice().bag, loaded.choice().further_bags) == ('/a_0.bag', ('/a_1.bag',))
+
+
+def test_marker_of_a_frame(loaded: Launcher, qtbot: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    told: List[Any] = []
+    monkeypatch.setattr(loaded.link, 'show_marker', lambda *words: told.append(words))
+    monkeypatch.setattr(loaded.link, 'move_marker', lambda *words: told.append(words))
+    monkeypatch.setattr(loaded.link, 'hide_marker', lambda: told.append('hidden'))
+    monkeypatch.setattr(loaded.calibration, '_move', lambda *_: None)
+    loaded.calibration.set_running(True)
+    loaded.calibration.show_marker(True)
+    loaded.calibration.set_value(1, 0.5)
+    loaded.calibration.show_marker(False)
+    qtbot.waitUntil(lambda: len(told) == 3)
+    assert told == [('world', 'oven', Pose((1.0, 0.0, 0.0))), ('oven', Pose((1.0, 0.5, 0.0))),
+                    'hidden']
+
+
+def test_what_is_dragged_moves_the_frame(loaded: Launcher, qtbot: Any,
+                                         monkeypatch: pytest.MonkeyPatch) -> None:
+    moved: List[Any] = []
+    monkeypatch.setattr(loaded.link, 'show_marker', lambda *_: None)
+    monkeypatch.setattr(loaded.link, 'hide_marker', lambda: None)
+    monkeypatch.setattr(loaded.calibration, '_move', lambda *words: moved.append(words))
+    loaded.calibration.set_running(True)
+    loaded.calibration.show_marker(True)
+    loaded.link.pose_dragged.emit('another', Pose((9.0, 0.0, 0.0)))
+    loaded.link.pose_dragged.emit('oven', Pose((2.0, 0.0, 0.0)))
+    qtbot.waitUntil(lambda: bool(moved))
+    assert moved == [('oven', (2.0, 0.0, 0.0), (0.0, 0.0, 0.0))]
+    assert loaded.calibration.pose == Pose((2.0, 0.0, 0.0))

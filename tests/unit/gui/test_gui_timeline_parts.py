@@ -17,7 +17,7 @@ from process_visualizer.gui.views.timeline_lanes import (
     TEXT_HEIGHT,
     Lane,
     lane_of,
-    lanes_picture,
+    lane_picture,
     number_text,
     value_range,
 )
@@ -114,8 +114,8 @@ class TestPicture:
     def alpha(lane: Lane, scale: float = 1.0) -> np.ndarray:
         """The opacity of each dot of a lane's curve (rows, columns); text and border left out."""
         axis = TimeAxis(10.0, 0.0, 100.0)
-        image = lanes_picture([lane], axis, 100, scale, QFont()).toImage().convertToFormat(
-            QImage.Format_RGBA8888)
+        picture = lane_picture(lane, axis, 100, LANE_HEIGHT, scale, QFont())
+        image = picture.toImage().convertToFormat(QImage.Format_RGBA8888)
         dots = np.frombuffer(image.bits().asarray(image.byteCount()), np.uint8)
         return dots.reshape(image.height(), -1, 4)[int(TEXT_HEIGHT * scale):, :, 3]
 

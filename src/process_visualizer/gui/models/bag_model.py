@@ -192,12 +192,14 @@ class BagModel(QObject):
 
     def settings(self) -> Dict[str, Any]:
         """Return what is to be remembered."""
-        return {'recent': [list(paths) for paths in self._recent]}
+        return {'recent': [list(paths) for paths in self._recent], 'folder': self._folder}
 
     def restore(self, settings: Mapping[str, Any]) -> None:
         """Take what was remembered."""
         self._recent = tuple(tuple(str(path) for path in paths)
                              for paths in settings.get('recent', []) if paths)
+        if os.path.isdir(settings.get('folder', '')):
+            self._folder = settings['folder']
         self.changed.emit()
 
     # Inside.

@@ -38,11 +38,12 @@ class MasterModel(QObject):
         self._timer = QTimer(self)
         self._timer.setInterval(_CHECK_PERIOD_MS)
         self._timer.timeout.connect(self._check)
-        self.is_connected = False
+        self.is_connected = self.is_connecting = False
         self.problem = 'The ROS master is not there yet'
 
     def connect_to_master(self) -> None:
         """Use the master that runs, or start one, and become its node."""
+        self.is_connecting = True
         self._tasks.run(_LINE, self._begin, self._take_connection, self._tell)
 
     def close(self) -> None:
@@ -56,7 +57,7 @@ class MasterModel(QObject):
         self._link.begin()
 
     def _take_connection(self, _nothing: object) -> None:
-        self.is_connected = True
+        self.is_connected, self.is_connecting = True, False
         self._timer.start()
         self.connected.emit()
 
@@ -80,6 +81,7 @@ class MasterModel(QObject):
             self.lost.emit()
 
     def _tell(self, error: Exception) -> None:
+        self.is_connecting = False
         if not isinstance(error, (RosMasterError, RosLinkError)):
             raise error
         self.problem = str(error)

@@ -102,6 +102,7 @@ class BagView(QWidget):
         paths, _filter = QFileDialog.getOpenFileNames(
             self, 'Open a recording', self._bag.folder, 'Bags (*.bag *.bag.active);;All files (*)')
         if paths:
+            self._bag.set_folder(os.path.dirname(paths[0]))
             self._bag.open(paths)
 
     def _show_details(self, are_shown: bool) -> None:

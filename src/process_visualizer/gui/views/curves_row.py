@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from typing import Optional
 
-from PyQt5.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QToolButton, QWidget
+from PyQt5.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QSizePolicy, QToolButton, QWidget
 
 from process_visualizer.gui.models.curves_model import CurvesModel
 
@@ -25,6 +25,7 @@ class CurvesRow(QWidget):
         self.button.setObjectName('curves_button')
         self.button.setAutoRaise(True)
         self.button.clicked.connect(self._on_button)
+        self.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Fixed)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(12, 2, 12, 2)
         for widget, stretch in ((self.text, 0), (self.bar, 1), (self.button, 0)):

@@ -4,8 +4,15 @@ from __future__ import annotations
 from typing import Callable, Dict, List, Optional, Tuple
 
 from PyQt5.QtCore import QPoint, QSize, Qt, pyqtSignal
-from PyQt5.QtGui import QColor
-from PyQt5.QtWidgets import QHeaderView, QMenu, QTreeWidget, QTreeWidgetItem, QWidget
+from PyQt5.QtGui import QColor, QResizeEvent
+from PyQt5.QtWidgets import (
+    QHeaderView,
+    QMenu,
+    QSizePolicy,
+    QTreeWidget,
+    QTreeWidgetItem,
+    QWidget,
+)
 
 from process_visualizer.cell.model import Device
 from process_visualizer.gui.icons import icon
@@ -13,6 +20,7 @@ from process_visualizer.gui.style import BAD, GOOD, QUIET, WARNING
 from process_visualizer.launching.device_state import DeviceState, Level, Line
 
 _NAME, _STATE = 0, 1
+_FEWEST_ROWS, _MOST_ROWS, _ROW_SPACING_PX = 4, 14, 4
 _DEVICE, _NODE, _TOPIC = 'device', 'node', 'topic'
 _COLORS = {Level.OFF: QUIET, Level.GOOD: GOOD, Level.WAITING: QUIET, Level.WARNING: WARNING,
            Level.BAD: BAD}
@@ -34,8 +42,13 @@ class DevicesView(QTreeWidget):
         self.setColumnCount(2)
         self.setIconSize(QSize(14, 14))
         self.setIndentation(16)
-        self.header().setSectionResizeMode(_NAME, QHeaderView.ResizeToContents)
+        self.header().setSectionResizeMode(_NAME, QHeaderView.Fixed)
         self.header().setStretchLastSection(True)
+        self.setTextElideMode(Qt.ElideMiddle)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarAlwaysOff)
+        self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Preferred)
+        self.expanded.connect(lambda _row: self.updateGeometry())
+        self.collapsed.connect(lambda _row: self.updateGeometry())
         self.setToolTip('Tick the devices to launch; open a row to see its nodes and topics')
         self.setContextMenuPolicy(Qt.CustomContextMenu)
         self.customContextMenuRequested.connect(self._show_menu)
@@ -59,6 +72,7 @@ class DevicesView(QTreeWidget):
                 self._child(device.name, _TOPIC, topic.name)
             row.setExpanded(device.name in opened)
         self.blockSignals(False)
+        self.updateGeometry()
 
     def set_ticks(self, is_ticked: Callable[[str], bool]) -> None:
         """Show which devices are chosen."""
@@ -80,6 +94,27 @@ class DevicesView(QTreeWidget):
                 _show(self._child(device, kind, name), line)
         self.blockSignals(False)
 
+    def sizeHint(self) -> QSize:
+        """Return a size with room for all rows that are open, up to many."""
+        return self._size_of(min(max(self._open_rows(), _FEWEST_ROWS), _MOST_ROWS))
+
+    def minimumSizeHint(self) -> QSize:
+        """Return a size in which some rows can be seen."""
+        return self._size_of(_FEWEST_ROWS)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Give names and states half of the width each."""
+        super().resizeEvent(event)
+        self.setColumnWidth(_NAME, event.size().width() // 2)
+
+    def _size_of(self, rows: int) -> QSize:
+        return QSize(300, rows * (self.fontMetrics().height() + _ROW_SPACING_PX)
+                     + 2 * self.frameWidth() + 2)
+
+    def _open_rows(self) -> int:
+        rows = self._rows.values()
+        return sum(1 + row.childCount() * row.isExpanded() for row in rows)
+
     def selected_device(self) -> str:
         """The device whose row, or a row below it, is selected; empty without one."""
         items = self.selectedItems()
@@ -92,7 +127,8 @@ class DevicesView(QTreeWidget):
     def _child(self, device: str, kind: str, name: str) -> QTreeWidgetItem:
         key = (device, kind, name)
         if key not in self._children:
-            item = QTreeWidgetItem([name, ''])
+            item = QTreeWidgetItem([name.replace(f'/{device}/', '', 1), ''])
+            item.setToolTip(_NAME, name)
             item.setData(_NAME, Qt.UserRole, (kind, device, name))
             item.setForeground(_NAME, QColor(QUIET))
             row = self._rows[device]

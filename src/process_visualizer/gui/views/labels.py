@@ -26,6 +26,15 @@ def small(label: QLabel) -> QLabel:
     return label
 
 
+def title(text: str) -> QLabel:
+    """Return a bold label, such as stands before a group."""
+    label = QLabel(text)
+    font = label.font()
+    font.setBold(True)
+    label.setFont(font)
+    return label
+
+
 def tool_button(name: str, icon_name: str, hint: str, action: Callable[[], object],
                 text: Optional[str] = None) -> QToolButton:
     """Return a flat button with an icon."""

@@ -6,20 +6,21 @@ from typing import Optional, Tuple
 from PyQt5.QtCore import Qt, pyqtSignal
 from PyQt5.QtWidgets import (
     QButtonGroup,
-    QGroupBox,
+    QGridLayout,
     QHBoxLayout,
     QLabel,
     QMenu,
     QPushButton,
     QRadioButton,
     QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.icons import icon
 from process_visualizer.gui.models.launch_model import Phase
+from process_visualizer.gui.style import set_primary
+from process_visualizer.gui.views.labels import title
 
 _LAUNCH_TEXT = {Phase.IDLE: 'Launch nodes', Phase.LAUNCHING: 'Quit all nodes',
                 Phase.RUNNING: 'Quit all nodes', Phase.QUITTING: 'Quitting…'}
@@ -72,11 +73,12 @@ class LaunchView(QWidget):
         self._phase = phase
         for button in self._modes.buttons():
             button.setEnabled(phase is Phase.IDLE)
+            button.setToolTip('' if phase is Phase.IDLE else 'Quit all nodes to change the mode')
         self.launch.setText(_LAUNCH_TEXT[phase])
         self.launch.setEnabled(phase is not Phase.QUITTING
                                and (phase is not Phase.IDLE or can_launch))
         self.launch.setToolTip(reason or 'Ctrl+L')
-        self.launch.setDefault(phase is Phase.IDLE)
+        set_primary(self.launch, phase is Phase.IDLE)
         self.view.setVisible(phase is Phase.RUNNING)
 
     def show_changes(self, text: str, hint: str) -> None:
@@ -109,20 +111,21 @@ class LaunchView(QWidget):
         (self.launch_wanted if self._phase is Phase.IDLE else self.quit_wanted).emit()
 
     def _lay_out(self) -> None:
-        modes = QGroupBox('Mode')
-        row = QHBoxLayout(modes)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.addWidget(self.realtime)
-        row.addWidget(self.playback)
-        row.addStretch()
-        status = QGroupBox('Status')
-        QVBoxLayout(status).addWidget(self.status)
-        status.layout().setContentsMargins(0, 0, 0, 0)
+        modes = QHBoxLayout()
+        modes.setSpacing(16)
+        for button in self._modes.buttons():
+            modes.addWidget(button)
+        modes.addStretch()
         buttons = QHBoxLayout()
         buttons.addWidget(self.launch, 1)
         buttons.addWidget(self.view)
-        layout = QVBoxLayout(self)
+        layout = QGridLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
-        for widget in (modes, status, self.apply):
-            layout.addWidget(widget)
-        layout.addLayout(buttons)
+        layout.setHorizontalSpacing(12)
+        layout.setColumnStretch(1, 1)
+        layout.addWidget(title('Mode'), 0, 0)
+        layout.addLayout(modes, 0, 1)
+        layout.addWidget(title('Status'), 1, 0, Qt.AlignTop)
+        layout.addWidget(self.status, 1, 1)
+        layout.addWidget(self.apply, 2, 0, 1, 2)
+        layout.addLayout(buttons, 3, 0, 1, 2)

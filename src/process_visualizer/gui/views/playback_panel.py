@@ -4,7 +4,7 @@ from __future__ import annotations
 from typing import Optional
 
 from PyQt5.QtCore import Qt
-from PyQt5.QtWidgets import QFrame, QInputDialog, QLabel, QSizePolicy, QVBoxLayout, QWidget
+from PyQt5.QtWidgets import QFrame, QInputDialog, QLabel, QVBoxLayout, QWidget
 
 from process_visualizer.bags.curves import Curve
 from process_visualizer.bags.progress_line import format_time
@@ -50,11 +50,11 @@ class PlaybackPanel(QWidget):
     def _lay_out(self) -> None:
         frame = QFrame()
         frame.setFrameShape(QFrame.StyledPanel)
-        frame.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Maximum)
         frame.setStyleSheet('QFrame { background: palette(base); }')
         inside = QVBoxLayout(frame)
         inside.setContentsMargins(0, 2, 0, 0)
         inside.setSpacing(0)
+        inside.setSizeConstraint(QVBoxLayout.SetMinAndMaxSize)  # it grows as far as its lanes do
         inside.addWidget(self.timeline, 1)
         inside.addWidget(self.curves)
         layout = QVBoxLayout(self)

@@ -12,6 +12,7 @@ from PyQt5.QtWidgets import (
     QListWidget,
     QListWidgetItem,
     QPushButton,
+    QSizePolicy,
     QStyle,
     QStyledItemDelegate,
     QStyleOptionViewItem,
@@ -50,6 +51,7 @@ class ProblemsView(QWidget):
         self._list.itemClicked.connect(self._open)
         self._list.itemActivated.connect(self._open)
         self._lay_out()
+        self.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Ignored)
 
     def set_problems(self, problems: Sequence[Problem]) -> None:
         """Show these problems."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 from typing import Optional
 
 from PyQt5.QtCore import Qt, pyqtSignal
+from PyQt5.QtGui import QResizeEvent
 from PyQt5.QtWidgets import (
     QFrame,
     QHBoxLayout,
@@ -23,6 +24,8 @@ from process_visualizer.gui.views.record_bar import RecordBar
 from process_visualizer.gui.views.recording_notice import RecordingNotice
 from process_visualizer.gui.views.topic_list import TopicList
 
+_ROOMY = 30  # lines of text: then the topics are open
+
 
 class RecordingPanel(QScrollArea):
     """Options, topics, the record button, the disk, marks, and how it goes."""
@@ -41,10 +44,20 @@ class RecordingPanel(QScrollArea):
         self._label = QLineEdit()
         self._mark = QPushButton(icon('mark'), 'Mark')
         self._save = QPushButton(icon('save'), f'Save last {RECENT_S:.0f} s')
+        self._are_topics_chosen = False
         self._set_up()
         self._lay_out()
         model.changed.connect(self.refresh)
         self.refresh()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Open the list of topics where there is room, until the operator decides."""
+        super().resizeEvent(event)
+        if not self._are_topics_chosen:
+            self.topics.open(event.size().height() > _ROOMY * self.fontMetrics().height())
+
+    def _choose_topics(self) -> None:
+        self._are_topics_chosen = True
 
     def refresh(self) -> None:
         """Show what can be done now."""
@@ -88,6 +101,7 @@ class RecordingPanel(QScrollArea):
         self._save.setObjectName('save_recent')
         self._save.setToolTip('Write what just happened into a bag of its own')
         self._save.clicked.connect(self._model.save_recent)
+        self.topics.chosen.connect(self._choose_topics)
         self.notice.play_wanted.connect(self.play_wanted)
 
     def _lay_out(self) -> None:
@@ -101,8 +115,8 @@ class RecordingPanel(QScrollArea):
         layout.setContentsMargins(0, 4, 0, 4)
         layout.setSpacing(8)
         for widget in (self.names, self.topics, self.bar, self.disk):
-            layout.addWidget(widget)
+            layout.addWidget(widget, 1 if widget is self.topics else 0)
         layout.addLayout(marks)
         layout.addWidget(self.notice)
-        layout.addStretch(1)
+        layout.addStretch(0)
         self.setWidget(body)

@@ -1,8 +1,8 @@
-"""The curves of process variables, each in a lane of its own, drawn once into a picture."""
+"""The curves of process variables, each in a lane of its own, drawn into a picture."""
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Sequence, Tuple
+from typing import NamedTuple, Tuple
 
 import numpy as np
 from PyQt5.QtCore import QPointF, QRectF, Qt
@@ -12,7 +12,7 @@ from process_visualizer.gui.colours import readable_colour
 from process_visualizer.gui.style import LINE
 from process_visualizer.gui.time_axis import TimeAxis
 
-LANE_HEIGHT = 42
+LANE_HEIGHT, MOST_LANE_HEIGHT = 42, 72
 TEXT_HEIGHT = 15  # the part of a lane above its curve
 VALUES_WIDTH = 150  # px: for the numbers at the right
 _LINE = 1.3  # px: how thick a curve is at least
@@ -71,22 +71,20 @@ def number_text(value: float, largest: float) -> str:
     return f'{round(value, decimals) + 0.0:.{decimals}f}'.replace('-', '−')
 
 
-def lanes_picture(lanes: Sequence[Lane], axis: TimeAxis, width: int, scale: float,
-                  font: QFont) -> QPixmap:
-    """Return all lanes below each other; ``scale`` is how many dots a pixel of the screen has."""
-    picture = QPixmap(int(width * scale), max(int(len(lanes) * LANE_HEIGHT * scale), 1))
+def lane_picture(lane: Lane, axis: TimeAxis, width: int, height: int, scale: float,
+                 font: QFont) -> QPixmap:
+    """Return a lane in a size [px]; ``scale`` is how many dots a pixel of the screen has."""
+    picture = QPixmap(int(width * scale), int(height * scale))
     picture.setDevicePixelRatio(scale)
     picture.fill(Qt.transparent)
     painter = QPainter(picture)
     painter.setFont(font)
-    for row, lane in enumerate(lanes):
-        top = row * LANE_HEIGHT
-        painter.setPen(QPen(QColor(LINE), 1))
-        painter.drawLine(QPointF(axis.left, top + 0.5), QPointF(axis.left + axis.width, top + 0.5))
-        _draw_curve(painter, lane, QRectF(axis.left, top + TEXT_HEIGHT, axis.width,
-                                          LANE_HEIGHT - TEXT_HEIGHT - 3), scale)
-        _draw_label(painter, lane, QRectF(axis.left, top + 1,
-                                          max(axis.width - VALUES_WIDTH, 40.0), TEXT_HEIGHT))
+    painter.setPen(QPen(QColor(LINE), 1))
+    painter.drawLine(QPointF(axis.left, 0.5), QPointF(axis.left + axis.width, 0.5))
+    _draw_curve(painter, lane, QRectF(axis.left, TEXT_HEIGHT, axis.width,
+                                      height - TEXT_HEIGHT - 3), scale)
+    _draw_label(painter, lane, QRectF(axis.left, 1, max(axis.width - VALUES_WIDTH, 40.0),
+                                      TEXT_HEIGHT))
     painter.end()
     return picture
 

@@ -23,12 +23,13 @@ from process_visualizer.bags.progress_line import format_time
 from process_visualizer.gui.models.playback_model import PlaybackModel
 from process_visualizer.gui.time_axis import TimeAxis
 from process_visualizer.gui.views import timeline_header as header
+from process_visualizer.gui.views.lane_pictures import LanePictures
 from process_visualizer.gui.views.timeline_lanes import (
     LANE_HEIGHT,
+    MOST_LANE_HEIGHT,
     TEXT_HEIGHT,
     VALUES_WIDTH,
     Lane,
-    lanes_picture,
     number_text,
 )
 from process_visualizer.gui.views.timeline_layout import (
@@ -60,7 +61,6 @@ class TimelineView(QWidget):
         self._duration_s = 0.0
         self._gaps: Tuple[Tuple[float, float], ...] = ()
         self._lanes: Tuple[Lane, ...] = ()
-        self._picture: Optional[QPixmap] = None
         self._header: Optional[Tuple[Any, QPixmap]] = None
         self._font = QFont(self.font())
         self._font.setPixelSize(_FONT_PX)
@@ -68,6 +68,9 @@ class TimelineView(QWidget):
         self._hover = Target('time')
         self._dragged: Optional[Target] = None
         self._drawn_x = 0
+        self._pictures = LanePictures(self)
+        self._pictures.drawn.connect(self._update_lane)
+        self._lane_height = LANE_HEIGHT
         self._scroll = QScrollBar(Qt.Vertical, self)
         self._scroll.setObjectName('timeline_scroll')
         self._scroll.valueChanged.connect(lambda _value: self.update())
@@ -76,7 +79,7 @@ class TimelineView(QWidget):
         self.setToolTip(_HINT)
         self.setMouseTracking(True)
         self.setFocusPolicy(Qt.StrongFocus)
-        self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Maximum)
+        self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Preferred)
         playback.changed.connect(self.update)
         playback.moved.connect(self._follow)
         self._fit()
@@ -84,13 +87,12 @@ class TimelineView(QWidget):
     def set_recording(self, duration_s: float, gaps: Sequence[Tuple[float, float]] = ()) -> None:
         """Take the length of the recording [s] and the parts [s, s] that cannot be read."""
         self._duration_s, self._gaps = duration_s, tuple(gaps)
-        self._picture = None
         self.update()
 
     def set_lanes(self, lanes: Sequence[Lane]) -> None:
         """Take the curves, from top to bottom."""
         self._lanes = tuple(lanes)
-        self._picture = None
+        self._pictures.set_lanes(lanes)
         self._fit()
         self.updateGeometry()
         self.update()
@@ -124,9 +126,11 @@ class TimelineView(QWidget):
 
     def _fit(self) -> None:
         """Give the scroll bar its place and range."""
-        self.setMaximumHeight(self._height_of(len(self._lanes)))
+        count = len(self._lanes)
+        self.setMaximumHeight(self._height_of(count) + count * (MOST_LANE_HEIGHT - LANE_HEIGHT))
         visible = self.height() - int(HEADER_HEIGHT)
-        hidden = max(len(self._lanes) * LANE_HEIGHT + 2 - visible, 0)
+        self._lane_height = min(max((visible - 2) // max(count, 1), LANE_HEIGHT), MOST_LANE_HEIGHT)
+        hidden = max(count * self._lane_height + 2 - visible, 0)
         self._scroll.setRange(0, hidden)
         self._scroll.setPageStep(max(visible, 1))
         self._scroll.setSingleStep(LANE_HEIGHT // 2)
@@ -135,9 +139,7 @@ class TimelineView(QWidget):
                                  int(SIDE) - 2, max(visible, 0))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Draw the curves for the new width."""
-        if event.oldSize().width() != event.size().width():
-            self._picture = None
+        """Give the lanes their height in the new size."""
         self._fit()
 
     # Drawing
@@ -170,25 +172,35 @@ class TimelineView(QWidget):
     def _draw_position(self, painter: QPainter, axis: TimeAxis, bottom: float) -> None:
         position_s = self._playback.position_s
         self._drawn_x = round(axis.x(position_s))
-        header.draw_playhead(painter, axis, position_s, bottom, self._playback.is_available)
+        if axis.duration_s > 0.0:
+            header.draw_playhead(painter, axis, position_s, bottom, self._playback.is_available)
         if self._hover_s is not None:
             header.draw_hover(painter, axis, self._hover_s, format_time(self._hover_s), bottom)
 
     def _draw_lanes(self, painter: QPainter, axis: TimeAxis, area: QRect) -> None:
         if not self._lanes:
             return
-        if self._picture is None:
-            self._picture = lanes_picture(self._lanes, axis, self.width(),
-                                          self.devicePixelRatioF(), self._font)
+        self._pictures.want(axis, self.width(), self._lane_height, self.devicePixelRatioF(),
+                            self._font)
         painter.setClipRect(area.intersected(self._lanes_rect()))
-        painter.drawPixmap(QPoint(0, int(HEADER_HEIGHT) - self._scroll.value()), self._picture)
+        for row in range(len(self._lanes)):
+            picture, place = self._pictures.picture(row), self._lane_rect(row)
+            if picture is not None and place.intersects(area):
+                painter.drawPixmap(place, picture)
         painter.setClipRect(area)
+
+    def _lane_rect(self, row: int) -> QRect:
+        top = int(HEADER_HEIGHT) + row * self._lane_height - self._scroll.value()
+        return QRect(0, top, self.width(), self._lane_height)
+
+    def _update_lane(self, row: int) -> None:
+        self.update(self._lane_rect(row))
 
     def _draw_values(self, painter: QPainter, axis: TimeAxis) -> None:
         painter.setClipRect(self._lanes_rect())
         for row in range(len(self._lanes)):
-            top = HEADER_HEIGHT + row * LANE_HEIGHT - self._scroll.value()
-            if HEADER_HEIGHT - LANE_HEIGHT < top < self.height():
+            top = self._lane_rect(row).top()
+            if HEADER_HEIGHT - self._lane_height < top < self.height():
                 rect = QRectF(axis.left + axis.width - VALUES_WIDTH, top + 1, VALUES_WIDTH,
                               TEXT_HEIGHT)
                 header.draw_values(painter, rect, *self.lane_values(row))

@@ -3,11 +3,12 @@ from __future__ import annotations
 
 from typing import Dict, List, Optional, Tuple
 
-from PyQt5.QtCore import QSize, Qt
+from PyQt5.QtCore import QSize, Qt, pyqtSignal
 from PyQt5.QtGui import QColor
 from PyQt5.QtWidgets import (
     QHBoxLayout,
     QHeaderView,
+    QSizePolicy,
     QToolButton,
     QTreeWidget,
     QTreeWidgetItem,
@@ -23,12 +24,15 @@ from process_visualizer.gui.views.elided_label import ElidedLabel
 from process_visualizer.gui.views.labels import colour, small, tool_button
 
 _NAME, _RATE = 0, 1
-_MOST_ROWS = 9
+_FEWEST_ROWS = 6
 _UNHEALTHY = (TopicHealth.SILENT, TopicHealth.NO_PUBLISHER, TopicHealth.NO_MESSAGE)
 
 
 class TopicList(QWidget):
     """A line that tells how many are ticked and which are silent; open, it lists them."""
+
+    chosen = pyqtSignal()
+    """The operator has opened or folded the list."""
 
     def __init__(self, choices: RecordingChoices, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -93,6 +97,8 @@ class TopicList(QWidget):
         """Unfold the list, or fold it."""
         self._fold.setChecked(is_open)
         self._fold.setArrowType(Qt.DownArrow if is_open else Qt.RightArrow)
+        self.setSizePolicy(QSizePolicy.Preferred,
+                           QSizePolicy.Expanding if is_open else QSizePolicy.Maximum)
         self._tree.setVisible(is_open)
         self._preset.setVisible(is_open)
 
@@ -104,7 +110,9 @@ class TopicList(QWidget):
     def _fit_height(self) -> None:
         rows = self._tree.topLevelItemCount() + len(self._items)
         height = self._tree.sizeHintForRow(0) if rows else 20
-        self._tree.setFixedHeight(height * min(rows, _MOST_ROWS) + 2 * self._tree.frameWidth())
+        frame = 2 * self._tree.frameWidth()
+        self._tree.setMinimumHeight(height * min(rows, _FEWEST_ROWS) + frame)
+        self._tree.setMaximumHeight(height * rows + frame)
 
     def _set_up_fold(self) -> None:
         self._fold.setObjectName('fold_topics')
@@ -115,6 +123,7 @@ class TopicList(QWidget):
         self._fold.setStyleSheet('QToolButton { border: 0; padding: 0; }')
         self._fold.setToolButtonStyle(Qt.ToolButtonTextBesideIcon)
         self._fold.toggled.connect(self.open)
+        self._fold.clicked.connect(lambda: self.chosen.emit())
         self.open(False)
 
     def _lay_out(self) -> None:
@@ -126,7 +135,8 @@ class TopicList(QWidget):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(2)
         layout.addLayout(header)
-        layout.addWidget(self._tree)
+        layout.addWidget(self._tree, 1)
+        layout.addStretch(0)
 
 
 def summary(rows: List[TopicRow]) -> Tuple[str, bool]:
