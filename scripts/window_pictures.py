@@ -119,6 +119,7 @@ class Photographer:
         device.topLevelItem(3).setExpanded(True)
         self._pause(1.0)
         self._picture('died')
+        device.topLevelItem(3).setExpanded(False)
 
     def _problems(self) -> None:
         broken = Path(self._config).with_name('broken.xml')

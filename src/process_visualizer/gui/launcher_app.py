@@ -37,6 +37,7 @@ from process_visualizer.gui.shortcuts import (
 from process_visualizer.gui.style import QUIET
 from process_visualizer.gui.views.calibration_panel import CalibrationPanel
 from process_visualizer.gui.views.devices_view import DevicesView
+from process_visualizer.gui.views.keys_dialog import KeysDialog
 from process_visualizer.gui.views.labels import colour, title, tool_button
 from process_visualizer.gui.views.launch_view import LaunchView
 from process_visualizer.gui.views.log_view import LogView
@@ -221,9 +222,7 @@ class LauncherApp(QMainWindow):
             LogView.show_node(self, report, node)
 
     def _show_help(self) -> None:
-        box = message_box(self, help_text(self._keys), QMessageBox.NoIcon)
-        box.setObjectName('keys')
-        box.open()
+        KeysDialog(help_text(self._keys), self).open()
 
     def _tell(self, message: str) -> None:
         """Show a message; those that come while it is open are added to it."""

@@ -86,7 +86,7 @@ def _table(keys: List[Shortcut]) -> str:
     for key in keys:
         names.setdefault(key.text, []).append(key.key)
     rows = ''.join(f'<tr><td style="color: {ACCENT}">{"&nbsp;&nbsp;".join(keys)}&nbsp;&nbsp;</td>'
-                   f'<td>{text.replace(" ", "&nbsp;")}</td></tr>' for text, keys in names.items())
+                   f'<td>{text}</td></tr>' for text, keys in names.items())
     return f'<table cellpadding="2">{rows}</table>'
 
 

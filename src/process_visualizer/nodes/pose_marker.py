@@ -88,7 +88,8 @@ def _marker(parent: str, frame: str, pose: Pose) -> InteractiveMarker:
         for name, mode in (('move', InteractiveMarkerControl.MOVE_AXIS),
                            ('turn', InteractiveMarkerControl.ROTATE_AXIS)):
             marker.controls.append(InteractiveMarkerControl(
-                name=f'{name} {axis}', interaction_mode=mode, orientation=Quaternion(*quaternion)))
+                name=f'{name} {axis}', interaction_mode=mode, orientation=Quaternion(*quaternion),
+                always_visible=True))  # with RViz's tool Interact they can be dragged
     return marker
 
 

@@ -103,7 +103,8 @@ class CalibrationPanel(QWidget):
         self._marker.setIconSize(QSize(18, 18))
         self._marker.setToolButtonStyle(Qt.ToolButtonTextBesideIcon)
         self._marker.setCheckable(True)
-        self._marker.setToolTip('Shows arrows and rings at the frame in RViz; drag them')
+        self._marker.setToolTip('Shows arrows and rings at the frame in RViz; drag them '
+                                'with its tool Interact (I)')
         self._marker.clicked.connect(self._model.show_marker)
         self._reason.setObjectName('calibration_reason')
         colour(self._reason, QUIET)
