@@ -18,7 +18,7 @@ from process_visualizer.gui.models.master_model import MasterModel
 from process_visualizer.gui.models.playback_model import PlaybackModel
 from process_visualizer.gui.models.recording_model import RecordingModel
 from process_visualizer.gui.models.view_model import ViewModel
-from process_visualizer.gui.ros_link import RosLink
+from process_visualizer.gui.ros_link import RosLink, RosLinkError
 from process_visualizer.gui.snapshots import PlayerSnapshot
 from process_visualizer.gui.status import player_activity, recorder_activity, status_text
 from process_visualizer.gui.tasks import Tasks
@@ -180,10 +180,15 @@ class Launcher(QObject):
     def _show_marker(self, is_shown: bool) -> None:
         cell, base, pose = self.cell.cell, self.calibration.base, self.calibration.pose
         if is_shown and cell is not None and base is not None:
-            self.tasks.run(_MARKER, lambda: self.link.show_marker(
-                cell.frame, base.frame, pose))
+            self.tasks.run(_MARKER, lambda: self.link.show_marker(cell.frame, base.frame, pose),
+                           None, self._tell_marker)
         else:
             self.tasks.run(_MARKER, self.link.hide_marker)
+
+    def _tell_marker(self, error: Exception) -> None:
+        if not isinstance(error, RosLinkError):
+            raise error
+        self.failed.emit(str(error))
 
     def _take_drag(self, frame: str, pose: Pose) -> None:
         base = self.calibration.base

@@ -94,8 +94,12 @@ class RosLink(QObject):
         return str(answer.message)
 
     def show_marker(self, parent: str, frame: str, pose: Pose) -> None:
-        """Let a frame be dragged in RViz; its pose is in the parent frame."""
-        self._marker.show(parent, frame, pose)
+        """Let a frame be dragged in RViz; its pose is in the parent frame. Raises RosLinkError."""
+        try:
+            self._marker.show(parent, frame, pose)
+        except (rospy.ROSException, rosgraph.MasterException, OSError) as error:
+            raise RosLinkError(f'{frame} has no marker: the ROS master does not answer '
+                               f'({error})') from error
 
     def move_marker(self, frame: str, pose: Pose) -> None:
         """Let the marker follow its frame."""
