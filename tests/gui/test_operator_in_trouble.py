@@ -129,7 +129,7 @@ def _is_other(plate: int) -> bool:
 
 def a_node_is_killed(operator: Operator) -> None:
     os.kill(pid('plate'), signal.SIGKILL)
-    operator.wait(lambda: 'code -9' in devices(operator).state_text('table'), 'its exit code',
+    operator.wait(lambda: 'SIGKILL' in devices(operator).state_text('table'), 'how it ended',
                   instead=lambda: devices(operator).state_text('table'))
     assert 'table' in operator.text('status')
     row = devices(operator).topLevelItem(1)
