@@ -73,7 +73,8 @@ def test_session(operator: Operator, tmp_path: Path) -> None:
     quit_all(operator)
     operator.close()
     assert {it for it in processes('GUI_TEST_MARK') if 'Xvfb' not in it} == set()
-    assert operator.blocks() == []
+    blocks = operator.blocks()
+    assert not blocks, '\n'.join(blocks)
 
 
 def open_the_cell(operator: Operator) -> None:

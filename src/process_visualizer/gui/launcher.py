@@ -1,6 +1,7 @@
 """All models of the window and what connects them; no widgets."""
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from typing import Optional, Sequence
 
@@ -25,6 +26,9 @@ from process_visualizer.gui.tasks import Tasks
 from process_visualizer.nodes.player_client import PlayerError
 
 _MARKER = 'marker'
+
+_SWITCH_INTERVAL_S = 0.0005
+"""So long the window waits for each other thread that computes; Python's own 5 ms add up."""
 
 
 class Launcher(QObject):
@@ -53,6 +57,7 @@ class Launcher(QObject):
 
     def begin(self) -> None:
         """Clean up after a crash, and find or start the master."""
+        sys.setswitchinterval(_SWITCH_INTERVAL_S)
         self.launch.prepare(self.master.connect_to_master)
 
     def close(self) -> None:
