@@ -7,7 +7,7 @@ from typing import Any, Dict, Optional
 TITLE_BAR_PX = 32
 """Room for the title bar, which a window's height does not include."""
 _SMALLEST_WIDTH_PX = 640
-_WIDTH_FOR_DISPLAYS_PX = 1100
+_WIDTH_FOR_DISPLAYS_PX = 1300
 """From here on there is room for the list of displays beside the scene."""
 _DOCK_KEYS = ('Displays', 'Selection', 'Time', 'Tool Properties', 'Views')
 
