@@ -6,7 +6,7 @@ from typing import List, Tuple
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from process_visualizer.motion.speed_series import GAP_S, WINDOW_S, measuring_times, speeds
@@ -34,6 +34,7 @@ def estimated(times_s: np.ndarray, positions: np.ndarray) -> List[float]:
 
 
 @given(st.lists(st.tuples(steps_s, points), min_size=1, max_size=150))
+@example([(0.0077, (0.0, 0.0, 0.0)), (0.0924, (0.0, 0.0, 0.0)), (0.0077, (0.0, 0.0, 0.0))])
 def test_they_are_those_of_the_estimator(samples: List[Tuple[float, Tuple[float, ...]]]) -> None:
     times_s = np.cumsum([step for step, _ in samples])
     positions = np.array([point for _, point in samples])

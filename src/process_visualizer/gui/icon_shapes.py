@@ -1,6 +1,7 @@
 """The shapes of the icons, on a grid of 24 by 24."""
 from __future__ import annotations
 
+import functools
 from typing import Callable, Dict, NamedTuple, Tuple
 
 from PyQt5.QtCore import QPointF, QRectF, Qt
@@ -19,6 +20,7 @@ class Shape(NamedTuple):
     lines: QPainterPath
 
 
+@functools.lru_cache(maxsize=None)
 def shape(name: str) -> Shape:
     """Return the shape of an icon.
 

@@ -71,7 +71,7 @@ def _without_repetitions(times_s: np.ndarray, positions: np.ndarray) -> np.ndarr
     kept = np.ones(len(times_s), bool)
     repeated = np.flatnonzero((positions[1:] == positions[:-1]).all(axis=1)) + 1
     times = times_s[repeated].tolist()
-    last_s = last_row = 0.0
+    last_s, last_row = 0.0, -1
     for row, time_s in zip(repeated.tolist(), times):
         if row - 1 != last_row:  # a new run of repetitions, begun by the one before
             last_s = float(times_s[row - 1])
