@@ -7,7 +7,7 @@ from typing import Callable, NamedTuple, Tuple, TypeVar
 
 Result = TypeVar('Result')
 MOST_STOLEN = 0.003
-_TRIES = 3
+_TRIES = 8
 
 
 class CpuTime(NamedTuple):
