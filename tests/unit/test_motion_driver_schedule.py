@@ -1,4 +1,4 @@
-"""Messages of an even driver are laid on its schedule; those of an uneven one stay where they are."""
+"""Messages of an even driver are laid on its schedule, those of an uneven one keep their times."""
 from __future__ import annotations
 
 import random
