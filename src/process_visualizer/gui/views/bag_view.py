@@ -8,17 +8,13 @@ from typing import List, Optional, Sequence, Tuple
 from PyQt5.QtCore import Qt
 from PyQt5.QtGui import QResizeEvent
 from PyQt5.QtWidgets import (
-    QAbstractItemView,
     QComboBox,
     QFileDialog,
     QHBoxLayout,
-    QHeaderView,
     QLabel,
     QProgressBar,
     QPushButton,
     QSizePolicy,
-    QToolButton,
-    QTreeWidget,
     QTreeWidgetItem,
     QVBoxLayout,
     QWidget,
@@ -29,6 +25,9 @@ from process_visualizer.bags.progress_line import format_time
 from process_visualizer.gui.icons import icon
 from process_visualizer.gui.models.bag_model import BagModel
 from process_visualizer.gui.style import BAD, QUIET, WARNING
+from process_visualizer.gui.views.fold_button import FoldButton
+from process_visualizer.gui.views.layouts import in_column, in_row
+from process_visualizer.gui.views.topic_tree import TopicTree
 
 _MOST_ROWS = 8
 _MOST_NAMED = 3
@@ -44,7 +43,7 @@ class BagView(QWidget):
         self.recent = QComboBox()
         self.open = QPushButton(icon('open'), 'Open…')
         self.facts = QLabel()
-        self.details = QToolButton()
+        self.details = FoldButton('bag_details', 'Topics', 'Show the topics of the recording')
         self.topics = TopicTable()
         self.warnings = QLabel()
         self.unindexed = UnindexedRow(bag)
@@ -66,35 +65,18 @@ class BagView(QWidget):
         self.facts.setObjectName('bag_facts')
         self.facts.setWordWrap(True)
         self.facts.setTextInteractionFlags(Qt.TextSelectableByMouse)
-        self.details.setObjectName('bag_details')
-        self.details.setText('Topics')
-        self.details.setToolButtonStyle(Qt.ToolButtonTextBesideIcon)
-        self.details.setArrowType(Qt.RightArrow)
-        self.details.setAutoRaise(True)
-        self.details.setCheckable(True)
-        self.details.setToolTip('Show the topics of the recording')
-        self.details.setFocusPolicy(Qt.TabFocus)
-        self.details.toggled.connect(self._show_details)
+        self.details.toggled.connect(self.topics.setVisible)
         self.warnings.setObjectName('bag_warnings')
         self.warnings.setWordWrap(True)
         self.warnings.setTextFormat(Qt.RichText)
 
     def _lay_out(self) -> None:
-        choice = QHBoxLayout()
-        choice.addWidget(self.recent, 1)
-        choice.addWidget(self.open)
         facts = QHBoxLayout()
         facts.setSpacing(0)
         facts.addWidget(self.facts, 1)
         facts.addWidget(self.details, 0, Qt.AlignTop)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(4)
-        layout.addLayout(choice)
-        layout.addWidget(self.unindexed)
-        layout.addLayout(facts)
-        layout.addWidget(self.warnings)
-        layout.addWidget(self.topics)
+        in_column(self, 4, in_row(self.recent, self.open, wide=self.recent), self.unindexed, facts,
+                  self.warnings, self.topics)
         self.topics.hide()
 
     def choose_files(self) -> None:
@@ -104,10 +86,6 @@ class BagView(QWidget):
         if paths:
             self._bag.set_folder(os.path.dirname(paths[0]))
             self._bag.open(paths)
-
-    def _show_details(self, are_shown: bool) -> None:
-        self.details.setArrowType(Qt.DownArrow if are_shown else Qt.RightArrow)
-        self.topics.setVisible(are_shown)
 
     def _show(self) -> None:
         self._show_recent()
@@ -193,26 +171,16 @@ class UnindexedRow(QWidget):
         self._shown = progress
 
 
-class TopicTable(QTreeWidget):
+class TopicTable(TopicTree):
     """The topics of a recording with counts and rates."""
 
     def __init__(self, parent: Optional[QWidget] = None) -> None:
-        super().__init__(parent)
+        super().__init__('bag_topics', 4, parent)
         self._rows: Optional[object] = None
-        self.setObjectName('bag_topics')
         self.setAccessibleName('Topics of the recording')
         self.setHeaderLabels(['Topic', 'Messages', 'Rate', 'Type'])
-        self.setRootIsDecorated(False)
-        self.setUniformRowHeights(True)
         self.setAlternatingRowColors(True)
-        self.setSelectionMode(QAbstractItemView.NoSelection)
-        self.setFocusPolicy(Qt.TabFocus)
-        self.setTextElideMode(Qt.ElideMiddle)
         self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Fixed)
-        self.header().setStretchLastSection(False)
-        self.header().setSectionResizeMode(0, QHeaderView.Stretch)
-        for column in (1, 2, 3):
-            self.header().setSectionResizeMode(column, QHeaderView.ResizeToContents)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Leave out the types where there is no room for them; a topic's tooltip has them."""

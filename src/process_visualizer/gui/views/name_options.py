@@ -11,13 +11,13 @@ from PyQt5.QtWidgets import (
     QLabel,
     QLineEdit,
     QRadioButton,
-    QVBoxLayout,
     QWidget,
 )
 
 from process_visualizer.gui.models.recording_choices import NameChoice, RecordingChoices
 from process_visualizer.gui.style import QUIET, WARNING
 from process_visualizer.gui.views.labels import colour, small, tool_button
+from process_visualizer.gui.views.layouts import in_column, in_row
 
 _TEXTS = {NameChoice.DATE: 'Use standard file name (current date and time)',
           NameChoice.PREFIX: 'Use prefix:', NameChoice.NAME: 'Use following file name:'}
@@ -99,26 +99,18 @@ class NameOptions(QWidget):
         self._problem.linkActivated.connect(lambda _: self._use_free_name())
 
     def _lay_out(self) -> None:
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(4)
-        layout.addWidget(self._buttons[NameChoice.DATE])
-        layout.addLayout(_row(self._buttons[NameChoice.PREFIX], self._prefix,
-                              _hint('+ date and time')))
-        layout.addLayout(_row(self._buttons[NameChoice.NAME], self._name, _hint('.bag')))
-        layout.addLayout(_row(QLabel('Folder:'), self._folder, self._browse))
-        layout.addWidget(self._problem)
+        in_column(self, 4, self._buttons[NameChoice.DATE],
+                  _row(self._buttons[NameChoice.PREFIX], self._prefix, _hint('+ date and time')),
+                  _row(self._buttons[NameChoice.NAME], self._name, _hint('.bag')),
+                  _row(QLabel('Folder:'), self._folder, self._browse), self._problem)
         self._problem.setWordWrap(True)
         colour(self._problem, WARNING)
 
 
 def _row(before: QWidget, line: QLineEdit, after: QWidget) -> QHBoxLayout:
-    row = QHBoxLayout()
-    row.setSpacing(6)
-    row.addWidget(before)
-    row.addWidget(line, 1)
-    row.addWidget(after)
-    return row
+    layout = in_row(before, line, after, wide=line)
+    layout.setSpacing(6)
+    return layout
 
 
 def _line(name: str, placeholder: str, hint: str) -> QLineEdit:

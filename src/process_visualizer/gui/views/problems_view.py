@@ -7,7 +7,6 @@ from typing import Optional, Sequence
 from PyQt5.QtCore import QRectF, QSize, Qt, pyqtSignal
 from PyQt5.QtGui import QGuiApplication, QPainter, QPalette, QTextDocument
 from PyQt5.QtWidgets import (
-    QHBoxLayout,
     QLabel,
     QListWidget,
     QListWidgetItem,
@@ -16,7 +15,6 @@ from PyQt5.QtWidgets import (
     QStyle,
     QStyledItemDelegate,
     QStyleOptionViewItem,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -24,6 +22,7 @@ from process_visualizer.cell.errors import Problem
 from process_visualizer.gui.figures import count_text
 from process_visualizer.gui.icons import icon
 from process_visualizer.gui.style import ACCENT, LINE, QUIET
+from process_visualizer.gui.views.layouts import in_column, in_row
 
 _ICON_PX = 18
 _MARGIN_PX = 6
@@ -50,7 +49,8 @@ class ProblemsView(QWidget):
         self._list = _list()
         self._list.itemClicked.connect(self._open)
         self._list.itemActivated.connect(self._open)
-        self._lay_out()
+        header = in_row(self._icon, self._title, self._copy, wide=self._title)
+        in_column(self, 6, header, self._list)
         self.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Ignored)
 
     def set_problems(self, problems: Sequence[Problem]) -> None:
@@ -69,17 +69,6 @@ class ProblemsView(QWidget):
     def _open(self, item: QListWidgetItem) -> None:
         problem = item.data(Qt.UserRole)
         self.open_wanted.emit(problem.location.file, problem.location.line)
-
-    def _lay_out(self) -> None:
-        header = QHBoxLayout()
-        header.addWidget(self._icon)
-        header.addWidget(self._title, 1)
-        header.addWidget(self._copy)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(6)
-        layout.addLayout(header)
-        layout.addWidget(self._list)
 
 
 def problem_html(problem: Problem) -> str:

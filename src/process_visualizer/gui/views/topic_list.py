@@ -5,23 +5,17 @@ from typing import Dict, List, Optional, Tuple
 
 from PyQt5.QtCore import QSize, Qt, pyqtSignal
 from PyQt5.QtGui import QColor
-from PyQt5.QtWidgets import (
-    QHBoxLayout,
-    QHeaderView,
-    QSizePolicy,
-    QToolButton,
-    QTreeWidget,
-    QTreeWidgetItem,
-    QVBoxLayout,
-    QWidget,
-)
+from PyQt5.QtWidgets import QSizePolicy, QTreeWidget, QTreeWidgetItem, QWidget
 
 from process_visualizer.gui.figures import count_text, long_time_text, rate_text
 from process_visualizer.gui.models.recording_choices import RecordingChoices
 from process_visualizer.gui.models.topic_ticks import TopicHealth, TopicRow
 from process_visualizer.gui.style import QUIET, TEXT, WARNING
 from process_visualizer.gui.views.elided_label import ElidedLabel
+from process_visualizer.gui.views.fold_button import FoldButton
 from process_visualizer.gui.views.labels import colour, small, tool_button
+from process_visualizer.gui.views.layouts import in_column, in_row
+from process_visualizer.gui.views.topic_tree import TopicTree
 
 _NAME, _RATE = 0, 1
 _FEWEST_ROWS = 6
@@ -39,7 +33,7 @@ class TopicList(QWidget):
         self._choices = choices
         self._items: Dict[str, QTreeWidgetItem] = {}
         self._is_locked = False
-        self._fold = QToolButton()
+        self._fold = FoldButton('fold_topics', 'Topics', 'Which topics are recorded')
         self._summary = small(ElidedLabel(Qt.ElideRight))
         self._summary.setAlignment(Qt.AlignRight | Qt.AlignVCenter)
         self._preset = tool_button('preset_topics', 'revert', 'Tick what the configuration says',
@@ -96,7 +90,6 @@ class TopicList(QWidget):
     def open(self, is_open: bool) -> None:
         """Unfold the list, or fold it."""
         self._fold.setChecked(is_open)
-        self._fold.setArrowType(Qt.DownArrow if is_open else Qt.RightArrow)
         self.setSizePolicy(QSizePolicy.Preferred,
                            QSizePolicy.Expanding if is_open else QSizePolicy.Maximum)
         self._tree.setVisible(is_open)
@@ -115,26 +108,14 @@ class TopicList(QWidget):
         self._tree.setMaximumHeight(height * rows + frame)
 
     def _set_up_fold(self) -> None:
-        self._fold.setObjectName('fold_topics')
-        self._fold.setText('Topics')
-        self._fold.setToolTip('Which topics are recorded')
-        self._fold.setCheckable(True)
-        self._fold.setAutoRaise(True)
         self._fold.setStyleSheet('QToolButton { border: 0; padding: 0; }')
-        self._fold.setToolButtonStyle(Qt.ToolButtonTextBesideIcon)
         self._fold.toggled.connect(self.open)
         self._fold.clicked.connect(lambda: self.chosen.emit())
         self.open(False)
 
     def _lay_out(self) -> None:
-        header = QHBoxLayout()
-        header.addWidget(self._fold)
-        header.addWidget(self._summary, 1)
-        header.addWidget(self._preset)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(2)
-        layout.addLayout(header)
+        header = in_row(self._fold, self._summary, self._preset, wide=self._summary)
+        layout = in_column(self, 2, header)
         layout.addWidget(self._tree, 1)
         layout.addStretch(0)
 
@@ -194,20 +175,10 @@ def _topic_item(parent: QTreeWidgetItem, row: TopicRow) -> QTreeWidgetItem:
     return item
 
 
-def _tree() -> QTreeWidget:
-    tree = QTreeWidget()
-    tree.setObjectName('record_topics')
-    tree.setColumnCount(2)
+def _tree() -> TopicTree:
+    tree = TopicTree('record_topics', 2)
     tree.setHeaderHidden(True)
-    tree.setRootIsDecorated(False)
     tree.setIndentation(16)
     tree.setIconSize(QSize(14, 14))
-    tree.setUniformRowHeights(True)
-    tree.setTextElideMode(Qt.ElideMiddle)
-    tree.setSelectionMode(QTreeWidget.NoSelection)
-    tree.setFocusPolicy(Qt.TabFocus)
     tree.setHorizontalScrollBarPolicy(Qt.ScrollBarAlwaysOff)
-    tree.header().setStretchLastSection(False)
-    tree.header().setSectionResizeMode(_NAME, QHeaderView.Stretch)
-    tree.header().setSectionResizeMode(_RATE, QHeaderView.ResizeToContents)
     return tree

@@ -1,0 +1,24 @@
+"""What lists of topics have in common."""
+from __future__ import annotations
+
+from typing import Optional
+
+from PyQt5.QtCore import Qt
+from PyQt5.QtWidgets import QHeaderView, QTreeWidget, QWidget
+
+
+class TopicTree(QTreeWidget):
+    """Topics, whose names get the room that the other columns leave; nothing can be selected."""
+
+    def __init__(self, name: str, columns: int, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self.setObjectName(name)
+        self.setColumnCount(columns)
+        self.setRootIsDecorated(False)
+        self.setUniformRowHeights(True)
+        self.setSelectionMode(QTreeWidget.NoSelection)
+        self.setFocusPolicy(Qt.TabFocus)
+        self.setTextElideMode(Qt.ElideMiddle)
+        self.header().setStretchLastSection(False)
+        self.header().setSectionResizeMode(QHeaderView.ResizeToContents)
+        self.header().setSectionResizeMode(0, QHeaderView.Stretch)
