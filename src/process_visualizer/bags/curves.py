@@ -25,8 +25,9 @@ from process_visualizer.bags.recording import Recording
 from process_visualizer.cell.model import Color, Device
 from process_visualizer.motion.speed_series import measuring_times, speeds
 
-MOST_PER_COLUMN = 500
-"""Messages of a topic that are read for each column of its curve, on average."""
+MOST_PER_COLUMN, MOST_MESSAGES = 500, 750_000
+"""Messages of a topic that are read for each column of its curve, on average, and at all."""
+_FEWEST_COLUMNS, _MOST_COLUMNS, _COLUMN_S = 1500, 72_000, 0.05
 _ARRAY = 'std_msgs/Float32MultiArray'
 _TRANSFORMS = 'tf2_msgs/TFMessage'
 _PATHS: Dict[Tuple[Quantity, str], str] = {
@@ -66,20 +67,25 @@ class _Series(NamedTuple):
     columns: Dict[int, NumberColumns]
 
 
-def read_curves(paths: Sequence[str], devices: Sequence[Device], columns: int = 1000,
+def columns_for(duration_s: float) -> int:
+    """Return how many columns show a recording in detail where it is looked at closely."""
+    return min(max(_FEWEST_COLUMNS, int(duration_s / _COLUMN_S)), _MOST_COLUMNS)
+
+
+def read_curves(paths: Sequence[str], devices: Sequence[Device], columns: Optional[int] = None,
                 on_progress: Optional[Callable[[float], None]] = None,
                 is_cancelled: Callable[[], bool] = lambda: False) -> Tuple[Curve, ...]:
     """Return the curves of devices; of what the recording does not have there is none.
 
     Only the parts of the files that hold wanted messages are read (of compressed bags, the chunks).
-    Of a topic with more than MOST_PER_COLUMN messages for each column (an hour at 125 Hz has
-    450 for each of 1000), as many are read, evenly spread: a peak between them may be missed.
+    Of a topic with more than MOST_MESSAGES (an hour at 125 Hz has 450 000), or MOST_PER_COLUMN for
+    each column, as many are read, evenly spread: a peak between them may be missed.
     Messages that cannot be read or do not fit are left out.
 
     Args:
         paths: the bags of one recording.
         devices: see curve_sources.
-        columns: how many columns each curve has.
+        columns: how many columns each curve has; without it see columns_for.
         on_progress: is told the part that is done, 0 to 1.
         is_cancelled: is asked often.
 
@@ -90,8 +96,9 @@ def read_curves(paths: Sequence[str], devices: Sequence[Device], columns: int = 
     with Recording(paths) as recording:
         series = [found for source in curve_sources(devices)
                   for found in [_series(recording, source)] if found.columns]
-        _collect(recording, series, columns * MOST_PER_COLUMN, on_progress or _ignore,
-                 is_cancelled)
+        columns = columns or columns_for((recording.end_ns - recording.begin_ns) / 1e9)
+        _collect(recording, series, min(columns * MOST_PER_COLUMN, MOST_MESSAGES),
+                 on_progress or _ignore, is_cancelled)
         curves = [_curve(recording, it, columns) for it in _colored(series)]
     return tuple(curve for curve in curves if np.isfinite(curve.high).any())
 

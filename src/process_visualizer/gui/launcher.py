@@ -125,7 +125,8 @@ class Launcher(QObject):
         activity = (recorder_activity(self.recording.phase) if mode is Mode.REALTIME
                     else player_activity(self._player))
         trouble = self.states.trouble(() if running is None else running.devices)
-        return status_text(self.launch.phase, mode, activity, trouble)
+        text = status_text(self.launch.phase, mode, activity, trouble)
+        return f'{text}\n{self.master.problem}' if self.master.is_lost else text
 
     def _waits_for(self) -> str:
         """What has to be done before anything can be launched; empty if nothing has."""
@@ -177,10 +178,10 @@ class Launcher(QObject):
 
     def _play_other_bag(self, _path: str) -> None:
         """The player restarts with another bag; everything else goes on running."""
-        running = self.launch.running
+        running, paths = self.launch.running, self.bag.paths
         if running is not None and self.launch.is_running and running.mode is Mode.PLAYBACK \
-                and self.bag.path not in ('', running.bag):
-            self.launch.apply(replace(running, bag=self.bag.path))
+                and paths and paths != (running.bag, *running.further_bags):
+            self.launch.apply(replace(running, bag=paths[0], further_bags=paths[1:]))
 
     def _show_marker(self, is_shown: bool) -> None:
         cell, base, pose = self.cell.cell, self.calibration.base, self.calibration.pose

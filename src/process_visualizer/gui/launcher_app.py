@@ -13,7 +13,6 @@ from PyQt5.QtWidgets import (
     QMainWindow,
     QMessageBox,
     QShortcut,
-    QSizePolicy,
     QStackedWidget,
     QTabWidget,
     QVBoxLayout,
@@ -24,6 +23,7 @@ from process_visualizer.cell.errors import Problem
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.editor import open_in_editor
 from process_visualizer.gui.launcher import Launcher
+from process_visualizer.gui.models.cell_model import CellModel
 from process_visualizer.gui.models.launch_model import Phase
 from process_visualizer.gui.questions import ask, message_box
 from process_visualizer.gui.settings import Settings
@@ -36,13 +36,12 @@ from process_visualizer.gui.shortcuts import (
 )
 from process_visualizer.gui.style import QUIET
 from process_visualizer.gui.views.calibration_panel import CalibrationPanel
-from process_visualizer.gui.views.devices_view import DevicesView
+from process_visualizer.gui.views.devices_panel import DevicesPanel
 from process_visualizer.gui.views.keys_dialog import KeysDialog
 from process_visualizer.gui.views.labels import colour, title, tool_button
 from process_visualizer.gui.views.launch_view import LaunchView
 from process_visualizer.gui.views.log_view import LogView
 from process_visualizer.gui.views.playback_panel import PlaybackPanel
-from process_visualizer.gui.views.problems_view import ProblemsView
 from process_visualizer.gui.views.recording_panel import RecordingPanel
 
 _MARGIN = 10
@@ -65,8 +64,9 @@ class LauncherApp(QMainWindow):
         self._message: Optional[QMessageBox] = None
         self.setWindowTitle('Process Visualizer')
         self.file = QLabel()
-        self.devices = DevicesView()
-        self.problems = ProblemsView()
+        self._devices_panel = DevicesPanel()
+        self.devices = self._devices_panel.devices
+        self.problems = self._devices_panel.problems
         self.launch = LaunchView()
         self.recording = RecordingPanel(launcher.recording)
         self.playback = PlaybackPanel(launcher.playback, launcher.bag)
@@ -81,9 +81,6 @@ class LauncherApp(QMainWindow):
     # Layout
 
     def _lay_out(self) -> None:
-        self._devices_or_problems = QStackedWidget()
-        self._devices_or_problems.addWidget(self.devices)
-        self._devices_or_problems.addWidget(self.problems)
         self._mode_panels = QStackedWidget()
         self._mode_panels.addWidget(self.recording)
         self._mode_panels.addWidget(self.playback)
@@ -120,7 +117,7 @@ class LauncherApp(QMainWindow):
                 ('help', 'show_keys', 'Keys (?)', self._show_help)):
             row.addWidget(tool_button(name, symbol, hint, action))
         layout.addLayout(row)
-        layout.addWidget(self._devices_or_problems)
+        layout.addWidget(self._devices_panel)
         return group
 
     # Connections
@@ -132,10 +129,13 @@ class LauncherApp(QMainWindow):
         launcher.cell.loaded.connect(self._show_devices)
         launcher.launch.changed.connect(self._show_launch)
         launcher.launch.stopped.connect(self._after_stop)
-        launcher.launch.problems_found.connect(self._show_problems)
-        for signal in (launcher.master.connected, launcher.master.failed, launcher.master.lost):
+        launcher.launch.problems_found.connect(self._show_refusal)
+        master = launcher.master
+        for signal in (master.connected, master.failed, master.lost, master.returned):
             signal.connect(self._show_launch)
-        launcher.master.lost.connect(self._tell_lost_master)
+        master.lost.connect(self._tell_lost_master)
+        master.returned.connect(
+            lambda: self.statusBar().showMessage('The ROS master answers again'))
         launcher.states.changed.connect(self._show_states)
         launcher.status_changed.connect(self._show_status)
         launcher.failed.connect(self._tell)
@@ -156,7 +156,8 @@ class LauncherApp(QMainWindow):
 
     def _bind_keys(self) -> None:
         launcher = self._launcher
-        playback = playback_keys(launcher.playback, self._mark_playback)
+        playback = playback_keys(launcher.playback, self._mark_playback,
+                                 self.playback.timeline.look_closer)
         recording = recording_keys(launcher.recording)
         general = general_keys(launcher, self._show_help)
         self._keys = {'Playback': playback, 'Recording': recording, 'Always': general}
@@ -176,18 +177,15 @@ class LauncherApp(QMainWindow):
         self.file.setText(Path(cell.path).name if cell.path else '')
         self.file.setToolTip(cell.path)
         self.devices.set_ticks(cell.is_ticked)
-        self._show_problems(cell.problems)
+        self._devices_panel.show_problems(cell.problems, _devices_in_force(cell))
         is_playback = cell.mode is Mode.PLAYBACK
         self.launch.show_mode(cell.mode)
         self._mode_panels.setCurrentWidget(self.playback if is_playback else self.recording)
         self.panels.setTabText(0, 'Playback' if is_playback else 'Recording')
 
-    def _show_problems(self, problems: Sequence[Problem]) -> None:
-        self.problems.set_problems(problems)
-        shown, hidden = (self.problems, self.devices) if problems else (self.devices, self.problems)
-        shown.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Preferred)
-        hidden.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Ignored)  # its size does not count
-        self._devices_or_problems.setCurrentWidget(shown)
+    def _show_refusal(self, problems: Sequence[Problem]) -> None:
+        self._devices_panel.show_problems(
+            problems, 'This cannot be launched here. Mend it, or untick the device.')
 
     def _show_launch(self) -> None:
         launcher = self._launcher
@@ -239,9 +237,11 @@ class LauncherApp(QMainWindow):
 
     def _tell_lost_master(self) -> None:
         self.statusBar().showMessage('The ROS master does not answer any more')
-        ask(self, 'The ROS master does not answer any more. Nodes that run go on, but nothing can '
-                  'be launched or commanded. Quit all nodes (a recording is finished) and start '
-                  'the launcher again?', 'Quit and start again', self._restart_program)
+        question = ask(
+            self, 'The ROS master does not answer any more. Nodes that run go on, but nothing can '
+            'be launched or commanded. Quit all nodes (a recording is finished) and start the '
+            'launcher again?', 'Quit and start again', self._restart_program)
+        self._launcher.master.returned.connect(question.close)
 
     # What is done
 
@@ -335,3 +335,12 @@ class LauncherApp(QMainWindow):
     def _close_now(self) -> None:
         self._is_closed = True
         self.close()
+
+
+def _devices_in_force(cell: CellModel) -> str:
+    """Which devices are there although the file has problems; empty if there are none."""
+    if cell.cell is None:
+        return ''
+    if cell.cell.file == cell.path:
+        return 'Until the file is mended and read again (F5), the devices stay as they were:'
+    return f'The devices are still those of {Path(cell.cell.file).name}:'

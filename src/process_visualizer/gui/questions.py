@@ -19,8 +19,11 @@ def message_box(parent: QWidget, text: str,
     return box
 
 
-def ask(parent: QWidget, question: str, yes: str, action: Callable[[], None]) -> None:
-    """Ask a question; do the action if the answer is ``yes``, the text of its button."""
+def ask(parent: QWidget, question: str, yes: str, action: Callable[[], None]) -> QMessageBox:
+    """Ask a question; do the action if the answer is ``yes``, the text of its button.
+
+    Returns the open dialog, for a question that answers itself.
+    """
     box = message_box(parent, question, QMessageBox.Question)
     box.setObjectName('question')
     accept = box.addButton(yes, QMessageBox.AcceptRole)
@@ -28,3 +31,4 @@ def ask(parent: QWidget, question: str, yes: str, action: Callable[[], None]) ->
     accept.clicked.connect(lambda: action())
     box.addButton(QMessageBox.Cancel)
     box.open()
+    return box

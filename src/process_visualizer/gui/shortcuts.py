@@ -21,8 +21,12 @@ class Shortcut(NamedTuple):
     action: Callable[[], None]
 
 
-def playback_keys(playback: PlaybackModel, add_mark: Callable[[], None]) -> List[Shortcut]:
-    """Return the keys that work while something is played, in the order in which they are shown."""
+def playback_keys(playback: PlaybackModel, add_mark: Callable[[], None],
+                  look_closer: Callable[[float], None]) -> List[Shortcut]:
+    """Return the keys that work while something is played, in the order in which they are shown.
+
+    ``look_closer`` shows less of the recording by so many steps, or (below 0) more.
+    """
     return [
         Shortcut('Space', 'play or pause', playback.toggle),
         Shortcut('Shift+Space', 'play backwards', playback.toggle_backwards),
@@ -42,6 +46,8 @@ def playback_keys(playback: PlaybackModel, add_mark: Callable[[], None]) -> List
         Shortcut('M', 'add a mark here', add_mark),
         Shortcut('PgUp', 'to the mark before', playback.to_previous_mark),
         Shortcut('PgDown', 'to the next mark', playback.to_next_mark),
+        Shortcut('+', 'see the timeline closer', lambda: look_closer(1.0)),
+        Shortcut('-', 'see more of it', lambda: look_closer(-1.0)),
     ]
 
 

@@ -45,11 +45,14 @@ class RosMaster:
 
     def is_online(self) -> bool:
         """Whether it answers; takes 3 s at most."""
+        return self.process_id() is not None
+
+    def process_id(self) -> Optional[int]:
+        """Its process id, or None if it does not answer; takes 3 s at most."""
         try:
-            process_id_at(self._uri)
+            return process_id_at(self._uri)
         except (OSError, HTTPException, XmlRpcError, ValueError):
-            return False
-        return True
+            return None
 
     def ensure(self) -> bool:
         """Make sure that there is a master; True if it is one of our own.

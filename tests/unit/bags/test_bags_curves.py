@@ -18,7 +18,13 @@ from tf2_msgs.msg import TFMessage
 
 from process_visualizer.bags import curves as curves_module
 from process_visualizer.bags.bag_errors import BagError
-from process_visualizer.bags.curves import Curve, ReadingCancelled, column_limits, read_curves
+from process_visualizer.bags.curves import (
+    Curve,
+    ReadingCancelled,
+    column_limits,
+    columns_for,
+    read_curves,
+)
 from process_visualizer.cell.model import Device
 from process_visualizer.cell.xml_parser import XmlParser
 
@@ -197,6 +203,13 @@ def test_several_files_are_one_recording(tmp_path: Path, devices: Any) -> None:
         np.testing.assert_allclose(one.high, other.high, rtol=1e-9)
 
 
+@pytest.mark.parametrize('duration_s, columns', [
+    (0.0, 1500), (30.0, 1500), (600.0, 12_000), (3600.0, 72_000), (36_000.0, 72_000)])
+def test_long_recordings_have_more_columns(duration_s: float, columns: int) -> None:
+    """Twenty for each second of an hour, to look closely at."""
+    assert columns_for(duration_s) == columns
+
+
 def test_of_very_many_messages_some_are_read_evenly(
         tmp_path: Path, devices: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write(tmp_path / 'a.bag', robot_rows(8.0))
@@ -248,4 +261,4 @@ def test_columns_hold_the_least_and_the_greatest(samples: List[Any], columns: in
 
 def test_a_curve_is_made_of_equal_columns(tmp_path: Path, devices: Any) -> None:
     found = read_curves([write(tmp_path / 'a.bag', robot_rows(1.0))], devices(ROBOT))
-    assert all(isinstance(it, Curve) and it.times_s.shape == (1000,) for it in found)
+    assert all(isinstance(it, Curve) and it.times_s.shape == (1500,) for it in found)

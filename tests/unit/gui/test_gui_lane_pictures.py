@@ -24,7 +24,7 @@ def pictures(qtbot: QtBot) -> LanePictures:
 
 
 def want(pictures: LanePictures, width: int = 100) -> None:
-    pictures.want(AXIS, width, 42, 1.0, QFont())
+    pictures.want(AXIS, width, 42, 1.0, QFont(), 10.0)
 
 
 def test_nothing_is_drawn_at_once(pictures: LanePictures) -> None:

@@ -121,6 +121,22 @@ def test_all_files_of_a_split_recording_are_played(loaded: Launcher,
     assert (loaded.choice().bag, loaded.choice().further_bags) == ('/a_0.bag', ('/a_1.bag',))
 
 
+@pytest.mark.parametrize('paths', [
+    ('/b.bag',), ('/a_0.bag',), ('/b_0.bag', '/b_1.bag'), ('/a_0.bag', '/a_2.bag')])
+def test_another_recording_is_played_with_all_its_files_and_no_others(
+        loaded: Launcher, monkeypatch: pytest.MonkeyPatch, paths: 'tuple[str, ...]') -> None:
+    applied: List[Any] = []
+    monkeypatch.setattr(loaded.launch, 'apply', applied.append)
+    monkeypatch.setattr(loaded.bag, '_paths', ('/a_0.bag', '/a_1.bag'))
+    loaded.cell.set_mode(Mode.PLAYBACK)
+    run(loaded)
+    loaded.bag.chosen.emit('/a_0.bag')
+    assert applied == []
+    monkeypatch.setattr(loaded.bag, '_paths', paths)
+    loaded.bag.chosen.emit(paths[0])
+    assert [(choice.bag, *choice.further_bags) for choice in applied] == [paths]
+
+
 def test_marker_of_a_frame(loaded: Launcher, qtbot: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     told: List[Any] = []
     monkeypatch.setattr(loaded.link, 'show_marker', lambda *words: told.append(words))

@@ -1,78 +1,17 @@
 """The timeline: by real mouse and key events, what it asks of the player and what it shows."""
 from __future__ import annotations
 
-from typing import List
-
 import numpy as np
 import pytest
-from playback_stand import PlaybackStand
-from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
-from PyQt5.QtGui import QColor, QMouseEvent, QPaintEvent, QWheelEvent
+from PyQt5.QtCore import QEvent, QPoint, Qt
 from PyQt5.QtWidgets import QApplication, QScrollBar
 from pytestqt.qtbot import QtBot
+from timeline_bench import FLAGS_Y, HANDLES_Y, LANES_Y, TRACK_Y, WIDTH, Bench, lane, x_of
 
 from process_visualizer.gui.models.playback_model import PlacedMark
 from process_visualizer.gui.style import ACCENT
-from process_visualizer.gui.views.timeline_lanes import Lane
-from process_visualizer.gui.views.timeline_layout import HEADER_HEIGHT, SIDE
-from process_visualizer.gui.views.timeline_view import TimelineView
-
-WIDTH = 400 + 2 * int(SIDE)  # 20 s: 20 px are 1 s
-TRACK_Y, FLAGS_Y, HANDLES_Y, LANES_Y = 38, 8, 26, 100
-
-
-def x_of(time_s: float) -> int:
-    return int(SIDE + 20 * time_s)
-
-
-def lane(number: int = 0) -> Lane:
-    values = np.linspace(0.0, 10.0, 101)
-    return Lane(f'variable {number}', 'N', (1.0, 0.0, 0.0), values, values)
-
-
-class NotingTimeline(TimelineView):
-    """Notes how wide what it draws is."""
-
-    widths: List[int] = []
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        self.widths.append(event.region().boundingRect().width())
-        super().paintEvent(event)
-
-
-class Bench:
-    """A timeline on the screen, with a player of 20 s that stands at 2 s."""
-
-    def __init__(self, qtbot: QtBot, lanes: int = 3) -> None:
-        self.qtbot = qtbot
-        self.stand = PlaybackStand()
-        self.view = NotingTimeline(self.stand.model)
-        self.view.widths = []
-        qtbot.addWidget(self.view)
-        self.view.set_recording(20.0)
-        self.view.set_lanes([lane(number) for number in range(lanes)])
-        self.view.resize(WIDTH, self.view.sizeHint().height())
-        self.view.show()
-        qtbot.waitExposed(self.view)
-        self.stand.state(position_s=2.0)
-
-    def move(self, time_s: float, y: int, buttons: Qt.MouseButtons = Qt.NoButton) -> None:
-        """Move the mouse, with a button held or not."""
-        place = QPointF(x_of(time_s), y)
-        event = QMouseEvent(QEvent.MouseMove, place, self.view.mapToGlobal(place.toPoint()),
-                            Qt.NoButton, buttons, Qt.NoModifier)
-        QApplication.sendEvent(self.view, event)
-
-    def press(self, time_s: float, y: int) -> None:
-        self.qtbot.mousePress(self.view, Qt.LeftButton, pos=QPoint(x_of(time_s), y))
-
-    def release(self, time_s: float, y: int) -> None:
-        self.qtbot.mouseRelease(self.view, Qt.LeftButton, pos=QPoint(x_of(time_s), y))
-
-    def pixel(self, x: int, y: int) -> str:
-        image = self.view.grab().toImage()
-        scale = image.devicePixelRatio()
-        return str(QColor(image.pixel(int(x * scale), int(y * scale))).name())
+from process_visualizer.gui.views.timeline_layout import HEADER_HEIGHT
+from process_visualizer.gui.views.timeline_zoom import BAR_HEIGHT
 
 
 @pytest.fixture
@@ -236,12 +175,11 @@ class TestShowing:
         bench = Bench(qtbot, lanes=12)
         bench.view.resize(WIDTH, 200)
         bar = bench.view.findChild(QScrollBar, 'timeline_scroll')
-        assert bar.isVisible() and bar.maximum() == 12 * 42 + 2 - (200 - int(HEADER_HEIGHT))
-        place = QPointF(100, 150)
-        QApplication.sendEvent(bench.view, QWheelEvent(
-            place, place, QPoint(), QPoint(0, -120), Qt.NoButton, Qt.NoModifier,
-            Qt.NoScrollPhase, False))
+        visible = 200 - int(HEADER_HEIGHT) - BAR_HEIGHT
+        assert bar.isVisible() and bar.maximum() == 12 * 42 + 2 - visible
+        bench.wheel(QPoint(100, 150), QPoint(0, -120))
         assert bar.value() > 0
+        assert bench.view.zoom.shown.is_all
         scrolled = bar.value()
         bench.qtbot.keyClick(bench.view, Qt.Key_Down)
         assert bar.value() > scrolled

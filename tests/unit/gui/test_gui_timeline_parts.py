@@ -32,6 +32,16 @@ def test_a_place_leads_back_to_its_time(duration_s: float, width: float, share: 
                                                                     abs=1e-6 * duration_s)
 
 
+@given(st.floats(0.0, 80000.0), st.floats(0.5, 4000.0))
+def test_ticks_of_a_part_are_those_of_the_whole(begin_s: float, duration_s: float) -> None:
+    axis = TimeAxis(duration_s, 12.0, 400.0, begin_s)
+    step_s = axis.tick_step_s(60.0)
+    ticks = axis.ticks(60.0)
+    assert all(tick / step_s == pytest.approx(round(tick / step_s)) for tick in ticks)
+    assert all(begin_s - 1e-3 <= tick <= begin_s + duration_s + 1e-3 for tick in ticks)
+    assert len(ticks) >= 400.0 / 60.0 / 4 - 1
+
+
 @given(st.floats(0.2, 80000.0), st.floats(200.0, 3000.0))
 def test_ticks_are_far_enough_apart_and_not_too_few(duration_s: float, width: float) -> None:
     axis = TimeAxis(duration_s, 12.0, width)
@@ -111,13 +121,14 @@ class TestPicture:
     """The drawn curve is where its values are."""
 
     @staticmethod
-    def alpha(lane: Lane, scale: float = 1.0) -> np.ndarray:
+    def alpha(lane: Lane, scale: float = 1.0, begin_s: float = 0.0,
+              duration_s: float = 10.0) -> np.ndarray:
         """The opacity of each dot of a lane's curve (rows, columns); text and border left out."""
-        axis = TimeAxis(10.0, 0.0, 100.0)
-        picture = lane_picture(lane, axis, 100, LANE_HEIGHT, scale, QFont())
+        axis = TimeAxis(duration_s, 0.0, 100.0, begin_s)
+        picture = lane_picture(lane, axis, 100, LANE_HEIGHT, scale, QFont(), 10.0)
         image = picture.toImage().convertToFormat(QImage.Format_RGBA8888)
         dots = np.frombuffer(image.bits().asarray(image.byteCount()), np.uint8)
-        return dots.reshape(image.height(), -1, 4)[int(TEXT_HEIGHT * scale):, :, 3]
+        return dots.reshape(image.height(), -1, 4)[int(TEXT_HEIGHT * scale):, :, 3].copy()
 
     def test_a_step(self, qtbot: QtBot) -> None:
         values = np.repeat([0.0, 10.0], 500)
@@ -138,6 +149,16 @@ class TestPicture:
         values[2345] = 1.0
         alpha = self.alpha(Lane('', '', (1.0, 0.0, 0.0), values, values))
         assert alpha[1, 46] > 200
+
+    def test_a_part_of_the_recording(self, qtbot: QtBot) -> None:
+        """Of a step at 5 s: before it, at it, and after it."""
+        values = np.repeat([0.0, 10.0], 500)
+        lane = Lane('', '', (1.0, 0.0, 0.0), values, values)
+        before, at, after = (self.alpha(lane, 1.0, begin_s, 1.0)
+                             for begin_s in (3.9, 4.75, 9.0))
+        assert before[:20].max() == 0
+        assert after[0].min() > 200
+        assert at[:20, :24].max() == 0 and at[0, 27:].min() > 200
 
     def test_fine_screens_get_fine_curves(self, qtbot: QtBot) -> None:
         values = np.sin(np.linspace(0, 20, 1000))

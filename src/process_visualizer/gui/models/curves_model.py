@@ -14,7 +14,6 @@ from process_visualizer.gui.progress import Progress
 from process_visualizer.gui.tasks import Tasks
 
 LINE = 'curves'
-COLUMNS = 1500
 
 
 class CurvesModel(QObject):
@@ -69,7 +68,7 @@ class CurvesModel(QObject):
             self._reading = progress = Progress(self)
             paths, devices = self._paths, self._devices
             self._tasks.run(
-                LINE, lambda: read_curves(paths, devices, COLUMNS, in_steps(progress),
+                LINE, lambda: read_curves(paths, devices, None, in_steps(progress),
                                           progress.is_cancelled),
                 lambda curves: self._take(progress, curves),
                 lambda error: self._refuse(progress, error))

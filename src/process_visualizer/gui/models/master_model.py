@@ -20,25 +20,29 @@ _MOST_FAILURES = 3
 
 
 class MasterModel(QObject):
-    """Connects the launcher with the master, and tells when it is gone.
+    """Connects the launcher with the master, and tells when it is gone or hangs.
 
-    ``problem`` says why it is not connected, while ``is_connected`` is False.
+    ``problem`` says why it is not connected, while ``is_connected`` is False. A master that was
+    started anew is as good as none: it does not know the nodes that run.
     """
 
     connected = pyqtSignal()
     failed = pyqtSignal(str)
     lost = pyqtSignal()
+    returned = pyqtSignal()
+    """The master that was lost answers again."""
 
     def __init__(self, tasks: Tasks, link: RosLink, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
         self._tasks, self._link = tasks, link
         self._master = RosMaster()
+        self._process_id: Optional[int] = None
         self._failures = 0
         self._is_checking = False
         self._timer = QTimer(self)
         self._timer.setInterval(_CHECK_PERIOD_MS)
         self._timer.timeout.connect(self._check)
-        self.is_connected = self.is_connecting = False
+        self.is_connected = self.is_connecting = self.is_lost = False
         self.problem = 'The ROS master is not there yet'
 
     def connect_to_master(self) -> None:
@@ -66,19 +70,25 @@ class MasterModel(QObject):
             self._count(False)
             return
         self._is_checking = True
-        self._tasks.run(_LINE, self._master.is_online, self._take_check)
+        self._tasks.run(_LINE, self._master.process_id, self._take_check)
 
-    def _take_check(self, online: bool) -> None:
+    def _take_check(self, process_id: Optional[int]) -> None:
         self._is_checking = False
-        self._count(online)
+        self._process_id = self._process_id or process_id
+        self._count(process_id is not None and process_id == self._process_id)
 
     def _count(self, online: bool) -> None:
         self._failures = 0 if online else self._failures + 1
-        if self._failures == _MOST_FAILURES:
-            self._timer.stop()
-            self.is_connected = False
+        if self.is_connected and self._failures >= _MOST_FAILURES:
             self.problem = 'The ROS master does not answer any more'
+            self._set_lost(True)
             self.lost.emit()
+        elif self.is_lost and online:
+            self._set_lost(False)
+            self.returned.emit()
+
+    def _set_lost(self, is_lost: bool) -> None:
+        self.is_lost, self.is_connected = is_lost, not is_lost
 
     def _tell(self, error: Exception) -> None:
         self.is_connecting = False

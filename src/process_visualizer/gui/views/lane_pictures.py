@@ -30,9 +30,10 @@ class LanePictures(QObject):
         """Take other lanes; nothing is known of their pictures."""
         self._lanes, self._look, self._pictures = tuple(lanes), (), {}
 
-    def want(self, axis: TimeAxis, width: int, height: int, scale: float, font: QFont) -> None:
-        """Say how each lane is to look: its size [px], and dots for a pixel of the screen."""
-        look = (axis, width, height, scale, font)
+    def want(self, axis: TimeAxis, width: int, height: int, scale: float, font: QFont,
+             length_s: float) -> None:
+        """Say how each lane is to look: see ``lane_picture``."""
+        look = (axis, width, height, scale, font, length_s)
         if look != self._look:
             self._look, self._missing = look, list(range(len(self._lanes)))
             self._timer.start()

@@ -92,8 +92,10 @@ def draw_gaps(painter: QPainter, axis: TimeAxis, gaps: Sequence[Tuple[float, flo
     """Hatch what of the recording cannot be read, down to the bottom [px]."""
     painter.setPen(Qt.NoPen)
     for begin_s, end_s in gaps:
-        rect = QRectF(QPointF(axis.x(begin_s), TRACK_TOP),
-                      QPointF(max(axis.x(end_s), axis.x(begin_s) + 3), bottom))
+        left, right = _on_line(axis, begin_s), _on_line(axis, end_s)
+        if right == left and not axis.left < left < axis.right:
+            continue
+        rect = QRectF(QPointF(left, TRACK_TOP), QPointF(max(right, left + 3), bottom))
         painter.fillRect(rect, QColor(255, 255, 255, 190))
         hatched = QColor(WARNING)
         hatched.setAlpha(130)
@@ -108,14 +110,21 @@ def draw_loop(painter: QPainter, axis: TimeAxis, loop: Loop, bottom: float) -> N
     colour = QColor(LOOP if loop.is_on else '#a0a8af')
     shade = QColor(colour)
     shade.setAlpha(34 if loop.is_on else 22)
-    left, right = axis.x(loop.begin_s), axis.x(loop.end_s)
+    left, right = _on_line(axis, loop.begin_s), _on_line(axis, loop.end_s)
     painter.fillRect(QRectF(QPointF(left, TRACK_TOP), QPointF(right, bottom)), shade)
     band = QRectF(QPointF(left, track_rect(axis).top()), QPointF(right, track_rect(axis).bottom()))
     shade.setAlpha(110)
     painter.fillRect(band, shade)
-    for x, letter, outward in ((left, 'A', -1), (right, 'B', 1)):
-        painter.fillRect(QRectF(round(x), TRACK_TOP + 4, 1, bottom - TRACK_TOP - 4), colour)
-        _draw_tab(painter, x, letter, outward, colour)
+    for time_s, letter, outward in ((loop.begin_s, 'A', -1), (loop.end_s, 'B', 1)):
+        x = axis.x(time_s)
+        if axis.left - 1 <= x <= axis.right + 1:
+            painter.fillRect(QRectF(round(x), TRACK_TOP + 4, 1, bottom - TRACK_TOP - 4), colour)
+            _draw_tab(painter, x, letter, outward, colour)
+
+
+def _on_line(axis: TimeAxis, time_s: float) -> float:
+    """Where a time lies [px], or the end of the line that is nearer to it."""
+    return min(max(axis.x(time_s), axis.left), axis.right)
 
 
 def _draw_tab(painter: QPainter, x: float, letter: str, outward: int, colour: QColor) -> None:
@@ -139,6 +148,8 @@ def draw_flags(painter: QPainter, axis: TimeAxis, marks: Sequence[PlacedMark],
     metrics = QFontMetricsF(painter.font())
     for row, mark in enumerate(marks):
         x = axis.x(mark.position_s)
+        if not axis.left - 1 <= x <= axis.right + 1:
+            continue
         end = axis.x(marks[row + 1].position_s) if row + 1 < len(marks) \
             else axis.left + axis.width + axis.left
         colour = QColor(ACCENT if row == hovered else WARNING)
@@ -159,7 +170,7 @@ def draw_flags(painter: QPainter, axis: TimeAxis, marks: Sequence[PlacedMark],
 def draw_playhead(painter: QPainter, axis: TimeAxis, position_s: float, bottom: float,
                   is_enabled: bool) -> None:
     """Draw what has been played, the knob, and a line through all lanes."""
-    groove, x = track_rect(axis), axis.x(position_s)
+    groove, x = track_rect(axis), _on_line(axis, position_s)
     colour = QColor(ACCENT if is_enabled else '#a3abb2')
     painter.setPen(Qt.NoPen)
     painter.setBrush(colour)
@@ -167,6 +178,8 @@ def draw_playhead(painter: QPainter, axis: TimeAxis, position_s: float, bottom: 
     path.addRoundedRect(QRectF(groove.left(), groove.top(), max(x - groove.left(), 0.0),
                                groove.height()), 3, 3)
     painter.fillPath(path, colour)
+    if abs(axis.x(position_s) - x) > 1.0:
+        return  # it is out of sight
     painter.fillRect(QRectF(round(x) - 1, groove.bottom(), 2, bottom - groove.bottom()), colour)
     painter.setPen(QPen(Qt.white, 1.5))
     painter.drawEllipse(QPointF(x, groove.center().y()), _KNOB, _KNOB)

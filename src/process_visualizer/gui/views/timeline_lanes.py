@@ -2,7 +2,9 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Tuple
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Tuple
 
 import numpy as np
 from PyQt5.QtCore import QPointF, QRectF, Qt
@@ -21,7 +23,8 @@ _HELD_INTERVALS, _HELD_S = 4, 0.3  # a value holds for so many usual intervals, 
 _FAR_FROM_ZERO = 0.7  # of the largest value: if all are beyond it, zero is not shown
 
 
-class Lane(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Lane:
     """A process variable over the whole recording, which is divided into columns of equal time.
 
     ``low`` and ``high`` are the extreme values in each column, NaN where there is none.
@@ -41,8 +44,16 @@ class Lane(NamedTuple):
     @property
     def largest(self) -> float:
         """Return the value that is farthest from zero; NaN if there is none."""
-        low, high = _extent(self)
+        low, high = self.extent
         return low if abs(low) > abs(high) else high
+
+    @cached_property
+    def extent(self) -> Tuple[float, float]:
+        """The least and the greatest value; NaN if there is none."""
+        known = ~np.isnan(self.low)
+        if not known.any():
+            return float('nan'), float('nan')
+        return float(self.low[known].min()), float(self.high[known].max())
 
 
 def lane_of(label: str, unit: str, colour: Tuple[float, float, float], low: np.ndarray,
@@ -72,8 +83,11 @@ def number_text(value: float, largest: float) -> str:
 
 
 def lane_picture(lane: Lane, axis: TimeAxis, width: int, height: int, scale: float,
-                 font: QFont) -> QPixmap:
-    """Return a lane in a size [px]; ``scale`` is how many dots a pixel of the screen has."""
+                 font: QFont, length_s: float) -> QPixmap:
+    """Return a lane in a size [px]; ``scale`` is how many dots a pixel of the screen has.
+
+    ``length_s`` is that of the recording, of which the axis may show a part.
+    """
     picture = QPixmap(int(width * scale), int(height * scale))
     picture.setDevicePixelRatio(scale)
     picture.fill(Qt.transparent)
@@ -81,8 +95,9 @@ def lane_picture(lane: Lane, axis: TimeAxis, width: int, height: int, scale: flo
     painter.setFont(font)
     painter.setPen(QPen(QColor(LINE), 1))
     painter.drawLine(QPointF(axis.left, 0.5), QPointF(axis.left + axis.width, 0.5))
+    shares = _shares(axis, length_s)
     _draw_curve(painter, lane, QRectF(axis.left, TEXT_HEIGHT, axis.width,
-                                      height - TEXT_HEIGHT - 3), scale)
+                                      height - TEXT_HEIGHT - 3), scale, shares)
     _draw_label(painter, lane, QRectF(axis.left, 1, max(axis.width - VALUES_WIDTH, 40.0),
                                       TEXT_HEIGHT))
     painter.end()
@@ -95,13 +110,23 @@ def _draw_label(painter: QPainter, lane: Lane, rect: QRectF) -> None:
     painter.drawText(rect, Qt.AlignLeft | Qt.AlignVCenter, text)
 
 
-def _draw_curve(painter: QPainter, lane: Lane, rect: QRectF, scale: float) -> None:
+def _shares(axis: TimeAxis, length_s: float) -> Tuple[float, float]:
+    """Which part of the recording an axis shows, from 0 to 1."""
+    if length_s <= 0.0:
+        return 0.0, 1.0
+    return axis.begin_s / length_s, (axis.begin_s + axis.duration_s) / length_s
+
+
+def _draw_curve(painter: QPainter, lane: Lane, rect: QRectF, scale: float,
+                shares: Tuple[float, float]) -> None:
     """Draw the values from low to high in full colour, and softly what is between them and 0."""
     columns, rows = int(rect.width() * scale), int(rect.height() * scale)
-    low, high = _connected(*_resampled(lane, columns)) if columns > 0 else (lane.low, lane.high)
-    if columns <= 0 or np.isnan(low).all():
+    if columns <= 0:
         return
-    bottom, top = value_range(*_extent(lane))
+    low, high = _connected(*_resampled(lane, columns, shares))
+    if np.isnan(low).all():
+        return
+    bottom, top = value_range(*lane.extent)
     dots = (rows - _LINE * scale) / (top - bottom)  # per unit of the value
     y_high, y_low = (top - high) * dots, (top - low) * dots + _LINE * scale
     zero = np.full(columns, (top - min(max(0.0, bottom), top)) * dots)
@@ -141,22 +166,16 @@ def value_range(low: float, high: float) -> Tuple[float, float]:
     return low, high
 
 
-def _extent(lane: Lane) -> Tuple[float, float]:
-    known = ~np.isnan(lane.low)
-    if not known.any():
-        return float('nan'), float('nan')
-    return float(lane.low[known].min()), float(lane.high[known].max())
-
-
-def _resampled(lane: Lane, count: int) -> Tuple[np.ndarray, np.ndarray]:
-    """The extremes in so many columns."""
+def _resampled(lane: Lane, count: int,
+               shares: Tuple[float, float]) -> Tuple[np.ndarray, np.ndarray]:
+    """The extremes in so many columns of a part of the lane, given by its ends (0 to 1)."""
     columns = len(lane.low)
     if columns == 0:
         return np.full(count, np.nan), np.full(count, np.nan)
-    begins = np.arange(count) * columns // count
-    if columns <= count:
-        return lane.low[begins], lane.high[begins]
-    return np.fmin.reduceat(lane.low, begins), np.fmax.reduceat(lane.high, begins)
+    edges = (np.linspace(*shares, count + 1) * columns + 1e-6).astype(np.int64)
+    begins = np.minimum(edges[:-1], columns - 1)
+    end = max(int(edges[-1]), int(begins[-1]) + 1)
+    return (np.fmin.reduceat(lane.low[:end], begins), np.fmax.reduceat(lane.high[:end], begins))
 
 
 def _connected(low: np.ndarray, high: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:

@@ -6,6 +6,7 @@ from typing import NamedTuple, Optional, Sequence, Tuple
 from PyQt5.QtCore import QPointF, QRectF
 
 from process_visualizer.gui.models.playback_model import PlacedMark
+from process_visualizer.gui.shown_time import ShownTime
 from process_visualizer.gui.time_axis import TimeAxis
 
 SIDE = 12.0  # left and right of the line, so that the knob has room at the ends
@@ -24,9 +25,9 @@ class Target(NamedTuple):
     mark: int = -1
 
 
-def axis_of(duration_s: float, width: float) -> TimeAxis:
+def axis_of(shown: ShownTime, width: float) -> TimeAxis:
     """Return the axis of a timeline of a width [px]."""
-    return TimeAxis(duration_s, SIDE, max(width - 2 * SIDE, 0.0))
+    return TimeAxis(shown.duration_s, SIDE, max(width - 2 * SIDE, 0.0), shown.begin_s)
 
 
 def track_rect(axis: TimeAxis) -> QRectF:

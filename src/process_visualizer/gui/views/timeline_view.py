@@ -41,11 +41,14 @@ from process_visualizer.gui.views.timeline_layout import (
     axis_of,
     target_at,
 )
+from process_visualizer.gui.views.timeline_menu import timeline_menu
+from process_visualizer.gui.views.timeline_zoom import BAR_HEIGHT, TimelineZoom
 
 _FEWEST_LANES = 2  # that are visible, if there are so many
 _FONT_PX = 11
 _PLAYHEAD_REACH, _HOVER_REACH = 10, 50  # px to each side of them that are drawn anew
 _HINT = ('Press to go there, drag to look around, drag A and B to change the loop.\n'
+         'Turn the wheel to see it closer (Shift: move), double-click to see all.\n'
          'Home and End: to the ends. Page up and down: from mark to mark. A, B, L: the loop.')
 
 
@@ -58,7 +61,7 @@ class TimelineView(QWidget):
     def __init__(self, playback: PlaybackModel, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
         self._playback = playback
-        self._duration_s = 0.0
+        self._length_s = 0.0
         self._gaps: Tuple[Tuple[float, float], ...] = ()
         self._lanes: Tuple[Lane, ...] = ()
         self._header: Optional[Tuple[Any, QPixmap]] = None
@@ -74,19 +77,25 @@ class TimelineView(QWidget):
         self._scroll = QScrollBar(Qt.Vertical, self)
         self._scroll.setObjectName('timeline_scroll')
         self._scroll.valueChanged.connect(lambda _value: self.update())
+        self.zoom = TimelineZoom(self)
+        self.zoom.changed.connect(self.update)
         self.setObjectName('timeline')
         self.setAccessibleName('Timeline of the recording')
         self.setToolTip(_HINT)
         self.setMouseTracking(True)
         self.setFocusPolicy(Qt.StrongFocus)
         self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Preferred)
-        playback.changed.connect(self.update)
+        playback.changed.connect(self._take_length)
         playback.moved.connect(self._follow)
         self._fit()
 
     def set_recording(self, duration_s: float, gaps: Sequence[Tuple[float, float]] = ()) -> None:
         """Take the length of the recording [s] and the parts [s, s] that cannot be read."""
-        self._duration_s, self._gaps = duration_s, tuple(gaps)
+        self._length_s, self._gaps = duration_s, tuple(gaps)
+        self._take_length()
+
+    def _take_length(self) -> None:
+        self.zoom.set_length(self._playback.duration_s or self._length_s)
         self.update()
 
     def set_lanes(self, lanes: Sequence[Lane]) -> None:
@@ -100,13 +109,13 @@ class TimelineView(QWidget):
     @property
     def axis(self) -> TimeAxis:
         """Where which time lies."""
-        return axis_of(self._playback.duration_s or self._duration_s, self.width())
+        return axis_of(self.zoom.shown, self.width())
 
     def lane_values(self, row: int) -> Tuple[str, str]:
         """Return a lane's value at the mouse, or else at the playhead, and its largest one."""
-        lane, axis = self._lanes[row], self.axis
+        lane, length_s = self._lanes[row], self.zoom.shown.length_s
         time_s = self._playback.position_s if self._hover_s is None else self._hover_s
-        value = lane.at(time_s / axis.duration_s if axis.duration_s else 0.0)
+        value = lane.at(time_s / length_s if length_s else 0.0)
         largest = lane.largest
         return (f'{number_text(value, largest)} {lane.unit}'.rstrip(),
                 f'max {number_text(largest, largest)}')
@@ -122,13 +131,15 @@ class TimelineView(QWidget):
         return QSize(220, self._height_of(min(len(self._lanes), _FEWEST_LANES)))
 
     def _height_of(self, lanes: int) -> int:
-        return int(HEADER_HEIGHT) + lanes * LANE_HEIGHT + 2
+        return int(HEADER_HEIGHT) + lanes * LANE_HEIGHT + 2 + BAR_HEIGHT
 
     def _fit(self) -> None:
-        """Give the scroll bar its place and range."""
+        """Give the scroll bars their place and range."""
         count = len(self._lanes)
         self.setMaximumHeight(self._height_of(count) + count * (MOST_LANE_HEIGHT - LANE_HEIGHT))
-        visible = self.height() - int(HEADER_HEIGHT)
+        visible = self.height() - int(HEADER_HEIGHT) - BAR_HEIGHT
+        self.zoom.place(QRect(int(SIDE), self.height() - BAR_HEIGHT,
+                              self.width() - 2 * int(SIDE), BAR_HEIGHT))
         self._lane_height = min(max((visible - 2) // max(count, 1), LANE_HEIGHT), MOST_LANE_HEIGHT)
         hidden = max(count * self._lane_height + 2 - visible, 0)
         self._scroll.setRange(0, hidden)
@@ -148,7 +159,7 @@ class TimelineView(QWidget):
         """Draw what has changed; curves and header are drawn once and kept."""
         painter = QPainter(self)
         painter.setFont(self._font)
-        axis, bottom = self.axis, float(self.height())
+        axis, bottom = self.axis, float(self.height() - BAR_HEIGHT)
         painter.fillRect(event.rect(), self.palette().color(QPalette.Base))
         self._draw_lanes(painter, axis, event.rect())
         header.draw_gaps(painter, axis, self._gaps, bottom)
@@ -181,7 +192,7 @@ class TimelineView(QWidget):
         if not self._lanes:
             return
         self._pictures.want(axis, self.width(), self._lane_height, self.devicePixelRatioF(),
-                            self._font)
+                            self._font, self.zoom.shown.length_s)
         painter.setClipRect(area.intersected(self._lanes_rect()))
         for row in range(len(self._lanes)):
             picture, place = self._pictures.picture(row), self._lane_rect(row)
@@ -200,23 +211,24 @@ class TimelineView(QWidget):
         painter.setClipRect(self._lanes_rect())
         for row in range(len(self._lanes)):
             top = self._lane_rect(row).top()
-            if HEADER_HEIGHT - self._lane_height < top < self.height():
-                rect = QRectF(axis.left + axis.width - VALUES_WIDTH, top + 1, VALUES_WIDTH,
+            if HEADER_HEIGHT - self._lane_height < top < self.height() - BAR_HEIGHT:
+                rect = QRectF(axis.right - VALUES_WIDTH, top + 1, VALUES_WIDTH,
                               TEXT_HEIGHT)
                 header.draw_values(painter, rect, *self.lane_values(row))
 
     def _lanes_rect(self) -> QRect:
-        return self.rect().adjusted(0, int(HEADER_HEIGHT), 0, 0)
+        return self.rect().adjusted(0, int(HEADER_HEIGHT), 0, -BAR_HEIGHT)
 
     def _loop(self) -> Optional[header.Loop]:
         """The loop to be shown: A and B, or everything while that is repeated."""
-        points, duration_s = self._playback.loop_points, self.axis.duration_s
+        points, length_s = self._playback.loop_points, self.zoom.shown.length_s
         if not self._playback.is_looping and points.begin_s is None and points.end_s is None:
             return None
-        return header.Loop(*points.bounds(duration_s), self._playback.is_looping)
+        return header.Loop(*points.bounds(length_s), self._playback.is_looping)
 
     def _follow(self) -> None:
         """Draw the playhead anew where it has moved by a pixel."""
+        self.zoom.follow(self._playback.position_s, self._playback.is_playing)
         x = round(self.axis.x(self._playback.position_s))
         if x == self._drawn_x:
             return
@@ -277,11 +289,19 @@ class TimelineView(QWidget):
         self._show_hover(None)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Scroll the lanes; where there is nothing to scroll, whatever is around them."""
-        if self._scroll.maximum():
+        """Look closer or from farther; over lanes that have no room scroll them, without Ctrl."""
+        is_over_lanes = event.pos().y() >= HEADER_HEIGHT
+        modifiers = event.modifiers()
+        if self._scroll.maximum() and is_over_lanes and modifiers == Qt.NoModifier:
             self._scroll.event(event)
         else:
-            event.ignore()
+            self.zoom.turn_wheel(event.angleDelta(), modifiers,
+                                 self.axis.time_s(event.pos().x()))
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Show the whole recording."""
+        if event.button() == Qt.LeftButton:
+            self.zoom.show_all()
 
     def event(self, event: QEvent) -> bool:
         """Tell a mark's whole label, or what can be done here, in a tooltip."""
@@ -337,13 +357,9 @@ class TimelineView(QWidget):
 
     def menu_at(self, time_s: float) -> QMenu:
         """Return the menu for a time [s]."""
-        playback, menu = self._playback, QMenu(self)
-        menu.setObjectName('timeline_menu')
-        menu.addAction(f'Go to {format_time(time_s)}', lambda: playback.seek(time_s))
-        menu.addSeparator()
-        menu.addAction('Loop from here (A)', lambda: playback.set_loop_begin(time_s))
-        menu.addAction('Loop to here (B)', lambda: playback.set_loop_end(time_s))
-        menu.addAction('Remove A and B', playback.clear_loop)
-        menu.addSeparator()
-        menu.addAction('Add a mark here…', lambda: self.mark_wanted.emit(time_s))
-        return menu
+        return timeline_menu(self, self._playback, self.zoom, time_s,
+                             lambda: self.mark_wanted.emit(time_s))
+
+    def look_closer(self, steps: float) -> None:
+        """Show less, or (below 0) more, around the position."""
+        self.zoom.step(steps, self._playback.position_s)

@@ -1,0 +1,60 @@
+"""Devices and problems: which of them are shown, and how much room they take."""
+from __future__ import annotations
+
+import pytest
+from PyQt5.QtCore import Qt
+from PyQt5.QtWidgets import QLabel, QListWidget
+from pytestqt.qtbot import QtBot
+
+from process_visualizer.cell.errors import Location, Problem
+from process_visualizer.gui.views.devices_panel import DevicesPanel
+
+NOTE = 'The devices stay as they were:'
+PROBLEMS = [Problem(Location('/cells/a.xml', line), 'device', f'problem {line}')
+            for line in range(1, 9)]
+
+
+@pytest.fixture
+def panel(qtbot: QtBot) -> DevicesPanel:
+    widget = DevicesPanel()
+    qtbot.addWidget(widget)
+    widget.resize(440, 400)
+    widget.show()
+    return widget
+
+
+def shown(panel: DevicesPanel) -> 'tuple[bool, str, bool]':
+    """Whether problems, with which note, and whether devices are there."""
+    note = panel.findChild(QLabel, 'problems_note')
+    return (panel.problems.isVisible(), note.text() if note.isVisible() else '',
+            panel.devices.isVisible())
+
+
+def test_without_problems_only_the_devices(panel: DevicesPanel) -> None:
+    assert shown(panel) == (False, '', True)
+
+
+def test_without_devices_only_the_problems(panel: DevicesPanel) -> None:
+    panel.show_problems(PROBLEMS)
+    assert shown(panel) == (True, '', False)
+
+
+def test_problems_and_the_devices_in_force(panel: DevicesPanel, qtbot: QtBot) -> None:
+    panel.show_problems(PROBLEMS, NOTE)
+    assert shown(panel) == (True, NOTE, True)
+    problems = panel.findChild(QListWidget, 'problems')
+    with qtbot.waitSignal(panel.problems.open_wanted) as opened:
+        qtbot.mouseClick(problems.viewport(), Qt.LeftButton,
+                         pos=problems.visualItemRect(problems.item(1)).center())
+    assert opened.args == ['/cells/a.xml', 2]
+    panel.show_problems([], NOTE)
+    assert shown(panel) == (False, '', True)
+
+
+def test_many_problems_leave_room_for_the_devices(panel: DevicesPanel, qtbot: QtBot) -> None:
+    panel.show_problems(PROBLEMS * 5)
+    qtbot.waitUntil(lambda: panel.problems.height() == 400)
+    panel.show_problems(PROBLEMS * 5, NOTE)
+    qtbot.waitUntil(lambda: panel.problems.height() == 168)
+    qtbot.waitUntil(
+        lambda: panel.devices.height() >= panel.devices.minimumSizeHint().height())

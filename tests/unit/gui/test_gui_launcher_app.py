@@ -1,0 +1,75 @@
+"""The window as a whole, without a master: what it asks, and how much of the screen it needs."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Iterator
+
+import pytest
+from PyQt5.QtCore import QSettings
+from PyQt5.QtWidgets import QLabel, QMessageBox
+
+from process_visualizer.gui.launcher import Launcher
+from process_visualizer.gui.launcher_app import LauncherApp
+from process_visualizer.gui.settings import Settings
+
+DEVICES = ''.join(f'<device type="other" name="oven_{number}"/>' for number in range(8))
+VALID, BROKEN = f'<visualizer>{DEVICES}</visualizer>', f'<visualizer>{3 * DEVICES}</visualizer>'
+SMALLEST_SCREEN_PX = 800 - 32  # 1280x800 without a title bar
+
+
+@pytest.fixture
+def config(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv('ROS_HOME', str(tmp_path))
+    path = tmp_path / 'cell.xml'
+    path.write_text(VALID)
+    return path
+
+
+@pytest.fixture
+def window(qtbot: Any, config: Path) -> Iterator[LauncherApp]:
+    launcher = Launcher()
+    app = LauncherApp(launcher, Settings(QSettings(str(config.parent / 'settings'),
+                                                   QSettings.IniFormat)))
+    qtbot.addWidget(app)
+    app.show()
+    yield app
+    launcher.close()
+
+
+def load(window: LauncherApp, qtbot: Any, path: Path, content: str) -> None:
+    path.write_text(content)
+    with qtbot.waitSignal(window._launcher.cell.loaded):
+        window._launcher.cell.open(str(path))
+
+
+def note(window: LauncherApp) -> str:
+    """What is said above the devices, if both they and problems are there."""
+    label = window.findChild(QLabel, 'problems_note')
+    return label.text() if window.devices.isVisible() and label.isVisible() else ''
+
+
+def test_problems_and_devices_fit_on_a_small_screen(window: LauncherApp, qtbot: Any,
+                                                    config: Path) -> None:
+    load(window, qtbot, config, VALID)
+    load(window, qtbot, config, BROKEN)
+    assert 'the devices stay as they were' in note(window)
+    assert window.minimumSizeHint().height() <= SMALLEST_SCREEN_PX
+
+
+def test_which_devices_are_in_force(window: LauncherApp, qtbot: Any, config: Path) -> None:
+    load(window, qtbot, config, BROKEN)
+    assert (note(window), window.devices.isVisible()) == ('', False)
+    load(window, qtbot, config, VALID)
+    load(window, qtbot, config.with_name('other.xml'), BROKEN)
+    assert note(window) == 'The devices are still those of cell.xml:'
+    load(window, qtbot, config, VALID)
+    assert (note(window), window.devices.isVisible()) == ('', True)
+
+
+def test_question_about_the_master_answers_itself(window: LauncherApp, qtbot: Any) -> None:
+    window._launcher.master.lost.emit()
+    assert 'start the launcher again?' in window.findChild(QMessageBox, 'question').text()
+    window._launcher.master.returned.emit()
+    qtbot.waitUntil(lambda: window.findChild(QMessageBox, 'question') is None)
+    assert window.statusBar().currentMessage() == 'The ROS master answers again'
+    assert not window.restarts

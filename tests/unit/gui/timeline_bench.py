@@ -1,0 +1,79 @@
+"""A timeline on a screen, with a player of 20 s, and a mouse."""
+from __future__ import annotations
+
+from typing import List
+
+import numpy as np
+from playback_stand import PlaybackStand
+from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
+from PyQt5.QtGui import QColor, QMouseEvent, QPaintEvent, QWheelEvent
+from PyQt5.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from process_visualizer.gui.views.timeline_lanes import Lane
+from process_visualizer.gui.views.timeline_layout import SIDE
+from process_visualizer.gui.views.timeline_view import TimelineView
+
+WIDTH = 400 + 2 * int(SIDE)  # 20 s: 20 px are 1 s
+TRACK_Y, FLAGS_Y, HANDLES_Y, LANES_Y = 38, 8, 26, 100
+
+
+def x_of(time_s: float) -> int:
+    return int(SIDE + 20 * time_s)
+
+
+def lane(number: int = 0) -> Lane:
+    values = np.linspace(0.0, 10.0, 101)
+    return Lane(f'variable {number}', 'N', (1.0, 0.0, 0.0), values, values)
+
+
+class NotingTimeline(TimelineView):
+    """Notes how wide what it draws is."""
+
+    widths: List[int] = []
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        self.widths.append(event.region().boundingRect().width())
+        super().paintEvent(event)
+
+
+class Bench:
+    """A timeline on the screen, with a player of 20 s that stands at 2 s."""
+
+    def __init__(self, qtbot: QtBot, lanes: int = 3) -> None:
+        self.qtbot = qtbot
+        self.stand = PlaybackStand()
+        self.view = NotingTimeline(self.stand.model)
+        self.view.widths = []
+        qtbot.addWidget(self.view)
+        self.view.set_recording(20.0)
+        self.view.set_lanes([lane(number) for number in range(lanes)])
+        self.view.resize(WIDTH, self.view.sizeHint().height())
+        self.view.show()
+        qtbot.waitExposed(self.view)
+        self.stand.state(position_s=2.0)
+
+    def move(self, time_s: float, y: int, buttons: Qt.MouseButtons = Qt.NoButton) -> None:
+        """Move the mouse, with a button held or not."""
+        place = QPointF(x_of(time_s), y)
+        event = QMouseEvent(QEvent.MouseMove, place, self.view.mapToGlobal(place.toPoint()),
+                            Qt.NoButton, buttons, Qt.NoModifier)
+        QApplication.sendEvent(self.view, event)
+
+    def press(self, time_s: float, y: int) -> None:
+        self.qtbot.mousePress(self.view, Qt.LeftButton, pos=QPoint(x_of(time_s), y))
+
+    def release(self, time_s: float, y: int) -> None:
+        self.qtbot.mouseRelease(self.view, Qt.LeftButton, pos=QPoint(x_of(time_s), y))
+
+    def wheel(self, place: QPoint, turned: QPoint,
+              modifiers: Qt.KeyboardModifiers = Qt.NoModifier) -> None:
+        """Turn the wheel at a place; one notch is 120."""
+        QApplication.sendEvent(self.view, QWheelEvent(
+            QPointF(place), QPointF(self.view.mapToGlobal(place)), QPoint(), turned, Qt.NoButton,
+            modifiers, Qt.NoScrollPhase, False))
+
+    def pixel(self, x: int, y: int) -> str:
+        image = self.view.grab().toImage()
+        scale = image.devicePixelRatio()
+        return str(QColor(image.pixel(int(x * scale), int(y * scale))).name())
