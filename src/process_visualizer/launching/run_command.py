@@ -4,7 +4,6 @@ from __future__ import annotations
 import shutil
 import signal
 import sys
-import tempfile
 import time
 from types import FrameType
 from typing import Optional
@@ -12,7 +11,7 @@ from typing import Optional
 from process_visualizer.generate.plan import LAUNCH_FILE, Plan, write_plan
 from process_visualizer.launching.node_state import NodeReport, NodeState
 from process_visualizer.launching.run import Run
-from process_visualizer.launching.run_record import clean_up_crashed_runs
+from process_visualizer.launching.run_record import clean_up_crashed_runs, new_run_folder
 
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
@@ -26,7 +25,7 @@ def run_plan(plan: Plan, folder: Optional[str]) -> int:
     ended = clean_up_crashed_runs()
     if ended:
         print(f'ended {len(ended)} processes that a crashed run had left')
-    output = folder or tempfile.mkdtemp(prefix='process_visualizer-')
+    output = folder or new_run_folder()
     write_plan(plan, output)
     code = _run(f'{output}/{LAUNCH_FILE}')
     if folder is None and code == 0:

@@ -3,13 +3,22 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
+import tempfile
 import uuid
 from pathlib import Path
-from typing import List
+from typing import Any, Dict, List
 
 import rospkg
 
 from process_visualizer.launching.process_scan import end_processes, start_time
+
+_FOLDER_PREFIX = 'process_visualizer-'
+
+
+def new_run_folder() -> str:
+    """Make a temporary folder for the files of a run; a record can note it."""
+    return tempfile.mkdtemp(prefix=_FOLDER_PREFIX)
 
 
 class RunRecord:
@@ -19,10 +28,10 @@ class RunRecord:
         self.run_id = uuid.uuid4().hex
         self._path = _folder() / f'{self.run_id}.json'
 
-    def write(self) -> None:
-        """Note who owns the run."""
+    def write(self, folder: str = '') -> None:
+        """Note who owns the run, and the folder (by ``new_run_folder``) that goes with it."""
         self._path.parent.mkdir(parents=True, exist_ok=True)
-        owner = {'pid': os.getpid(), 'start_time': start_time(os.getpid())}
+        owner = {'pid': os.getpid(), 'start_time': start_time(os.getpid()), 'folder': folder}
         self._path.write_text(json.dumps(owner), encoding='utf-8')
 
     def remove(self) -> None:
@@ -31,11 +40,13 @@ class RunRecord:
 
 
 def clean_up_crashed_runs() -> List[int]:
-    """End the processes of runs whose owner is gone; returns their ids."""
+    """End the processes of runs whose owner is gone, and remove their folders; returns the ids."""
     ended: List[int] = []
     for path in sorted(_folder().glob('*.json')):
-        if not _owner_lives(path):
+        owner = _owner(path)
+        if not _lives(owner):
             ended += end_processes(path.stem)
+            _remove_run_folder(owner)
             path.unlink(missing_ok=True)  # another program may be cleaning up, too
     return ended
 
@@ -44,9 +55,21 @@ def _folder() -> Path:
     return Path(rospkg.get_ros_home()) / 'process_visualizer' / 'runs'
 
 
-def _owner_lives(path: Path) -> bool:
+def _owner(path: Path) -> Dict[str, Any]:
     try:
         owner = json.loads(path.read_text(encoding='utf-8'))
-        return owner['start_time'] is not None and start_time(owner['pid']) == owner['start_time']
-    except (OSError, ValueError, KeyError, TypeError):
-        return False
+    except (OSError, ValueError):
+        return {}
+    return owner if isinstance(owner, dict) else {}
+
+
+def _lives(owner: Dict[str, Any]) -> bool:
+    pid, started = owner.get('pid'), owner.get('start_time')
+    return isinstance(pid, int) and started is not None and start_time(pid) == started
+
+
+def _remove_run_folder(owner: Dict[str, Any]) -> None:
+    """Only what looks like one: nobody's folder shall be lost by a record changed by hand."""
+    folder = str(owner.get('folder') or '')
+    if os.path.basename(folder).startswith(_FOLDER_PREFIX):
+        shutil.rmtree(folder, ignore_errors=True)

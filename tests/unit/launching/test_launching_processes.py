@@ -19,7 +19,11 @@ from process_visualizer.launching.process_scan import (
     start_time,
     wait_until_gone,
 )
-from process_visualizer.launching.run_record import RunRecord, clean_up_crashed_runs
+from process_visualizer.launching.run_record import (
+    RunRecord,
+    clean_up_crashed_runs,
+    new_run_folder,
+)
 
 Start = Callable[..., 'subprocess.Popen[str]']
 STUBBORN = ('import signal, sys, time\nsignal.signal(signal.SIGTERM, signal.SIG_IGN)\n'
@@ -143,8 +147,8 @@ def test_record_names_its_owner(ros_home: Path) -> None:
     record.write()
     (path,) = ros_home.iterdir()
     assert path.name == f'{record.run_id}.json'
-    assert json.loads(path.read_text()) == {'pid': os.getpid(),
-                                            'start_time': start_time(os.getpid())}
+    assert json.loads(path.read_text()) == {
+        'pid': os.getpid(), 'start_time': start_time(os.getpid()), 'folder': ''}
     record.remove()
     record.remove()
     assert list(ros_home.iterdir()) == []
@@ -201,6 +205,28 @@ def test_owner_that_really_crashed(start: Start, ros_home: Path) -> None:
     owner.wait()
     assert clean_up_crashed_runs() == [node]
     assert list(ros_home.iterdir()) == []
+
+
+@pytest.mark.parametrize('name, is_left', [
+    ('process_visualizer-abc', False), ('my_documents', True), ('process_visualizer', True)])
+def test_folder_of_a_crashed_run_is_removed(name: str, is_left: bool, ros_home: Path,
+                                            tmp_path: Path) -> None:
+    folder = tmp_path / name
+    folder.mkdir()
+    (folder / 'cell.launch').write_text('<launch/>')
+    record_of('a', ros_home, {'pid': gone_pid(), 'start_time': '1', 'folder': str(folder)})
+    assert clean_up_crashed_runs() == []
+    assert folder.exists() == is_left
+
+
+def test_folder_of_a_living_run_stays(ros_home: Path) -> None:
+    folder = new_run_folder()
+    record = RunRecord()
+    record.write(folder)
+    clean_up_crashed_runs()
+    assert os.path.isdir(folder)
+    os.rmdir(folder)
+    record.remove()
 
 
 def test_other_files_are_left_alone(ros_home: Path) -> None:

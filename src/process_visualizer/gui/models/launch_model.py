@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import shutil
-import tempfile
 from enum import Enum
 from typing import Callable, Dict, List, Optional, Tuple
 
@@ -16,6 +15,7 @@ from process_visualizer.generate.plan import Plan, PlanError
 from process_visualizer.gui.tasks import Tasks
 from process_visualizer.launching.launched_cell import LaunchedCell
 from process_visualizer.launching.part_report import PartReport, PartState
+from process_visualizer.launching.run_record import RunRecord, new_run_folder
 
 _LINE = 'launch'
 _END_TIMEOUT_S = 60.0
@@ -44,7 +44,8 @@ class LaunchModel(QObject):
     def __init__(self, tasks: Tasks, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
         self._tasks = tasks
-        self.folder = tempfile.mkdtemp(prefix='process_visualizer-')
+        self.folder = new_run_folder()
+        self._record = RunRecord()
         self._launched = LaunchedCell(self.folder, self._reported.emit)
         self.phase = Phase.IDLE
         self._is_starting = False
@@ -63,7 +64,7 @@ class LaunchModel(QObject):
             self._tell(error)
             then()
 
-        self._tasks.run(_LINE, self._launched.prepare, on_result, on_error)
+        self._tasks.run(_LINE, self._prepare, on_result, on_error)
 
     def launch(self, choice: Choice) -> None:
         """Generate the files of a choice and start everything."""
@@ -92,6 +93,7 @@ class LaunchModel(QObject):
         """Stop everything and remove the generated files; waits until that is done."""
         self._tasks.run_and_wait(_LINE, self._launched.stop, _END_TIMEOUT_S)
         shutil.rmtree(self.folder, ignore_errors=True)
+        self._record.remove()
 
     @property
     def is_idle(self) -> bool:
@@ -102,6 +104,11 @@ class LaunchModel(QObject):
     def is_running(self) -> bool:
         """Whether everything has been launched, and nothing is being quit."""
         return self.phase is Phase.RUNNING
+
+    def _prepare(self) -> List[int]:
+        ended = self._launched.prepare()
+        self._record.write(self.folder)
+        return ended
 
     def _start(self, choice: Choice) -> Plan:
         plan = _plan(choice)
