@@ -9,6 +9,14 @@ TITLE_BAR_PX = 32
 _SMALLEST_WIDTH_PX = 640
 _WIDTH_FOR_DISPLAYS_PX = 1300
 """From here on there is room for the list of displays beside the scene."""
+_STATE_WITHOUT_DISPLAYS = (
+    '000000ff00000000fd00000001000000000000012c00000360fc0200000001fb0000001000440069007300700'
+    '06c0061007900730000000024000003600000005e00ffffff00000474000003600000000400000004000000080'
+    '0000008fc0000000100000002000000010000000a0054006f006f006c00730100000000ffffffff00000000000'
+    '00000')
+"""What Qt writes (QMainWindow.saveState) of a window with RViz's tool bar and, at the left, hidden
+displays, 300 pixels wide. RViz hides docks when it reads "Hide Left Dock", but only if they
+can be seen, and before its window opens none can: so the state has to hide them."""
 _DOCK_KEYS = ('Displays', 'Selection', 'Time', 'Tool Properties', 'Views')
 
 
@@ -44,7 +52,8 @@ def window_geometry(rectangle: Rectangle, docks: Optional[Any] = None) -> Dict[s
     """
     is_small = rectangle.width < _WIDTH_FOR_DISPLAYS_PX
     hidden = {key: {'collapsed': key != 'Displays' or is_small} for key in _DOCK_KEYS}
-    return {**hidden, 'Hide Left Dock': is_small, 'Hide Right Dock': True,
+    state = {'QMainWindow State': _STATE_WITHOUT_DISPLAYS} if is_small else {}
+    return {**hidden, **state, 'Hide Left Dock': is_small, 'Hide Right Dock': True,
             **(docks if isinstance(docks, dict) else {}),
             'X': rectangle.x, 'Y': rectangle.y, 'Width': rectangle.width,
             'Height': rectangle.height}

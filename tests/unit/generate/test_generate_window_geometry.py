@@ -43,11 +43,13 @@ def test_large_window_shows_the_displays() -> None:
         440, 30, 1480, 1000)
     assert (section['Hide Left Dock'], section['Displays']) == (False, {'collapsed': False})
     assert (section['Hide Right Dock'], section['Views']) == (True, {'collapsed': True})
+    assert 'QMainWindow State' not in section
 
 
 def test_small_window_shows_the_scene_only() -> None:
     section = window_geometry(Rectangle(440, 30, 840, 700))
     assert (section['Hide Left Dock'], section['Displays']) == (True, {'collapsed': True})
+    assert 'Displays'.encode('utf-16-be') in bytes.fromhex(section['QMainWindow State'])
 
 
 def test_docks_that_the_operator_has_chosen() -> None:
