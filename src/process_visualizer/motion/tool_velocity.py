@@ -6,7 +6,6 @@ from collections import deque
 from itertools import islice
 from typing import Deque, Iterable, NamedTuple, Optional, Sequence
 
-from process_visualizer.motion.driver_schedule import DriverSchedule
 from process_visualizer.motion.playback_clock import BagTime, PlaybackClock
 from process_visualizer.motion.rotations import Quaternion, Triple
 from process_visualizer.motion.sending_period import SendingPeriod
@@ -61,7 +60,6 @@ class ToolVelocity:
         self._scaled = ScaledClock()
         self._estimator = VelocityEstimator(window_s, gap_s=max(1.0, 2.0 * window_s))
         self._period = SendingPeriod()
-        self._schedule = DriverSchedule()
         self._waiting: Deque[_Sample] = deque(maxlen=1000)
         self._taken: Deque[BagTime] = deque(maxlen=_MOST_BUNCHED)
         self._segment = _LIVE
@@ -113,7 +111,6 @@ class ToolVelocity:
         self._taken.clear()
         self._estimator.reset()
         self._period.reset()
-        self._schedule.reset()
 
     def _bag_time(self, sample: _Sample) -> BagTime:
         bag = sample.live or self._clock.bag_time(sample.wall_s)
@@ -127,20 +124,15 @@ class ToolVelocity:
             self._segment = played.segment
             self._estimator.reset()
             self._period.reset()
-            self._schedule.reset()
         recorded = played if played.rate >= 0.0 else self._bag_time(self._waiting[0])
         turned = recorded.segment != played.segment or recorded.rate * played.rate < 0.0
         if turned or (restored and played.segment != _LIVE):
             return
         self._taken.append(recorded)
         self._period.add(recorded.time_s)
-        time_s = recorded.time_s if sample.stamped() else self._measured_s(recorded, now_s)
+        time_s = recorded.time_s if sample.stamped() else self._dated(recorded, now_s)
         moved_s = (time_s - played.time_s) / played.rate if played.rate else 0.0
         self._estimator.add(time_s, sample.position, sample.quaternion, sample.wall_s + moved_s)
-
-    def _measured_s(self, bag: BagTime, now_s: float) -> float:
-        """Return the bag time [s] at which a pose was measured, as far as can be known."""
-        return self._schedule.measured_s(self._dated(bag, now_s), self._period.period_s)
 
     def _dated(self, bag: BagTime, now_s: float) -> float:
         """Return the bag time [s] at which a pose was measured at the latest."""
