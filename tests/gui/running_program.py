@@ -46,11 +46,15 @@ class Surroundings:
         self.config = folder / 'small.xml'
         self.config.write_text(SMALL_CELL)
         self.mark = uuid.uuid4().hex
+        self.temporary = folder / 'tmp'
+        self.temporary.mkdir()
+        self.settings = folder / 'settings'
         self.port = free_port()
         self.uri = f'http://localhost:{self.port}'
         self.environment: Dict[str, str] = {
             **os.environ, MARK: self.mark, 'ROS_MASTER_URI': self.uri,
-            'ROS_HOME': str(folder / 'ros_home'), 'XDG_CONFIG_HOME': str(folder / 'settings')}
+            'ROS_HOME': str(folder / 'ros_home'), 'XDG_CONFIG_HOME': str(self.settings),
+            'TMPDIR': str(self.temporary)}
 
     def nodes(self) -> Set[str]:
         """The nodes that the master knows; none without a master."""
@@ -63,6 +67,10 @@ class Surroundings:
     def processes(self) -> Set[str]:
         """The command lines of all that was started here and still runs."""
         return marked_processes(f'{MARK}={self.mark}')
+
+    def run_folders(self) -> Set[Path]:
+        """The folders with generated files that launchers have made."""
+        return set(self.temporary.glob('process_visualizer-*'))
 
     def is_master_there(self) -> bool:
         """Whether anything listens at the master's port."""

@@ -4,16 +4,20 @@ from __future__ import annotations
 import os
 import signal
 from pathlib import Path
-from typing import Any, Iterator, Set
+from typing import Any, Iterator, List, Set
 
 import pytest
 import rosbag
+import rospy
 from genpy import Time
 from operator_at_work import Operator, nodes, processes
+from PyQt5.QtCore import QPoint
 from PyQt5.QtWidgets import QMessageBox
 from running_program import SMALL_CELL
+from small_disk import SmallDisk
 from std_msgs.msg import Float64, String
 
+from process_visualizer.bags.catalogue import read_catalogue
 from process_visualizer.gui.models.recording_types import Phase
 from process_visualizer.gui.views.devices_view import DevicesView
 
@@ -40,10 +44,13 @@ def test_troubles(operator: Operator, tmp_path: Path) -> None:
     restart_a_device(operator)
     a_node_is_killed(operator)
     folder_without_permission(operator)
+    the_disk_becomes_full(operator, tmp_path / 'disk')
     bag = close_while_recording(operator, tmp_path / 'bags')
     quit_all(operator)
     bag_of_other_devices(operator, tmp_path / 'foreign.bag')
+    bag_in_two_files(operator, tmp_path)
     bag_is_deleted(operator, bag)
+    the_master_hangs(operator)
     the_master_is_killed(operator)
     assert {it for it in processes('GUI_TEST_MARK') if 'Xvfb' not in it} == set()
 
@@ -72,6 +79,7 @@ def open_a_broken_file_and_mend_it(operator: Operator, config: Path) -> None:
     operator.launcher.cell.open(str(config))
     operator.wait(lambda: operator.widget('problems').isVisible(), 'the problems')
     assert 'in the configuration' in operator.text('problems_title')
+    assert not devices(operator).isVisible()
     assert not operator.widget('launch').isEnabled()
     config.write_text(SMALL_CELL)
     operator.click('reload_configuration')
@@ -92,6 +100,11 @@ def break_the_file_while_nodes_run(operator: Operator, config: Path) -> None:
     config.write_text(BROKEN_CELL)
     operator.click('reload_configuration')
     operator.wait(lambda: operator.widget('problems').isVisible(), 'the problems')
+    assert 'the devices stay as they were' in operator.text('problems_note')
+    rows = [devices(operator).topLevelItem(row) for row in range(2)]
+    assert devices(operator).isVisible()
+    assert [row.text(0) for row in rows] == ['sensors (other)', 'table (other)']
+    assert devices(operator).state_text('table') == 'running'
     assert [device.name for device in operator.launcher.cell.devices] == ['sensors', 'table']
     assert operator.text('status') == REALTIME
     assert not operator.widget('apply').isVisible()
@@ -104,7 +117,8 @@ def change_a_device(operator: Operator, config: Path) -> None:
     operator.click('reload_configuration')
     operator.wait(lambda: operator.widget('apply').isVisible(), 'the change is offered')
     assert operator.text('apply') == 'Apply: restart table'
-    assert devices(operator).isVisible()
+    assert not operator.widget('problems').isVisible()
+    assert not operator.widget('problems_note').isVisible()
     assert pid('plate') == plate
     operator.click('apply')
     operator.wait(lambda: operator.text('status') == REALTIME
@@ -153,6 +167,26 @@ def folder_without_permission(operator: Operator) -> None:
     assert operator.launcher.recording.phase is Phase.IDLE
 
 
+def the_disk_becomes_full(operator: Operator, folder: Path) -> None:
+    recording = operator.launcher.recording
+    with SmallDisk(folder) as disk:
+        recording.choices.set_folder(str(folder))
+        operator.wait(lambda: operator.widget('record').isEnabled(), 'it can record')
+        operator.click('record')
+        operator.wait(lambda: recording.elapsed_s > 3.0, 'it records')
+        before = nodes()
+        disk.fill(pid('bag_recorder'))
+        operator.wait(lambda: 'the recording has ended by itself' in operator.messages(),
+                      'a message', instead=operator.messages)
+        assert 'MB are free' in operator.messages() or 'make room' in operator.messages()
+        assert operator.window.statusBar().currentMessage() == operator.messages()
+        close_message(operator)
+        assert (recording.phase, nodes()) == (Phase.IDLE, before)
+        assert operator.text('status') == REALTIME
+        [bag] = folder.iterdir()
+        assert read_catalogue([str(bag)]).duration_s > 1.0
+
+
 def close_while_recording(operator: Operator, folder: Path) -> str:
     recording = operator.launcher.recording
     recording.choices.set_folder(str(folder))
@@ -196,6 +230,28 @@ def bag_of_other_devices(operator: Operator, path: Path) -> None:
     assert '/bag_player' in nodes()
 
 
+def bag_in_two_files(operator: Operator, folder: Path) -> None:
+    """The value is the number of tenths of a second since the beginning."""
+    paths = [str(folder / 'seam_0.bag'), str(folder / 'seam_1.bag')]
+    for first, path in zip((0, 50), paths):
+        with rosbag.Bag(path, 'w') as bag:
+            for number in range(first, first + 50):
+                bag.write('/feed_rate_est', Float64(number), Time.from_sec(2000.0 + 0.1 * number))
+    heard: List[float] = []
+    listener = rospy.Subscriber('/feed_rate_est', Float64, lambda it: heard.append(it.data))
+    playback = operator.launcher.playback
+    operator.launcher.bag.open(list(reversed(paths)))
+    operator.wait(lambda: playback.is_available and playback.duration_s == pytest.approx(9.9),
+                  'both files are open', LAUNCH_S)
+    operator.wait(lambda: heard[-1:] != [] and heard[-1] < 50, 'the first file is heard')
+    operator.wait(lambda: operator.widget('play').isEnabled(), 'it can be moved')
+    timeline = operator.widget('timeline')
+    place = QPoint(round(0.75 * timeline.width()), 40)
+    operator.drag(timeline, place, [place])
+    operator.wait(lambda: heard[-1] > 70, 'the second file is heard', instead=lambda: heard[-3:])
+    listener.unregister()
+
+
 def bag_is_deleted(operator: Operator, path: str) -> None:
     operator.launcher.bag.open([path])
     operator.wait(lambda: operator.launcher.bag.path == path, 'the other bag is open')
@@ -208,14 +264,40 @@ def bag_is_deleted(operator: Operator, path: str) -> None:
     assert operator.window.isVisible()
 
 
-def the_master_is_killed(operator: Operator) -> None:
-    [master] = [it for it in processes('GUI_TEST_MARK') if '/rosmaster' in it]
-    os.kill(int(master.split()[0]), signal.SIGKILL)
+def the_master_hangs(operator: Operator) -> None:
+    """The window lives, and knows when the master answers again."""
+    os.kill(master(), signal.SIGSTOP)
+    wait_for_question(operator, 'The ROS master does not answer any more')
+    assert operator.text('status').endswith('The ROS master does not answer any more')
+    status_bar = operator.window.statusBar()
+    assert status_bar.currentMessage() == 'The ROS master does not answer any more'
+    operator.widget('question', QMessageBox).button(QMessageBox.Cancel).click()
+    for is_chosen in (False, True):
+        operator.click_check_box(devices(operator), devices(operator).topLevelItem(1))
+        chosen = [device.name for device in operator.launcher.cell.chosen]
+        assert chosen == ['sensors', 'table'][:1 + is_chosen]
+    os.kill(master(), signal.SIGCONT)
+    operator.wait(lambda: status_bar.currentMessage() == 'The ROS master answers again',
+                  'it is back')
+    assert 'master' not in operator.text('status')
+
+
+def master() -> int:
+    """The process of the master."""
+    [line] = [it for it in processes('GUI_TEST_MARK') if '/rosmaster' in it]
+    return int(line.split()[0])
+
+
+def wait_for_question(operator: Operator, text: str) -> None:
     operator.wait(lambda: operator.window.findChild(QMessageBox, 'question') is not None,
                   'the question')
-    question = operator.widget('question', QMessageBox)
-    assert 'The ROS master does not answer any more' in question.text()
+    assert text in operator.widget('question', QMessageBox).text()
     assert operator.window.isVisible()
+
+
+def the_master_is_killed(operator: Operator) -> None:
+    os.kill(master(), signal.SIGKILL)
+    wait_for_question(operator, 'The ROS master does not answer any more')
     operator.click('yes')
     operator.wait(lambda: not operator.window.isVisible(), 'the nodes have ended', LAUNCH_S)
     assert operator.window.restarts

@@ -11,12 +11,14 @@ from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtWidgets import QDoubleSpinBox
 
 from process_visualizer.bags.catalogue import read_catalogue
+from process_visualizer.generate.window_geometry import Rectangle
 from process_visualizer.gui.snapshots import DisplaySnapshot, PlayerSnapshot
 from process_visualizer.gui.views.devices_view import DevicesView
 
 CONFIG = str(Path(__file__).parents[2] / 'sewing_cell' / 'devices' / 'simulated.xml')
 RECORDED_S = 10.0
 LAUNCH_S = 60.0
+RVIZ = Rectangle(460, 0, 1140, 968)
 
 
 @pytest.fixture
@@ -61,6 +63,7 @@ def test_session(operator: Operator, tmp_path: Path) -> None:
     player = Player(operator)
     open_the_cell(operator)
     launch(operator)
+    save_the_view(operator)
     bag = record(operator, tmp_path)
     quit_all(operator)
     play_back(operator, bag)
@@ -78,6 +81,7 @@ def test_session(operator: Operator, tmp_path: Path) -> None:
 
 
 def open_the_cell(operator: Operator) -> None:
+    operator.launcher.view.window = RVIZ
     operator.launcher.cell.open(CONFIG, {'image_rate': '10'})
     devices = operator.widget('devices', DevicesView)
     operator.wait(lambda: devices.topLevelItemCount() == 6, 'six devices')
@@ -109,6 +113,18 @@ def launch(operator: Operator) -> None:
                               for row in range(topics.childCount())), 'a topic of 125 Hz')
     operator.wait(lambda: bool(displays) and not bad(displays[-1]), 'every display of RViz is OK',
                   LAUNCH_S, lambda: displays and bad(displays[-1]))
+
+
+def save_the_view(operator: Operator) -> None:
+    """What RViz says of itself: where there is little room, it shows the scene and no lists."""
+    view = operator.launcher.view
+    view.save('mine')
+    operator.wait(lambda: view.chosen == 'mine', 'the view is saved')
+    geometry = (view.content or {})['Window Geometry']
+    assert (geometry['X'], geometry['Width']) == (RVIZ.x, RVIZ.width)
+    assert geometry['Hide Left Dock'] and geometry['Hide Right Dock']
+    view.choose(None)
+    operator.wait(lambda: view.chosen is None, 'the generated view is chosen')
 
 
 def bad(displays: Sequence[DisplaySnapshot]) -> List[DisplaySnapshot]:

@@ -5,9 +5,12 @@ import os
 import signal
 import socket
 from pathlib import Path
-from typing import Callable, Iterator, List
+from typing import Any, Callable, Iterator, List
 
 import pytest
+import rosbag
+from genpy import Time
+from PyQt5.QtCore import QSettings
 from running_program import (
     SMALL_CELL_NODES,
     Program,
@@ -15,9 +18,11 @@ from running_program import (
     gui,
     wait_until,
 )
+from std_msgs.msg import Float64
 
 from process_visualizer.bags.catalogue import read_catalogue
 from process_visualizer.bags.reindex import reindex
+from process_visualizer.gui.settings import Settings
 
 Start = Callable[..., Program]
 
@@ -50,12 +55,12 @@ def wait_until_launched(around: Surroundings, program: Program) -> None:
                lambda: (around.nodes(), program.lines))
 
 
-def record(around: Surroundings, folder: Path) -> Path:
+def record(around: Surroundings, folder: Path, name: str = 'taken') -> Path:
     """Have the recorder record; returns the bag when something is in it."""
-    bag = folder / 'taken.bag'
-    active = folder / 'taken.bag.active'
+    bag = folder / f'{name}.bag'
+    active = folder / f'{name}.bag.active'
     around.call('/bag_recorder/start',
-                f'{{topics: [/feed_rate_est, /tf], folder: "{folder}", name: taken}}')
+                f'{{topics: [/feed_rate_est, /tf], folder: "{folder}", name: {name}}}')
     wait_until(lambda: active.is_file() and active.stat().st_size > 10_000, 'it records',
                instead=lambda: list(folder.iterdir()))
     return bag
@@ -96,13 +101,15 @@ def test_killed_while_recording(around: Surroundings, start: Start, tmp_path: Pa
     if not bag.exists():
         bag = Path(reindex(f'{bag}.active').path)
     assert read_catalogue([str(bag)]).duration_s > 0.0
-    starts_again_after_more_was_killed(around, start)
+    starts_again_after_more_was_killed(around, start, tmp_path)
 
 
-def starts_again_after_more_was_killed(around: Surroundings, start: Start) -> None:
+def starts_again_after_more_was_killed(around: Surroundings, start: Start, folder: Path) -> None:
     """With roslaunch killed too nobody is left who could end the nodes but the next launcher."""
+    [left] = around.run_folders()
     program = start(gui(str(around.config), '--launch'))
     wait_until_launched(around, program)
+    assert len(around.run_folders() - {left}) == 1 and not left.exists()
     for line in sorted(around.processes()):
         if 'launching.roslaunch_server' in line or 'roslaunch --' in line:
             os.kill(int(line.split()[0]), signal.SIGSTOP)
@@ -116,18 +123,44 @@ def starts_again_after_more_was_killed(around: Surroundings, start: Start) -> No
                instead=lambda: again.lines)
     wait_until_launched(around, again)
     assert sum('__name:=simulator' in line for line in around.processes()) == 1
-    assert again.end(signal.SIGTERM) == 0, again.lines
+    assert len(around.run_folders()) == 1
+    terminated_while_recording(around, again, record(around, folder, 'second'))
+
+
+def terminated_while_recording(around: Surroundings, program: Program, bag: Path) -> None:
+    assert program.end(signal.SIGTERM) == 0, program.lines
+    assert read_catalogue([str(bag)]).duration_s > 0.0
+    assert not list(bag.parent.glob('second*.active'))
     assert around.processes() == set()
+    assert around.run_folders() == set()
 
 
-def test_started_by_roslaunch(around: Surroundings, start: Start) -> None:
+def test_started_by_roslaunch(around: Surroundings, start: Start, tmp_path: Path) -> None:
+    """A bag is for playback; a mode that is asked for is taken instead of the last one."""
+    path = str(tmp_path / 'seam.bag')
+    with rosbag.Bag(path, 'w') as bag:
+        bag.write('/feed_rate_est', Float64(0.1), Time(1000))
+    roslaunch_and_interrupt(around, start, f'bag:={path}')
+    assert remembered(around, 'mode') == 'playback'
+    assert remembered(around, 'bag')['recent'] == [[path]]
+    roslaunch_and_interrupt(around, start, 'mode:=realtime')
+    assert remembered(around, 'mode') == 'realtime'
+
+
+def roslaunch_and_interrupt(around: Surroundings, start: Start, argument: str) -> None:
     program = start(['roslaunch', '--skip-log-check', 'process_visualizer', 'gui.launch',
-                     f'config:={around.config}', 'mode:=realtime'])
+                     f'config:={around.config}', argument])
     wait_until(lambda: '/process_visualizer' in around.nodes(), 'the window is a node',
                instead=lambda: program.lines)
     program.end(signal.SIGINT)
     wait_until_alone(around, 5.0)
     assert not program.says('Traceback'), program.lines
+
+
+def remembered(around: Surroundings, name: str) -> Any:
+    """What the window, as it was when it was closed, has written down."""
+    path = around.settings / 'process_visualizer' / 'launcher.conf'
+    return Settings(QSettings(str(path), QSettings.NativeFormat)).value(name)
 
 
 def test_port_of_the_master_is_taken(around: Surroundings, start: Start) -> None:
