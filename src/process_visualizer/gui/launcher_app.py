@@ -342,5 +342,5 @@ def _devices_in_force(cell: CellModel) -> str:
     if cell.cell is None:
         return ''
     if cell.cell.file == cell.path:
-        return 'Until the file is mended and read again (F5), the devices stay as they were:'
+        return 'Until it is mended and read again (F5), these devices stay:'
     return f'The devices are still those of {Path(cell.cell.file).name}:'

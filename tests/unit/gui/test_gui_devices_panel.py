@@ -9,7 +9,7 @@ from pytestqt.qtbot import QtBot
 from process_visualizer.cell.errors import Location, Problem
 from process_visualizer.gui.views.devices_panel import DevicesPanel
 
-NOTE = 'The devices stay as they were:'
+NOTE = 'These devices stay:'
 PROBLEMS = [Problem(Location('/cells/a.xml', line), 'device', f'problem {line}')
             for line in range(1, 9)]
 
