@@ -14,6 +14,7 @@ from typing import BinaryIO, Tuple
 import rospy
 import rostest
 from player_testing import (
+    PROGRAM,
     Listener,
     Player,
     Row,
@@ -32,7 +33,7 @@ from process_visualizer.srv import Seek
 def played(*arguments: str, **environment: str) -> Tuple[int, str]:
     """Run the player to its end; return exit code and output."""
     process = subprocess.run(
-        ['rosrun', 'process_visualizer', 'bag_player', *arguments], timeout=60,
+        [PROGRAM, *arguments], timeout=60,
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
         env={**os.environ, **environment})
     return process.returncode, process.stdout

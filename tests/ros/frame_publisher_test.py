@@ -9,6 +9,7 @@ import numpy as np
 import rospy
 import rostest
 from cloud_testing import Listener, wait_until
+from roslib.packages import find_node
 from tf2_msgs.msg import TFMessage
 
 from process_visualizer.srv import SetFrame, SetFrameResponse
@@ -60,7 +61,7 @@ class FramePublisherTest(unittest.TestCase):
             self.assertIn(problem, answer.message)
 
     def test_wrong_frames_end_the_node_with_a_message(self) -> None:
-        command = ['rosrun', 'process_visualizer', 'cell_frames', '__name:=wrong_frames']
+        command = [find_node('process_visualizer', 'cell_frames')[0], '__name:=wrong_frames']
         for frames, problem in (('[{parent: a, child: b, xyz: [1, 2]}]', 'xyz: a list of three'),
                                 ('[{parent: a, child: a}]', 'own ancestor'), ('7', 'a list')):
             process = subprocess.run([*command, f'_frames:={frames}'], stdout=subprocess.PIPE,

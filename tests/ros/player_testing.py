@@ -14,6 +14,7 @@ import genpy
 import rosbag
 import rospy
 from geometry_msgs.msg import TransformStamped
+from roslib.packages import find_node
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Float32MultiArray, String
 from tf2_msgs.msg import TFMessage
@@ -23,6 +24,7 @@ from process_visualizer.msg import PlayerState
 
 BEGIN_S = 1_600_000_000
 PLAYER = '/bag_player'
+PROGRAM = find_node('process_visualizer', 'bag_player')[0]  # rosrun searches for a second
 
 
 class Row(NamedTuple):
@@ -140,7 +142,7 @@ class Player:
 
     def __init__(self, *arguments: str) -> None:
         self.process = subprocess.Popen(
-            ['rosrun', 'process_visualizer', 'bag_player', *arguments], stdin=subprocess.DEVNULL,
+            [PROGRAM, *arguments], stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         self.states: List[PlayerState] = []
         self._changed = threading.Condition()

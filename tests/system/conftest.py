@@ -2,50 +2,60 @@
 from __future__ import annotations
 
 import os
-import socket
-import subprocess
 import uuid
 from pathlib import Path
 from typing import Dict, Iterator
 
 import pytest
 from running import CellRun, end_marked_processes
+from surroundings import SOFTWARE_GRAPHICS, free_port, virtual_screen
+
+from process_visualizer.launching.ros_master import RosMaster
 
 MARK = 'SYSTEM_TEST_MARK'
-
-
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(('', 0))
-        return int(probe.getsockname()[1])
 
 
 @pytest.fixture(scope='module')
 def ros_environment(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Dict[str, str]]:
     """An environment with a master port and folders of its own; ends what a test left running."""
     mark = uuid.uuid4().hex
-    environment = {**os.environ, MARK: mark,
-                   'ROS_MASTER_URI': f'http://localhost:{_free_port()}',
-                   'ROS_HOME': str(tmp_path_factory.mktemp('ros_home')),
-                   'LIBGL_ALWAYS_SOFTWARE': '1', 'QT_X11_NO_MITSHM': '1'}
+    environment = {**os.environ, **SOFTWARE_GRAPHICS, MARK: mark,
+                   'ROS_MASTER_URI': f'http://localhost:{free_port()}',
+                   'ROS_HOME': str(tmp_path_factory.mktemp('ros_home'))}
     yield environment
     end_marked_processes(f'{MARK}={mark}')
 
 
 @pytest.fixture(scope='module')
+def mark(ros_environment: Dict[str, str]) -> str:
+    """What the environment of every process of these tests has."""
+    return f'{MARK}={ros_environment[MARK]}'
+
+
+@pytest.fixture(scope='module')
+def own_surroundings(ros_environment: Dict[str, str]) -> Iterator[None]:
+    """The tests themselves run in the environment of their processes."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in ros_environment.items():
+            patch.setenv(name, value)
+        yield
+
+
+@pytest.fixture(scope='module')
+def master(own_surroundings: None) -> Iterator[RosMaster]:
+    """A master that all tests of a module use."""
+    own = RosMaster()
+    assert own.ensure() is True
+    yield own
+    own.stop()
+
+
+@pytest.fixture(scope='module')
 def screen(ros_environment: Dict[str, str]) -> Iterator[str]:
     """A virtual screen; yields its display name, which is also set in the environment."""
-    reader, writer = os.pipe()
-    process = subprocess.Popen(
-        ['Xvfb', '-displayfd', str(writer), '-screen', '0', '1600x1000x24', '-nolisten', 'tcp'],
-        pass_fds=[writer], stderr=subprocess.DEVNULL)
-    os.close(writer)
-    with os.fdopen(reader) as numbers:
-        display = ':' + numbers.readline().strip()
-    ros_environment['DISPLAY'] = display
-    yield display
-    process.terminate()
-    process.wait()
+    with virtual_screen() as display:
+        ros_environment['DISPLAY'] = display
+        yield display
 
 
 @pytest.fixture(scope='session')

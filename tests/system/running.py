@@ -9,6 +9,12 @@ import time
 from pathlib import Path
 from typing import Dict, List, Optional, Sequence
 
+from roslib.packages import find_node
+
+CELL = find_node('process_visualizer', 'cell')[0]
+"""The command `cell`; rosrun would search for it for a second each time."""
+SOON_S = 10.0
+"""For what has been ended to be gone on a busy machine; roslaunch waits for 15 s for a node."""
 _PERIOD_S = 0.1
 
 
@@ -18,8 +24,8 @@ class CellRun:
     def __init__(self, arguments: Sequence[str], environment: Dict[str, str]) -> None:
         self.environment = environment
         self.process = subprocess.Popen(
-            ['rosrun', 'process_visualizer', 'cell', *arguments], env=environment,
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            [CELL, *arguments], env=environment, stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT, text=True)
         self._lines: List[str] = []
         self._changed = threading.Condition()
         self._reader = threading.Thread(target=self._read, daemon=True)
@@ -91,12 +97,19 @@ def _marked_command(path: Path, mark: bytes) -> str:
         return ''
 
 
-def wait_until_alone(mark: str, timeout_s: float = 40.0) -> List[str]:
-    """Wait until no marked process is left; returns those that are still there."""
+def wait_until_alone(mark: str, timeout_s: float = 40.0, besides: Sequence[str] = ()) -> List[str]:
+    """Wait until no marked process is left; returns those that are still there.
+
+    Those with one of the words ``besides`` in their command lines may stay.
+    """
+    def left() -> List[str]:
+        return [command for command in marked_processes(mark)
+                if not any(word in command for word in besides)]
+
     deadline = time.monotonic() + timeout_s
-    while marked_processes(mark) and time.monotonic() < deadline:
+    while left() and time.monotonic() < deadline:
         time.sleep(_PERIOD_S)
-    return marked_processes(mark)
+    return left()
 
 
 def end_marked_processes(mark: str) -> None:

@@ -10,8 +10,7 @@ from xmlrpc.client import ServerProxy
 
 import pytest
 import rosgraph
-from conftest import MARK
-from running import wait_until_alone
+from running import SOON_S, wait_until_alone
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.cell.xml_parser import XmlParser
@@ -57,23 +56,6 @@ class Observed:
 
 
 @pytest.fixture
-def environment(ros_environment: Dict[str, str], monkeypatch: pytest.MonkeyPatch) -> str:
-    """The test runs in the environment that its nodes get; yields their mark."""
-    for name, value in ros_environment.items():
-        monkeypatch.setenv(name, value)
-    return f'{MARK}={ros_environment[MARK]}'
-
-
-@pytest.fixture
-def master(environment: str) -> Iterator[RosMaster]:
-    """A master of the test's own."""
-    own = RosMaster()
-    assert own.ensure() is True
-    yield own
-    own.stop()
-
-
-@pytest.fixture
 def observed(master: RosMaster, tmp_path: Path) -> Iterator[Observed]:
     """A cell, stopped in the end."""
     made = Observed(tmp_path / 'plan')
@@ -102,7 +84,7 @@ def pid_of(node: str) -> int:
     return int(str(answer[2]))
 
 
-def test_simulated_cell(observed: Observed, simulated_config: str, environment: str) -> None:
+def test_simulated_cell(observed: Observed, simulated_config: str, mark: str) -> None:
     plan = make_plan(simulated_config)
     observed.cell.prepare()
     observed.cell.start(plan)
@@ -136,8 +118,7 @@ def test_simulated_cell(observed: Observed, simulated_config: str, environment: 
     observed.cell.stop()
     assert node_addresses() == {}
     assert all(report == PartReport(name) for name, report in observed.reports.items())
-    assert not [line for line in wait_until_alone(environment, 2.0) if '--core' not in line
-                and 'rosmaster' not in line and 'rosout' not in line]
+    assert wait_until_alone(mark, SOON_S, besides=['--core', 'rosmaster', 'rosout']) == []
 
 
 @pytest.mark.parametrize('output', ['screen', 'log'])

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Dict
 
 import pytest
-from running import CellRun, run_command
+from running import CELL, CellRun, run_command
 
 TOPICS = ['/ur_rt_upper/q_act', '/ur_rt_upper/tcf', '/ft_upper/ft', '/feed_rate_est']
 MARK = 'the seam tears'
@@ -39,14 +39,12 @@ def call(environment: Dict[str, str], service: str, *request: str) -> str:
 
 def test_the_recording_has_all_that_came_and_holds_its_cell(bag, ros_environment, simulated_config,
                                                             tmp_path: Path):
-    report = json.loads(run_command(ros_environment, 'rosrun', 'process_visualizer', 'cell',
-                                    'report', '--json', bag).stdout)
+    report = json.loads(run_command(ros_environment, CELL, 'report', '--json', bag).stdout)
     topics = {it['topic']: it for it in report['topics']}  # gaps: of a simulator without a core
     assert all(topics[topic]['messages'] > 200 for topic in TOPICS), topics
     assert all(it['dropped'] == 0 for it in topics.values()), topics
     assert [it['label'] for it in report['marks']] == [MARK]
-    stored = run_command(ros_environment, 'rosrun', 'process_visualizer', 'cell', 'configuration',
-                         bag, '--output', str(tmp_path))
+    stored = run_command(ros_environment, CELL, 'configuration', bag, '--output', str(tmp_path))
     assert stored.stdout.strip() == f'{tmp_path / "simulated.xml"} image_rate:=0'
     assert (tmp_path / 'simulated.xml').read_bytes() == Path(simulated_config).read_bytes()
 

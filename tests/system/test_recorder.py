@@ -3,56 +3,55 @@ from __future__ import annotations
 
 import os
 import signal
-import socket
 import subprocess
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
-from typing import Dict, Iterator
+from typing import Dict, Iterator, NamedTuple
 
 import pytest
 import rosbag
-from running import CellRun, run_command, wait_until_alone
+from running import CELL, CellRun, run_command, wait_until_alone
+from surroundings import free_port
 
 TOPIC = '/robot/q_act'
 DEVICE = """<device type="other" name="robot"><base frame="b" /><topic ns="robot" name="q_act" />
 <topic ns="robot" name="silent" /><topic ns="robot" name="points" record="False" /></device>"""
 
 
-@pytest.fixture
-def free_port() -> int:
-    """A port for a master that no other test uses."""
-    with socket.socket() as probe:
-        probe.bind(('', 0))
-        return int(probe.getsockname()[1])
+class Surroundings(NamedTuple):
+    """A master, a driver that publishes at 50 Hz, and the environment in which they run."""
+
+    environment: Dict[str, str]
+    master: 'subprocess.Popen[bytes]'
+    driver: 'subprocess.Popen[bytes]'
 
 
-@pytest.fixture
-def own_environment(ros_environment: Dict[str, str], free_port: int) -> Dict[str, str]:
-    """An environment with a master's port that no other test uses."""
-    return {**ros_environment, 'ROS_MASTER_URI': f'http://localhost:{free_port}'}
+def with_free_port(environment: Dict[str, str]) -> Dict[str, str]:
+    """The same with a master's port that no other test uses."""
+    return {**environment, 'ROS_MASTER_URI': f'http://localhost:{free_port()}'}
 
 
-@pytest.fixture
-def master(own_environment: Dict[str, str]) -> Iterator['subprocess.Popen[bytes]']:
-    """A running master."""
-    process = subprocess.Popen(['rosmaster', '--core', '-p',
-                                own_environment['ROS_MASTER_URI'].split(':')[-1]],
-                               env=own_environment, stdout=subprocess.DEVNULL)
-    _wait_for(own_environment, 'rosparam', 'list')
-    yield process
-    process.kill()
-    process.wait()
+@contextmanager
+def running(environment: Dict[str, str], *command: str) -> Iterator['subprocess.Popen[bytes]']:
+    """Run a program meanwhile, and kill it in the end."""
+    with subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
 
 
-@pytest.fixture
-def driver(own_environment: Dict[str, str], master: object) -> Iterator['subprocess.Popen[bytes]']:
-    """Publishes at 50 Hz."""
-    process = subprocess.Popen(
-        ['rostopic', 'pub', '-r', '50', TOPIC, 'std_msgs/Float32MultiArray', 'data: [1.0]'],
-        env=own_environment, stdout=subprocess.DEVNULL)
-    _wait_for(own_environment, 'rostopic', 'echo', '-n', '1', TOPIC)
-    yield process
-    process.kill()
-    process.wait()
+@contextmanager
+def surrounded(environment: Dict[str, str]) -> Iterator[Surroundings]:
+    """Run a master and a driver meanwhile."""
+    port = environment['ROS_MASTER_URI'].split(':')[-1]
+    with running(environment, 'rosmaster', '--core', '-p', port) as master:
+        _wait_for(environment, 'rosparam', 'list')
+        with running(environment, 'rostopic', 'pub', '-r', '50', TOPIC,
+                     'std_msgs/Float32MultiArray', 'data: [1.0]') as driver:
+            _wait_for(environment, 'rostopic', 'echo', '-n', '1', TOPIC)
+            yield Surroundings(environment, master, driver)
 
 
 def _wait_for(environment: Dict[str, str], *command: str) -> None:
@@ -63,20 +62,45 @@ def _wait_for(environment: Dict[str, str], *command: str) -> None:
     raise AssertionError(f'{command} never succeeded')
 
 
+@pytest.fixture(scope='module')
+def shared(ros_environment: Dict[str, str]) -> Iterator[Surroundings]:
+    """What no test may end."""
+    with surrounded(with_free_port(ros_environment)) as surroundings:
+        yield surroundings
+
+
 @pytest.fixture
-def record(own_environment: Dict[str, str], driver: object, write_config: 'object',
-           tmp_path: Path) -> Iterator['object']:
+def mortal(ros_environment: Dict[str, str]) -> Iterator[Surroundings]:
+    """What a test may end."""
+    with surrounded(with_free_port(ros_environment)) as surroundings:
+        yield surroundings
+
+
+@pytest.fixture
+def own_environment(shared: Surroundings) -> Dict[str, str]:
+    """An environment that a test may change."""
+    return dict(shared.environment)
+
+
+@pytest.fixture
+def start_recording(write_config: 'object', tmp_path: Path) -> Iterator['object']:
     """Starts `cell record` into tmp_path/bags."""
     runs = []
 
-    def start(*options: str) -> CellRun:
+    def start(environment: Dict[str, str], *options: str) -> CellRun:
         runs.append(CellRun(['record', write_config(DEVICE), '--folder', str(tmp_path / 'bags'),
-                             *options], own_environment))
+                             *options], environment))
         return runs[-1]
 
     yield start
     for run in runs:
         run.end()
+
+
+@pytest.fixture
+def record(start_recording: 'object', own_environment: Dict[str, str]) -> 'object':
+    """The same in the surroundings that tests share."""
+    return partial(start_recording, own_environment)
 
 
 def _count(path: Path) -> int:
@@ -101,20 +125,19 @@ def test_a_recording_and_its_report(record, own_environment, tmp_path: Path, num
     assert TOPIC in run.text
     bag = tmp_path / 'bags' / 'seam.bag'
     assert _count(bag) > 10
-    shown = run_command(own_environment, 'rosrun', 'process_visualizer', 'cell', 'report',
-                        '--json', str(bag))
+    shown = run_command(own_environment, CELL, 'report', '--json', str(bag))
     assert shown.returncode == 0 and '"complete": true' in shown.stdout, shown.stdout
-    stored = run_command(own_environment, 'rosrun', 'process_visualizer', 'cell', 'configuration',
-                         str(bag), '--output', str(tmp_path / 'stored'))
+    stored = run_command(own_environment, CELL, 'configuration', str(bag), '--output',
+                         str(tmp_path / 'stored'))
     assert stored.stdout.strip() == str(tmp_path / 'stored' / 'cell.xml')
     assert DEVICE in (tmp_path / 'stored' / 'cell.xml').read_text()
     assert record('--name', 'seam').wait() == 1
 
 
-def test_the_master_dies_while_recording(record, master, tmp_path: Path):
-    run = record('--name', 'seam')
+def test_the_master_dies_while_recording(start_recording, mortal, tmp_path: Path):
+    run = start_recording(mortal.environment, '--name', 'seam')
     run.wait_for_line('recording ')
-    master.kill()
+    mortal.master.kill()
     run.wait_for_line('the ROS master does not answer')
     active = tmp_path / 'bags' / 'seam.bag.active'
     _wait_until_written(active, active.stat().st_size + 10_000)  # what is connected goes on
@@ -123,11 +146,11 @@ def test_the_master_dies_while_recording(record, master, tmp_path: Path):
     assert _count(tmp_path / 'bags' / 'seam.bag') > 100
 
 
-def test_the_driver_dies_while_recording(record, driver, tmp_path: Path):
-    run = record('--name', 'seam')
+def test_the_driver_dies_while_recording(start_recording, mortal, tmp_path: Path):
+    run = start_recording(mortal.environment, '--name', 'seam')
     run.wait_for_line('recording ')
     _wait_until_written(tmp_path / 'bags' / 'seam.bag.active', 10_000)
-    driver.kill()
+    mortal.driver.kill()
     run.wait_for_line(f'{TOPIC}: silent')
     assert run.signal_and_wait(signal.SIGINT) == 0
 
@@ -143,7 +166,7 @@ def test_the_launcher_is_killed_while_recording(record, own_environment, tmp_pat
     assert _count(tmp_path / 'bags' / 'seam.bag') > 50
 
 
-def test_the_run_is_killed_while_its_recorder_records(own_environment, driver, write_config,
+def test_the_run_is_killed_while_its_recorder_records(own_environment, write_config,
                                                       tmp_path: Path):
     own_environment['RECORDER_TEST'] = mark = tmp_path.name
     run = CellRun(['run', write_config(DEVICE), '--no-rviz'], own_environment)
@@ -159,25 +182,24 @@ def test_the_run_is_killed_while_its_recorder_records(own_environment, driver, w
     assert _count(bags / 'seam.bag') > 10
 
 
-def test_the_recorder_is_killed_while_recording(record, own_environment, tmp_path: Path):
-    run = record('--name', 'seam')
+def test_the_recorder_is_killed_while_recording(start_recording, mortal, tmp_path: Path):
+    environment = mortal.environment
+    run = start_recording(environment, '--name', 'seam')
     run.wait_for_line('recording ')
     active = tmp_path / 'bags' / 'seam.bag.active'
     _wait_until_written(active)
-    recorder = run_command(own_environment, 'rosnode', 'info',
+    recorder = run_command(environment, 'rosnode', 'info',
                            next(name for name in run_command(
-                               own_environment, 'rosnode', 'list').stdout.split()
+                               environment, 'rosnode', 'list').stdout.split()
                                if name.startswith('/bag_recorder'))).stdout
     pid = next(line.split()[-1] for line in recorder.splitlines() if line.startswith('Pid'))
     os.kill(int(pid), signal.SIGKILL)
     assert run.wait() == 1
     assert f'cell reindex {active}' in run.text
-    refused = run_command(own_environment, 'rosrun', 'process_visualizer', 'cell', 'report',
-                          str(active))
+    refused = run_command(environment, CELL, 'report', str(active))
     assert refused.returncode == 1
     assert f'"rosrun process_visualizer cell reindex {active}"' in refused.stdout
-    mended = run_command(own_environment, 'rosrun', 'process_visualizer', 'cell', 'reindex',
-                         str(active))
+    mended = run_command(environment, CELL, 'reindex', str(active))
     assert mended.returncode == 0, mended.stdout
     assert _count(tmp_path / 'bags' / 'seam.reindexed.bag') > 50
 
@@ -189,18 +211,17 @@ def test_a_mark_on_a_finished_bag(record, own_environment, tmp_path: Path):
     run.signal_and_wait(signal.SIGINT)
     bag = tmp_path / 'bags' / 'seam.bag'
     before = bag.read_bytes()
-    command = ['rosrun', 'process_visualizer', 'cell', 'mark', str(bag)]
+    command = [CELL, 'mark', str(bag)]
     marked = run_command(own_environment, *command, '0.25', 'the seam tears')
     assert marked.returncode == 0, marked.stdout
     assert bag.read_bytes() == before
     late = run_command(own_environment, *command, '1000', 'never')
     assert late.returncode == 1 and 'goes from 0 to' in late.stdout
-    shown = run_command(own_environment, 'rosrun', 'process_visualizer', 'cell', 'report', str(bag))
+    shown = run_command(own_environment, CELL, 'report', str(bag))
     assert 'mark at 0:00.250: the seam tears' in shown.stdout
 
 
-def test_without_a_master(ros_environment, write_config, free_port: int):
-    run = CellRun(['record', write_config(DEVICE)],
-                  {**ros_environment, 'ROS_MASTER_URI': f'http://localhost:{free_port}'})
+def test_without_a_master(ros_environment, start_recording):
+    run = start_recording(with_free_port(ros_environment))
     assert run.wait() == 1
     assert 'there is no ROS master' in run.text

@@ -8,26 +8,19 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import Dict, Iterator
+from typing import Iterator
 
 import pytest
-from conftest import MARK
-from running import marked_processes, wait_until_alone
+from running import SOON_S, marked_processes, wait_until_alone
 
 from process_visualizer.launching.ros_master import RosMaster, RosMasterError
 from process_visualizer.launching.run_record import clean_up_crashed_runs
 
-
-@pytest.fixture
-def mark(ros_environment: Dict[str, str], monkeypatch: pytest.MonkeyPatch) -> str:
-    """The test runs in the environment of its processes; their mark."""
-    for name, value in ros_environment.items():
-        monkeypatch.setenv(name, value)
-    return f'{MARK}={ros_environment[MARK]}'
+pytestmark = pytest.mark.usefixtures('own_surroundings')
 
 
 @pytest.fixture
-def master(mark: str) -> Iterator[RosMaster]:
+def master() -> Iterator[RosMaster]:
     """A master, ended after the test."""
     own = RosMaster()
     yield own
@@ -48,7 +41,7 @@ def test_own_master(master: RosMaster, mark: str) -> None:
     assert len(owned(mark)) == 3
     master.stop()
     assert master.is_online() is False
-    assert wait_until_alone(mark, 2.0) == []
+    assert wait_until_alone(mark, SOON_S) == []
     assert master.ensure() is True  # and once more
 
 
@@ -75,7 +68,7 @@ def test_port_that_is_taken_meanwhile(master: RosMaster, mark: str) -> None:
     port = int(master.uri.rpartition(':')[2])
     with socket.create_server(('', port)), pytest.raises(RosMasterError, match='no ROS master'):
         master.ensure()
-    assert wait_until_alone(mark, 2.0) == []
+    assert wait_until_alone(mark, SOON_S) == []
 
 
 def test_master_ends_with_the_program(mark: str) -> None:
@@ -108,5 +101,5 @@ def test_next_start_cleans_up_after_a_crash(mark: str, tmp_path: Path) -> None:
     assert program.returncode == -signal.SIGKILL
     assert owned(mark) != []
     assert len(clean_up_crashed_runs()) == 2
-    assert wait_until_alone(mark, 2.0) == []
+    assert wait_until_alone(mark, SOON_S) == []
     assert os.listdir(Path(os.environ['ROS_HOME'], 'process_visualizer', 'runs')) == []

@@ -46,13 +46,15 @@ class Simulator:
             self._tickers.append(ticker)
 
     def start(self) -> None:
-        """Publish until the node is shut down."""
-        rospy.on_shutdown(self._stop)
+        """Begin to publish."""
         start_s = time.monotonic() + _FIRST_TICK_S
         for ticker in self._tickers:
             ticker.start(start_s)
 
-    def _stop(self) -> None:
+    def stop(self) -> None:
+        """End publishing; wait for a moment until messages that are under way are published."""
+        for ticker in self._tickers:
+            ticker.stop(timeout_s=0.0)
         for ticker in self._tickers:
             ticker.stop()
 
@@ -94,6 +96,7 @@ def main() -> int:
         rospy.logfatal(f"simulator: parameter {error}")
         return 1
     sys.setswitchinterval(_SWITCH_INTERVAL_S)
-    Simulator(parameters).start()
+    simulator = Simulator(parameters)
+    simulator.start()
     rospy.loginfo(f"simulator: sewing a {parameters.quality} seam, seed {parameters.seed}")
-    return spin_to_end()
+    return spin_to_end(simulator.stop)

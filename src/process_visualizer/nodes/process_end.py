@@ -5,43 +5,55 @@ import logging
 import os
 import sys
 import threading
-from typing import NoReturn
+import time
+from typing import Callable, NoReturn
 
 import rospy
 
 _SHUTDOWN_S = 1.2
-"""For what a shutdown does, which includes a farewell to the master and to every node."""
+"""For all that a shutdown does, which includes a farewell to the master and to every node."""
 
 
-def spin_to_end() -> NoReturn:
+def spin_to_end(*cleanups: Callable[[], None]) -> NoReturn:
     """Wait until ROS shuts the node down, then end its process with code 0.
 
-    A shutdown that hangs ends after 1.2 s: roslaunch would wait for it for 15 s.
+    The cleanups are called at the shutdown. It has 1.2 s with all that they and rospy do;
+    what hangs then is left: roslaunch would wait for it for 15 s.
     """
-    rospy.on_shutdown(_limit_shutdown)
+    begin = _limit(0)
+    for hook in (begin, *cleanups):  # rospy calls them one after the other
+        rospy.on_shutdown(hook)
     rospy.spin()
     end_process(0)
 
 
 def end_process(code: int) -> NoReturn:
-    """Shut the node down, if there is one, and end the process at once.
+    """Shut the node down, if there is one, and end the process, after 1.2 s at most.
 
     rospy writes to each subscriber in a thread that is no daemon. If the subscriber leaves while
     the node shuts down, that thread may never be told to end, and the interpreter would wait for
     it for ever, with SIGINT and SIGTERM doing nothing.
     """
+    _limit(code)()
     rospy.signal_shutdown('the program ends')
-    _end_now(code)
-
-
-def _limit_shutdown() -> None:
-    timer = threading.Timer(_SHUTDOWN_S, _end_now, [0])
-    timer.daemon = True
-    timer.start()
-
-
-def _end_now(code: int) -> NoReturn:
     logging.shutdown()
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)
+
+
+def _limit(code: int) -> Callable[[], None]:
+    """Return what begins the time after which the process ends with a code.
+
+    The thread is there already when the time begins, and does nothing at its end but end the
+    process: the locks of logging and of a full pipe may be held by what hangs.
+    """
+    begun = threading.Event()
+
+    def end() -> None:
+        begun.wait()
+        time.sleep(_SHUTDOWN_S)
+        os._exit(code)
+
+    threading.Thread(target=end, name='limit of the shutdown', daemon=True).start()
+    return begun.set
