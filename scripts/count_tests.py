@@ -1,32 +1,77 @@
-"""Counts the tests of all JUnit files below a folder; exit code 1 if one failed or none ran."""
+"""Names the failed tests of all JUnit files below a folder, and counts; exit code 1 if one failed.
+
+    count_tests.py FOLDER [STEP …]
+
+The steps are the parts of ./test that failed. One without a failed test, as a checker or a
+program that died before it told about its tests, counts as a failure of its own.
+"""
 from __future__ import annotations
 
 import sys
+from collections import Counter
 from pathlib import Path
-from typing import Tuple
+from typing import List, NamedTuple, Sequence
 from xml.etree import ElementTree
 
+_WRAPPER = 'rostest-'
+"""The beginning of the files by which rostest tells whether a test's program ran at all."""
 
-def outcome(case: ElementTree.Element) -> str:
-    """What became of a test case."""
+
+class Case(NamedTuple):
+    """A test, and what became of it: passed, failed or skipped."""
+
+    name: str
+    outcome: str
+
+
+def cases_in(path: Path) -> List[Case]:
+    """The tests in a JUnit file; that a program ran is none."""
+    try:
+        root = ElementTree.parse(path).getroot()
+    except ElementTree.ParseError:
+        return [Case(f'{path.name}: cannot be read', 'failed')]
+    cases = [Case(f'{it.get("classname")}::{it.get("name")}', _outcome(it))
+             for it in root.iter('testcase')]
+    cases += _failures_without_case(root, cases)
+    if path.name.startswith(_WRAPPER):
+        return [case for case in cases if case.outcome != 'passed']
+    return cases
+
+
+def failures_in(cases: Sequence[Case]) -> List[str]:
+    """The names of the failed ones."""
+    return [case.name for case in cases if case.outcome == 'failed']
+
+
+def _outcome(case: ElementTree.Element) -> str:
     if case.find('failure') is not None or case.find('error') is not None:
         return 'failed'
     skipped = case.find('skipped') is not None or case.get('status') == 'notrun'
     return 'skipped' if skipped else 'passed'
 
 
-def count(folder: Path) -> Tuple[int, int, int]:
-    """Passed, failed and skipped cases; a case without content counts once."""
-    outcomes = [outcome(case) for path in sorted(folder.rglob('*.xml'))
-                for case in ElementTree.parse(path).iter('testcase')]
-    return (outcomes.count('passed'), outcomes.count('failed'), outcomes.count('skipped'))
+def _failures_without_case(root: ElementTree.Element, cases: Sequence[Case]) -> List[Case]:
+    """What a suite counts but has no case for: what unittest has for a failed setUpClass."""
+    suites = [root] if root.tag == 'testsuite' else root.findall('testsuite')
+    counted = sum(int(suite.get(kind) or 0) for suite in suites for kind in ('errors', 'failures'))
+    names = [suite.get('name') or '' for suite in suites]
+    return [Case(f'{", ".join(names)}: set-up', 'failed')] * (counted - len(failures_in(cases)))
 
 
 def main() -> int:
-    """Print the line that counts; returns the exit code."""
-    passed, failed, skipped = count(Path(sys.argv[1]))
-    print(f'{passed} passed, {failed} failed' + (f', {skipped} skipped' if skipped else ''))
-    return 1 if failed or not passed else 0
+    """Print the names of what failed and the line that counts; returns the exit code."""
+    folder, steps = Path(sys.argv[1]), sys.argv[2:]
+    files = [cases_in(path) for path in sorted(folder.rglob('*.xml'))]
+    for name in [name for cases in files for name in failures_in(cases)]:
+        print('FAILED', name)
+    for step in steps:
+        print('FAILED step', step)
+    counts = Counter(case.outcome for cases in files for case in cases)
+    silent = max(0, len(steps) - sum(bool(failures_in(cases)) for cases in files))
+    failed = counts['failed'] + silent
+    skipped = f', {counts["skipped"]} skipped' if counts['skipped'] else ''
+    print(f'{counts["passed"]} passed, {failed} failed{skipped}')
+    return 1 if failed or not counts['passed'] else 0
 
 
 if __name__ == '__main__':
