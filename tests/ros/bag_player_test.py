@@ -7,6 +7,7 @@ import unittest
 from pathlib import Path
 from typing import Dict, List, Tuple
 
+import numpy as np
 import rospy
 import rostest
 from player_testing import Listener, Player, Row, cell_rows, serialised, temporary_folder, write_bag
@@ -235,7 +236,8 @@ class BagPlayerTest(unittest.TestCase):
             first = player.wait_for_state(lambda it: it.paused, 'the first state')
             last = player.wait_for_state(
                 lambda it: (it.stamp - first.stamp).to_sec() > 2.0, 'two seconds')
-            self.assertGreaterEqual(len(player.states), 20)
+            times_s = [it.stamp.to_sec() for it in player.states]
+            self.assertLess(np.median(np.diff(times_s)), 0.1)  # once the machine may be late
             self.assertEqual(last.files, [self.bag])
             self.assertAlmostEqual(last.duration, 1.0)
             self.assertEqual(last.begin.secs, 1_600_000_000)
