@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import time
 import unittest
-from typing import Callable, Dict, Tuple
+from typing import Callable, Dict, List, Tuple
 
 import genpy
 import rospy
@@ -62,6 +62,11 @@ class VariableProcessorTest(unittest.TestCase):
         marker = self.markers().get((f'variable/{label}', 1))
         return marker.text.strip() if marker else ''
 
+    def texts(self, label: str) -> List[str]:
+        """Return all texts that there were of a variable."""
+        return [marker.text.strip() for message in list(self.listener.messages)
+                for marker in message.markers if (marker.ns, marker.id) == (f'variable/{label}', 1)]
+
     def arrow(self, label: str) -> Marker:
         """Return the arrow of a variable."""
         return self.markers()[f'variable/{label}', 0]
@@ -115,8 +120,9 @@ class VariableProcessorTest(unittest.TestCase):
         stops = publisher('/oven/stops', Float64)
         self.wait_for_text('stops', 'stops 0.500 V', lambda: stops.publish(0.5))
         last_s = time.monotonic()
-        wait_until(lambda: self.text('stops').startswith('stops no data for 0.'), 'stale data')
-        self.assertLess(time.monotonic() - last_s, 1.0)
+        wait_until(lambda: 'no data for' in self.text('stops'), 'stale data')
+        self.assertLess(time.monotonic() - last_s, 3.0)  # on a busy machine; the node itself says
+        self.assertIn('stops no data for 0.', ' '.join(self.texts('stops')))
         wait_until(lambda: self.text('stops').startswith('stops no data for 1.'), 'counting')
         color = self.arrow('stops').color
         self.assertTrue(color.r == color.g == color.b < 1.0)
@@ -159,9 +165,10 @@ class VariableProcessorTest(unittest.TestCase):
 
     def test_rate_of_the_markers(self) -> None:
         wait_until(lambda: bool(self.listener.messages), 'markers')
-        before = len(self.listener.messages)
+        before, begin_s = len(self.listener.messages), time.monotonic()
         rospy.sleep(2.0)
-        self.assertLessEqual(len(self.listener.messages) - before, 64)
+        arrived, duration_s = len(self.listener.messages) - before, time.monotonic() - begin_s
+        self.assertLessEqual(arrived, 32 * duration_s)
 
     def test_wrong_parameters_end_the_node(self) -> None:
         node = subprocess.run(
