@@ -7,6 +7,7 @@ import signal
 import subprocess
 import tempfile
 import threading
+import time
 from types import TracebackType
 from typing import Any, List, Optional, Tuple, Type
 
@@ -51,8 +52,8 @@ class Stream:
         self.publisher.unregister()
 
     def _run(self) -> None:
-        number = 0
-        while not self._end.wait(0.005):
+        number, begin_s = 0, time.monotonic()
+        while not self._end.wait(max(0.0, begin_s + number * 0.005 - time.monotonic())):
             self.publisher.publish(number)
             number += 1
 
