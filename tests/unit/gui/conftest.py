@@ -1,4 +1,17 @@
 """Widgets are tested without a screen; this has to be said before Qt is loaded."""
 import os
+from pathlib import Path
+
+import pytest
 
 os.environ['QT_QPA_PLATFORM'] = 'offscreen'
+
+from recording_stand_in import StandInRecorder  # noqa: E402
+
+
+@pytest.fixture
+def client(tmp_path: Path) -> StandInRecorder:
+    """A recorder that writes seam.bag."""
+    recorder = StandInRecorder()
+    recorder.path = str(tmp_path / 'seam.bag')
+    return recorder

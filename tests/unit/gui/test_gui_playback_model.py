@@ -50,7 +50,7 @@ def test_changed_is_told_for_changes_alone_and_moved_for_positions(stand: Playba
 def test_while_playing_the_position_is_told_at_the_rate_of_a_screen(stand: PlaybackStand,
                                                                     qtbot: QtBot) -> None:
     stand.play()
-    with qtbot.waitSignals([stand.model.moved] * 5, timeout=2000):
+    with qtbot.waitSignals([stand.model.moved] * 5):
         pass
     stand.state(paused=True)
     with qtbot.assertNotEmitted(stand.model.moved, wait=100):

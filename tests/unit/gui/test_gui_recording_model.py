@@ -31,13 +31,6 @@ def clock() -> Clock:
 
 
 @pytest.fixture
-def client(tmp_path: Path) -> StandInRecorder:
-    recorder = StandInRecorder()
-    recorder.path = str(tmp_path / 'seam.bag')
-    return recorder
-
-
-@pytest.fixture
 def tasks(qtbot: object) -> Iterator[Tasks]:
     lines = Tasks()
     yield lines

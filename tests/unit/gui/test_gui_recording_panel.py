@@ -28,13 +28,6 @@ Find = Callable[[Type[QWidget], str], Any]
 
 
 @pytest.fixture
-def client(tmp_path: Path) -> StandInRecorder:
-    recorder = StandInRecorder()
-    recorder.path = str(tmp_path / 'seam.bag')
-    return recorder
-
-
-@pytest.fixture
 def model(client: StandInRecorder, tmp_path: Path, qtbot) -> Iterator[RecordingModel]:
     tasks = Tasks()
     recording = RecordingModel(tasks, client)
