@@ -8,6 +8,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Dict, Iterator, List, Set, Tuple
 
+import pytest
 import yaml
 from running import CellRun, run_command
 
@@ -72,12 +73,13 @@ ROUNDS: List[List[Case]] = [
 
 
 @contextmanager
-def running(environment: Dict[str, str], *command: str, **options: object) -> Iterator[None]:
+def running(environment: Dict[str, str], *command: str, **options: object
+            ) -> 'Iterator[subprocess.Popen[bytes]]':
     """Run a program meanwhile."""
     process = subprocess.Popen(command, env=environment, stderr=subprocess.DEVNULL,
                                **{'stdout': subprocess.DEVNULL, **options})  # type: ignore
     try:
-        yield
+        yield process
     finally:
         process.terminate()
         try:
@@ -92,16 +94,25 @@ def sending(environment: Dict[str, str], topic: str, message_type: str, content:
     return running(environment, 'rostopic', 'pub', '-r', '20', topic, message_type, content)
 
 
+@contextmanager
+def sending_all(environment: Dict[str, str], *messages: Tuple[str, str, str]) -> Iterator[None]:
+    """Publish several messages meanwhile: topic, type, content of each."""
+    with ExitStack() as stack:
+        processes = [stack.enter_context(sending(environment, *message)) for message in messages]
+        try:
+            yield
+        finally:
+            for process in processes:  # all at once: each takes its time
+                process.terminate()
+
+
 def simulated_clock(environment: Dict[str, str], begin_s: float, speed: float):
     script = str(Path(__file__).with_name('simulated_clock.py'))
     return running(environment, sys.executable, script, str(begin_s), str(speed))
 
 
-def good_data(environment: Dict[str, str], stack: ExitStack) -> None:
-    """Publish what is right meanwhile."""
-    stack.enter_context(sending(environment, '/arm/q', ARRAY, array(*GOOD)))
-    stack.enter_context(sending(environment, '/arm/tcf', ARRAY, array(0.5, 0, 0.2, 0, 0, 0)))
-    stack.enter_context(sending(environment, '/arm/ft', ARRAY, array(0, 0, 20)))
+GOOD_DATA = (('/arm/q', ARRAY, array(*GOOD)), ('/arm/tcf', ARRAY, array(0.5, 0, 0.2, 0, 0, 0)),
+             ('/arm/ft', ARRAY, array(0, 0, 20)))
 
 
 def assert_shown(environment: Dict[str, str], device: str, *texts: str) -> None:
@@ -135,70 +146,66 @@ def noted_joint_states(environment: Dict[str, str], path: Path) -> Iterator[None
         yield
 
 
-def test_bad_input_is_named_and_the_last_good_state_stays(run_cell, write_config, ros_environment,
-                                                          tmp_path):
-    run, path = run_cell(write_config(CONFIGURATION), '--no-rviz'), tmp_path / 'joint_states.txt'
-    for node in NODES:
-        run.wait_for_line(f'{node}: running')
-    with noted_joint_states(ros_environment, path):
-        with ExitStack() as stack:
-            good_data(ros_environment, stack)
-            assert_shown(ros_environment, 'arm', *SHOWN)
-        for cases in ROUNDS:
-            assert_named(run, ros_environment, cases)
-        with ExitStack() as stack:
-            good_data(ros_environment, stack)
-            assert_shown(ros_environment, 'arm', *SHOWN)
-    assert_alive(run, ros_environment)
-    states = {line.partition(',')[2] for line in path.read_text().splitlines()[1:]}
-    assert len(states) == 1, states
-    assert [round(float(value), 6) for value in states.pop().split(',')] == GOOD
-    assert run.signal_and_wait(signal.SIGINT) == 0
-
-
 def assert_named(run: CellRun, environment: Dict[str, str], cases: List[Case]) -> None:
     """Send what is bad until it is named; meanwhile the robot is shown as without data."""
-    with ExitStack() as stack:
-        for topic, message_type, content, _ in cases:
-            stack.enter_context(sending(environment, topic, message_type, content))
+    with sending_all(environment, *(case[:3] for case in cases)):
         for topic, _, _, problem in cases:
             run.wait_for_line(problem_line(topic, problem))
         assert_shown(environment, 'arm', 'v no data for', 'F no data for', 'joints no data for')
 
 
-def test_frames_that_are_not_there_are_named(run_cell, write_config, ros_environment):
-    run = run_cell(write_config(CONFIGURATION), '--no-rviz')
-    run.wait_for_line('/loose/robot_proc: running')
-    with ExitStack() as stack:
-        stack.enter_context(sending(ros_environment, '/loose/tcf', ARRAY,
-                                    array(0.5, 0, 0.2, 0, 0, 0)))
-        stack.enter_context(sending(ros_environment, '/loose/ft', ARRAY, array(0, 0, 20)))
-        good_data(ros_environment, stack)
-        run.wait_for_line('loose: what /loose/tcf brings is not drawn, as tf does not connect the '
-                          'frame loose/nowhere with loose/link0')
-        run.wait_for_line('loose: what /loose/ft brings is not drawn, as tf does not connect the '
-                          'frame loose/force with loose/link0')
+class TestWhileOneCellRuns:
+    """What is bad for one device must not end any node, so all of it is sent to one cell."""
+
+    @pytest.fixture(scope='class')
+    def run(self, ros_environment, tmp_path_factory) -> Iterator[CellRun]:
+        path = tmp_path_factory.mktemp('bad_input') / 'cell.xml'
+        path.write_text(f'<visualizer>{CONFIGURATION}</visualizer>')
+        cell = CellRun(['run', str(path), '--no-rviz'], ros_environment)
+        for node in NODES:
+            cell.wait_for_line(f'{node}: running')
+        yield cell
+        assert cell.signal_and_wait(signal.SIGINT) == 0
+
+    def test_bad_input_is_named_and_the_last_good_state_stays(self, run, ros_environment, tmp_path):
+        path = tmp_path / 'joint_states.txt'
+        with noted_joint_states(ros_environment, path):
+            with sending_all(ros_environment, *GOOD_DATA):
+                assert_shown(ros_environment, 'arm', *SHOWN)
+            for cases in ROUNDS:
+                assert_named(run, ros_environment, cases)
+            with sending_all(ros_environment, *GOOD_DATA):
+                assert_shown(ros_environment, 'arm', *SHOWN)
         assert_alive(run, ros_environment)
-    assert 'arm: what' not in run.text
-    assert run.signal_and_wait(signal.SIGINT) == 0
+        states = {line.partition(',')[2] for line in path.read_text().splitlines()[1:]}
+        assert len(states) == 1, states
+        assert [round(float(value), 6) for value in states.pop().split(',')] == GOOD
 
+    def test_frames_that_are_not_there_are_named(self, run, ros_environment):
+        before = len(run.text)
+        with sending_all(ros_environment, *GOOD_DATA,
+                         ('/loose/tcf', ARRAY, array(0.5, 0, 0.2, 0, 0, 0)),
+                         ('/loose/ft', ARRAY, array(0, 0, 20))):
+            run.wait_for_line('loose: what /loose/tcf brings is not drawn, as tf does not '
+                              'connect the frame loose/nowhere with loose/link0')
+            run.wait_for_line('loose: what /loose/ft brings is not drawn, as tf does not '
+                              'connect the frame loose/force with loose/link0')
+            assert_alive(run, ros_environment)
+        assert 'arm: what' not in run.text[before:]
 
-def test_variables_take_bad_input_too(run_cell, write_config, ros_environment):
-    run = run_cell(write_config(CONFIGURATION), '--no-rviz')
-    run.wait_for_line('/oven/variable_proc: running')
-    heat = 'oven: field data of /oven/heat is not shown: '
-    with running(ros_environment, 'rostopic', 'echo', '/oven/marker_array'):
-        with sending(ros_environment, '/oven/heat', 'std_msgs/Float32', '{data: 0.5}'):
-            assert_shown(ros_environment, 'oven', 'heat 0.500')
-        with sending(ros_environment, '/oven/heat', 'std_msgs/Float32', '{data: .nan}'):
-            run.wait_for_line(heat + 'its value is nan')
-        with sending(ros_environment, '/oven/heat', TEXT, '{data: hot}'):
-            run.wait_for_line(heat + 'data is a text')
-            assert_shown(ros_environment, 'oven', 'heat no data for')
-        with sending(ros_environment, '/oven/heat', 'std_msgs/Float64', '{data: 0.25}'):
-            assert_shown(ros_environment, 'oven', 'heat 0.250')
-    assert_alive(run, ros_environment)
-    assert run.signal_and_wait(signal.SIGINT) == 0
+    def test_variables_take_bad_input_too(self, run, ros_environment):
+        heat = 'oven: field data of /oven/heat is not shown: '
+        with running(ros_environment, 'rostopic', 'echo', '/oven/marker_array'):
+            with sending(ros_environment, '/oven/heat', 'std_msgs/Float32', '{data: 0.5}'):
+                assert_shown(ros_environment, 'oven', 'heat 0.500')
+            with sending(ros_environment, '/oven/heat', 'std_msgs/Float32', '{data: .nan}'):
+                run.wait_for_line(heat + 'its value is nan')
+            with sending(ros_environment, '/oven/heat', TEXT, '{data: hot}'):
+                run.wait_for_line(heat + 'data is a text')
+                assert_shown(ros_environment, 'oven', 'heat no data for')
+            with sending(ros_environment, '/oven/heat', 'std_msgs/Float64', '{data: 0.25}'):
+                assert_shown(ros_environment, 'oven', 'heat 0.250')
+        assert_alive(run, ros_environment)
 
 
 def test_time_that_stands_still_or_goes_back(run_cell, write_config, ros_environment):
@@ -208,8 +215,7 @@ def test_time_that_stands_still_or_goes_back(run_cell, write_config, ros_environ
     run = run_cell(write_config(simulated), '--no-rviz')
     for node in ('/arm/robot_proc', '/arm/joint_proc', '/arm/robot_state_publisher'):
         run.wait_for_line(f'{node}: running')
-    with ExitStack() as stack:
-        good_data(ros_environment, stack)
+    with sending_all(ros_environment, *GOOD_DATA):
         with simulated_clock(ros_environment, 100.0, 0.0):
             for topic in ('/arm/q', '/arm/tcf', '/arm/ft'):
                 run.wait_for_line(f'arm: a message on {topic} is shown, but ROS time stands still')

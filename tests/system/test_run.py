@@ -5,8 +5,7 @@ import signal
 from pathlib import Path
 
 import pytest
-from conftest import MARK
-from running import run_command, wait_until_alone
+from running import SOON_S, run_command, wait_until_alone
 
 ROBOT = '''
 <device type="robot" name="arm">
@@ -16,18 +15,13 @@ ROBOT = '''
 FRAMES = '<device type="other" name="box"><base frame="box/base" />{}</device>'
 
 
-@pytest.fixture
-def mark(ros_environment):
-    return f'{MARK}={ros_environment[MARK]}'
-
-
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_stops_everything(run_cell, write_config, mark, number):
     run = run_cell(write_config(ROBOT), '--no-rviz')
     run.wait_for_line('/arm/robot_proc: running')
     run.wait_for_line('/arm/robot_state_publisher: running')
     assert run.signal_and_wait(number) == 0
-    assert wait_until_alone(mark, 2.0) == []
+    assert wait_until_alone(mark, SOON_S) == []
 
 
 def test_a_killed_run_leaves_nothing(run_cell, write_config, mark):
@@ -46,7 +40,7 @@ def test_nodes_that_a_killed_roslaunch_leaves_are_ended(run_cell, write_config, 
     assert killed.returncode == 0
     run.wait()
     assert 'that roslaunch had left' in run.text
-    assert wait_until_alone(mark, 2.0) == []
+    assert wait_until_alone(mark, SOON_S) == []
 
 
 def test_the_next_run_cleans_up_after_a_crash(run_cell, write_config, ros_environment, mark):
@@ -61,7 +55,7 @@ def test_the_next_run_cleans_up_after_a_crash(run_cell, write_config, ros_enviro
     second.wait_for_line('processes that a crashed run had left')
     second.wait_for_line('/cell_frames: running')
     assert second.signal_and_wait(signal.SIGINT) == 0
-    assert wait_until_alone(mark, 2.0) == []
+    assert wait_until_alone(mark, SOON_S) == []
 
 
 def test_a_failed_required_node_ends_the_run(run_cell, write_config, mark):
@@ -70,7 +64,7 @@ def test_a_failed_required_node_ends_the_run(run_cell, write_config, mark):
     assert run.wait() == 1
     assert '/box/bad: exited with code' in run.text
     assert 'the required node /box/bad' in run.text
-    assert wait_until_alone(mark, 2.0) == []
+    assert wait_until_alone(mark, SOON_S) == []
 
 
 def test_a_respawned_node_is_reported(run_cell, write_config):
@@ -88,7 +82,7 @@ def test_a_broken_configuration_starts_nothing(run_cell, write_config, mark):
     assert 'cell.xml:1: <device>: attribute "type": "robt" is not possible; did you mean ' \
            '"robot"?' in run.text
     assert 'starting' not in run.text and 'Traceback' not in run.text
-    assert wait_until_alone(mark, 2.0) == []
+    assert wait_until_alone(mark, SOON_S) == []
 
 
 @pytest.mark.parametrize(('urdf', 'message'), [
@@ -114,7 +108,7 @@ def test_a_broken_model_starts_nothing(run_cell, write_config, ros_environment, 
         ros_environment['ROS_PACKAGE_PATH'] = search
     assert f'{package}/robot.urdf: {message}' in run.text
     assert 'starting' not in run.text and 'Traceback' not in run.text
-    assert wait_until_alone(mark, 2.0) == []
+    assert wait_until_alone(mark, SOON_S) == []
 
 
 def test_the_default_configuration_runs_without_the_driver(run_cell, mark):
@@ -127,4 +121,4 @@ def test_the_default_configuration_runs_without_the_driver(run_cell, mark):
     assert 'device "kinect": openni_live.launch: the node /camera/driver needs the package ' \
            '"openni_camera", which is not installed' in run.text
     assert run.signal_and_wait(signal.SIGINT) == 0
-    assert wait_until_alone(mark, 2.0) == []
+    assert wait_until_alone(mark, SOON_S) == []

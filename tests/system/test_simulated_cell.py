@@ -7,8 +7,7 @@ import subprocess
 from typing import Dict, Iterator, List, Set
 
 import pytest
-from conftest import MARK
-from running import CellRun, run_command, wait_until_alone
+from running import SOON_S, CellRun, run_command, wait_until_alone
 
 NODES = {
     '/ur_rt_upper/robot_proc', '/ur_rt_upper/robot_state_publisher',
@@ -114,8 +113,6 @@ def frame_parents(environment: Dict[str, str]) -> Dict[str, str]:
     return {pair[0]: pair[1] for pair in pairs if len(pair) == 2}
 
 
-def test_stopping_leaves_nothing(cell, picture, ros_environment):
+def test_stopping_leaves_nothing(cell, picture, mark):
     assert cell.signal_and_wait(signal.SIGINT) == 0
-    mark = f'{MARK}={ros_environment[MARK]}'
-    left = [command for command in wait_until_alone(mark, 3.0) if 'Xvfb' not in command]
-    assert left == []
+    assert wait_until_alone(mark, SOON_S, besides=['Xvfb']) == []
