@@ -7,6 +7,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Callable, List, cast
 from xmlrpc.client import ServerProxy
@@ -16,6 +17,7 @@ from PyQt5.QtCore import QEventLoop, QTimer
 from PyQt5.QtWidgets import QAbstractButton, QApplication, QDialog, QLabel, QWidget
 
 from process_visualizer.cell.model import Mode
+from process_visualizer.generate.window_geometry import TITLE_BAR_PX
 from process_visualizer.gui.launcher import Launcher
 from process_visualizer.gui.launcher_app import LauncherApp
 from process_visualizer.gui.main import make_application, place_window
@@ -23,15 +25,8 @@ from process_visualizer.gui.settings import Settings
 
 _PERIOD_MS = 20
 _RECORDED_S = 20.0
-_BROKEN = """<visualizer>
-  <device type="robot" name="arm">
-    <model pkg="sewing_cell" path="models/ur6.urdf.xacro" />
-    <base frame="arm_base" xyz="0 0 0,8" ypr="0 0 0" />
-    <topic name="joint_states" typ="joint_states" msg="sensor_msgs/JointState" />
-  </device>
-  <device type="robt" name="arm" />
-</visualizer>
-"""
+_TYPOS = (('type="robot" name="ur_rt_lower"', 'type="robt" name="ur_rt_lower"'),
+          ('0.09 1.90', '0.09 1,90'), ('record="False"', 'record="Flase"'))
 
 
 class Photographer:
@@ -44,6 +39,7 @@ class Photographer:
         self.launcher = Launcher()
         self.window = LauncherApp(self.launcher, self._settings)
         place_window(self._app, self.window, self.launcher, self._settings)
+        self._use_title_bar()
         self.window.show()
         QApplication.setActiveWindow(self.window)
         self.launcher.begin()
@@ -60,6 +56,12 @@ class Photographer:
         self.window.leave()
         self._until(lambda: not self.window.isVisible(), 60.0)
         self.launcher.close()
+
+    def _use_title_bar(self) -> None:
+        """Nobody draws title bars on a virtual screen."""
+        view = self.launcher.view
+        assert view.window is not None
+        view.window = replace(view.window, height=view.window.height + TITLE_BAR_PX)
 
     # The states
 
@@ -122,13 +124,18 @@ class Photographer:
         device.topLevelItem(3).setExpanded(False)
 
     def _problems(self) -> None:
-        broken = Path(self._config).with_name('broken.xml')
-        broken.write_text(_BROKEN, encoding='utf-8')
-        self.launcher.cell.open(str(broken))
-        self._until(lambda: bool(self.launcher.cell.problems), 20.0)
+        """A file that was changed while it was open, with mistakes."""
+        config, cell = Path(self._config), self.launcher.cell
+        good = broken = config.read_text(encoding='utf-8')
+        for right, wrong in _TYPOS:
+            broken = broken.replace(right, wrong)
+        config.write_text(broken, encoding='utf-8')
+        cell.reload()
+        self._until(lambda: bool(cell.problems), 20.0)
         self._picture('problems')
-        self.launcher.cell.open(self._config)
-        self._until(lambda: not self.launcher.cell.problems, 20.0)
+        config.write_text(good, encoding='utf-8')
+        cell.reload()
+        self._until(lambda: not cell.problems, 20.0)
 
     def _playback(self, bag: str) -> None:
         launcher, playback = self.launcher, self.launcher.playback

@@ -1,18 +1,24 @@
-"""An operator closes the window while a recording is being made."""
+"""An operator drags a base frame in RViz, records, and closes the window meanwhile."""
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Iterator
+from typing import Any, Callable, Dict, Iterator, List
 
 import pytest
+import rospy
 from operator_at_work import Operator, processes
+from PyQt5.QtCore import QPoint, QRect
 from PyQt5.QtWidgets import QMessageBox
 from running_program import SMALL_CELL
+from screen_mouse import drag, press_key_in, topmost_blue
+from tf2_msgs.msg import TFMessage
 
 from process_visualizer.bags.catalogue import read_catalogue
+from process_visualizer.generate.window_geometry import Rectangle
 from process_visualizer.gui.models.recording_types import Phase
 
 LAUNCH_S = 60.0
+RVIZ = Rectangle(460, 0, 1140, 968)
 
 
 @pytest.fixture
@@ -22,8 +28,10 @@ def operator(qtbot: Any) -> Iterator[Operator]:
     person.close()
 
 
-def test_finish_and_close(operator: Operator, tmp_path: Path) -> None:
-    start_recording(operator, tmp_path)
+def test_drag_record_and_close(operator: Operator, tmp_path: Path, qtbot: Any) -> None:
+    launch(operator, tmp_path)
+    drag_the_frame(operator, lambda: qtbot.wait(200))
+    start_recording(operator)
     operator.window.close()
     assert operator.window.isVisible()
     assert 'Finish it, quit all nodes and close?' in operator.widget('question', QMessageBox).text()
@@ -37,15 +45,51 @@ def test_finish_and_close(operator: Operator, tmp_path: Path) -> None:
     assert {it for it in processes('GUI_TEST_MARK') if 'Xvfb' not in it} == set()
 
 
-def start_recording(operator: Operator, folder: Path) -> None:
+def launch(operator: Operator, folder: Path) -> None:
+    """RViz has the part of the screen beside the window, and shows something there."""
+    displays: List[Any] = []
+    operator.launcher.link.displays.connect(displays.append)
     config = folder / 'cell.xml'
     config.write_text(SMALL_CELL)
-    recording = operator.launcher.recording
-    recording.choices.set_folder(str(folder))
+    operator.launcher.recording.choices.set_folder(str(folder))
+    operator.launcher.view.window = RVIZ
     operator.launcher.cell.open(str(config))
     operator.wait(lambda: operator.widget('launch').isEnabled(), 'it can be launched')
     operator.click('launch')
     operator.wait(lambda: operator.widget('record').isEnabled(), 'it can record', LAUNCH_S)
+    operator.wait(lambda: bool(displays), 'RViz draws', LAUNCH_S)
+
+
+def drag_the_frame(operator: Operator, pause: Callable[[], None]) -> None:
+    """By the arrow that points upwards, as fast as a hand: the frame goes up, and nowhere else."""
+    frames: Dict[str, float] = {}
+    listener = rospy.Subscriber('/tf_static', TFMessage, lambda message: frames.update(
+        {it.child_frame_id: it.transform.translation.z for it in message.transforms}))
+    model = operator.launcher.calibration
+    area = QRect(RVIZ.x, RVIZ.y + 80, RVIZ.width, RVIZ.height - 120)
+    operator.window.panels.setCurrentWidget(operator.window.calibration)
+    operator.wait(lambda: operator.widget('calibration_marker').isEnabled(), 'it can be moved')
+    assert model.base is not None and model.base.frame == 'sensors/base'
+    operator.click('calibration_marker')
+    operator.wait(lambda: topmost_blue(area) is not None, 'the arrow upwards', LAUNCH_S)
+    press_key_in('RViz', 'i')
+    tip = topmost_blue(area)
+    assert tip is not None
+    drag(tip + QPoint(0, 12), tip - QPoint(0, 88), 5, pause)
+    operator.wait(lambda: model.pose.xyz[2] > 0.1, 'the frame is higher',
+                  instead=lambda: model.pose)
+    assert model.pose.xyz[:2] + model.pose.ypr == pytest.approx((0.0,) * 5, abs=1e-6)
+    operator.wait(lambda: frames.get('sensors/base') == pytest.approx(model.pose.xyz[2]),
+                  'ROS knows it', instead=lambda: frames)
+    assert 'Unsaved' in operator.text('calibration_state')
+    operator.click('calibration_revert')
+    operator.wait(lambda: frames['sensors/base'] == 0.0, 'it is back', instead=lambda: frames)
+    listener.unregister()
+
+
+def start_recording(operator: Operator) -> None:
+    recording = operator.launcher.recording
+    operator.window.panels.setCurrentIndex(0)
     operator.click('record')
     operator.wait(lambda: recording.phase is Phase.RECORDING and recording.elapsed_s > 1.0,
                   'it records')

@@ -1,0 +1,46 @@
+"""The screen as a person sees and uses it: colours in a picture, mouse and keys by the X server."""
+from __future__ import annotations
+
+import subprocess
+from typing import Callable, Optional
+
+import numpy as np
+from PyQt5.QtCore import QPoint, QRect
+from PyQt5.QtGui import QImage
+from PyQt5.QtWidgets import QApplication
+
+_STRONG, _WEAK = 150, 110  # of 255: a strong colour has one part above, the others below
+
+
+def topmost_blue(area: QRect) -> Optional[QPoint]:
+    """The uppermost strongly blue dot in an area of the screen; None if there is none."""
+    shot = QApplication.primaryScreen().grabWindow(0).toImage().convertToFormat(
+        QImage.Format_RGBA8888).copy(area)
+    dots = np.frombuffer(shot.bits().asarray(shot.byteCount()), np.uint8).reshape(
+        area.height(), area.width(), 4).astype(int)
+    is_blue = (dots[..., 2] > _STRONG) & (dots[..., 0] < _WEAK) & (dots[..., 1] < _WEAK)
+    found = np.argwhere(is_blue)
+    return None if len(found) == 0 else area.topLeft() + QPoint(int(found[0][1]),
+                                                                int(found[0][0]))
+
+
+def press_key_in(title: str, key: str) -> None:
+    """Give the window of that title the keyboard, and press a key."""
+    xdotool('search', '--onlyvisible', '--name', title, 'windowfocus', '--sync', 'key', key)
+
+
+def drag(begin: QPoint, end: QPoint, steps: int, pause: Callable[[], None]) -> None:
+    """Press the left button, move the mouse in steps, and let go."""
+    xdotool('mousemove', str(begin.x()), str(begin.y()))
+    pause()
+    xdotool('mousedown', '1')
+    for step in range(1, steps + 1):
+        place = begin + (end - begin) * (step / steps)
+        xdotool('mousemove', str(place.x()), str(place.y()))
+        pause()
+    xdotool('mouseup', '1')
+
+
+def xdotool(*words: str) -> None:
+    """Do what a mouse or keyboard would."""
+    subprocess.run(['xdotool', *words], check=True, timeout=20)
