@@ -4,7 +4,7 @@ from __future__ import annotations
 import faulthandler
 import json
 import os
-import tempfile
+import signal
 import threading
 import time
 from collections import deque
@@ -13,9 +13,12 @@ from typing import Deque, Dict, List, NamedTuple, Optional, Union
 
 from PyQt5.QtCore import QObject, Qt, QTimer
 
+from process_visualizer.gui.processor_wait import ProcessorWait
+
 VARIABLE = 'PROCESS_VISUALIZER_WATCHDOG'
 LIMIT_S = 0.05
 BEAT_MS = 10
+_SIGNAL = signal.SIGUSR2
 Entry = Dict[str, Union[str, float, int]]
 
 
@@ -34,13 +37,13 @@ class Watchdog(QObject):
         super().__init__(parent)
         self._limit_s = limit_s
         self._gui_thread = threading.get_ident()
-        self._waits = Path(f'/proc/self/task/{threading.get_native_id()}/schedstat')
-        self._has_waits = self._waits.exists()
+        self._wait = ProcessorWait()
         self._beat_s = self._waited_s = 0.0
         self._longest_s = self._longest_own_s = 0.0
         self._beats = self._blocks = 0
         self._seen: Optional[float] = None  # the beat after which the stack was taken
-        self._stack = ''
+        self._stack = os.memfd_create('stack')
+        faulthandler.register(_SIGNAL, self._stack, all_threads=False)
         self._entries: Deque[Entry] = deque()
         self._end = threading.Event()
         self._file = Path(file)
@@ -57,13 +60,16 @@ class Watchdog(QObject):
         self._timer.stop()
         self._end.set()
         self._thread.join()
+        faulthandler.unregister(_SIGNAL)
+        os.close(self._stack)
+        self._wait.close()
         self._entries.append({'longest_ms': _ms(self._longest_s),
                               'longest_own_ms': _ms(self._longest_own_s),
                               'beats': self._beats, 'blocks': self._blocks})
         self._write()
 
     def _beat(self) -> None:
-        now_s, waited_s = time.monotonic(), self._waited()
+        now_s, waited_s = time.monotonic(), self._wait.seconds()
         if self._beats:
             self._note(now_s - self._beat_s, waited_s - self._waited_s)
         self._beats += 1
@@ -74,27 +80,33 @@ class Watchdog(QObject):
         self._longest_own_s = max(self._longest_own_s, blocked_s - waited_s)
         if blocked_s > self._limit_s:
             self._blocks += 1
-            stack = self._stack if self._seen == self._beat_s else ''
+            stack = self._taken_stack() if self._seen == self._beat_s else ''
             self._entries.append({'blocked_ms': _ms(blocked_s), 'waited_ms': _ms(waited_s),
                                   'at': round(time.time(), 3), 'stack': stack})
-
-    def _waited(self) -> float:
-        """How long the thread has waited for a processor since it began [s].
-
-        With what the host of a virtual machine took from all processors, which looks the same.
-        """
-        if not self._has_waits:
-            return 0.0
-        return int(self._waits.read_bytes().split()[1]) * 1e-9 + _stolen_s()
 
     def _watch(self) -> None:
         while not self._end.wait(self._limit_s / 2):
             beat_s = self._beat_s
             is_late = beat_s > 0.0 and time.monotonic() - beat_s > self._limit_s
             if is_late and self._seen != beat_s:
-                self._stack = _stack_of(self._gui_thread)
+                self._take_stack()
                 self._seen = beat_s
             self._write()
+
+    def _take_stack(self) -> None:
+        """Let the thread write what it does.
+
+        It does so itself, interrupted by a signal: this thread would keep Python's lock meanwhile,
+        and hold up what it watches.
+        """
+        os.lseek(self._stack, 0, os.SEEK_SET)
+        os.ftruncate(self._stack, 0)
+        signal.pthread_kill(self._gui_thread, _SIGNAL)
+
+    def _taken_stack(self) -> str:
+        """What the thread did, the newest call first."""
+        size = os.fstat(self._stack).st_size
+        return os.pread(self._stack, size, 0).decode(errors='replace')
 
     def _write(self) -> None:
         if not self._entries:
@@ -126,24 +138,6 @@ def watch_if_wanted(parent: QObject) -> Optional[Watchdog]:
     """Watch this thread if the environment names a file to write to."""
     file = os.environ.get(VARIABLE)
     return Watchdog(file, parent=parent) if file else None
-
-
-def _stolen_s() -> float:
-    """Time that the host took from the processors since the start; proc(5), /proc/stat."""
-    with open('/proc/stat', encoding='ascii') as file:
-        return int(file.readline().split()[8]) / os.sysconf('SC_CLK_TCK')
-
-
-def _stack_of(thread: int) -> str:
-    """What a thread does, the newest call first.
-
-    No reference to its frames is held: Qt's objects in them must end in their own thread.
-    """
-    with tempfile.TemporaryFile('w+') as file:
-        faulthandler.dump_traceback(file)
-        file.seek(0)
-        parts = file.read().split('\n\n')
-    return next((part for part in parts if f'0x{thread:016x}' in part.split('\n')[0]), '')
 
 
 def _ms(seconds: float) -> float:
