@@ -11,7 +11,6 @@ from __future__ import annotations
 import argparse
 import os
 import statistics
-import sys
 import time
 from pathlib import Path
 from typing import Callable, List
@@ -19,13 +18,12 @@ from typing import Callable, List
 from bag_maker import DEFAULT_FOLDER
 from cell_bag import cell_bag
 from PyQt5.QtCore import QEventLoop, QTimer
-from PyQt5.QtWidgets import QApplication
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.launcher import Launcher
 from process_visualizer.gui.launcher_app import LauncherApp
+from process_visualizer.gui.main import make_application
 from process_visualizer.gui.settings import Settings
-from process_visualizer.gui.style import apply_style
 from process_visualizer.gui.watchdog import Watchdog, read_report
 
 _CELL = str(Path(__file__).parents[1] / 'sewing_cell' / 'devices' / 'simulated.xml')
@@ -36,9 +34,8 @@ _PERIOD_MS = 20
 def main() -> None:
     options = _options()
     os.environ['XDG_CONFIG_HOME'] = os.environ['ROS_HOME']
-    app = QApplication(sys.argv[:1])
-    apply_style(app)
-    launcher = Launcher()
+    app = make_application()
+    launcher = Launcher(app)
     window = LauncherApp(launcher, Settings())
     window.resize(460, 1000)
     window.show()

@@ -24,7 +24,7 @@ def virtual_screen() -> Iterator[str]:
     reader, writer = os.pipe()
     process = subprocess.Popen(
         ['Xvfb', '-displayfd', str(writer), '-screen', '0', '1600x1000x24', '-nolisten', 'tcp'],
-        pass_fds=[writer], stderr=subprocess.DEVNULL)
+        pass_fds=[writer], stderr=subprocess.DEVNULL, start_new_session=True)
     os.close(writer)
     try:
         with os.fdopen(reader) as numbers:

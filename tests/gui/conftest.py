@@ -10,10 +10,18 @@ from contextlib import ExitStack
 from tempfile import TemporaryDirectory
 
 import pytest
+from PyQt5.QtWidgets import QApplication
 from surroundings import SOFTWARE_GRAPHICS, free_port, virtual_screen
 
 MARK = 'GUI_TEST_MARK'
 _STARTED = ExitStack()
+
+
+@pytest.fixture(scope='session')
+def qapp() -> QApplication:
+    """The application that the program has, in its look too."""
+    from process_visualizer.gui.main import make_application  # after pytest_configure
+    return make_application()
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -25,6 +25,10 @@ from process_visualizer.gui.watchdog import watch_if_wanted
 _NAMED_VALUE = re.compile('[A-Za-z]\\w*:=')
 _WIDTH = 460
 
+_NO_SHARED_PICTURE = 'QT_XCB_NO_MITSHM'
+"""Qt's variable. Else each paint waits until the X server has read the last picture from the memory
+that both share; a server that is as busy as one that shows RViz takes its time."""
+
 
 def main() -> int:
     """Run the launcher; returns its exit code."""
@@ -98,7 +102,11 @@ def _options(words: Sequence[str]) -> argparse.Namespace:
 def make_application() -> QApplication:
     """Return the application in the look of the launcher."""
     QApplication.setAttribute(Qt.AA_EnableHighDpiScaling)
+    is_set = _NO_SHARED_PICTURE in os.environ
+    os.environ.setdefault(_NO_SHARED_PICTURE, '1')
     app = QApplication(sys.argv[:1])
+    if not is_set:
+        del os.environ[_NO_SHARED_PICTURE]  # RViz has larger pictures
     app.setApplicationName('process_visualizer')
     apply_style(app)
     return app
