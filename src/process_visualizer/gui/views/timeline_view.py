@@ -210,11 +210,13 @@ class TimelineView(QWidget):
     def _draw_values(self, painter: QPainter, axis: TimeAxis) -> None:
         painter.setClipRect(self._lanes_rect())
         for row in range(len(self._lanes)):
-            top = self._lane_rect(row).top()
-            if HEADER_HEIGHT - self._lane_height < top < self.height() - BAR_HEIGHT:
-                rect = QRectF(axis.right - VALUES_WIDTH, top + 1, VALUES_WIDTH,
-                              TEXT_HEIGHT)
+            rect = self._values_rect(row, axis)
+            if HEADER_HEIGHT - self._lane_height < rect.top() < self.height() - BAR_HEIGHT:
                 header.draw_values(painter, rect, *self.lane_values(row))
+
+    def _values_rect(self, row: int, axis: TimeAxis) -> QRectF:
+        return QRectF(axis.right - VALUES_WIDTH, self._lane_rect(row).top() + 1, VALUES_WIDTH,
+                      TEXT_HEIGHT)
 
     def _lanes_rect(self) -> QRect:
         return self.rect().adjusted(0, int(HEADER_HEIGHT), 0, -BAR_HEIGHT)
@@ -248,8 +250,10 @@ class TimelineView(QWidget):
         self._update_values()
 
     def _update_values(self) -> None:
-        left = self.width() - VALUES_WIDTH - int(SIDE)
-        self.update(left, int(HEADER_HEIGHT), VALUES_WIDTH, self.height())
+        """Draw the numbers anew, and only them: all that is drawn is sent to the screen."""
+        axis = self.axis
+        for row in range(len(self._lanes)):
+            self.update(self._values_rect(row, axis).toAlignedRect())
 
     # The mouse
 
