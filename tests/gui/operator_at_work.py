@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import os
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Callable, List, Optional, Sequence, Set, Type, TypeVar
 
@@ -24,9 +25,10 @@ from process_visualizer.gui.launcher_app import LauncherApp
 from process_visualizer.gui.settings import Settings
 from process_visualizer.gui.watchdog import BEAT_MS, Entry, Watchdog, read_report
 
-LONGEST_BLOCK_MS = 200.0
-"""On a machine that draws RViz with its processors, and is disturbed by others."""
+LONGEST_BLOCK_MS = 50.0
+"""Without what the thread waited for a processor, which RViz uses to draw."""
 Kind = TypeVar('Kind', bound=QWidget)
+Found = TypeVar('Found')
 
 
 class Operator:
@@ -101,6 +103,13 @@ class Operator:
             raise AssertionError(f'not seen in {timeout_s} s: {what}; status: '
                                  f'{self.text("status")}; {instead()}') from error
 
+    def beside(self, function: Callable[[], Found]) -> Found:
+        """What a function returns that is run in a thread, beside the window."""
+        with ThreadPoolExecutor(1) as thread:
+            found = thread.submit(function)
+            self.wait(found.done, 'the answer')
+            return found.result()
+
     def messages(self) -> str:
         """The text of the dialog that is open; empty without one."""
         found: Optional[QWidget] = self.window.findChild(QWidget, 'message')
@@ -117,14 +126,10 @@ class Operator:
         self.launcher.close()
 
     def blocks(self) -> List[str]:
-        """When code of the window held up its thread for too long: for how long, and doing what.
-
-        What held it up without such code, another thread or the whole machine, is for
-        bench/launcher.py to measure on a quiet one.
-        """
+        """When the window's thread was held up for too long: for how long, and doing what."""
         return [f'{own_ms(block):.0f} ms: {block["stack"]}'
                 for block in read_report(self._watched).blocks
-                if own_ms(block) > LONGEST_BLOCK_MS and _is_the_windows(str(block['stack']))]
+                if own_ms(block) > LONGEST_BLOCK_MS]
 
 
 def own_ms(block: Entry) -> float:
@@ -133,12 +138,6 @@ def own_ms(block: Entry) -> float:
     What is measured is the time between two beats, which is up to one interval of them longer.
     """
     return float(block['blocked_ms']) - float(block['waited_ms']) - BEAT_MS
-
-
-def _is_the_windows(stack: str) -> bool:
-    """Whether code of the package was called last."""
-    calls = [line for line in stack.splitlines() if 'File' in line]
-    return bool(calls) and '/src/process_visualizer/' in calls[0]
 
 
 def nodes() -> Set[str]:

@@ -102,9 +102,10 @@ def launch(operator: Operator) -> None:
     operator.wait(lambda: operator.text('status') == 'In real-time mode.', 'everything is up',
                   LAUNCH_S)
     assert operator.text('launch') == 'Quit all nodes'
+    found = operator.beside(nodes)
     assert {'/rviz', '/bag_recorder', '/cell_frames', '/ur_rt_upper/robot_proc',
-            '/sewing_machine/sewing_machine', '/simulator'} <= nodes()
-    assert '/kinect/depth_proc' not in nodes()
+            '/sewing_machine/sewing_machine', '/simulator'} <= found
+    assert '/kinect/depth_proc' not in found
     devices = operator.widget('devices', DevicesView)
     operator.wait(lambda: devices.state_text('ur_rt_upper') == 'running', 'the robot runs')
     assert devices.state_text('kinect') == ''
@@ -142,7 +143,7 @@ def record(operator: Operator, folder: Path) -> str:
     operator.click('record')
     operator.wait(lambda: operator.text('status') == 'In real-time mode.', 'recorded')
     [path] = folder.glob('*.bag')
-    found = read_catalogue([str(path)])
+    found = operator.beside(lambda: read_catalogue([str(path)]))
     assert found.duration_s > RECORDED_S - 2.0
     counts = {topic.name: topic.message_count for topic in found.topics}
     assert counts['/ur_rt_upper/q_act'] > 90 * RECORDED_S
@@ -154,7 +155,7 @@ def quit_all(operator: Operator) -> None:
     operator.click('launch')
     operator.wait(lambda: operator.text('status') == 'Currently not doing anything',
                   'everything has ended', LAUNCH_S)
-    assert nodes() == {'/process_visualizer', '/rosout'}
+    assert operator.beside(nodes) == {'/process_visualizer', '/rosout'}
 
 
 def play_back(operator: Operator, bag: str) -> None:
@@ -164,8 +165,9 @@ def play_back(operator: Operator, bag: str) -> None:
     operator.click('launch')
     operator.wait(lambda: operator.text('status').startswith('In playback mode.'), 'playback',
                   LAUNCH_S)
-    assert '/bag_player' in nodes()
-    assert not {'/bag_recorder', '/simulator'} & nodes()
+    found = operator.beside(nodes)
+    assert '/bag_player' in found
+    assert not {'/bag_recorder', '/simulator'} & found
     operator.wait(lambda: bool(operator.launcher.bag.curves.curves), 'curves')
 
 
