@@ -6,10 +6,9 @@ import signal
 import subprocess
 import time
 from pathlib import Path
-from typing import Dict, Iterator
 from xmlrpc.client import ServerProxy
 
-import pytest
+from roslib.packages import find_node
 
 from process_visualizer.launching.node_watcher import is_registered
 from process_visualizer.launching.ros_api import process_id_at
@@ -19,17 +18,6 @@ MEASURED_S = 1.0
 NODE = '/arm/joint_proc'
 
 
-@pytest.fixture
-def master(ros_environment: Dict[str, str]) -> Iterator[RosMaster]:
-    with pytest.MonkeyPatch.context() as patch:
-        for name, value in ros_environment.items():
-            patch.setenv(name, value)
-        own = RosMaster()
-        own.ensure()
-        yield own
-        own.stop()
-
-
 def processor_s(pid: int) -> float:
     """The processor time that a process has used, in all its threads."""
     fields = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
@@ -37,14 +25,15 @@ def processor_s(pid: int) -> float:
 
 
 def test_it_waits_for_a_master_that_is_busy(master: RosMaster) -> None:
-    ServerProxy(master.uri).setParam('/test', f'{NODE}/joint_names', ['shoulder', 'elbow'])
-    node = subprocess.Popen(['rosrun', 'process_visualizer', 'joint_proc', '__ns:=/arm',
-                             '_topic:=/q'])
+    with ServerProxy(master.uri) as server:
+        server.setParam('/test', f'{NODE}/joint_names', ['shoulder', 'elbow'])
+    [program] = find_node('process_visualizer', 'joint_proc')
+    node = subprocess.Popen([program, '__ns:=/arm', '_topic:=/q'])
     master_process = process_id_at(master.uri)
     try:
         deadline_s = time.monotonic() + 20.0
-        while not is_registered(NODE) and time.monotonic() < deadline_s:
-            assert node.poll() is None
+        while not is_registered(NODE):
+            assert node.poll() is None and time.monotonic() < deadline_s
             time.sleep(0.1)
         os.kill(master_process, signal.SIGSTOP)
         node.send_signal(signal.SIGINT)
