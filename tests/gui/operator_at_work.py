@@ -26,7 +26,8 @@ from process_visualizer.gui.settings import Settings
 from process_visualizer.gui.watchdog import BEAT_MS, Entry, Watchdog, read_report
 
 LONGEST_BLOCK_MS = 50.0
-"""Without what the thread waited for a processor, which RViz uses to draw."""
+LONGEST_WAIT_MS = 200.0
+"""For what others do, such as the X server, on a machine that draws RViz with its processors."""
 Kind = TypeVar('Kind', bound=QWidget)
 Found = TypeVar('Found')
 
@@ -129,7 +130,7 @@ class Operator:
         """When the window's thread was held up for too long: for how long, and doing what."""
         return [f'{own_ms(block):.0f} ms: {block["stack"]}'
                 for block in read_report(self._watched).blocks
-                if own_ms(block) > LONGEST_BLOCK_MS]
+                if own_ms(block) > LONGEST_WAIT_MS or by_itself_ms(block) > LONGEST_BLOCK_MS]
 
 
 def own_ms(block: Entry) -> float:
@@ -138,6 +139,11 @@ def own_ms(block: Entry) -> float:
     What is measured is the time between two beats, which is up to one interval of them longer.
     """
     return float(block['blocked_ms']) - float(block['waited_ms']) - BEAT_MS
+
+
+def by_itself_ms(block: Entry) -> float:
+    """For how long it was blocked by the program: one of its threads must have computed."""
+    return min(own_ms(block), float(block['computed_ms']))
 
 
 def nodes() -> Set[str]:

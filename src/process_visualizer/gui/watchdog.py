@@ -27,8 +27,9 @@ class Watchdog(QObject):
 
     The time between two beats is at most 10 ms more than the thread was blocked. What the thread
     waited for a processor, as the kernel counts it, is told apart. The file has a line of JSON
-    for each block (``blocked_ms``, ``waited_ms``, ``at`` in s since the epoch, ``stack``) and at
-    the end one with ``longest_ms``, ``longest_own_ms`` (without the wait), ``beats``, ``blocks``.
+    for each block (``blocked_ms``, ``waited_ms``, ``computed_ms`` by all threads of the program,
+    ``at`` in s since the epoch, ``stack``) and at the end one with ``longest_ms``,
+    ``longest_own_ms`` (without the wait), ``beats``, ``blocks``.
     """
 
     def __init__(self, file: str, limit_s: float = LIMIT_S,
@@ -38,7 +39,7 @@ class Watchdog(QObject):
         self._limit_s = limit_s
         self._gui_thread = threading.get_ident()
         self._wait = ProcessorWait()
-        self._beat_s = self._waited_s = 0.0
+        self._beat_s = self._waited_s = self._computed_s = 0.0
         self._longest_s = self._longest_own_s = 0.0
         self._beats = self._blocks = 0
         self._seen: Optional[float] = None  # the beat after which the stack was taken
@@ -69,20 +70,22 @@ class Watchdog(QObject):
         self._write()
 
     def _beat(self) -> None:
-        now_s, waited_s = time.monotonic(), self._wait.seconds()
+        now_s, waited_s, computed_s = time.monotonic(), self._wait.seconds(), time.process_time()
         if self._beats:
-            self._note(now_s - self._beat_s, waited_s - self._waited_s)
+            self._note(now_s - self._beat_s, waited_s - self._waited_s,
+                       computed_s - self._computed_s)
         self._beats += 1
-        self._beat_s, self._waited_s = now_s, waited_s
+        self._beat_s, self._waited_s, self._computed_s = now_s, waited_s, computed_s
 
-    def _note(self, blocked_s: float, waited_s: float) -> None:
+    def _note(self, blocked_s: float, waited_s: float, computed_s: float) -> None:
         self._longest_s = max(self._longest_s, blocked_s)
         self._longest_own_s = max(self._longest_own_s, blocked_s - waited_s)
         if blocked_s > self._limit_s:
             self._blocks += 1
             stack = self._taken_stack() if self._seen == self._beat_s else ''
             self._entries.append({'blocked_ms': _ms(blocked_s), 'waited_ms': _ms(waited_s),
-                                  'at': round(time.time(), 3), 'stack': stack})
+                                  'computed_ms': _ms(computed_s), 'at': round(time.time(), 3),
+                                  'stack': stack})
 
     def _watch(self) -> None:
         while not self._end.wait(self._limit_s / 2):

@@ -32,6 +32,7 @@ def test_a_block_is_measured_and_its_stack_taken(qtbot, file):
     assert 195.0 < longest['blocked_ms'] == report.longest_ms < 1000.0
     own_ms = max(block['blocked_ms'] - block['waited_ms'] for block in report.blocks)
     assert report.longest_own_ms == pytest.approx(own_ms, abs=0.02)
+    assert longest['computed_ms'] < 195.0  # it slept
     assert 'in doze' in longest['stack'] and longest['at'] == pytest.approx(time.time(), abs=10.0)
 
 
