@@ -25,7 +25,7 @@ def qapp() -> QApplication:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Start the screen before Qt is loaded."""
+    """Start the screen before the application is made."""
     folder = _STARTED.enter_context(TemporaryDirectory(prefix='process_visualizer_gui_'))
     os.environ.update({
         **SOFTWARE_GRAPHICS, 'DISPLAY': _STARTED.enter_context(virtual_screen()),
