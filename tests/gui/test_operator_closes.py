@@ -12,8 +12,10 @@ from PyQt5.QtWidgets import QMessageBox
 from running_program import SMALL_CELL
 from screen_mouse import drag, press_key_in, topmost_blue
 from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import InteractiveMarkerFeedback
 
 from process_visualizer.bags.catalogue import read_catalogue
+from process_visualizer.generate.rviz_config import CALIBRATION_TOPIC
 from process_visualizer.generate.window_geometry import Rectangle
 from process_visualizer.gui.models.recording_types import Phase
 
@@ -63,6 +65,9 @@ def launch(operator: Operator, folder: Path) -> None:
 def drag_the_frame(operator: Operator, pause: Callable[[], None]) -> None:
     """By the arrow that points upwards, as fast as a hand: the frame goes up, and nowhere else."""
     frames: Dict[str, float] = {}
+    events: List[int] = []
+    ear = rospy.Subscriber(f'{CALIBRATION_TOPIC}/feedback', InteractiveMarkerFeedback,
+                           lambda feedback: events.append(feedback.event_type))
     listener = rospy.Subscriber('/tf_static', TFMessage, lambda message: frames.update(
         {it.child_frame_id: it.transform.translation.z for it in message.transforms}))
     model = operator.launcher.calibration
@@ -76,6 +81,8 @@ def drag_the_frame(operator: Operator, pause: Callable[[], None]) -> None:
     tip = topmost_blue(area)
     assert tip is not None
     drag(tip + QPoint(0, 12), tip - QPoint(0, 88), 5, pause)
+    operator.wait(lambda: InteractiveMarkerFeedback.MOUSE_UP in events, 'RViz lets go',
+                  instead=lambda: events)
     operator.wait(lambda: model.pose.xyz[2] > 0.1, 'the frame is higher',
                   instead=lambda: model.pose)
     assert model.pose.xyz[:2] + model.pose.ypr == pytest.approx((0.0,) * 5, abs=1e-6)
@@ -84,7 +91,8 @@ def drag_the_frame(operator: Operator, pause: Callable[[], None]) -> None:
     assert 'Unsaved' in operator.text('calibration_state')
     operator.click('calibration_revert')
     operator.wait(lambda: frames['sensors/base'] == 0.0, 'it is back', instead=lambda: frames)
-    listener.unregister()
+    for subscriber in (listener, ear):
+        subscriber.unregister()
 
 
 def start_recording(operator: Operator) -> None:
