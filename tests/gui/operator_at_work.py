@@ -28,6 +28,8 @@ from process_visualizer.gui.watchdog import BEAT_MS, Entry, Watchdog, read_repor
 LONGEST_BLOCK_MS = 50.0
 LONGEST_WAIT_MS = 200.0
 """For what others do, such as the X server, on a machine that draws RViz with its processors."""
+MOST_STOLEN = 0.005
+"""Of the time, by the host of a virtual machine: if it took more, everything may have waited."""
 Kind = TypeVar('Kind', bound=QWidget)
 Found = TypeVar('Found')
 
@@ -40,6 +42,7 @@ class Operator:
         self._is_closed = False
         self._watched = os.path.join(os.environ['HOME_FOLDER'], 'watchdog.jsonl')
         self._watchdog = Watchdog(self._watched)
+        self._began = processor_times()
         self.launcher = Launcher()
         self.window = LauncherApp(self.launcher, Settings())
         self.window.resize(460, 1000)
@@ -128,9 +131,21 @@ class Operator:
 
     def blocks(self) -> List[str]:
         """When the window's thread was held up for too long: for how long, and doing what."""
+        is_disturbed = stolen_share(self._began, processor_times()) > MOST_STOLEN
         return [f'{own_ms(block):.0f} ms: {block["stack"]}'
                 for block in read_report(self._watched).blocks
-                if own_ms(block) > (LONGEST_BLOCK_MS if is_the_windows(block) else LONGEST_WAIT_MS)]
+                if own_ms(block) > (LONGEST_BLOCK_MS if is_the_windows(block) and not is_disturbed
+                                    else LONGEST_WAIT_MS)]
+
+
+def processor_times() -> List[int]:
+    """What all processors have done, in ticks: user, nice, system, idle ... steal; proc(5)."""
+    return [int(word) for word in Path('/proc/stat').read_text().split('\n')[0].split()[1:9]]
+
+
+def stolen_share(before: List[int], after: List[int]) -> float:
+    """The share of the time between that the host of a virtual machine gave to others."""
+    return (after[7] - before[7]) / max(1, sum(after) - sum(before))
 
 
 def own_ms(block: Entry) -> float:
