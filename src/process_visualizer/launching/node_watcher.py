@@ -67,6 +67,8 @@ class NodeWatcher:
         event = parse_line(line)
         if event is not None:
             self._take(event)
+            if event.rest:
+                self._tail.add(event.rest)
         elif self._required is not None:
             self._take_required_exit(line)
         elif self._ended_last is not None:

@@ -21,12 +21,14 @@ class ProcessEvent:
     """What a line says of a process; ``name`` is the node's absolute name.
 
     ``kind`` is started, exited, required_died or cannot_launch (then ``name`` is package/type).
+    ``rest`` is what the node has written before roslaunch had ended the line about its start.
     """
 
     kind: str
     name: str
     exit_code: int = 0
     reason: str = ''
+    rest: str = ''
 
 
 def plain(line: str) -> str:
@@ -38,7 +40,7 @@ def parse_line(line: str) -> Optional[ProcessEvent]:
     """The event that a plain line tells of, or None."""
     match = _STARTED.search(line)
     if match:
-        return ProcessEvent('started', '/' + match['name'])
+        return ProcessEvent('started', '/' + match['name'], rest=line[match.end():])
     match = _REQUIRED.search(line)
     if match:
         return ProcessEvent('required_died', '/' + match['name'])

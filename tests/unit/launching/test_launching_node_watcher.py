@@ -127,6 +127,12 @@ def test_last_lines_of_a_node_that_died() -> None:
     assert watcher.reports() == [reports[-1]]
 
 
+def test_first_words_in_the_line_of_the_start() -> None:
+    line = started('d/a-1').rstrip('\n') + 'no camera\n'
+    reports = watch(line, '\n', DIED)[1]
+    assert reports[-1].log_tail == ('no camera', '')
+
+
 def test_last_lines_of_a_node_that_writes_to_a_file(tmp_path: Path) -> None:
     (tmp_path / 'd-a-1-stdout.log').write_text('first\nsecond\n')
     (tmp_path / 'd-a-1.log').write_text('of rospy\n')

@@ -32,6 +32,7 @@ CANNOT = ('ERROR: cannot launch node of type [pkg/kind]: Cannot locate node of t
     (STARTED.format('rviz-1'), ProcessEvent('started', '/rviz')),
     (STARTED.format('arm/robot_proc-12'), ProcessEvent('started', '/arm/robot_proc')),
     (STARTED.format('a-2-3'), ProcessEvent('started', '/a-2')),
+    (STARTED.format('a-3') + 'first words', ProcessEvent('started', '/a', rest='first words')),
     (DIED.format('arm/driver-3', 1), ProcessEvent('exited', '/arm/driver', 1)),
     (DIED.format('arm/driver-3', -11), ProcessEvent('exited', '/arm/driver', -11)),
     (DIED.format('d-3', 127), ProcessEvent('exited', '/d', 127)),
