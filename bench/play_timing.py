@@ -1,13 +1,16 @@
 """Plays the sewing cell's bag with `rosbag play` and with bag_player: who keeps time better?
 
 usage: bench/run play_timing [--rounds 2] [--rates 1,0.25,4] [--folder FOLDER] [--no-rviz]
+                             [--together]
 
 20 s with two robots at 125 Hz, forces at 94 Hz, and images of a Kinect at 30 Hz (46 MB/s). The
 players take turns (A B B A ...) with the same options, and a subscriber in C++ notes when each
 message arrives. The schedule error of a message is its arrival minus the time when it was due:
 its time in the bag divided by the rate, plus one offset for the whole run (see schedule_error.py).
 The table has percentiles of its size over all rounds. On a virtual machine, a run in which the host
-took time is repeated (see stolen_time.py). The last part plays at 1x while the whole cell runs in
+took time is repeated (see stolen_time.py); with ``--together`` the players do not take turns but
+play at the same time, each with a master and a subscriber of its own, so that what the host takes
+is taken from both. The last part plays at 1x while the whole cell runs in
 playback mode with RViz on the screen.
 """
 from __future__ import annotations
@@ -15,7 +18,10 @@ from __future__ import annotations
 import argparse
 import contextlib
 import os
+import socket
 import subprocess
+import tempfile
+from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 from typing import Dict, Iterator, List, Sequence
@@ -60,6 +66,7 @@ def _options() -> argparse.Namespace:
                         type=lambda text: [float(part) for part in text.split(',') if part])
     parser.add_argument('--folder', default=DEFAULT_FOLDER, help='for the bag (%(default)s)')
     parser.add_argument('--players', default=[PEER, OURS], choices=list(COMMANDS), nargs='+')
+    parser.add_argument('--together', action='store_true', help='let all play at the same time')
     parser.add_argument('--no-rviz', dest='rviz', action='store_false')
     return parser.parse_args()
 
@@ -68,12 +75,38 @@ def _compare(bag: MadeBag, rate: float, options: argparse.Namespace, title: str,
              aim: float) -> None:
     runs: Dict[str, List[List[TopicError]]] = {player: [] for player in options.players}
     for turn in range(options.rounds):
-        for player in options.players[::-1 if turn % 2 else 1]:
-            errors, stolen = undisturbed(partial(_play, bag, player, rate))
-            runs[player].append(errors)
-            print(f'{title}, {player}: the host took {stolen:.2%} of the time', flush=True)
+        players = options.players[::-1 if turn % 2 else 1]
+        for group in [players] if options.together else [[player] for player in players]:
+            errors, stolen = undisturbed(partial(_play_all, bag, group, rate))
+            for player in group:
+                runs[player].append(errors[player])
+            print(f'{title}, {" and ".join(group)}: the host took {stolen:.2%} of the time',
+                  flush=True)
     print_table(title, [topic.name for topic in bag.topics],
                 {player: pooled(errors) for player, errors in runs.items()}, aim)
+
+
+def _play_all(bag: MadeBag, players: Sequence[str], rate: float) -> Dict[str, List[TopicError]]:
+    """Let players play at the same time, if they are several."""
+    if len(players) == 1:
+        return {players[0]: _play(bag, players[0], rate)}
+    with ProcessPoolExecutor(len(players)) as processes:
+        play = partial(_play_apart, str(bag.path.parent), rate=rate)
+        return dict(zip(players, processes.map(play, players)))
+
+
+def _play_apart(folder: str, player: str, rate: float) -> List[TopicError]:
+    """Play the bag in a folder, with a master of one's own; in a process of its own."""
+    os.environ['ROS_MASTER_URI'] = f'http://127.0.0.1:{_free_port()}'
+    os.environ['ROS_HOME'] = tempfile.mkdtemp(dir=os.environ['ROS_HOME'])
+    with ros_master():
+        return _play(cell_bag(folder, _LENGTH_S), player, rate)
+
+
+def _free_port() -> int:
+    with socket.socket() as listener:
+        listener.bind(('127.0.0.1', 0))
+        return int(listener.getsockname()[1])
 
 
 def _play(bag: MadeBag, player: str, rate: float) -> List[TopicError]:

@@ -1,10 +1,18 @@
 """The velocity in playback: the same at every rate, backwards, across changes, in single steps."""
+import zlib
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from process_visualizer.motion.playback_clock import PlaybackClock, PlaybackState
-from process_visualizer.motion.tool_velocity import HOLD_S, STATE_DELAY_S, ToolVelocity
+from process_visualizer.motion.playback_clock import BagTime, PlaybackClock, PlaybackState
+from process_visualizer.motion.recorded_times import Told
+from process_visualizer.motion.tool_velocity import (
+    HOLD_S,
+    STATE_DELAY_S,
+    TOLD_WITHIN_S,
+    ToolVelocity,
+)
 
 VELOCITY = np.array([0.05, -0.12, 0.02])
 TURNING = np.array([0.3, -0.5, 0.8])  # rad/s in the base frame
@@ -21,6 +29,8 @@ def pose(bag_s):
 class Player:
     """Plays poses every 8 ms of a recording; states may come later than what they belong to."""
 
+    rate = 0.0  # as it was last said; 0 while paused
+
     def __init__(self, state_delay_s=0.0):
         self.clock = PlaybackClock()
         self.velocity = ToolVelocity(self.clock, 0.1)
@@ -30,6 +40,7 @@ class Player:
         self.found = []
 
     def say(self, rate, paused=False):
+        self.rate = 0.0 if paused else rate
         self._states.append(PlaybackState(self.wall_s, self.bag_s, rate, paused, self.segment))
 
     def play(self, rate, duration_s):
@@ -158,3 +169,96 @@ def test_a_clock_that_was_set_back(back_s):
     assert np.allclose(found[-20:], VELOCITY)
     if back_s > 1.0:
         assert np.allclose(found, VELOCITY)
+
+
+class TellingPlayer(Player):
+    """Tells when poses were recorded, a hundred of them before the first is sent.
+
+    All is late by up to 0.3 s, and comes in bunches.
+    """
+
+    ahead = 100
+
+    def __init__(self):
+        super().__init__()
+        self._random = np.random.default_rng(5)
+        self._to_send, self._newest_s = [], 0.0
+
+    def send(self, late_s=0.0, age_s=0.0):
+        bag_s = self.bag_s - age_s
+        checksum = zlib.crc32(repr(round(bag_s, 4)).encode())
+        told = Told(checksum, BagTime(self.segment, bag_s, self.rate))
+        self.velocity.tell(self.wall_s, [told])
+        self._to_send.append((self.wall_s, bag_s, checksum))
+        if len(self._to_send) > self.ahead:
+            self._send_first()
+
+    def finish(self):
+        while self._to_send:
+            self._send_first()
+
+    def _send_first(self):
+        sent_s, bag_s, checksum = self._to_send.pop(0)
+        while self._states and self._states[0].stamp_s <= sent_s:
+            self.clock.add(self._states.pop(0))
+        late_s = self._random.uniform(0.0, 0.3) if self._random.random() < 0.1 else 0.0
+        self._newest_s = max(self._newest_s, sent_s + late_s)
+        self.velocity.add(self._newest_s, self._newest_s, *pose(bag_s), checksum=checksum)
+        if self.velocity.velocity() is not None:
+            self.found.append((*self.velocity.velocity(), *self.velocity.angular_velocity()))
+
+
+@pytest.mark.parametrize('rate', [0.25, 1.0, 4.0, 16.0, -0.5, -1.0, -4.0])
+def test_what_is_told_counts_however_late_a_pose_comes(rate):
+    player = TellingPlayer()
+    player.play(rate, 4.0)
+    player.finish()
+    player.assert_right(450)
+
+
+def test_what_is_told_across_commands():
+    player = TellingPlayer()
+    for rate in (1.0, 4.0, -2.0, 0.5):
+        player.play(rate, 1.0)
+        player.seek(player.bag_s + 7.0)
+        player.step(30)
+        player.step(-30)
+    player.finish()
+    player.assert_right(500)
+
+
+def test_poses_wait_for_what_is_told_late_and_are_not_lost_without_it():
+    player = TellingPlayer()
+    player.ahead = 0
+    player.play(1.0, 1.0)
+    count = len(player.found)
+    arrival_s = player.wall_s + 0.01
+    player.velocity.add(arrival_s, arrival_s, (9.0, 9.0, 9.0), (0.0, 0.0, 0.0, 1.0), checksum=1)
+    player.velocity.settle(arrival_s + TOLD_WITHIN_S - 0.01)
+    assert np.allclose(player.velocity.velocity(), VELOCITY, atol=2e-4)  # it still waits
+    player.velocity.tell(arrival_s, [Told(1, BagTime(0, player.bag_s + 500.0))])
+    player.velocity.settle(arrival_s)
+    assert player.velocity.velocity() is None  # it is far from the others
+    player.velocity.add(arrival_s, arrival_s, *pose(player.bag_s), checksum=2)
+    player.velocity.settle(arrival_s + TOLD_WITHIN_S + 0.001)
+    assert count > 50 and not player.velocity._waiting
+
+
+def test_poses_that_the_recorder_got_in_a_bunch():
+    clock = PlaybackClock()
+    clock.add(PlaybackState(START_S, 0.0, 1.0, False, 0))
+    velocity, found = ToolVelocity(clock, 0.1), []
+    velocity.tell(START_S, [Told(number, BagTime(0, recorded_s(number), 1.0))
+                            for number in range(1, 600)])
+    for number in range(1, 600):
+        velocity.add(START_S, START_S, *pose(number * PERIOD_S), checksum=number)
+        if velocity.velocity() is not None:
+            found.append((*velocity.velocity(), *velocity.angular_velocity()))
+    assert len(found) > 550
+    assert np.allclose(found[300:], np.concatenate([VELOCITY, TURNING]), rtol=0.02)
+
+
+def recorded_s(number):
+    """Of each fifty poses the first four came with the fifth."""
+    place = number % 50
+    return (number + max(4 - place, 0)) * PERIOD_S

@@ -32,6 +32,9 @@ AT_ONCE = 0  # a monotonic time [ns] that has passed
 class Output(Protocol):
     """Where messages go to; called by one thread."""
 
+    def announce(self, connection: int, data: Data, bag_ns: int, basis: Basis) -> None:
+        """Tell when a message without a stamp of its own was recorded [bag ns]: it comes next."""
+
     def publish(self, connection: int, pieces: List[Data], due_ns: int) -> None:
         """Send a message of a connection, given in pieces, when a monotonic time [ns] has come.
 
@@ -298,14 +301,14 @@ class Playback:
         event = self._events.scene(count)
         if self._timeline.basis.scene == basis.scene:
             for message in event.messages:
-                self._publish(message, lambda stamp_ns: self._present(basis, stamp_ns))
+                self._publish(message, basis, lambda stamp_ns: self._present(basis, stamp_ns))
         if not basis.paused:  # restoring took its time; what follows comes at its pace, in no burst
             self._timeline.slip_to(basis.bag_ns, basis.version, begins=True)
 
     def _show(self, event: PlaybackEvent, basis: Basis, due_ns: int = AT_ONCE) -> None:
         for message in event.messages:
-            self._publish(message, self._stamper(basis, message.time_ns, event.time_ns, due_ns),
-                          due_ns)
+            stamper = self._stamper(basis, message.time_ns, event.time_ns, due_ns)
+            self._publish(message, basis, stamper, due_ns)
 
     def _stamper(self, basis: Basis, message_ns: int, shown_ns: int,
                  due_ns: int) -> Callable[[int], int]:
@@ -317,10 +320,12 @@ class Playback:
     def _present(self, basis: Basis, stamp_ns: int) -> int:
         return stamp_ns if self._mapping is None else self._mapping.present(basis, stamp_ns)
 
-    def _publish(self, message: LoadedMessage, mapping: Callable[[int], int],
+    def _publish(self, message: LoadedMessage, basis: Basis, mapping: Callable[[int], int],
                  due_ns: int = AT_ONCE) -> None:
         pieces: List[Data] = [message.data]
-        if self._mapping is not None and message.stamp_offsets:
+        if not message.stamp_offsets:
+            self._output.announce(message.connection, message.data, message.time_ns, basis)
+        elif self._mapping is not None:
             pieces = with_stamps_moved(message.data, message.stamp_offsets, mapping)
         self._output.publish(message.connection, pieces, due_ns)
         self._published += 1

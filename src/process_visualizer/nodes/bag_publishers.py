@@ -7,6 +7,8 @@ import rospy
 
 from process_visualizer.bags.bag_records import Connection
 from process_visualizer.bags.message_layout import Data
+from process_visualizer.bags.timeline import Basis
+from process_visualizer.nodes.recorded_times import RecordedTimesPublisher
 from process_visualizer.nodes.timed_sender import TimedSender
 from process_visualizer.nodes.topic_publisher import TopicPublisher
 
@@ -48,6 +50,8 @@ class BagPublishers:
         self._publish: Dict[int, Callable[[int, List[Data], int], None]] = {
             number: publisher.publish for topic, publisher in zip(topics, self._topics)
             for number in topic.numbers}
+        self._names = {number: topic.name for topic in topics for number in topic.numbers}
+        self._recorded_times = RecordedTimesPublisher()
 
     @property
     def dropped(self) -> int:
@@ -63,6 +67,10 @@ class BagPublishers:
     def all_subscribed(self) -> bool:
         """Tell whether every topic has a subscriber."""
         return all(topic.subscriber_count for topic in self._topics)
+
+    def announce(self, connection: int, data: Data, bag_ns: int, basis: Basis) -> None:
+        """Tell when a message without a stamp of its own was recorded [bag ns]."""
+        self._recorded_times.announce(self._names[connection], data, bag_ns, basis)
 
     def publish(self, connection: int, pieces: List[Data], due_ns: int) -> None:
         """Send a message of a connection, given in pieces, when a monotonic time [ns] has come."""
@@ -87,6 +95,7 @@ class BagPublishers:
     def close(self) -> None:
         """Stop publishing."""
         self._sender.close()
+        self._recorded_times.close()
         for topic in self._topics:
             topic.close()
 

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import math
+import zlib
 from dataclasses import dataclass
 from typing import Any, Dict, Sequence, Type
 
@@ -28,6 +29,7 @@ class ToolPose:
     quaternion: Quaternion  # x y z w, not zero, of any length
     frame: str = ''
     stamp_s: float = 0.0  # when it was measured; 0: the message does not say
+    checksum: int = 0  # CRC-32 of a message without a stamp
 
     def rotation(self) -> np.ndarray:
         """Return the rotation matrix (3, 3)."""
@@ -45,11 +47,11 @@ class Wrench:
 
 def _pose_from_array(message: bytes) -> ToolPose:
     """Read x y z [m] and a rotation vector [rad] (Universal Robots) or a quaternion x y z w."""
-    values = _finite(float32_values(message))
+    values, checksum = _finite(float32_values(message)), zlib.crc32(message)
     if len(values) == 6:
-        return ToolPose(values[:3], quaternion_from_rotation_vector(values[3:]))
+        return ToolPose(values[:3], quaternion_from_rotation_vector(values[3:]), checksum=checksum)
     if len(values) == 7:
-        return ToolPose(values[:3], _not_zero(values[3:]))
+        return ToolPose(values[:3], _not_zero(values[3:]), checksum=checksum)
     raise ValueError('6 values (x y z and a rotation vector) or 7 (x y z and a quaternion x y z w) '
                      f'are expected, not {len(values)}')
 

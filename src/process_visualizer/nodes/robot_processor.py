@@ -11,6 +11,7 @@ from geometry_msgs.msg import TwistStamped, Vector3, WrenchStamped
 from visualization_msgs.msg import MarkerArray
 
 from process_visualizer.motion.measuring_time import MeasuringTime
+from process_visualizer.motion.recorded_times import Told
 from process_visualizer.motion.tool_velocity import ToolVelocity
 from process_visualizer.nodes.frame_reader import TF_MESSAGE, FrameReader
 from process_visualizer.nodes.frame_watch import FrameWatch
@@ -31,6 +32,7 @@ from process_visualizer.nodes.parameters import (
 )
 from process_visualizer.nodes.playback import PlaybackFollower
 from process_visualizer.nodes.process_end import spin_to_end
+from process_visualizer.nodes.recorded_times import RecordedTimesFollower
 from process_visualizer.nodes.robot_display import RobotDisplay, ToolMotion
 from process_visualizer.nodes.robot_messages import (
     POSE_DECODERS,
@@ -103,6 +105,8 @@ class RobotProcessor:
                         topic.frame or parameters.tool_frame, self._on_tool_pose)
         else:
             self._subscribe(topic, POSE_DECODERS, self._on_tool_pose)
+            if topic.name:
+                RecordedTimesFollower(topic.name, self._on_told)
 
     def _on_tool_pose(self, pose: ToolPose) -> None:
         if pose.frame not in ('', self._parameters.base_frame):
@@ -112,7 +116,7 @@ class RobotProcessor:
         wall_s = self._tool_times.wall_s(pose.stamp_s, now_s)
         with self._lock:
             self._velocity.add(now_s, wall_s, pose.position, pose.quaternion,
-                               self._playback_rate.value())
+                               self._playback_rate.value(), pose.checksum)
             self._pose, self._pose_time_s = pose, self._playback.clock.data_time_s(now_s)
             self._frames.want(self._parameters.tool_frame, self._parameters.tool_center_frame.name)
             if self._tool_velocity.get_num_connections() > 0:
@@ -121,6 +125,10 @@ class RobotProcessor:
         if self._tool_times.standing and not self._playback.clock.follows_player(now_s):
             raise DoubtfulMessage('its stamp is not later than the one before; until the stamps go '
                                   'on, the velocity is computed from the times of arrival')
+
+    def _on_told(self, coming: List[Told]) -> None:
+        with self._lock:
+            self._velocity.tell(rospy.get_time(), coming)
 
     def _publish_velocity(self) -> None:
         velocity, turning = self._velocity.velocity(), self._velocity.angular_velocity()

@@ -17,7 +17,7 @@ from process_visualizer.bags.bag_index import BagIndex, ChunkPlaces, Columns
 from process_visualizer.bags.bag_records import Connection
 from process_visualizer.bags.playback import Playback
 from process_visualizer.bags.player_control import PlayerControl
-from process_visualizer.bags.timeline import Timeline
+from process_visualizer.bags.timeline import Basis, Timeline
 
 BEGIN_NS = 1_600_000_000_000_000_000
 MS = 1_000_000
@@ -148,6 +148,7 @@ class Viewer:
     def __init__(self, clock: ScriptedClock) -> None:
         self._clock = clock
         self.log: List[Shown] = []
+        self.announced: List[Tuple[int, bytes, int]] = []  # connection, bytes, bag time
         self.jumps: List[int] = []
         self.finished = 0
         self.work_ns = 0
@@ -158,6 +159,9 @@ class Viewer:
         self.begun_ns = 0  # how long before it is due a message cannot be taken back any more
         self._scheduled: List[Shown] = []
         clock.on_time = self.receive
+
+    def announce(self, connection: int, data: bytes, bag_ns: int, basis: Basis) -> None:
+        self.announced.append((connection, bytes(data), bag_ns))
 
     def publish(self, connection: int, pieces: Sequence[bytes], due_ns: int) -> None:
         last_ns = self._scheduled[-1].now_ns if self._scheduled else 0
