@@ -3,10 +3,9 @@
 usage: bench/run velocity [--rates 0.25 1 -1 4] [--seconds 22] [--bag FILE] [--plot FILE.png]
 
 The simulated cell runs as `cell run` starts it, without RViz, and is recorded. Then the cell runs
-in playback mode, and the player plays at each rate; faster than 1x with the robots only, as two
-cores cannot make 120 clouds a second (see --all-devices). Beside the estimate stands what the
-thesis computes from the same messages: the difference of two positions over the time between their
-arrivals (equation 5.1, figure 6.15).
+in playback mode with the same devices, and the player plays at each rate. Beside the estimate
+stands what the thesis computes from the same messages: the difference of two positions over the
+time between their arrivals (equation 5.1, figure 6.15).
 
 An estimate is compared with the truth at its stamp; the delay is how long after that it came.
 Errors are lengths of vectors, as shares of the largest speed. A false zero is a speed that shows no
@@ -115,10 +114,7 @@ def main() -> int:
         if not os.path.exists(bag):
             _record(bag, options.seconds)
         runs = {'live': _read(bag)}
-        slow = [rate for rate in options.rates if abs(rate) <= 1.0 or options.all_devices]
-        fast = [rate for rate in options.rates if rate not in slow]
-        runs.update(_played(bag, slow, folder))
-        runs.update(_played(bag, fast, folder, '--devices', 'ur_rt_upper,ur_rt_lower'))
+        runs.update(_played(bag, options.rates, folder))
     _report(runs, options)
     return 0
 
@@ -128,7 +124,6 @@ def _options() -> argparse.Namespace:
     parser.add_argument('--rates', nargs='+', type=float, default=[0.25, 1.0, -1.0, 4.0])
     parser.add_argument('--seconds', type=float, default=22.0, help='of simulation')
     parser.add_argument('--bag', help='keep the recording here, or play this one')
-    parser.add_argument('--all-devices', action='store_true', help='at the fast rates too')
     parser.add_argument('--plot', help='a .png file')
     return parser.parse_args()
 
@@ -166,11 +161,9 @@ def _record(bag: str, seconds: float) -> None:
         recorder.close()
 
 
-def _played(bag: str, rates: Sequence[float], folder: Path, *cell: str) -> Dict[str, Run]:
+def _played(bag: str, rates: Sequence[float], folder: Path) -> Dict[str, Run]:
     runs: Dict[str, Run] = {}
-    if not rates:
-        return runs
-    with running_cell('--mode', 'playback', '--bag', bag, *cell):
+    with running_cell('--mode', 'playback', '--bag', bag):
         time.sleep(_WARM_UP_S)
         for number, rate in enumerate(rates):
             _command('pause', Trigger)

@@ -85,6 +85,16 @@ class BagPlayerTest(unittest.TestCase):
                 listener.wait_for(lambda: len(times(listener)) == 126, '/tcf')
                 self.check_played(listener)
 
+    def test_a_pause_before_play_begins_counts(self) -> None:
+        for name in ('pause', 'stop'):
+            with Player(self.bag, '-d', '3', '-k') as player:
+                self.assertTrue(player.call(name, Trigger).success)
+                with Listener('/text') as listener:  # latched: it comes when all has begun
+                    listener.wait_for(lambda at=listener: at.received, 'the scene')
+                    state = player.wait_for_state(lambda it: it.published > 0, 'the scene')
+                self.assertTrue(state.paused)
+                self.assertEqual(state.position, 0.0)
+
     def test_split_bags_are_one_recording(self) -> None:
         half = len(self.rows) // 2
         parts = [write_bag(Path(self.folder.name) / f'part{number}.bag', rows)

@@ -31,6 +31,12 @@ class PlayerControl:
         """Take what the commands go to."""
         self._timeline = timeline
         self._playback = playback
+        self._stands = False
+
+    @property
+    def stands(self) -> bool:
+        """Tell whether the last command of its kind said that it is to stand still."""
+        return self._stands
 
     def status(self) -> PlayerStatus:
         """Return what the player does now."""
@@ -42,11 +48,13 @@ class PlayerControl:
 
     def play(self) -> str:
         """Play on; from the end, where nothing is left, start over."""
+        self._stands = False
         self._timeline.play()
         return self._where('playing')
 
     def pause(self) -> str:
         """Stand still."""
+        self._stands = True
         self._timeline.pause()
         return self._where('paused')
 
@@ -57,6 +65,7 @@ class PlayerControl:
 
     def stop(self) -> str:
         """Stand still at the beginning."""
+        self._stands = True
         self._timeline.stop()
         return self._where('stopped')
 
@@ -78,6 +87,7 @@ class PlayerControl:
         step = Step(count, topic, _nanoseconds('the duration', duration_s_))
         if not count and not step.duration_ns:
             raise CommandRefused('a step needs a count of messages or a duration other than 0')
+        self._stands = True
         self._playback.step(step)
         return self._where('at')
 

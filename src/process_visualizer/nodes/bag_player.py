@@ -100,9 +100,9 @@ class BagPlayer:
             return not self._quitting
 
     def start(self, paused: bool) -> None:
-        """Begin to publish, playing or paused."""
+        """Begin to publish, playing or paused; paused too where a command has said so already."""
         self._playback.prepare()
-        if not paused:
+        if not (paused or self.control.stands):
             self.control.play()
         self._thread.start()
         self._started = True
