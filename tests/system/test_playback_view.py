@@ -75,7 +75,6 @@ def test_the_same_time_is_the_same_picture(bag, ros_environment, screen, simulat
     run = run_cell(simulated_config, '--mode', 'playback', '--bag', bag, '--devices', devices)
     run.wait_for_line('/rviz: running')
     called(ros_environment, 'pause')
-    take_picture(ros_environment, tmp_path / 'first.png')
     pictures = {name: picture_at(ros_environment, position_s, tmp_path / f'{name}.png')
                 for name, position_s in (('early', 1.0), ('late', 7.0), ('again', 1.0),
                                          ('middle', 4.0), ('late_again', 7.0))}
