@@ -95,6 +95,14 @@ class BagPlayerTest(unittest.TestCase):
                 self.assertTrue(state.paused)
                 self.assertEqual(state.position, 0.0)
 
+    def test_while_paused_the_scene_comes_again_for_what_has_started_meanwhile(self) -> None:
+        with Listener('/tcf') as listener, Player(self.bag, '--pause', '-s', '0.4') as player:
+            player.wait_for_state(lambda it: it.paused and it.published > 0, 'the scene')
+            listener.wait_for(lambda: len(listener.received) > 0, 'the scene')
+            listener.clear()
+            listener.wait_for(lambda: len(listener.received) > 2, 'the scene again, and again')
+            self.assertEqual(set(times(listener)), {0.4})
+
     def test_split_bags_are_one_recording(self) -> None:
         half = len(self.rows) // 2
         parts = [write_bag(Path(self.folder.name) / f'part{number}.bag', rows)

@@ -26,6 +26,9 @@ DRAIN_S = 5.0
 HEAD_START_NS = 50_000_000
 """Too short to be noticed, and enough to have the first messages ready when they are due."""
 SIGNALS_S = 0.5  # how long the main thread waits at most before it looks at signals
+REPEAT_S = 2.0
+"""While paused the scene is published again after so long: what has started meanwhile, or has lost
+it, need not subscribe topics of the player itself (a robot's model follows its /tf)."""
 
 
 class NothingToPlay(Exception):
@@ -56,6 +59,7 @@ class BagPlayer:
         self._problems = self._choose(recording, settings) + bad_marks
         self._changed = threading.Condition()
         self._started = self._finished = self._quitting = False
+        self._repeats, self._repeated_ns = settings.restamp, 0
         self._timeline = _timeline(recording, settings.end_s)
         self._begin = _ros_time(self._timeline.basis.begin_ns)
         self._publishers = BagPublishers(self._topics, settings.queue_size, self)
@@ -113,6 +117,7 @@ class BagPlayer:
             while not (self._quitting or (until_finished and self._finished)):
                 # a signal just before the wait is handled only after it
                 self._changed.wait(SIGNALS_S)
+                self._repeat_while_paused()
 
     def quit(self) -> None:
         """End waiting."""
@@ -168,6 +173,13 @@ class BagPlayer:
         if not len(recording.index):
             raise NothingToPlay(' '.join(['no chosen topic can be played', *problems, *conflicts]))
         return problems + conflicts
+
+    def _repeat_while_paused(self) -> None:
+        basis, now_ns = self._timeline.basis, time.monotonic_ns()
+        quiet_ns = now_ns - max(basis.monotonic_ns, self._repeated_ns)
+        if self._repeats and basis.paused and quiet_ns >= REPEAT_S * NS_PER_S:
+            self._repeated_ns = now_ns
+            self._playback.repeat_scene()
 
     def _run(self) -> None:
         try:
