@@ -1,7 +1,7 @@
 """Plays the sewing cell's bag with `rosbag play` and with bag_player: who keeps time better?
 
 usage: bench/run play_timing [--rounds 2] [--rates 1,0.25,4] [--folder FOLDER] [--no-rviz]
-                             [--together]
+                             [--together] [--busy N]
 
 20 s with two robots at 125 Hz, forces at 94 Hz, and images of a Kinect at 30 Hz (46 MB/s). The
 players take turns (A B B A ...) with the same options, and a subscriber in C++ notes when each
@@ -10,8 +10,8 @@ its time in the bag divided by the rate, plus one offset for the whole run (see 
 The table has percentiles of its size over all rounds. On a virtual machine, a run in which the host
 took time is repeated (see stolen_time.py); with ``--together`` the players do not take turns but
 play at the same time, each with a master and a subscriber of its own, so that what the host takes
-is taken from both. The last part plays at 1x while the whole cell runs in
-playback mode with RViz on the screen.
+is taken from both. With ``--busy`` other programs compute at the same time. The last part plays
+at 1x while the whole cell runs in playback mode with RViz on the screen.
 """
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ import contextlib
 import os
 import socket
 import subprocess
+import sys
 import tempfile
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
@@ -51,7 +52,7 @@ def main() -> None:
     options = _options()
     build_recorder()
     bag = cell_bag(options.folder, _LENGTH_S)
-    with ros_master():
+    with ros_master(), _busy(options.busy):
         for rate in options.rates:
             _compare(bag, rate, options, f'{rate:g}x', aim=0.5 if rate == 1 else 1.0)
         if options.rviz:
@@ -67,6 +68,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument('--folder', default=DEFAULT_FOLDER, help='for the bag (%(default)s)')
     parser.add_argument('--players', default=[PEER, OURS], choices=list(COMMANDS), nargs='+')
     parser.add_argument('--together', action='store_true', help='let all play at the same time')
+    parser.add_argument('--busy', type=int, default=0, help='other programs that compute')
     parser.add_argument('--no-rviz', dest='rviz', action='store_false')
     return parser.parse_args()
 
@@ -137,6 +139,18 @@ def _by_topic(bag: MadeBag, arrivals: np.ndarray) -> Sequence[TopicArrivals]:
         topics.append(TopicArrivals(indexes(topic.message_class._type, its['front']),
                                     its['time_ns'], bag.times_ns(number)))
     return topics
+
+
+@contextlib.contextmanager
+def _busy(count: int) -> Iterator[None]:
+    """So many programs that compute without a pause."""
+    programs = [subprocess.Popen([sys.executable, '-c', 'while True: pass']) for _ in range(count)]
+    try:
+        yield
+    finally:
+        for program in programs:
+            program.kill()
+            program.wait()
 
 
 @contextlib.contextmanager

@@ -103,6 +103,16 @@ class BagPlayerTest(unittest.TestCase):
             listener.wait_for(lambda: len(listener.received) > 2, 'the scene again, and again')
             self.assertEqual(set(times(listener)), {0.4})
 
+    def test_the_position_of_a_state_is_that_of_its_stamp(self) -> None:
+        with Player(self.bag, '-d', '2', '-r', '0.25') as player:
+            player.wait()
+            states = [it for it in player.states if not it.paused and 0.0 < it.position < 1.0]
+        first = states[0]
+        self.assertGreater(len(states), 10)
+        for state in states:
+            elapsed_s = (state.stamp - first.stamp).to_sec()
+            self.assertAlmostEqual(state.position, first.position + 0.25 * elapsed_s, delta=1e-5)
+
     def test_split_bags_are_one_recording(self) -> None:
         half = len(self.rows) // 2
         parts = [write_bag(Path(self.folder.name) / f'part{number}.bag', rows)

@@ -19,6 +19,7 @@ class PlayerStatus(NamedTuple):
     loop: Optional[Tuple[float, float]]
     segment: int
     since_ns: int  # monotonic time from which on the position has run as it does
+    monotonic_ns: int  # the time for which the position holds
 
 
 class PlayerControl:
@@ -40,11 +41,11 @@ class PlayerControl:
 
     def status(self) -> PlayerStatus:
         """Return what the player does now."""
-        basis = self._timeline.basis
+        basis, now_ns = self._timeline.now()
         loop = basis.loop and (self._seconds(basis.loop[0]), self._seconds(basis.loop[1]))
-        return PlayerStatus(self._seconds(self._timeline.position_ns()), duration_s(basis),
+        return PlayerStatus(self._seconds(basis.position_at(now_ns)), duration_s(basis),
                             basis.rate, self._timeline.achieved_rate(), basis.paused, loop,
-                            basis.segment, basis.monotonic_ns)
+                            basis.segment, basis.monotonic_ns, now_ns)
 
     def play(self) -> str:
         """Play on; from the end, where nothing is left, start over."""

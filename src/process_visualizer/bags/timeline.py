@@ -110,6 +110,11 @@ class Timeline:
         """Return the present basis; it is immutable."""
         return self._basis
 
+    def now(self) -> Tuple[Basis, int]:
+        """Return the present basis and the monotonic time [ns] for which it was asked."""
+        with self._changed:
+            return self._basis, self._clock.monotonic_ns()
+
     def position_ns(self) -> int:
         """Return the present position [bag ns]."""
         with self._changed:

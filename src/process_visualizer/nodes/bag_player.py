@@ -147,10 +147,11 @@ class BagPlayer:
 
     def state_message(self) -> PlayerState:
         """Return what the player does now."""
-        wall_ns, monotonic_ns, status = time.time_ns(), time.monotonic_ns(), self.control.status()
+        status, offset_ns = self.control.status(), _wall_offset_ns()
         begin_s, end_s = status.loop or (0.0, 0.0)
         return PlayerState(
-            stamp=_ros_time(wall_ns), since=_ros_time(wall_ns - monotonic_ns + status.since_ns),
+            stamp=_ros_time(status.monotonic_ns + offset_ns),
+            since=_ros_time(status.since_ns + offset_ns),
             begin=self._begin, duration=status.duration_s,
             position=status.position_s, rate=status.rate, achieved_rate=status.achieved_rate,
             paused=status.paused, loop=status.loop is not None, loop_begin=begin_s,
@@ -226,6 +227,15 @@ def _timeline(recording: Recording, end_s: Optional[float]) -> Timeline:
     if end_s is not None:
         end_ns = min(recording.begin_ns + round(end_s * NS_PER_S), end_ns)
     return Timeline(recording.begin_ns, end_ns, head_start_ns=HEAD_START_NS)
+
+
+def _wall_offset_ns() -> int:
+    """Return what wall times are more than monotonic ones [ns], not disturbed by other threads."""
+    readings = []
+    for _ in range(3):
+        before_ns, wall_ns, after_ns = time.monotonic_ns(), time.time_ns(), time.monotonic_ns()
+        readings.append((after_ns - before_ns, wall_ns - (before_ns + after_ns) // 2))
+    return min(readings)[1]
 
 
 def _ros_time(time_ns: int) -> rospy.Time:
