@@ -34,7 +34,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     words = list(sys.argv if arguments is None else arguments)
     options = parse_options(rospy.myargv(words)[1:])
     sys.setswitchinterval(SWITCH_INTERVAL_S)
-    _take_priority()
+    take_priority()
     take_long_slices()
     try:
         return _play(options, words)
@@ -46,7 +46,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     return 1
 
 
-def _take_priority() -> None:
+def take_priority() -> None:
     """Come before programs that only compute, if the user may, and has not wanted otherwise."""
     if os.getpriority(os.PRIO_PROCESS, 0) == 0:
         with contextlib.suppress(PermissionError):  # without it, all works, only less punctually

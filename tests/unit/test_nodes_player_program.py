@@ -1,0 +1,42 @@
+"""The player's priority: taken where it may be, and where the user has wanted none."""
+import os
+import subprocess
+import sys
+
+import pytest
+
+from process_visualizer.nodes.player_program import PRIORITY
+
+REPORT = """
+import os
+from process_visualizer.nodes.player_program import take_priority
+os.nice({nice})
+take_priority()
+print(os.getpriority(os.PRIO_PROCESS, 0))
+"""
+
+
+def priority_after(nice, *prefix):
+    """The niceness of a program that had another one before."""
+    result = subprocess.run([*prefix, sys.executable, '-c', REPORT.format(nice=nice)], check=True,
+                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    return int(result.stdout)
+
+
+def may_have_priority():
+    """Whether a program of this user may come before others."""
+    return subprocess.run([sys.executable, '-c', f'import os; os.nice({PRIORITY})'],
+                          stderr=subprocess.DEVNULL, check=False).returncode == 0
+
+
+def test_it_is_taken_where_it_may_be():
+    assert priority_after(0) == (PRIORITY if may_have_priority() else 0)
+
+
+def test_it_is_not_taken_where_the_user_has_chosen():
+    assert priority_after(5) == 5
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason='only root can take the right away')
+def test_without_the_right_it_goes_on():
+    assert priority_after(0, 'setpriv', '--bounding-set=-sys_nice') == 0
