@@ -40,8 +40,10 @@ def _value_types() -> Iterator[str]:
     yield _pattern_type('substitution', _SUBSTITUTION)
     yield ('  <xs:simpleType name="nothing">\n    <xs:restriction base="xs:token">\n'
            '      <xs:length value="0"/>\n    </xs:restriction>\n  </xs:simpleType>')
+    # Not all validators know which doubles there are: libxml2 takes 0E for one.
+    pattern = f'pattern value={quoteattr(PATTERNS["number"])}'
     for name, facets in _NUMBERS.items():
-        lines = ''.join(f'      <xs:{facet}/>\n' for facet in facets)
+        lines = ''.join(f'      <xs:{facet}/>\n' for facet in (pattern, *facets))
         yield (f'  <xs:simpleType name="{name}">\n    <xs:restriction base="xs:double">\n{lines}'
                '    </xs:restriction>\n  </xs:simpleType>')
     for name, item in _TRIPLES.items():

@@ -6,7 +6,7 @@ from typing import Callable, Iterator, List, Tuple
 import pytest
 from bad_input import BAD_INPUT, Bad
 from configurations import VALUES, configurations
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import HealthCheck, assume, example, given, settings
 from hypothesis import strategies as st
 from lxml import etree
 
@@ -103,6 +103,7 @@ def accepts(kind: str, text: str) -> bool:
 @settings(max_examples=80, deadline=None,
           suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(text=texts())
+@example(text='0E')
 def test_values(value_schema: etree.XMLSchema, kind: str, text: str) -> None:
     assume('$(' not in text)
     element = etree.Element(kind, value=text)
