@@ -28,6 +28,8 @@ from process_visualizer.gui.watchdog import BEAT_MS, Entry, Watchdog, read_repor
 LONGEST_BLOCK_MS = 50.0
 LONGEST_WAIT_MS = 200.0
 """For what others do, such as the X server, on a machine that draws RViz with its processors."""
+MOST_BLOCKS = 1
+"""Between the longest one and twice as long: one may be the machine's, which nothing tells apart."""
 MOST_STOLEN = 0.005
 """Of the time, by the host of a virtual machine: if it took more, everything may have waited."""
 Kind = TypeVar('Kind', bound=QWidget)
@@ -130,12 +132,15 @@ class Operator:
         self.launcher.close()
 
     def blocks(self) -> List[str]:
-        """When the window's thread was held up for too long: for how long, and doing what."""
+        """When the window's thread was held up for too long, or too often: how long, doing what."""
         is_disturbed = stolen_share(self._began, processor_times()) > MOST_STOLEN
-        return [f'{own_ms(block):.0f} ms: {block["stack"]}'
-                for block in read_report(self._watched).blocks
-                if own_ms(block) > (LONGEST_BLOCK_MS if is_the_windows(block) and not is_disturbed
-                                    else LONGEST_WAIT_MS)]
+        limits = [(block, LONGEST_BLOCK_MS if is_the_windows(block) and not is_disturbed
+                   else LONGEST_WAIT_MS) for block in read_report(self._watched).blocks]
+        found = [(block, limit_ms) for block, limit_ms in limits if own_ms(block) > limit_ms]
+        is_grave = any(own_ms(block) > min(2.0 * limit_ms, LONGEST_WAIT_MS)
+                       for block, limit_ms in found)
+        return [described(block) for block, _ in found] if is_grave or len(found) > MOST_BLOCKS \
+            else []
 
 
 def processor_times() -> List[int]:
@@ -154,6 +159,12 @@ def own_ms(block: Entry) -> float:
     What is measured is the time between two beats, which is up to one interval of them longer.
     """
     return float(block['blocked_ms']) - float(block['waited_ms']) - BEAT_MS
+
+
+def described(block: Entry) -> str:
+    """The block as a text."""
+    return (f'{own_ms(block):.0f} ms ({block["blocked_ms"]} between beats, {block["waited_ms"]} '
+            f'waiting for a processor, {block["computed_ms"]} computed): {block["stack"]}')
 
 
 def is_the_windows(block: Entry) -> bool:
