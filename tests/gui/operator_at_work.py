@@ -29,7 +29,7 @@ LONGEST_BLOCK_MS = 50.0
 LONGEST_WAIT_MS = 200.0
 """For what others do, such as the X server, on a machine that draws RViz with its processors."""
 MOST_BLOCKS = 1
-"""Between the longest one and twice as long: one may be the machine's, which nothing tells apart."""
+"""Longer than that, up to twice: one may be the machine's, which nothing tells apart."""
 MOST_STOLEN = 0.005
 """Of the time, by the host of a virtual machine: if it took more, everything may have waited."""
 Kind = TypeVar('Kind', bound=QWidget)
