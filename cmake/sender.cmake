@@ -3,6 +3,7 @@
 find_package(Threads REQUIRED)
 
 add_library(process_visualizer_sender SHARED
+  src/sender/agenda.cpp
   src/sender/c_interface.cpp
   src/sender/packet.cpp
   src/sender/subscriber_link.cpp

@@ -48,6 +48,10 @@ void timed_sender_send(TimedSender* sender, int topic, int source, std::int64_t 
   sender->send(topic, source, due_ns, std::make_shared<const Packet>(message, size));
 }
 
+void timed_sender_withdraw(TimedSender* sender, int topic, int source, std::int64_t due_ns) {
+  sender->send(topic, source, due_ns, std::make_shared<const Packet>());
+}
+
 std::size_t timed_sender_revoke(TimedSender* sender, std::int64_t after_ns) {
   return sender->revoke(after_ns);
 }

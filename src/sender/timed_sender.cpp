@@ -15,6 +15,11 @@ using State = SubscriberLink::State;
 
 namespace {
 
+// Waking up costs more than sending a small message. Beyond so many times a second for more than a
+// moment, what is due meanwhile goes together, late by a period at most.
+constexpr std::int64_t kWakePeriodNs = 100'000;
+constexpr std::int64_t kWakeBurstNs = 10'000'000;
+
 bool isBusy(State state) { return state == State::kReady || state == State::kBlocked; }
 
 }  // namespace
@@ -33,7 +38,7 @@ TimedSender::~TimedSender() { close(); }
 
 int TimedSender::addTopic(bool latch, const QueueLimits& limits) {
   const std::lock_guard lock(mutex_);
-  topics_.push_back({latch, limits, {}, {}, 0});
+  topics_.push_back({latch, limits});
   return static_cast<int>(topics_.size()) - 1;
 }
 
@@ -44,7 +49,7 @@ int TimedSender::addLink(int topic, int socket) {
   wakeup_.add(link->socket(), number);
   links_[number] = std::move(link);
   topics_[topic].links.push_back(number);
-  for (const auto& [source, packet] : topics_[topic].latched) give(number, packet, 0);
+  for (const Latched& it : topics_[topic].latched) give(number, it.packet, it.due_ns);
   wakeup_.ring();
   return number;
 }
@@ -55,6 +60,7 @@ void TimedSender::removeLink(int number) {
   if (found == links_.end()) return;
   wakeup_.remove(found->second->socket());
   busy_ -= isBusy(found->second->state());
+  to_write_.set(number, Wakeup::kNever);
   dropped_by_removed_ += found->second->dropped();
   links_.erase(found);
   for (Topic& topic : topics_)
@@ -66,22 +72,29 @@ void TimedSender::removeLink(int number) {
 void TimedSender::send(int topic, int source, std::int64_t due_ns, PacketPtr packet) {
   const std::lock_guard lock(mutex_);
   if (closed_) return;
-  if (!scheduled_.empty()) due_ns = std::max(due_ns, scheduled_.back().transfer.due());
+  const bool at_once = due_ns <= monotonicNow();
+  due_ns = last_due_ns_ = std::max(due_ns, last_due_ns_);
+  if (at_once) kept_until_ns_ = due_ns;
   const Transfer transfer(packet->size(), due_ns);
-  scheduled_.push_back({transfer, topic, source, std::move(packet)});
-  if (transfer.begin() < waits_until_ns_) wakeup_.ring();
+  topics_[topic].scheduled.push_back({transfer, given_++, source, std::move(packet)});
+  ++waiting_;
+  if (topics_[topic].scheduled.size() == 1) plan(topic);
+  ringBefore(to_begin_.nextTime());
 }
 
 std::size_t TimedSender::revoke(std::int64_t after_ns) {
   const std::lock_guard lock(mutex_);
-  std::size_t count = 0;
-  while (!scheduled_.empty() && scheduled_.back().packet &&
-         scheduled_.back().transfer.due() > after_ns) {
-    scheduled_.pop_back();
-    ++count;
+  const std::int64_t until_ns = std::max(after_ns, kept_until_ns_);
+  const std::size_t before = waiting_;
+  for (std::size_t number = 0; number < topics_.size(); ++number) {
+    std::deque<Scheduled>& scheduled = topics_[number].scheduled;
+    for (; !scheduled.empty() && scheduled.back().transfer.due() > until_ns; --waiting_)
+      scheduled.pop_back();
+    if (scheduled.empty()) plan(static_cast<int>(number));
   }
+  last_due_ns_ = std::min(last_due_ns_, until_ns);
   if (isIdle()) idle_.notify_all();
-  return count;
+  return before - waiting_;
 }
 
 std::size_t TimedSender::sent(int topic) const {
@@ -126,9 +139,14 @@ void TimedSender::close() {
 void TimedSender::run() {
   if (!takeRealTimePriority()) takeSlices(kShortSlice);
   std::unique_lock lock(mutex_);
+  std::int64_t paced_ns = 0;
   while (!closed_) {
-    const std::int64_t begin_ns = beginScheduled();
-    const std::int64_t next_ns = std::min(begin_ns, writeToLinks());
+    const std::int64_t now_ns = monotonicNow();
+    paced_ns = std::clamp(paced_ns, now_ns - kWakeBurstNs, now_ns) + kWakePeriodNs;
+    beginDue(now_ns);
+    writeDue(now_ns);
+    const std::int64_t work_ns = std::min(to_begin_.nextTime(), to_write_.nextTime());
+    const std::int64_t next_ns = std::max(work_ns, paced_ns);
     waits_until_ns_ = next_ns;
     if (isIdle()) idle_.notify_all();
     lock.unlock();
@@ -138,24 +156,41 @@ void TimedSender::run() {
   }
 }
 
-/// Gives the links what may be begun; returns when the next packet may be.
-std::int64_t TimedSender::beginScheduled() {
-  const std::int64_t now_ns = monotonicNow();
-  std::int64_t next_ns = Wakeup::kNever;
-  for (Scheduled& scheduled : scheduled_) {
-    if (scheduled.packet && scheduled.transfer.begin() <= now_ns) begin(scheduled);
-    if (scheduled.packet) next_ns = std::min(next_ns, scheduled.transfer.begin());
-  }
-  while (!scheduled_.empty() && scheduled_.front().transfer.due() <= now_ns) scheduled_.pop_front();
-  return next_ns;
+/// Gives the links what may be begun.
+void TimedSender::beginDue(std::int64_t now_ns) {
+  while (to_begin_.nextTime() <= now_ns) beginFirst(to_begin_.nextItem());
 }
 
-void TimedSender::begin(Scheduled& scheduled) {
-  Topic& topic = topics_[scheduled.topic];
-  if (topic.latch) topic.latched[scheduled.source] = scheduled.packet;
-  for (const int number : topic.links) give(number, scheduled.packet, scheduled.transfer.due());
-  ++topic.sent;
-  scheduled.packet = nullptr;
+void TimedSender::beginFirst(int number) {
+  Topic& topic = topics_[number];
+  const Scheduled scheduled = std::move(topic.scheduled.front());
+  topic.scheduled.pop_front();
+  topic.begun_due_ns = scheduled.transfer.due();
+  kept_until_ns_ = std::max(kept_until_ns_, topic.begun_due_ns);
+  if (topic.latch) latch(topic, scheduled);
+  if (scheduled.packet->hasMessage()) {
+    for (const int link : topic.links) give(link, scheduled.packet, topic.begun_due_ns);
+    ++topic.sent;
+  }
+  --waiting_;
+  plan(number);
+}
+
+/// Notes when a topic's first packet may be begun: not before the one before it has gone.
+void TimedSender::plan(int number) {
+  const Topic& topic = topics_[number];
+  if (topic.scheduled.empty()) return to_begin_.set(number, Wakeup::kNever);
+  const Scheduled& first = topic.scheduled.front();
+  to_begin_.set(number, std::max(first.transfer.begin(), topic.begun_due_ns), first.number);
+}
+
+/// Lets a packet take the place of the source's last one; without a message nothing does.
+void TimedSender::latch(Topic& topic, const Scheduled& scheduled) {
+  auto& latched = topic.latched;
+  const auto same = [&](const Latched& it) { return it.source == scheduled.source; };
+  latched.erase(std::remove_if(latched.begin(), latched.end(), same), latched.end());
+  if (scheduled.packet->hasMessage())
+    latched.push_back({scheduled.source, scheduled.packet, scheduled.transfer.due()});
 }
 
 void TimedSender::give(int number, const PacketPtr& packet, std::int64_t due_ns) {
@@ -165,24 +200,23 @@ void TimedSender::give(int number, const PacketPtr& packet, std::int64_t due_ns)
   update(number, before);
 }
 
-/// Writes a part to each link that may be written to; returns when the next part may be written.
-std::int64_t TimedSender::writeToLinks() {
-  std::int64_t next_ns = Wakeup::kNever;
-  for (const auto& [number, link] : links_) {
-    const std::int64_t now_ns = monotonicNow();
-    if (link->nextWrite() <= now_ns) {
-      const State before = link->state();
-      link->write(now_ns);
+/// Writes what may be written, a part to each link in turn.
+void TimedSender::writeDue(std::int64_t now_ns) {
+  while (to_write_.nextTime() <= now_ns) {
+    for (const int number : to_write_.due(now_ns)) {
+      SubscriberLink& link = *links_.at(number);
+      const State before = link.state();
+      link.write(monotonicNow());
       update(number, before);
     }
-    next_ns = std::min(next_ns, link->nextWrite());
   }
-  return next_ns;
 }
 
+/// Takes note of what a link does now.
 void TimedSender::update(int number, State before) {
   const SubscriberLink& link = *links_.at(number);
   const State now = link.state();
+  to_write_.set(number, link.nextWrite());
   if (now == before) return;
   busy_ += isBusy(now) - isBusy(before);
   if (now == State::kBlocked || before == State::kBlocked)
@@ -202,6 +236,13 @@ void TimedSender::handle(const std::vector<Wakeup::Event>& events) {
     event.broken ? found->second->markBroken() : found->second->markWritable();
     update(event.number, before);
   }
+}
+
+/// Wakes the thread up if it would wait beyond a time.
+void TimedSender::ringBefore(std::int64_t time_ns) {
+  if (time_ns >= waits_until_ns_) return;
+  waits_until_ns_ = time_ns;  // once is enough
+  wakeup_.ring();
 }
 
 }  // namespace process_visualizer

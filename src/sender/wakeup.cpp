@@ -17,6 +17,7 @@ namespace {
 constexpr std::int64_t kNsPerS = 1'000'000'000;
 constexpr int kTimer = -1;
 constexpr int kBell = -2;
+constexpr std::int64_t kFired = -1;  // no time: the timer must be set again, which empties it
 
 int checked(int descriptor, const char* what) {
   if (descriptor < 0) throw std::system_error(errno, std::generic_category(), what);
@@ -30,10 +31,9 @@ epoll_event wanted(int number, std::uint32_t events) {
   return event;
 }
 
-void emptied(int descriptor) {
-  std::uint64_t count;
-  while (read(descriptor, &count, sizeof(count)) > 0) {
-  }
+void emptied(int event) {
+  eventfd_t count;
+  eventfd_read(event, &count);  // all of it at once
 }
 
 }  // namespace
@@ -73,9 +73,10 @@ std::vector<Wakeup::Event> Wakeup::waitUntil(std::int64_t time_ns) {
   std::vector<Event> events;
   for (int index = 0; index < count; ++index) {
     const int number = found[index].data.fd;
-    if (number == kTimer) timer_ns_ = kNever;
-    if (number == kTimer || number == kBell)
-      emptied(number == kTimer ? timer_ : bell_);
+    if (number == kTimer)
+      timer_ns_ = kFired;
+    else if (number == kBell)
+      emptied(bell_);
     else
       events.push_back({number, (found[index].events & (EPOLLRDHUP | EPOLLHUP | EPOLLERR)) != 0});
   }

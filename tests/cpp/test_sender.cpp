@@ -5,8 +5,12 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cstdlib>
 #include <cstring>
 #include <future>
+#include <numeric>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -54,6 +58,15 @@ class Subscriber {
     recv(socket_, message.data(), size, MSG_WAITALL);
     return message;
   }
+  /// The next messages, as the numbers that they begin with; -1 once none comes for long.
+  std::vector<int> receiveNumbers(std::size_t count) {
+    std::vector<int> numbers;
+    while (numbers.size() < count && (numbers.empty() || numbers.back() >= 0)) {
+      const std::string message = receive();
+      numbers.push_back(message == "nothing" ? -1 : std::atoi(message.c_str()));
+    }
+    return numbers;
+  }
   void waitForSomething() {
     char byte;
     recv(socket_, &byte, 1, MSG_PEEK);
@@ -68,6 +81,19 @@ class Subscriber {
  private:
   int socket_;
 };
+
+/// A message of a size that begins with a number.
+std::shared_ptr<const Packet> numbered(int number, std::size_t size) {
+  std::string message = std::to_string(number) + ' ';
+  message.resize(std::max(size, message.size()), ' ');
+  return packet(message);
+}
+
+std::vector<int> counted(int count) {
+  std::vector<int> numbers(count);
+  std::iota(numbers.begin(), numbers.end(), 0);
+  return numbers;
+}
 
 /// A sender with one subscriber of one topic.
 class OneSubscriber : public testing::Test {
@@ -140,6 +166,60 @@ TEST_F(OneSubscriber, KeepsTheOrderInWhichMessagesWereGiven) {
   EXPECT_EQ(subscriber.receive(), "second");
 }
 
+TEST_F(OneSubscriber, ASmallMessageBeforeALargeOneArrivesFirst) {
+  const std::int64_t due_ns = monotonicNow() + 30 * kMs;
+  sender.send(topic, 0, due_ns, packet("remove all"));
+  sender.send(topic, 0, due_ns + kMs / 3, packet(std::string(60'000, ' ')));
+  EXPECT_EQ(subscriber.receive(), "remove all");
+  EXPECT_EQ(subscriber.receive().size(), 60'000U);
+}
+
+TEST_F(OneSubscriber, WhatIsDueTogetherArrivesInTheOrderInWhichItWasGiven) {
+  const std::int64_t due_ns = monotonicNow() + 30 * kMs;
+  sender.send(topic, 0, due_ns, numbered(0, 10));
+  sender.send(topic, 0, due_ns, numbered(1, 60'000));
+  sender.send(topic, 0, due_ns, numbered(2, 10));
+  sender.send(topic, 0, due_ns, numbered(3, 900'000));
+  EXPECT_EQ(subscriber.receiveNumbers(4), counted(4));
+}
+
+TEST(TimedSender, KeepsTheOrderOfEachTopicWhateverTheSizes) {
+  constexpr int kCount = 1000, kTopics = 3;
+  TimedSender sender;
+  Subscriber subscribers[kTopics];
+  std::vector<std::future<std::vector<int>>> received;
+  for (Subscriber& it : subscribers) {
+    sender.addLink(sender.addTopic(false, {kCount, std::size_t{1} << 32}), it.peer);
+    received.push_back(std::async(std::launch::async, [&it] { return it.receiveNumbers(kCount); }));
+  }
+  std::mt19937 random;
+  const std::int64_t begin_ns = monotonicNow() + 100 * kMs;
+  for (int number = 0; number < kCount; ++number)
+    for (int topic = 0; topic < kTopics; ++topic) {
+      const std::size_t size = random() % 4 ? 10 + random() % 100 : 20'000 + random() % 880'000;
+      sender.send(topic, 0, begin_ns + number * kMs / 2, numbered(number, size));
+    }
+  for (auto& numbers : received) EXPECT_EQ(numbers.get(), counted(kCount));
+}
+
+TEST(TimedSender, SendsAHundredThousandSmallMessagesOfManyTopicsInASecond) {
+  constexpr int kCount = 5'000, kTopics = 20;
+  TimedSender sender;
+  Subscriber subscribers[kTopics];
+  std::vector<std::future<std::vector<int>>> received;
+  for (Subscriber& it : subscribers) {
+    sender.addLink(sender.addTopic(false, {kCount, 1 << 30}), it.peer);
+    received.push_back(std::async(std::launch::async, [&it] { return it.receiveNumbers(kCount); }));
+  }
+  const std::int64_t begin_ns = monotonicNow() + 500 * kMs;
+  for (int number = 0; number < kCount; ++number)
+    for (int topic = 0; topic < kTopics; ++topic)
+      sender.send(topic, 0, begin_ns + number * kMs / 5 + topic * kMs / 100, numbered(number, 40));
+  for (auto& numbers : received) EXPECT_EQ(numbers.get(), counted(kCount));
+  EXPECT_GE(monotonicNow(), begin_ns + 999 * kMs);
+  EXPECT_LT(monotonicNow(), begin_ns + 4000 * kMs);  // a busy machine may be late
+}
+
 TEST_F(OneSubscriber, TakesBackWhatIsNotDue) {
   const std::int64_t later_ns = monotonicNow() + 60'000 * kMs;
   sender.send(topic, 0, later_ns - 1, packet("kept"));
@@ -177,11 +257,11 @@ TEST_F(OneSubscriber, LargeMessagesArriveWhole) {
 
 TEST_F(OneSubscriber, ALargeMessageIsSentAheadAndArrivesWhenItIsDue) {
   const std::int64_t due_ns = monotonicNow() + 50 * kMs;
-  sender.send(topic, 0, due_ns, packet(std::string(150'000, ' ')));
+  sender.send(topic, 0, due_ns, packet(std::string(2'000'000, ' ')));
   subscriber.waitForSomething();
   EXPECT_LT(monotonicNow(), due_ns);
   EXPECT_EQ(sender.revoke(0), 0U);  // it has been begun
-  EXPECT_EQ(subscriber.receive().size(), 150'000U);
+  EXPECT_EQ(subscriber.receive().size(), 2'000'000U);
   EXPECT_GE(monotonicNow(), due_ns);
 }
 
@@ -194,12 +274,47 @@ TEST(TimedSender, WhatIsBeforeABegunMessageIsNotTakenBack) {
   const std::int64_t due_ns = monotonicNow() + 50 * kMs;
   sender.send(topic, 0, due_ns - 1, packet("before"));
   sender.send(other, 0, due_ns, packet(std::string(150'000, ' ')));
-  sender.send(topic, 0, due_ns, packet("after"));
+  sender.send(topic, 0, due_ns, packet("with it"));
+  sender.send(topic, 0, due_ns + 1, packet("after"));
   large.waitForSomething();
   EXPECT_EQ(sender.revoke(0), 1U);
   sender.send(topic, 0, 0, packet("instead"));
   EXPECT_EQ(small.receive(), "before");
+  EXPECT_EQ(small.receive(), "with it");
   EXPECT_EQ(small.receive(), "instead");
+}
+
+TEST(TimedSender, WhatIsSentAtOnceBehindABegunMessageIsNotTakenBack) {
+  TimedSender sender;
+  Subscriber small, large;
+  const int topic = sender.addTopic(false, kMuch), other = sender.addTopic(false, kMuch);
+  sender.addLink(topic, small.peer);
+  sender.addLink(other, large.peer);
+  sender.send(other, 0, monotonicNow() + 50 * kMs, packet(std::string(150'000, ' ')));
+  large.waitForSomething();
+  sender.send(topic, 0, 0, packet("at once"));
+  sender.send(topic, 0, monotonicNow() + 60'000 * kMs, packet("later"));
+  EXPECT_EQ(sender.revoke(monotonicNow()), 1U);
+  EXPECT_EQ(sender.revoke(monotonicNow()), 0U);
+  EXPECT_EQ(small.receive(), "at once");
+}
+
+TEST_F(OneSubscriber, WhatIsSentAtOnceKeepsWhatWasGivenBefore) {
+  sender.send(topic, 0, monotonicNow() + 30 * kMs, packet("before"));
+  sender.send(topic, 0, 0, packet("at once"));
+  EXPECT_EQ(sender.revoke(0), 0U);
+  EXPECT_EQ(subscriber.receive(), "before");
+  EXPECT_EQ(subscriber.receive(), "at once");
+}
+
+TEST_F(OneSubscriber, ALargeMessageIsNotBegunBeforeTheOneBeforeItHasGone) {
+  const std::int64_t due_ns = monotonicNow() + 60 * kMs;
+  sender.send(topic, 0, due_ns, packet(std::string(900'000, ' ')));
+  sender.send(topic, 0, due_ns + kMs, packet(std::string(900'000, ' ')));
+  subscriber.waitForSomething();
+  const std::size_t revoked = sender.revoke(0);
+  if (monotonicNow() >= due_ns) GTEST_SKIP() << "this machine was too busy";
+  EXPECT_EQ(revoked, 1U);
 }
 
 TEST(TimedSender, ASmallMessageDoesNotWaitForALargeOneOfAnotherTopic) {
@@ -255,6 +370,52 @@ TEST(TimedSender, NewSubscribersGetWhatWasLatchedOfEachSource) {
   sender.addLink(topic, late.peer);
   EXPECT_EQ(late.receive(), "one");
   EXPECT_EQ(late.receive(), "two");
+}
+
+TEST(TimedSender, NewSubscribersGetWhatWasLatchedInTheOrderOfSending) {
+  TimedSender sender;
+  Subscriber early, late;
+  const int topic = sender.addTopic(true, kMuch);
+  sender.addLink(topic, early.peer);
+  sender.send(topic, 1, 0, packet("one"));
+  sender.send(topic, 2, 0, packet("two"));
+  sender.send(topic, 1, 0, packet("one again"));
+  for (const char* expected : {"one", "two", "one again"}) EXPECT_EQ(early.receive(), expected);
+  sender.addLink(topic, late.peer);
+  EXPECT_EQ(late.receive(), "two");
+  EXPECT_EQ(late.receive(), "one again");
+}
+
+TEST(TimedSender, WhatIsWithdrawnIsNotLatchedAnyMore) {
+  TimedSender sender;
+  Subscriber early, late;
+  const int topic = sender.addTopic(true, kMuch);
+  sender.addLink(topic, early.peer);
+  sender.send(topic, 1, 0, packet("one"));
+  sender.send(topic, 2, 0, packet("two"));
+  sender.send(topic, 1, monotonicNow(), std::make_shared<const Packet>());
+  sender.send(topic, 2, monotonicNow() + 60'000 * kMs, std::make_shared<const Packet>());
+  EXPECT_EQ(sender.revoke(monotonicNow() + 1'000 * kMs), 1U);
+  for (const char* expected : {"one", "two"}) EXPECT_EQ(early.receive(), expected);
+  EXPECT_TRUE(sender.waitUntilSent(5.0));
+  sender.addLink(topic, late.peer);
+  sender.send(topic, 1, 0, packet("three"));
+  for (const char* expected : {"two", "three"}) EXPECT_EQ(late.receive(), expected);
+  EXPECT_EQ(early.receive(), "three");
+  EXPECT_EQ(sender.sent(topic), 3U);
+}
+
+TEST(TimedSender, ANewSubscriberGetsALatchedMessageNotBeforeItIsDue) {
+  TimedSender sender;
+  Subscriber early, late;
+  const int topic = sender.addTopic(true, kMuch);
+  sender.addLink(topic, early.peer);
+  const std::int64_t due_ns = monotonicNow() + 100 * kMs;
+  sender.send(topic, 0, due_ns, packet(std::string(900'000, ' ')));
+  early.waitForSomething();
+  sender.addLink(topic, late.peer);
+  EXPECT_EQ(late.receive().size(), 900'000U);
+  EXPECT_GE(monotonicNow(), due_ns);
 }
 
 TEST(TimedSender, TellsOfASubscriberThatGoesAway) {

@@ -8,13 +8,16 @@ namespace process_visualizer {
 /// A message as TCPROS wants it on the wire: its length (uint32, little-endian), then its bytes.
 class Packet {
  public:
+  Packet() = default;  ///< no message: what a topic's source latches after it is nothing
   Packet(const char* message, std::size_t size);
+
+  bool hasMessage() const { return size_ > 0; }
 
   const char* data() const { return bytes_.get(); }
   std::size_t size() const { return size_; }  ///< with the length before the message
 
  private:
-  std::size_t size_;
+  std::size_t size_ = 0;
   std::unique_ptr<char[]> bytes_;
 };
 

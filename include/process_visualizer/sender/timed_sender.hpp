@@ -3,13 +3,13 @@
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <thread>
 #include <unordered_map>
 #include <vector>
 
+#include "process_visualizer/sender/agenda.hpp"
 #include "process_visualizer/sender/subscriber_link.hpp"
 #include "process_visualizer/sender/wakeup.hpp"
 
@@ -17,6 +17,10 @@ namespace process_visualizer {
 
 /// Sends messages to the subscribers of topics at times given before, in a thread of its own.
 /// Times are of the monotonic clock, in nanoseconds. May be used by several threads.
+///
+/// The packets of a topic go in the order in which they were given: none is begun before the one
+/// before it is due, however large it is. A packet that has been begun is finished, and one that
+/// was given at once goes: neither these nor what was given before them is taken back.
 class TimedSender {
  public:
   /// @throws std::system_error if the system has no more descriptors.
@@ -26,7 +30,7 @@ class TimedSender {
   TimedSender& operator=(const TimedSender&) = delete;
 
   /// Returns the number of a new topic. If it is latched, new subscribers get the last packet of
-  /// each of its sources.
+  /// each of its sources, in the order in which these were sent.
   int addTopic(bool latch, const QueueLimits& limits);
   /// Returns the number of a new subscriber of a topic, given its connected socket.
   /// @throws std::system_error if there is no such socket.
@@ -34,9 +38,11 @@ class TimedSender {
   void removeLink(int link);
 
   /// Sends a packet so that it arrives at a time, but not before those given before it.
+  /// One without a message is for new subscribers only: they get nothing of the source any more.
   void send(int topic, int source, std::int64_t due_ns, PacketPtr packet);
-  /// Takes back what is due after a time, but nothing up to the last packet that has been begun;
-  /// returns how many packets. What has been begun is due a few milliseconds later at most.
+  /// Takes back what is due after a time, and returns how many packets: the last ones given. What
+  /// stays is begun or was given at once, or is due not later than such a packet. What has been
+  /// begun is due a few milliseconds later at most.
   std::size_t revoke(std::int64_t after_ns);
 
   /// Packets of a topic that have been begun, whether or not somebody listens.
@@ -51,28 +57,38 @@ class TimedSender {
   void close();
 
  private:
+  struct Scheduled {
+    Transfer transfer;
+    std::uint64_t number;  ///< in the order in which packets were given
+    int source;
+    PacketPtr packet;
+  };
+  struct Latched {
+    int source;
+    PacketPtr packet;
+    std::int64_t due_ns;
+  };
   struct Topic {
     bool latch;
     QueueLimits limits;
-    std::map<int, PacketPtr> latched;  ///< by source
-    std::vector<int> links;
+    std::vector<Latched> latched = {};  ///< one of each source, in the order of sending
+    std::vector<int> links = {};
+    std::deque<Scheduled> scheduled = {};  ///< not begun, in the order of giving
+    std::int64_t begun_due_ns = 0;         ///< when the packet is due that was begun last
     std::size_t sent = 0;
-  };
-  struct Scheduled {
-    Transfer transfer;
-    int topic;
-    int source;
-    PacketPtr packet;  ///< null once its links have it
   };
 
   void run();
-  std::int64_t beginScheduled();
-  std::int64_t writeToLinks();
-  void begin(Scheduled& scheduled);
+  void beginDue(std::int64_t now_ns);
+  void beginFirst(int number);
+  void plan(int number);
+  static void latch(Topic& topic, const Scheduled& scheduled);
   void give(int number, const PacketPtr& packet, std::int64_t due_ns);
+  void writeDue(std::int64_t now_ns);
   void update(int number, SubscriberLink::State before);
   void handle(const std::vector<Wakeup::Event>& events);
-  bool isIdle() const { return scheduled_.empty() && busy_ == 0; }
+  void ringBefore(std::int64_t time_ns);
+  bool isIdle() const { return waiting_ == 0 && busy_ == 0; }
 
   mutable std::mutex mutex_;
   std::condition_variable idle_;
@@ -80,8 +96,13 @@ class TimedSender {
   Wakeup wakeup_;
   bool closed_ = false;
   std::int64_t waits_until_ns_ = Wakeup::kNever;
-  std::deque<Scheduled> scheduled_;  ///< in the order in which they are due
   std::vector<Topic> topics_;
+  Agenda to_begin_;                 ///< topics, by when their first packet may be begun
+  Agenda to_write_;                 ///< links, by when their next part may be written
+  std::size_t waiting_ = 0;         ///< packets that have not been begun
+  std::uint64_t given_ = 0;         ///< packets
+  std::int64_t last_due_ns_ = 0;    ///< when the packet is due that was given last
+  std::int64_t kept_until_ns_ = 0;  ///< what is due until then is not taken back
   std::unordered_map<int, std::unique_ptr<SubscriberLink>> links_;
   std::deque<int> broken_;
   int busy_ = 0;  ///< links that have something to send
