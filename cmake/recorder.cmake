@@ -1,6 +1,7 @@
 # The recorder: a library without a master, and the node bag_recorder.
 
 find_package(Threads REQUIRED)
+find_package(xmlrpcpp REQUIRED)
 
 add_library(process_visualizer_recorder
   src/recorder/account.cpp
@@ -9,18 +10,24 @@ add_library(process_visualizer_recorder
   src/recorder/message.cpp
   src/recorder/recent_messages.cpp
   src/recorder/recording.cpp
+  src/recorder/text.cpp
   src/recorder/topic_board.cpp
+  src/recorder/topic_choice.cpp
   src/recorder/topic_statistics.cpp
+  src/recorder/xml_rpc_answers.cpp
 )
 process_visualizer_compile(process_visualizer_recorder)
 target_link_libraries(process_visualizer_recorder
-  ${roscpp_serialization_LIBRARIES} ${roslz4_LIBRARIES} ${rostime_LIBRARIES} Threads::Threads)
+  ${roscpp_LIBRARIES} ${roscpp_serialization_LIBRARIES} ${roslz4_LIBRARIES} ${rostime_LIBRARIES}
+  ${xmlrpcpp_LIBRARIES} Threads::Threads)
 add_dependencies(process_visualizer_recorder process_visualizer_generate_messages_cpp)
 
 add_executable(bag_recorder
   src/recorder/bag_recorder.cpp
+  src/recorder/bag_recorder_state.cpp
   src/recorder/main.cpp
   src/recorder/publishers.cpp
+  src/recorder/recording_request.cpp
   src/recorder/subscriptions.cpp
 )
 process_visualizer_compile(bag_recorder)
@@ -34,7 +41,15 @@ process_visualizer_compile(record_load)
 target_link_libraries(record_load ${roscpp_LIBRARIES})
 
 if(CATKIN_ENABLE_TESTING)
-  catkin_add_gtest(test_recorder tests/cpp/test_recorder.cpp)
-  process_visualizer_compile(test_recorder)
-  target_link_libraries(test_recorder process_visualizer_recorder)
+  foreach(test test_recorder test_recorder_figures test_recorder_publishers)
+    catkin_add_gtest(${test} tests/cpp/${test}.cpp)
+    process_visualizer_compile(${test})
+    target_link_libraries(${test} process_visualizer_recorder)
+  endforeach()
+
+  # what rosbag's own library does with the recorder's bags
+  find_package(rosbag_storage REQUIRED)
+  add_executable(append_to_bag tests/cpp/append_to_bag.cpp)
+  process_visualizer_compile(append_to_bag)
+  target_link_libraries(append_to_bag ${rosbag_storage_LIBRARIES} ${roscpp_LIBRARIES})
 endif()

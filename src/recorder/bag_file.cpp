@@ -19,6 +19,8 @@ namespace {
 
 constexpr char kMagic[] = "#ROSBAG V2.0\n";
 constexpr std::size_t kMagicBytes = sizeof kMagic - 1;
+// Of the file's first record, without its two lengths. rosbag's tools write it again in this size:
+// were it smaller here, they would write over the beginning of the first chunk.
 constexpr std::size_t kBagHeaderBytes = 4096;
 constexpr std::size_t kChunkBytes = 1 << 20;
 constexpr std::uint64_t kWriteBackBytes = 8 << 20;
@@ -72,8 +74,7 @@ std::string bagHeader(std::uint64_t index, std::size_t connections, std::uint32_
                          {"index_pos", packed(index)},
                          {"conn_count", packed(static_cast<std::uint32_t>(connections))},
                          {"chunk_count", packed(chunks)}};
-  const std::size_t used = packedHeader(fields).size() + 2 * sizeof(std::uint32_t);
-  return kMagic + record(fields, std::string(kBagHeaderBytes - used, ' '));
+  return kMagic + record(fields, std::string(kBagHeaderBytes - packedHeader(fields).size(), ' '));
 }
 
 std::string compressed(const std::string& data, const std::string& path) {
@@ -115,6 +116,7 @@ void BagFile::write(const Message& message) {
   entries_[id].push_back({message.time, static_cast<std::uint32_t>(chunk_.size())});
   append(chunk_, {{"op", {kMessage}}, {"conn", packed(id)}, {"time", packed(message.time)}},
          reinterpret_cast<const char*>(message.content->bytes.data()), message.size());
+  ++counts_[message.topic()];
 }
 
 std::uint32_t BagFile::connectionId(const ConnectionPtr& connection) {
@@ -236,7 +238,9 @@ void BagFile::reserve(std::uint64_t bytes) {
 void BagFile::discard() {
   for (const auto& [connection, id] : ids_) {
     const auto entries = entries_.find(id);
-    if (entries != entries_.end()) discarded_[connection->topic] += entries->second.size();
+    if (entries == entries_.end()) continue;
+    discarded_[connection->topic] += entries->second.size();
+    counts_[connection->topic] -= entries->second.size();
   }
   chunk_.clear();
   entries_.clear();

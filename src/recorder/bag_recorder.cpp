@@ -1,16 +1,17 @@
 #include "process_visualizer/recorder/bag_recorder.hpp"
 
-#include <ros/names.h>
 #include <ros/this_node.h>
 #include <std_msgs/String.h>
 
 #include <algorithm>
 #include <cstdlib>
+#include <iterator>
 #include <limits>
 #include <utility>
 
 #include "process_visualizer/recorder/account.hpp"
-#include "process_visualizer/recorder/bag_name.hpp"
+#include "process_visualizer/recorder/recording_request.hpp"
+#include "process_visualizer/recorder/text.hpp"
 
 namespace process_visualizer {
 namespace {
@@ -19,8 +20,6 @@ const std::string kPrefix = "/process_visualizer/";
 const std::string kStaticFrames = "/tf_static";
 const std::string kFrameNode = "/cell_frames";
 const std::string kCalibration = kPrefix + "calibration";
-constexpr std::size_t kProblems = 20;  ///< that are remembered
-constexpr std::chrono::milliseconds kStatePeriod(500), kMasterPeriod(1000);
 // What was on its way when the operator pressed stop belongs to the recording.
 constexpr std::chrono::milliseconds kUnderWay(100);
 
@@ -29,21 +28,9 @@ std::string defaultFolder() {
   return std::string(home != nullptr ? home : ".") + "/bags";
 }
 
-std::uint64_t megabytes(const ros::NodeHandle& node, const std::string& parameter, int value) {
-  return static_cast<std::uint64_t>(std::max(node.param(parameter, value), 0)) << 20;
-}
-
-std::string joined(const std::vector<std::string>& words, const std::string& separator) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : separator) + word;
-  return text;
-}
-
-Compression compressionOf(const std::string& name) {
-  if (name.empty() || name == "none") return Compression::kNone;
-  if (name == "lz4") return Compression::kLz4;
-  throw RecordingError("there is no compression \"" + name + "\"; write none or lz4");
-}
+const char* const kNoTime =
+    "nothing publishes /clock yet, and the time is simulated (/use_sim_time is set): start the "
+    "simulation or the player first";
 
 }  // namespace
 
@@ -59,7 +46,7 @@ BagRecorder::BagRecorder()
       subscriptions_([this](const Message& message) { receive(message); }) {
   state_publisher_ = node_.advertise<RecorderState>("state", 10, true);
   mark_publisher_ = node_.advertise<std_msgs::String>(kPrefix + "marks", 10);
-  watch(node_.param("topics", std::vector<std::string>()));
+  watch({node_.param("topics", std::vector<std::string>()), {}, {}});
   services_ = {node_.advertiseService("start", &BagRecorder::start, this),
                node_.advertiseService("save_recent", &BagRecorder::saveRecent, this),
                node_.advertiseService("stop", &BagRecorder::stop, this),
@@ -118,6 +105,10 @@ bool BagRecorder::stop(std_srvs::Trigger::Request&, std_srvs::Trigger::Response&
 }
 
 bool BagRecorder::mark(Mark::Request& request, Mark::Response& response) {
+  if (!ros::Time::isValid()) {
+    response.message = kNoTime;
+    return true;
+  }
   const Message message = textMessage(mark_connection_, ros::Time::now(), request.label);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -135,14 +126,14 @@ bool BagRecorder::mark(Mark::Request& request, Mark::Response& response) {
 
 std::string BagRecorder::begin(const Start::Request& request) {
   requireIdle();
-  const RecordingOptions options = optionsOf(request);
-  if (!request.topics.empty()) watch(request.topics);
-  if (chosen_.empty())
+  const RecordingOptions options = optionsOf(request, node_, folder_);
+  const TopicChoice choice(request.topics, request.patterns, request.excluded);
+  watch(choice.isEmpty() ? choice_ : choice);
+  if (choice_.isEmpty())
     throw RecordingError("no topic is chosen: tick a device whose topics are recorded");
-  if (subscriptions_.topics().empty()) watch(chosen_);
   try {
     connect();
-    open(options, request, request.recent);
+    open(options, request, past(ros::Time::now(), request.recent, choice_));
   } catch (const RecordingError&) {
     setPhase(RecorderState::IDLE);
     throw;
@@ -153,14 +144,16 @@ std::string BagRecorder::begin(const Start::Request& request) {
 
 std::string BagRecorder::save(const Start::Request& request) {
   requireIdle();
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (recent_.bytes() == 0)
-      throw RecordingError("nothing is in memory yet: are the devices running?");
-  }
+  const TopicChoice choice(request.topics, request.patterns, request.excluded);
+  if (!ros::Time::isValid()) throw RecordingError(kNoTime);
+  const ros::Time now = ros::Time::now();
   const double all = std::numeric_limits<double>::infinity();
-  open(optionsOf(request), request, request.recent > 0 ? request.recent : all);
-  finish(std::chrono::milliseconds(0));
+  const Past last =
+      past(now, request.recent > 0 ? request.recent : all, choice.isEmpty() ? choice_ : choice);
+  if (last.messages.empty())
+    throw RecordingError("nothing is in memory of that time: are the devices running?");
+  open(optionsOf(request, node_, folder_), request, last);
+  finish(std::chrono::milliseconds(0), now);
   const RecordingStatus status = last_->status();
   if (!status.problem.empty()) throw RecordingError(status.problem);
   return status.files.front();
@@ -171,36 +164,32 @@ void BagRecorder::requireIdle() const {
     throw RecordingError(last_->status().files.back() + " is being recorded; stop that first");
 }
 
-RecordingOptions BagRecorder::optionsOf(const Start::Request& request) const {
-  RecordingOptions options;
-  options.compression = compressionOf(request.compression);
-  options.split_bytes = request.split_bytes;
-  options.split_duration = request.split_duration;
-  options.queue_bytes = megabytes(node_, "queue_megabytes", 512);
-  options.minimum_free_bytes = megabytes(node_, "minimum_free_megabytes", 1024);
-  const std::string folder = request.folder.empty() ? folder_ : request.folder;
-  createFolder(folder);
-  options.path = newBagPath(folder, request.prefix, request.name);
-  return options;
-}
-
-void BagRecorder::watch(const std::vector<std::string>& topics) {
-  std::set<std::string> names;
-  try {
-    for (const std::string& topic : topics) names.insert(ros::names::resolve("/", topic));
-  } catch (const ros::InvalidNameException& error) {
-    throw RecordingError(error.what());
-  }
+/// Subscribes to these topics, and to no others.
+void BagRecorder::watch(TopicChoice choice) {
+  if (const auto publishers = publishersAtMaster()) choice.follow(*publishers, ownPrefixes());
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    chosen_.assign(names.begin(), names.end());
+    choice_ = std::move(choice);
   }
-  if (!names.empty()) names.insert(kStaticFrames);  // for the calibration
+  subscribe();
+}
+
+void BagRecorder::subscribe() {
+  std::set<std::string> names = choice_.names();
+  if (!choice_.isEmpty()) names.insert(kStaticFrames);  // for the calibration
   subscriptions_.choose(names);
 }
 
+/// What patterns never take: what the recorder itself publishes, or writes beside what is chosen.
+std::vector<std::string> BagRecorder::ownPrefixes() const { return {kPrefix, name_ + "/"}; }
+
 void BagRecorder::connect() {
   setPhase(RecorderState::STARTING);
+  if (!ros::Time::isValid()) {
+    addProblem("waiting for the first time on /clock, as the time is simulated");
+    if (!ros::Time::waitForValid(ros::WallDuration(connection_timeout_)))
+      throw RecordingError(kNoTime);
+  }
   const auto missing = subscriptions_.waitUntilConnected(connection_timeout_);
   if (!missing.empty())
     throw RecordingError(
@@ -208,53 +197,58 @@ void BagRecorder::connect() {
         "; look whether the nodes still answer, and at ROS_IP and ROS_HOSTNAME");
 }
 
+/// What a bag begins with that holds the last seconds of a choice.
+Past BagRecorder::past(const ros::Time& now, double recent_s, const TopicChoice& choice) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const Past all = recent_.last(now, recent_s);
+  const auto is_wanted = [&](const Message& message) {
+    return message.connection == mark_connection_ || message.topic() == kCalibration ||
+           choice.contains(message.topic());
+  };
+  Past past;
+  for (const Message& message : all.latched.at(now))
+    if (is_wanted(message)) past.latched.add(message);
+  std::copy_if(all.messages.begin(), all.messages.end(), std::back_inserter(past.messages),
+               is_wanted);
+  return past;
+}
+
 void BagRecorder::open(const RecordingOptions& options, const Start::Request& request,
-                       double recent_s) {
+                       const Past& past) {
   const std::string& text = request.configuration.empty() ? configuration_ : request.configuration;
   const std::lock_guard<std::mutex> lock(mutex_);
-  Past past = recent_.last(ros::Time::now(), recent_s);
   RecordingContents contents;
-  contents.latched = chosenOf(past.latched);
+  contents.latched = past.latched;
   if (!text.empty())
     contents.latched.add(textMessage(configuration_connection_, ros::Time::now(), text));
   contents.recent = past.messages;
-  contents.account = [this](const auto& jumps, const auto& unwritten) {
+  contents.account = [this](const auto& time, const auto& jumps, const auto& unwritten) {
     const std::lock_guard<std::mutex> lock(mutex_);
     const std::string text = accountText(board_.statistics(), jumps, unwritten);
-    return textMessage(account_connection_, ros::Time::now(), text);
+    return textMessage(account_connection_, time, text);
   };
   contents.on_end = [this] { wake_.notify_all(); };
   last_ = recording_ = std::make_shared<Recording>(options, std::move(contents));
   recent_.clear();
-  board_.begin(chosen_);
+  board_.begin({choice_.names().begin(), choice_.names().end()});
   for (const Message& message : past.messages) board_.add(message, true);
   problems_.clear();
   begin_ = end_ = ros::SteadyTime::now();
 }
 
-/// The latched messages that belong into a bag; others are of topics chosen earlier.
-LatchedMessages BagRecorder::chosenOf(const LatchedMessages& latched) const {
-  LatchedMessages chosen;
-  for (const Message& message : latched.at(ros::Time::now()))
-    if (message.topic() == kCalibration || isChosen(message.topic())) chosen.add(message);
-  return chosen;
-}
-
-bool BagRecorder::isChosen(const std::string& topic) const {
-  return std::binary_search(chosen_.begin(), chosen_.end(), topic);
-}
-
-void BagRecorder::finish(std::chrono::milliseconds under_way) {
+/// \param end the time at which the recording ends; zero: as soon as what is under way has arrived
+void BagRecorder::finish(std::chrono::milliseconds under_way, ros::Time end) {
   if (!last_ || !recording_) return;
   setPhase(RecorderState::STOPPING);
   std::this_thread::sleep_for(under_way);
-  subscriptions_.runAfterArrived([this] {
+  subscriptions_.runAfterArrived([this, &end] {
     const std::lock_guard<std::mutex> lock(mutex_);
     recording_.reset();
     board_.freeze();
     end_ = ros::SteadyTime::now();
+    if (end.isZero()) end = ros::Time::now();
   });
-  last_->stop();
+  last_->stop(end);
   if (!recent_.isKept()) subscriptions_.choose({});
   {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -268,8 +262,10 @@ void BagRecorder::finish(std::chrono::milliseconds under_way) {
 
 // Messages
 
-void BagRecorder::receive(const Message& message) {
+void BagRecorder::receive(Message message) {
   const std::lock_guard<std::mutex> lock(mutex_);
+  // A simulated time can begin anew, at zero, which is no time in a bag.
+  if (recording_) message.time = std::max(message.time, ros::TIME_MIN);
   if (message.topic() == kStaticFrames && message.connection->field("callerid") == kFrameNode) {
     ConnectionPtr& calibration = calibrations_[message.connection];
     if (!calibration) {
@@ -279,7 +275,7 @@ void BagRecorder::receive(const Message& message) {
     }
     takeIn({calibration, message.time, message.content});
   }
-  if (isChosen(message.topic())) takeIn(message);
+  if (choice_.contains(message.topic())) takeIn(message);
 }
 
 /// Hands a message to the recording or to the memory; the mutex has to be locked.
@@ -293,108 +289,6 @@ bool BagRecorder::takeIn(const Message& message) {
     recent_.add(message);
   board_.add(message, is_taken || !recording_);
   return is_taken;
-}
-
-// What the operator sees
-
-void BagRecorder::addProblem(const std::string& problem) {
-  ROS_WARN_STREAM(problem);
-  const std::lock_guard<std::mutex> lock(mutex_);
-  problems_.push_back(problem);
-  ++problem_count_;
-  if (problems_.size() > kProblems) problems_.erase(problems_.begin());
-}
-
-void BagRecorder::setPhase(std::uint8_t phase) {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    phase_ = phase;
-  }
-  state_publisher_.publish(state());
-}
-
-RecorderState BagRecorder::state() const {
-  const std::map<std::string, unsigned> publishers = subscriptions_.publisherCounts();
-  RecorderState state;
-  const std::lock_guard<std::mutex> lock(mutex_);
-  state.stamp = ros::Time::now();
-  state.state = phase_;
-  state.topics = board_.records({chosen_.begin(), chosen_.end()});
-  for (TopicRecord& topic : state.topics) {
-    const auto found = publishers.find(topic.name);
-    topic.publishers = found == publishers.end() ? 0 : found->second;
-    state.messages += topic.messages;
-    state.dropped += topic.dropped;
-    state.lost += topic.lost;
-    state.gaps += topic.gaps;
-  }
-  state.rate = board_.byteRate();
-  state.recent = recent_.duration();
-  state.recent_bytes = recent_.bytes();
-  state.problems = problems_;
-  state.problem_count = problem_count_;
-  state.time_left = -1;
-  if (!last_) return state;
-  const RecordingStatus status = last_->status();
-  const ros::SteadyTime end = recording_ ? ros::SteadyTime::now() : end_;
-  state.files = status.files;
-  state.bytes = status.bytes;
-  state.duration = (end - begin_).toSec();
-  state.free_bytes = status.free_bytes;
-  const double room = static_cast<double>(status.free_bytes) - status.least_free_bytes;
-  if (recording_ && state.rate > 0) state.time_left = std::max(room, 0.0) / state.rate;
-  return state;
-}
-
-/// Waits for a period, or less if there is something to do at once; returns false at the end.
-bool BagRecorder::waitFor(std::chrono::milliseconds period) {
-  std::unique_lock<std::mutex> lock(mutex_);
-  if (!shutting_down_) wake_.wait_for(lock, period);
-  return !shutting_down_;
-}
-
-void BagRecorder::publishStates() {
-  for (bool is_odd = true; waitFor(kStatePeriod); is_odd = !is_odd) {
-    std::unique_lock<std::mutex> command(command_mutex_, std::try_to_lock);
-    // A recording that has ended by itself is taken away here.
-    if (command && last_ && last_->status().ended) finish(std::chrono::milliseconds(0));
-    if (is_odd) {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      board_.measureRates();
-    }
-    tellSilence();
-    state_publisher_.publish(state());
-  }
-}
-
-void BagRecorder::tellSilence() {
-  std::unique_lock<std::mutex> lock(mutex_);
-  if (!recording_) return;
-  const std::vector<std::string> topics = board_.fallenSilent();
-  lock.unlock();
-  if (!topics.empty())
-    addProblem(joined(topics, ", ") +
-               ": silent, though messages came regularly; do the drivers still run? What comes "
-               "again is recorded");
-}
-
-/// In a thread of its own, since a master that hangs would hold up everything else.
-void BagRecorder::followMaster() {
-  while (waitFor(kMasterPeriod)) lookAtMaster();
-}
-
-void BagRecorder::lookAtMaster() {
-  const auto publishers = publishersAtMaster();
-  const bool had_master = std::exchange(has_master_, publishers.has_value());
-  if (had_master && !publishers)
-    addProblem(
-        "the ROS master does not answer: what is connected is still recorded, but no new "
-        "publisher is found; stop the recording, then start everything anew");
-  if (!publishers) return;
-  for (const std::string& topic : subscriptions_.followChangedTypes(*publishers))
-    addProblem(topic +
-               " was not connected, though it has a publisher: subscribed anew (its type "
-               "may have changed)");
 }
 
 }  // namespace process_visualizer

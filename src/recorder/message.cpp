@@ -4,7 +4,19 @@
 
 #include <boost/make_shared.hpp>
 
+#include "process_visualizer/recorder/text.hpp"
+
 namespace process_visualizer {
+
+Connection connectionWith(const std::string& topic,
+                          const std::map<std::string, std::string>& header) {
+  Connection connection{topic, {}};
+  for (const auto& [name, value] : header) connection.header[validUtf8(name)] = validUtf8(value);
+  // Type and md5sum are there, or roscpp would not have connected.
+  connection.header.try_emplace("topic", topic);
+  connection.header.try_emplace("message_definition");
+  return connection;
+}
 
 ConnectionPtr textConnection(const std::string& topic, const std::string& node, bool is_latching) {
   using Text = std_msgs::String;

@@ -3,17 +3,17 @@
 #include <ros/master.h>
 #include <ros/network.h>
 #include <ros/this_node.h>
-#include <xmlrpcpp/XmlRpc.h>
+#include <ros/xmlrpc_manager.h>
 
 #include <chrono>
+#include <functional>
 #include <future>
+#include <map>
 #include <thread>
 #include <utility>
 
 namespace process_visualizer {
 namespace {
-
-constexpr int kDestination = 1, kDirection = 2, kTopic = 4;  // of an entry of getBusInfo
 
 enum class Answer { kNone, kDead, kTopics };
 
@@ -22,36 +22,40 @@ struct Bus {
   std::set<std::string> topics;  ///< that it sends to this node
 };
 
+using Buses = std::map<std::string, Bus>;  ///< by the name of the node
+
 std::string addressOf(const std::string& node) {
   XmlRpc::XmlRpcValue arguments, result, address;
   arguments[0] = ros::this_node::getName();
   arguments[1] = node;
-  return ros::master::execute("lookupNode", arguments, result, address, false)
-             ? static_cast<std::string>(address)
-             : std::string();
+  return ros::master::execute("lookupNode", arguments, result, address, false) ? textOf(address)
+                                                                               : std::string();
 }
 
-Bus readBus(XmlRpc::XmlRpcValue& result, const std::string& receiver) {
-  Bus bus;
-  if (result.getType() != XmlRpc::XmlRpcValue::TypeArray || result.size() < 3) return bus;
-  bus.answer = Answer::kTopics;
-  XmlRpc::XmlRpcValue& entries = result[2];
-  for (int i = 0; i < entries.size(); ++i)
-    if (static_cast<std::string>(entries[i][kDestination]) == receiver &&
-        static_cast<std::string>(entries[i][kDirection]) == "o")
-      bus.topics.insert(static_cast<std::string>(entries[i][kTopic]));
-  return bus;
+/// Asks a node for its connections; returns whether it answered at all.
+bool askForConnections(const std::string& address, XmlRpc::XmlRpcValue& answer) {
+  std::string host;
+  std::uint32_t port = 0;
+  if (!ros::network::splitURI(address, host, port)) return false;
+  XmlRpc::XmlRpcClient client(host.c_str(), static_cast<int>(port), "/");
+  XmlRpc::XmlRpcValue arguments;
+  arguments[0] = ros::this_node::getName();
+  return client.execute("getBusInfo", arguments, answer);
+}
+
+/// What arrives here from a publisher that does not tell what it sends.
+std::set<std::string> topicsArrivingFrom(const std::string& address) {
+  XmlRpc::XmlRpcValue answer;
+  const std::string own = ros::XMLRPCManager::instance()->getServerURI();
+  return askForConnections(own, answer) ? topicsReceivedFrom(address, answer)
+                                        : std::set<std::string>();
 }
 
 Bus askForBus(const std::string& address, const std::string& receiver) {
-  std::string host;
-  std::uint32_t port = 0;
-  if (!ros::network::splitURI(address, host, port)) return {Answer::kDead, {}};
-  XmlRpc::XmlRpcClient client(host.c_str(), static_cast<int>(port), "/");
-  XmlRpc::XmlRpcValue arguments, result;
-  arguments[0] = receiver;
-  if (!client.execute("getBusInfo", arguments, result)) return {Answer::kDead, {}};
-  return readBus(result, receiver);
+  XmlRpc::XmlRpcValue answer;
+  if (!askForConnections(address, answer)) return {Answer::kDead, {}};
+  const auto topics = topicsSentTo(receiver, answer);
+  return {Answer::kTopics, topics ? *topics : topicsArrivingFrom(address)};
 }
 
 /// Asks in a thread of its own, since a process that is stopped accepts a question and never
@@ -65,39 +69,58 @@ std::future<Bus> busOf(const std::string& node) {
   return bus;
 }
 
+/// Calls a function for every topic of a choice and each of its publishers.
+void forEachPublisher(
+    const Publishers& publishers, const std::set<std::string>& topics,
+    const std::function<void(const std::string& topic, const std::string& node)>& function) {
+  for (const auto& [topic, nodes] : publishers)
+    if (topics.count(topic) != 0)
+      for (const std::string& node : nodes) function(topic, node);
+}
+
+/// Asks the publishers of the topics, all at once.
+Buses askAll(const Publishers& publishers, const std::set<std::string>& topics, double timeout_s) {
+  std::map<std::string, std::future<Bus>> questions;
+  forEachPublisher(publishers, topics, [&](const std::string&, const std::string& node) {
+    if (questions.count(node) == 0) questions.emplace(node, busOf(node));
+  });
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(timeout_s);
+  Buses buses;
+  for (auto& [node, question] : questions)
+    if (question.wait_until(deadline) == std::future_status::ready) buses[node] = question.get();
+  return buses;
+}
+
 }  // namespace
 
 std::optional<Publishers> publishersAtMaster() {
   XmlRpc::XmlRpcValue arguments, result, state;
   arguments[0] = ros::this_node::getName();
   if (!ros::master::execute("getSystemState", arguments, result, state, false)) return std::nullopt;
-  Publishers publishers;
-  XmlRpc::XmlRpcValue& topics = state[0];
-  for (int i = 0; i < topics.size(); ++i)
-    for (int k = 0; k < topics[i][1].size(); ++k)
-      publishers[topics[i][0]].insert(static_cast<std::string>(topics[i][1][k]));
-  return publishers;
+  return publishersIn(state);
 }
 
 std::vector<std::string> unconnectedPublishers(const Publishers& publishers,
                                                const std::set<std::string>& topics,
                                                double timeout_s) {
-  std::map<std::string, std::future<Bus>> questions;
-  for (const std::string& topic : topics)
-    if (publishers.count(topic) != 0)
-      for (const std::string& node : publishers.at(topic))
-        if (questions.count(node) == 0) questions.emplace(node, busOf(node));
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(timeout_s);
-  std::map<std::string, Bus> buses;
-  for (auto& [node, question] : questions)
-    if (question.wait_until(deadline) == std::future_status::ready) buses[node] = question.get();
+  Buses buses = askAll(publishers, topics, timeout_s);
   std::vector<std::string> unconnected;
-  for (const std::string& topic : topics)
-    if (publishers.count(topic) != 0)
-      for (const std::string& node : publishers.at(topic))
-        if (buses[node].answer != Answer::kDead && buses[node].topics.count(topic) == 0)
-          unconnected.push_back(topic + " (" + node + ")");
+  forEachPublisher(publishers, topics, [&](const std::string& topic, const std::string& node) {
+    if (buses[node].answer != Answer::kDead && buses[node].topics.count(topic) == 0)
+      unconnected.push_back(topic + " (" + node + ")");
+  });
   return unconnected;
+}
+
+std::set<std::string> topicsWithLivingPublisher(const Publishers& publishers,
+                                                const std::set<std::string>& topics,
+                                                double timeout_s) {
+  Buses buses = askAll(publishers, topics, timeout_s);
+  std::set<std::string> living;
+  forEachPublisher(publishers, topics, [&](const std::string& topic, const std::string& node) {
+    if (buses[node].answer == Answer::kTopics) living.insert(topic);
+  });
+  return living;
 }
 
 }  // namespace process_visualizer

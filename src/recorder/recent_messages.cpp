@@ -1,23 +1,48 @@
 #include "process_visualizer/recorder/recent_messages.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 namespace process_visualizer {
+namespace {
+
+// Its messages add to each other: what one publisher told holds beside what another tells.
+constexpr char kAddingTopic[] = "/tf_static";
+
+}  // namespace
 
 void LatchedMessages::add(const Message& message) {
   if (message.connection->isLatching())
-    newest_[{message.connection->topic, message.connection->field("callerid")}] = message;
+    newest_[{message.topic(), message.connection->field("callerid")}] = {count_++, message};
 }
 
 std::vector<Message> LatchedMessages::at(const ros::Time& time) const {
+  std::map<std::uint64_t, const Message*> in_order;
+  for (const auto& [key, entry] : newest_) in_order[entry.number] = &entry.message;
+  const bool has_room = time.toNSec() > in_order.size();
+  std::uint64_t before_ns = has_room ? in_order.size() : 0;
   std::vector<Message> messages;
-  for (const auto& [key, message] : newest_)
-    messages.push_back({message.connection, time, message.content});
+  for (const auto& [number, message] : in_order) {
+    messages.push_back(
+        {message->connection, ros::Time().fromNSec(time.toNSec() - before_ns), message->content});
+    if (before_ns > 0) --before_ns;
+  }
   return messages;
 }
 
+void LatchedMessages::forgetReplaced(const std::function<bool(const Message&)>& is_gone) {
+  std::map<std::string, std::uint64_t> newest_of_topic;
+  for (const auto& [key, entry] : newest_)
+    newest_of_topic[key.first] = std::max(newest_of_topic[key.first], entry.number);
+  for (auto it = newest_.begin(); it != newest_.end();) {
+    const bool is_replaced = it->second.number < newest_of_topic[it->first.first] &&
+                             it->first.first != kAddingTopic && is_gone(it->second.message);
+    it = is_replaced ? newest_.erase(it) : std::next(it);
+  }
+}
+
 void RecentMessages::add(const Message& message) {
-  if (!isKept()) return pass(message);
+  if (!isKept() || message.time.isZero()) return pass(message);  // zero: no time has begun yet
   messages_.push_back(message);
   bytes_ += message.size();
   while (!messages_.empty() && (bytes_ > limit_bytes_ || duration() > duration_)) {

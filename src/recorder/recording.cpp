@@ -1,5 +1,6 @@
 #include "process_visualizer/recorder/recording.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <utility>
 
@@ -37,7 +38,10 @@ Recording::Recording(RecordingOptions options, RecordingContents contents)
     throw RecordingError(folder + ": less than " +
                          std::to_string(options_.minimum_free_bytes >> 20) +
                          " MB are free; make room or choose another folder");
-  open(contents_.recent.empty() ? ros::Time::now() : contents_.recent.front().time);
+  create(contents_.recent.empty() ? ros::Time::now() : contents_.recent.front().time);
+  // However large they are, they are written like all else, by the thread.
+  const std::vector<Message> latched = contents_.latched.at(file_begin_);
+  contents_.recent.insert(contents_.recent.begin(), latched.begin(), latched.end());
   thread_ = std::thread(&Recording::run, this);
 }
 
@@ -53,9 +57,10 @@ bool Recording::push(const Message& message) {
   return true;
 }
 
-void Recording::stop() {
+void Recording::stop(const ros::Time& end) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
+    if (!closing_) end_ = end;
     closing_ = true;
     changed_.notify_one();
   }
@@ -84,7 +89,7 @@ void Recording::run() {
   } catch (const RecordingError& error) {
     setProblem(error.what());
   }
-  end();
+  tellEnd();
 }
 
 void Recording::writeAll() {
@@ -124,11 +129,20 @@ bool Recording::isDone() const {
 void Recording::write(const Message& message) {
   if (isFull(message.time)) {
     close();
-    open(message.time);
+    create(message.time);
+    for (const Message& latched : contents_.latched.at(message.time)) add(latched);
   }
   contents_.latched.add(message);
+  last_time_ = message.time;
+  add(message);
+}
+
+/// Writes a message and counts it; how much was not written after all is known when the bag is
+/// closed.
+void Recording::add(const Message& message) {
   file_->write(message);
   const std::lock_guard<std::mutex> lock(mutex_);
+  ++status_.messages[message.topic()];
   status_.bytes = finished_bytes_ + file_->size();
 }
 
@@ -137,12 +151,11 @@ bool Recording::isFull(const ros::Time& time) const {
          (options_.split_duration > 0 && (time - file_begin_).toSec() >= options_.split_duration);
 }
 
-void Recording::open(const ros::Time& time) {
+void Recording::create(const ros::Time& time) {
   const bool is_split = options_.split_bytes > 0 || options_.split_duration > 0;
   file_ = std::make_unique<BagFile>(is_split ? partPath(options_.path, part_++) : options_.path,
                                     options_.compression);
-  file_begin_ = time;
-  for (const Message& message : contents_.latched.at(time)) file_->write(message);
+  file_begin_ = last_time_ = time;
   const std::lock_guard<std::mutex> lock(mutex_);
   status_.files.push_back(file_->path());
 }
@@ -154,7 +167,7 @@ void Recording::close() {
   try {
     std::map<std::string, std::uint64_t> unwritten = unwritten_;
     for (const auto& [topic, count] : file->discarded()) unwritten[topic] += count;
-    file->write(contents_.account(clock_watch_.jumps(), unwritten));
+    file->write(contents_.account(std::max(last_time_, end()), clock_watch_.jumps(), unwritten));
     problem = file->finish();
   } catch (const RecordingError& error) {
     problem = std::string(error.what()) + "; " + file->path() +
@@ -165,6 +178,8 @@ void Recording::close() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     finished_bytes_ += file->size();
+    for (const auto& [topic, count] : file->counts()) finished_messages_[topic] += count;
+    status_.messages = finished_messages_;
     status_.files.back() = file->path();
   }
   if (!problem.empty()) throw RecordingError(problem);
@@ -207,11 +222,16 @@ void Recording::countUnwritten() {
   queue_.clear();
 }
 
+ros::Time Recording::end() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return end_;
+}
+
 /// Whether no more messages are taken; the mutex has to be locked.
 bool Recording::isClosed() const { return closing_ || !status_.problem.empty(); }
 
 /// Tells the owner, if it was not the owner who ended the recording.
-void Recording::end() {
+void Recording::tellEnd() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     status_.ended = true;

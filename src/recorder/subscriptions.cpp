@@ -13,6 +13,12 @@ constexpr unsigned kUnlimited = 0;  // for roscpp's queue: the recorder's own on
 constexpr std::chrono::milliseconds kPeriod(20);
 constexpr unsigned kPatience = 3;  ///< looks; a publisher of many topics takes a while to connect
 
+/// Whether it is time to subscribe anew: after 3, 6, 12, 24, ... looks.
+bool isTurn(unsigned looks) {
+  const unsigned turns = looks / kPatience;
+  return looks % kPatience == 0 && (turns & (turns - 1)) == 0;
+}
+
 /// A function in a queue of callbacks.
 class Call : public ros::CallbackInterface {
  public:
@@ -84,21 +90,31 @@ void Subscriptions::runAfterArrived(const std::function<void()>& function) {
   done.get_future().wait();
 }
 
-std::vector<std::string> Subscriptions::followChangedTypes(const Publishers& publishers) {
+std::vector<std::string> Subscriptions::followChangedTypes(const Publishers& publishers,
+                                                           double timeout_s) {
+  const auto living =
+      topicsWithLivingPublisher(publishers, unconnectedTopics(publishers), timeout_s);
   const std::lock_guard<std::mutex> lock(mutex_);
+  std::map<std::string, unsigned> looks;
   std::vector<std::string> anew;
-  for (const auto& [topic, subscriber] : subscribers_) {
-    const bool is_connected = publishers.count(topic) == 0 || subscriber.getNumPublishers() > 0;
-    unsigned& count = unconnected_[topic];
-    count = is_connected ? 0 : count + 1;
-    if (count == kPatience) anew.push_back(topic);
-  }
-  for (const std::string& topic : anew) {
-    unconnected_[topic] = 0;
+  for (const std::string& topic : living) {
+    if (subscribers_.count(topic) == 0) continue;  // not chosen any more
+    const unsigned count = looks[topic] = unconnected_[topic] + 1;
+    if (!isTurn(count)) continue;
     subscribers_.erase(topic);
     subscribe(topic);
+    if (count == kPatience) anew.push_back(topic);
   }
+  unconnected_ = std::move(looks);
   return anew;
+}
+
+std::set<std::string> Subscriptions::unconnectedTopics(const Publishers& publishers) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  std::set<std::string> topics;
+  for (const auto& [topic, subscriber] : subscribers_)
+    if (publishers.count(topic) != 0 && subscriber.getNumPublishers() == 0) topics.insert(topic);
+  return topics;
 }
 
 void Subscriptions::subscribe(const std::string& topic) {
@@ -124,7 +140,14 @@ ConnectionPtr Subscriptions::connectionOf(const std::string& topic,
                                           const boost::shared_ptr<ros::M_string>& header) {
   ConnectionPtr& connection = connections_[{topic, header}];
   if (!connection) {
-    connection = std::make_shared<Connection>(Connection{topic, {header->begin(), header->end()}});
+    Connection its = connectionWith(topic, {header->begin(), header->end()});
+    std::string& definition = its.header["message_definition"];
+    std::string& known = definitions_[its.field("md5sum")];
+    if (definition.empty())
+      definition = known;
+    else
+      known = definition;
+    connection = std::make_shared<Connection>(std::move(its));
   }
   return connection;
 }

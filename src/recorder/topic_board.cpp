@@ -61,7 +61,7 @@ std::vector<TopicRecord> TopicBoard::records(const std::set<std::string>& topics
     const auto found = statistics_.find(topic);
     if (found != statistics_.end()) {
       const TopicStatistics& statistics = found->second;
-      record.messages = statistics.messages();
+      record.messages = statistics.received();
       record.bytes = statistics.bytes();
       record.dropped = statistics.dropped();
       record.lost = statistics.lost();

@@ -9,6 +9,8 @@ namespace {
 
 constexpr double kGapFactor = 3.0;
 constexpr double kSilenceFactor = 10.0, kLeastSilence = 1.0;  // intervals; s
+// A log is silent when all is well; and what the recorder tells comes there, too.
+constexpr char kLogType[] = "rosgraph_msgs/Log";
 constexpr std::size_t kLeastIntervals = 8;  ///< before that it is not known what is usual
 
 }  // namespace
@@ -16,6 +18,7 @@ constexpr std::size_t kLeastIntervals = 8;  ///< before that it is not known wha
 void TopicStatistics::add(const Message& message) {
   ++received_;
   bytes_ += message.size();
+  is_log_ = message.connection->field("type") == kLogType;
   const bool is_numbered = takeSequence(message);
   if (!last_time_.isZero()) takeInterval((message.time - last_time_).toSec(), !is_numbered);
   last_time_ = message.time;
@@ -24,7 +27,7 @@ void TopicStatistics::add(const Message& message) {
 
 bool TopicStatistics::fellSilent(const ros::Time& now) {
   const double usual = usualInterval();
-  if (is_silent_ || usual == 0) return false;
+  if (is_silent_ || is_log_ || usual == 0) return false;
   is_silent_ = (now - last_time_).toSec() > std::max(kSilenceFactor * usual, kLeastSilence);
   return is_silent_;
 }

@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
-#include <boost/make_shared.hpp>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
@@ -10,34 +9,16 @@
 #include <future>
 #include <string>
 
-#include "process_visualizer/recorder/account.hpp"
 #include "process_visualizer/recorder/bag_file.hpp"
 #include "process_visualizer/recorder/bag_name.hpp"
 #include "process_visualizer/recorder/recent_messages.hpp"
 #include "process_visualizer/recorder/recording.hpp"
-#include "process_visualizer/recorder/topic_statistics.hpp"
+#include "recorder_messages.hpp"
 
 namespace process_visualizer {
 namespace {
 
 namespace fs = std::filesystem;
-
-ConnectionPtr connectionWith(const std::string& definition, const std::string& latching = "0") {
-  return std::make_shared<Connection>(Connection{"/a",
-                                                 {{"type", "a/A"},
-                                                  {"md5sum", "0"},
-                                                  {"message_definition", definition},
-                                                  {"callerid", "/n"},
-                                                  {"latching", latching}}});
-}
-
-Message messageAt(double time, const ConnectionPtr& connection, std::size_t size = 100,
-                  std::uint32_t sequence = 0) {
-  const auto content = boost::make_shared<RawMessage>();
-  content->bytes.resize(size);
-  std::memcpy(content->bytes.data(), &sequence, sizeof sequence);
-  return {connection, ros::Time(time), content};
-}
 
 class Folder : public ::testing::Test {
  protected:
@@ -171,8 +152,8 @@ class Recordings : public Folder {
  protected:
   RecordingContents contents() {
     RecordingContents contents;
-    contents.account = [](const auto&, const auto&) {
-      return textMessage(textConnection("/account", "/n"), ros::Time(9), "");
+    contents.account = [](const auto& time, const auto&, const auto&) {
+      return textMessage(textConnection("/account", "/n"), time, "");
     };
     contents.on_end = [this] { ended_.set_value(); };
     return contents;
@@ -217,6 +198,52 @@ TEST_F(Recordings, AreSplitBySize) {
   for (const std::string& file : recording.status().files) EXPECT_GT(indexPosition(file), 4096u);
 }
 
+TEST_F(Recordings, CountWhatTheirBagsHold) {
+  RecordingOptions parts = options("a.bag");
+  parts.split_duration = 5;
+  RecordingContents begin = contents();
+  begin.latched.add(messageAt(1, latchedBy("/n", "/latched")));
+  begin.recent = {messageAt(1, connectionWith(""))};
+  Recording recording(parts, std::move(begin));
+  for (unsigned i = 2; i < 10; ++i) recording.push(messageAt(i, connectionWith("")));
+  recording.stop();
+  EXPECT_EQ(recording.status().files.size(), 2u);
+  EXPECT_EQ(recording.status().messages,
+            (std::map<std::string, std::uint64_t>{{"/a", 9}, {"/account", 2}, {"/latched", 2}}));
+}
+
+TEST_F(Recordings, CountLatchedMessagesThatNothingHasRoomFor) {
+  limitFileSize(100'000);
+  RecordingContents begin = contents();
+  for (const char* node : {"/a", "/b", "/c"}) {
+    const auto content = boost::make_shared<RawMessage>();
+    content->bytes.resize(1'500'000);
+    begin.latched.add({latchedBy(node), ros::Time(1), content});
+  }
+  Recording recording(options("a.bag"), std::move(begin));
+  ended_.get_future().wait();
+  recording.stop();
+  limitFileSize(RLIM_INFINITY);
+  EXPECT_EQ(recording.unwritten().at("/a"), 3u);
+  EXPECT_EQ(recording.status().messages.count("/account"), 1u);
+  EXPECT_GT(indexPosition(path("a.bag")), 4096u);
+}
+
+TEST_F(Recordings, EndWhenTheyWereEndedHoweverLongTheyAreWritten) {
+  for (const double end : {0.0, 3.5, 20.0}) {
+    ros::Time account_time;
+    RecordingContents begin = contents();
+    begin.account = [&](const auto& time, const auto&, const auto&) {
+      account_time = time;
+      return textMessage(textConnection("/account", "/n"), time, "");
+    };
+    begin.recent = {messageAt(1, connectionWith("")), messageAt(7, connectionWith(""))};
+    Recording recording(options(std::to_string(end) + ".bag"), std::move(begin));
+    recording.stop(ros::Time(end));
+    EXPECT_EQ(account_time, ros::Time(std::max(end, 7.0)));
+  }
+}
+
 TEST_F(Recordings, EndByThemselvesOnAFullDiskAndCountWhatIsMissing) {
   limitFileSize(3 << 20);
   Recording recording(options("a.bag"), contents());
@@ -230,18 +257,6 @@ TEST_F(Recordings, EndByThemselvesOnAFullDiskAndCountWhatIsMissing) {
   EXPECT_GT(recording.unwritten().at("/a"), 0u);
   EXPECT_LT(recording.unwritten().at("/a"), pushed);
   EXPECT_GT(indexPosition(path("a.bag")), 1u << 20);
-}
-
-TEST(Clock, JumpsAreNotedAndDriftIsNot) {
-  double offset = 5;
-  ClockWatch watch([&offset] { return offset; });
-  for (const double step : {0.0, 0.05, -0.05, -3600.0, 0.0, 0.2}) {
-    offset += step;
-    watch.look();
-  }
-  ASSERT_EQ(watch.jumps().size(), 2u);
-  EXPECT_DOUBLE_EQ(watch.jumps()[0].seconds, -3600.0);
-  EXPECT_NEAR(watch.jumps()[1].seconds, 0.2, 1e-9);
 }
 
 TEST(Recent, IsBoundedInTimeAndBytes) {
@@ -288,55 +303,37 @@ TEST(Latched, KeepsTheNewestOfEachPublisher) {
   const auto messages = latched.at(ros::Time(5));
   ASSERT_EQ(messages.size(), 1u);
   EXPECT_EQ(messages[0].size(), 20u);
-  EXPECT_EQ(messages[0].time, ros::Time(5));
+  EXPECT_EQ(messages[0].time, ros::Time(4, 999999999));
 }
 
-TEST(Statistics, CountSequenceNumbersLeftOut) {
-  TopicStatistics statistics;
-  const auto connection = connectionWith("# comment\nuint8 A=1\n\nHeader header\n");
-  for (const std::uint32_t sequence : {7u, 8u, 11u, 12u, 3u, 4u})
-    statistics.add(messageAt(1, connection, 10, sequence));
-  EXPECT_EQ(statistics.lost(), 2u);
-  EXPECT_EQ(statistics.gaps(), 1u);
+TEST(Latched, ComeInTheOrderInWhichTheyCame) {
+  LatchedMessages latched;
+  for (const auto& [node, size] : {std::pair{"/z", 1}, {"/b", 2}, {"/a", 3}, {"/z", 4}})
+    latched.add(messageAt(1, latchedBy(node), size));
+  std::vector<std::size_t> sizes;
+  ros::Time last;
+  for (const Message& message : latched.at(ros::Time(5))) {
+    sizes.push_back(message.size());
+    EXPECT_LT(last, message.time);
+    last = message.time;
+  }
+  EXPECT_EQ(sizes, (std::vector<std::size_t>{2, 3, 4}));
+  EXPECT_LT(last, ros::Time(5));
 }
 
-TEST(Statistics, FindLongIntervalsWhereThereAreNoNumbers) {
-  TopicStatistics statistics;
-  const auto connection = connectionWith("float32 data");
-  for (int i = 0; i < 20; ++i) statistics.add(messageAt(1 + 0.01 * i, connection));
-  EXPECT_EQ(statistics.gaps(), 0u);
-  statistics.add(messageAt(1.25, connection));
-  EXPECT_EQ(statistics.gaps(), 1u);
-  EXPECT_EQ(statistics.lost(), 0u);
-  EXPECT_NEAR(statistics.largestGap(), 0.06, 1e-6);
-  EXPECT_NEAR(statistics.largestGapTime().toSec(), 1.19, 1e-6);
-}
-
-TEST(Statistics, TellASilenceOnce) {
-  TopicStatistics statistics;
-  const auto connection = connectionWith("float32 data");
-  EXPECT_FALSE(statistics.fellSilent(ros::Time(100)));
-  for (int i = 0; i <= 10; ++i) statistics.add(messageAt(1 + 0.2 * i, connection));
-  EXPECT_FALSE(statistics.fellSilent(ros::Time(4.9)));
-  EXPECT_TRUE(statistics.fellSilent(ros::Time(5.1)));
-  EXPECT_FALSE(statistics.fellSilent(ros::Time(6)));
-  statistics.add(messageAt(7, connection));
-  EXPECT_TRUE(statistics.fellSilent(ros::Time(10)));
-}
-
-TEST(Account, NamesTopicsOfWhichNothingCame) {
-  TopicStatistics one;
-  one.add(messageAt(1, connectionWith("")));
-  EXPECT_EQ(accountText({{"/a", one}, {"/b", {}}}, {{ros::WallTime(2), 0.5}}, {{"/a", 1}}),
-            R"({"topics": {"/a": {"received": 1, "dropped": 1}, )"
-            R"("/b": {"received": 0, "dropped": 0}}, )"
-            R"("clock_jumps": [{"time": 2, "seconds": 0.5}]})");
-}
-
-TEST(Statistics, KnowTypesThatBeginWithAHeader) {
-  EXPECT_TRUE(beginsWithHeader("std_msgs/Header header\nfloat32 x"));
-  EXPECT_FALSE(beginsWithHeader("float32 x\nHeader header"));
-  EXPECT_FALSE(beginsWithHeader(""));
+TEST(Latched, OfPublishersThatAreGoneAreForgottenWhenTheyAreReplaced) {
+  LatchedMessages latched;
+  const auto isGone = [](const Message& message) { return message.size() != 2; };
+  latched.add(messageAt(1, latchedBy("/old"), 1));
+  latched.forgetReplaced(isGone);
+  EXPECT_EQ(latched.at(ros::Time(5)).size(), 1u);
+  latched.add(messageAt(1, latchedBy("/new"), 2));
+  latched.add(messageAt(1, latchedBy("/old", "/tf_static"), 3));
+  latched.add(messageAt(1, latchedBy("/new", "/tf_static"), 2));
+  latched.forgetReplaced(isGone);
+  std::vector<std::size_t> sizes;
+  for (const Message& message : latched.at(ros::Time(5))) sizes.push_back(message.size());
+  EXPECT_EQ(sizes, (std::vector<std::size_t>{2, 3, 2}));
 }
 
 }  // namespace

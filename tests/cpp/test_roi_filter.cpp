@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -149,6 +150,15 @@ TEST(CropToBox, AcceptsAnEmptyCloud) {
   EXPECT_EQ(cropped.width, 0u);
   EXPECT_EQ(cropped.height, 1u);
   EXPECT_TRUE(cropped.data.empty());
+}
+
+TEST(CropToBox, RowsWithoutPointsTakeNoTime) {
+  auto cloud = makeCloud({});
+  cloud.width = cloud.row_step = 0;
+  cloud.height = 0xFFFFFFFF;
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_EQ(crop(cloud), Indices{});
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(1));
 }
 
 std::vector<Point> randomPoints(std::mt19937& generator, std::size_t count) {

@@ -47,6 +47,8 @@ class BagFile {
 
   const std::string& path() const { return path_; }  ///< its name when it is finished
   std::uint64_t size() const { return position_ + chunk_.size(); }  ///< in bytes, about
+  /// How many messages it holds, by topic: what rosbag counts in it.
+  const std::map<std::string, std::uint64_t>& counts() const { return counts_; }
   /// Messages that were added and could not be written, by topic.
   const std::map<std::string, std::uint64_t>& discarded() const { return discarded_; }
   bool isRemoved() const;           ///< whether somebody removed or moved the file
@@ -83,7 +85,7 @@ class BagFile {
   std::string chunk_infos_;
   std::uint32_t chunk_count_ = 0;
   std::uint64_t connection_bytes_ = 0;
-  std::map<std::string, std::uint64_t> discarded_;
+  std::map<std::string, std::uint64_t> counts_, discarded_;
 };
 
 }  // namespace process_visualizer

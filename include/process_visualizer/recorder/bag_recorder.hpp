@@ -18,6 +18,7 @@
 #include "process_visualizer/recorder/recording.hpp"
 #include "process_visualizer/recorder/subscriptions.hpp"
 #include "process_visualizer/recorder/topic_board.hpp"
+#include "process_visualizer/recorder/topic_choice.hpp"
 
 namespace process_visualizer {
 
@@ -42,15 +43,15 @@ class BagRecorder {
   std::string begin(const Start::Request& request);
   std::string save(const Start::Request& request);
   void connect();
-  void open(const RecordingOptions& options, const Start::Request& request, double recent_s);
-  RecordingOptions optionsOf(const Start::Request& request) const;
-  LatchedMessages chosenOf(const LatchedMessages& latched) const;
-  bool isChosen(const std::string& topic) const;
-  void finish(std::chrono::milliseconds under_way);
+  Past past(const ros::Time& now, double recent_s, const TopicChoice& choice) const;
+  void open(const RecordingOptions& options, const Start::Request& request, const Past& past);
+  void finish(std::chrono::milliseconds under_way, ros::Time end = {});
   void requireIdle() const;
-  void watch(const std::vector<std::string>& topics);
+  void watch(TopicChoice choice);
+  void subscribe();
+  std::vector<std::string> ownPrefixes() const;
 
-  void receive(const Message& message);
+  void receive(Message message);
   bool takeIn(const Message& message);
   void addProblem(const std::string& problem);
   void setPhase(std::uint8_t phase);
@@ -60,6 +61,7 @@ class BagRecorder {
   RecorderState state() const;
   void followMaster();
   void lookAtMaster();
+  void followPublishers(const Publishers& publishers);
   bool waitFor(std::chrono::milliseconds period);
 
   ros::NodeHandle node_{"~"};
@@ -79,7 +81,7 @@ class BagRecorder {
   TopicBoard board_;
   RecentMessages recent_;
   std::map<ConnectionPtr, ConnectionPtr> calibrations_;
-  std::vector<std::string> chosen_;
+  TopicChoice choice_;  ///< changed by commands only, under both mutexes
   std::vector<std::string> problems_;
   std::uint32_t problem_count_ = 0;  ///< since the node runs
   bool has_master_ = true;

@@ -43,6 +43,11 @@ struct Message {
   const std::string& topic() const { return connection->topic; }
 };
 
+/// Returns the connection for what a publisher said of itself, so that every program can read it in
+/// a bag: fields that have to be there are, and texts are UTF-8 (other bytes become U+FFFD).
+Connection connectionWith(const std::string& topic,
+                          const std::map<std::string, std::string>& header);
+
 /// Returns a connection of type std_msgs/String, for what the recorder itself says.
 ConnectionPtr textConnection(const std::string& topic, const std::string& node,
                              bool is_latching = true);

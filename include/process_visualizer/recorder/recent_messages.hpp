@@ -1,7 +1,10 @@
 #pragma once
 
+#include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -13,11 +16,20 @@ namespace process_visualizer {
 class LatchedMessages {
  public:
   void add(const Message& message);  ///< takes it if its connection is latching
-  /// The messages with another time: that of the bag's beginning.
+  /// The messages with other times, as close before a bag's beginning as they can be, in the order
+  /// in which they came: whoever plays the bag ends with the newest.
   std::vector<Message> at(const ros::Time& time) const;
+  /// Forgets messages of publishers that are gone, where a newer one of the topic is here. Without
+  /// one, it is still what everybody shows. On /tf_static nothing is forgotten.
+  void forgetReplaced(const std::function<bool(const Message&)>& is_gone);
 
  private:
-  std::map<std::pair<std::string, std::string>, Message> newest_;  ///< by topic and publisher
+  struct Entry {
+    std::uint64_t number = 0;  ///< in the order in which they came
+    Message message;
+  };
+  std::map<std::pair<std::string, std::string>, Entry> newest_;  ///< by topic and publisher
+  std::uint64_t count_ = 0;
 };
 
 /// What a bag can begin with: messages, and the latched ones that held before the first of them.
@@ -32,9 +44,14 @@ class RecentMessages {
   RecentMessages(double duration_s, std::size_t limit_bytes)
       : duration_(duration_s), limit_bytes_(limit_bytes) {}
 
+  /// Takes a message; of one from before a simulated time begins (zero) only what is latched.
   void add(const Message& message);
   /// Takes note of a message that is recorded and need not be kept.
   void pass(const Message& message) { before_.add(message); }
+  /// As LatchedMessages has it.
+  void forgetReplaced(const std::function<bool(const Message&)>& is_gone) {
+    before_.forgetReplaced(is_gone);
+  }
   /// The last seconds before `now`; 0: no messages, only what is latched.
   Past last(const ros::Time& now, double duration_s) const;
   void clear();   ///< keeps what is latched

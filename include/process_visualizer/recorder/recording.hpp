@@ -31,16 +31,20 @@ struct RecordingContents {
   LatchedMessages latched;     ///< every bag begins with these
   std::deque<Message> recent;  ///< then with these
   /// The last message of every bag, an account of what was lost until then.
-  /// Takes the jumps of the clock, and how many messages could not be written, by topic.
-  std::function<Message(const std::vector<ClockJump>&, const std::map<std::string, std::uint64_t>&)>
+  /// Takes the time that it gets, the jumps of the clock, and how many messages could not be
+  /// written, by topic.
+  std::function<Message(const ros::Time&, const std::vector<ClockJump>&,
+                        const std::map<std::string, std::uint64_t>&)>
       account;
   std::function<void()> on_end;  ///< called by the writing thread when it ends by itself
 };
 
 /// How far a recording is.
 struct RecordingStatus {
-  std::vector<std::string> files;      ///< the bags, the one being written last
-  std::uint64_t bytes = 0;             ///< written into all of them
+  std::vector<std::string> files;  ///< the bags, the one being written last
+  std::uint64_t bytes = 0;         ///< written into all of them
+  /// How many messages all of them hold, by topic, with what the recorder adds itself.
+  std::map<std::string, std::uint64_t> messages;
   std::uint64_t free_bytes = 0;        ///< on the disk
   std::uint64_t least_free_bytes = 0;  ///< below it the recording ends
   std::string problem;                 ///< why it ended by itself; empty if it did not
@@ -59,7 +63,10 @@ class Recording {
   bool push(const Message& message);
 
   /// Writes everything that was pushed, and finishes the bag. May be called twice.
-  void stop();
+  /// \param end when the recording ended, which may be longer ago than what has to be written
+  /// takes;
+  ///   zero: with its last message
+  void stop(const ros::Time& end = {});
 
   bool isOver() const;  ///< whether it takes no more messages, for whatever reason
   RecordingStatus status() const;
@@ -70,7 +77,8 @@ class Recording {
   void run();
   void writeAll();
   void write(const Message& message);
-  void open(const ros::Time& time);
+  void add(const Message& message);
+  void create(const ros::Time& time);
   void close();
   bool isFull(const ros::Time& time) const;
   std::optional<Message> take();
@@ -79,12 +87,13 @@ class Recording {
   void look();
   void setProblem(const std::string& problem);
   void countUnwritten();
-  void end();
+  ros::Time end() const;
+  void tellEnd();
 
   const RecordingOptions options_;
   RecordingContents contents_;
   std::unique_ptr<BagFile> file_;
-  ros::Time file_begin_;
+  ros::Time file_begin_, last_time_;
   unsigned part_ = 0;
   ClockWatch clock_watch_;
   std::chrono::steady_clock::time_point last_look_;
@@ -96,7 +105,9 @@ class Recording {
   std::deque<Message> queue_;
   std::uint64_t queued_bytes_ = 0;
   bool closing_ = false;
+  ros::Time end_;  ///< as stop() was told
   std::uint64_t finished_bytes_ = 0;
+  std::map<std::string, std::uint64_t> finished_messages_;
   RecordingStatus status_;
   std::thread thread_;
 };

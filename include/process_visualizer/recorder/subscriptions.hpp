@@ -35,14 +35,18 @@ class Subscriptions {
   /// Runs a function in the receiving thread after everything that has arrived until now.
   void runAfterArrived(const std::function<void()>& function);
 
-  /// Subscribes anew to topics that have publishers and are connected to none: roscpp keeps the
-  /// first type it saw, and a publisher of another type refuses it. To be called every second.
-  /// \returns the topics that it did this for
-  std::vector<std::string> followChangedTypes(const Publishers& publishers);
+  /// Subscribes anew to topics whose publishers live and are connected to none of them for a while:
+  /// roscpp keeps the first type it saw, and a publisher of another type refuses it. To be called
+  /// every second; what does not help is tried again ever more seldom.
+  /// \param timeout_s how long the publishers may take to say that they live
+  /// \returns the topics that it did this for, each once until it is connected again
+  std::vector<std::string> followChangedTypes(const Publishers& publishers, double timeout_s);
 
  private:
+  std::set<std::string> unconnectedTopics(const Publishers& publishers) const;
   void subscribe(const std::string& topic);
   void take(const std::string& topic, const ros::MessageEvent<RawMessage const>& event);
+  /// What a publisher says of itself; what it does not say of its type, another one may have said.
   ConnectionPtr connectionOf(const std::string& topic,
                              const boost::shared_ptr<ros::M_string>& header);
 
@@ -52,9 +56,11 @@ class Subscriptions {
   ros::AsyncSpinner spinner_;
   mutable std::mutex mutex_;  ///< for the subscribers
   std::map<std::string, ros::Subscriber> subscribers_;
-  std::map<std::string, unsigned> unconnected_;  ///< looks in a row that found no connection
+  /// Looks in a row that found a living publisher and no connection.
+  std::map<std::string, unsigned> unconnected_;
   /// By topic and address; the header is kept so that its address stays its own.
   std::map<std::pair<std::string, boost::shared_ptr<ros::M_string>>, ConnectionPtr> connections_;
+  std::map<std::string, std::string> definitions_;  ///< of messages, by MD5 sum
 };
 
 }  // namespace process_visualizer

@@ -26,6 +26,7 @@ class TopicBoard {
   /// While counting: the topics that came regularly and have fallen silent since the last call.
   std::vector<std::string> fallenSilent();
 
+  /// The figures of these topics; as `messages` the count of those that arrived.
   std::vector<TopicRecord> records(const std::set<std::string>& topics) const;
   const std::map<std::string, TopicStatistics>& statistics() const { return statistics_; }
 

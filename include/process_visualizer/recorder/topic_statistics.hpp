@@ -20,10 +20,9 @@ class TopicStatistics {
   void add(const Message& message);  ///< a message that arrived
   void addDropped(std::uint64_t count) { dropped_ += count; }
   /// Returns true once when messages that came regularly have not come for a second and ten times
-  /// the usual interval.
+  /// the usual interval. A log is never silent.
   bool fellSilent(const ros::Time& now);
 
-  std::uint64_t messages() const { return received_ - dropped_; }  ///< recorded
   std::uint64_t received() const { return received_; }
   std::uint64_t bytes() const { return bytes_; }      ///< of those that arrived
   std::uint64_t dropped() const { return dropped_; }  ///< arrived, but not recorded
@@ -46,7 +45,7 @@ class TopicStatistics {
   std::map<ConnectionPtr, Publisher> publishers_;
   std::uint64_t received_ = 0, bytes_ = 0, dropped_ = 0, lost_ = 0, gaps_ = 0;
   double largest_gap_ = 0;
-  bool is_silent_ = false;
+  bool is_silent_ = false, is_log_ = false;
   ros::Time largest_gap_time_, last_time_;
 };
 

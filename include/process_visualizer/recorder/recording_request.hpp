@@ -1,0 +1,22 @@
+#pragma once
+
+#include <process_visualizer/StartRecording.h>
+#include <ros/node_handle.h>
+
+#include <string>
+
+#include "process_visualizer/recorder/recording.hpp"
+
+namespace process_visualizer {
+
+/// Returns the options for a recording that is asked for; creates its folder.
+/// \param node its private parameters say what the request leaves open
+/// \param folder where the request names none
+/// \throws RecordingError if the request cannot be met
+RecordingOptions optionsOf(const StartRecording::Request& request, const ros::NodeHandle& node,
+                           const std::string& folder);
+
+/// Returns a parameter in megabytes as bytes.
+std::uint64_t megabytes(const ros::NodeHandle& node, const std::string& parameter, int value);
+
+}  // namespace process_visualizer

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "process_visualizer/recorder/xml_rpc_answers.hpp"
+
+namespace process_visualizer {
+
+/// The topics that are recorded: some by their names, and those that match a pattern as soon as
+/// somebody publishes them.
+class TopicChoice {
+ public:
+  TopicChoice() = default;
+  /// \param names of topics
+  /// \param patterns regular expressions for whole names
+  /// \param excluded regular expressions for whole names that no pattern may take
+  /// \throws RecordingError if a name or an expression is none
+  TopicChoice(const std::vector<std::string>& names, const std::vector<std::string>& patterns,
+              const std::vector<std::string>& excluded);
+
+  bool isEmpty() const { return names_.empty() && patterns_.empty(); }
+  bool contains(const std::string& name) const { return names_.count(name) != 0; }
+  const std::set<std::string>& names() const { return names_; }
+
+  /// Takes the published topics that match, but none whose name begins with one of the prefixes.
+  /// \returns whether there was a new one
+  bool follow(const Publishers& publishers, const std::vector<std::string>& own_prefixes);
+
+ private:
+  bool isWanted(const std::string& name) const;
+
+  std::set<std::string> names_;
+  std::vector<std::regex> patterns_, excluded_;
+};
+
+}  // namespace process_visualizer

@@ -1,0 +1,59 @@
+#include "process_visualizer/recorder/topic_choice.hpp"
+
+#include <ros/names.h>
+
+#include <algorithm>
+
+#include "process_visualizer/recorder/bag_file.hpp"
+
+namespace process_visualizer {
+namespace {
+
+std::vector<std::regex> expressions(const std::vector<std::string>& texts) {
+  std::vector<std::regex> compiled;
+  for (const std::string& text : texts) {
+    try {
+      compiled.emplace_back(text);
+    } catch (const std::regex_error& error) {
+      throw RecordingError("\"" + text + "\" is not a regular expression: " + error.what());
+    }
+  }
+  return compiled;
+}
+
+bool matchesAny(const std::string& name, const std::vector<std::regex>& expressions) {
+  return std::any_of(expressions.begin(), expressions.end(),
+                     [&](const std::regex& it) { return std::regex_match(name, it); });
+}
+
+}  // namespace
+
+TopicChoice::TopicChoice(const std::vector<std::string>& names,
+                         const std::vector<std::string>& patterns,
+                         const std::vector<std::string>& excluded)
+    : patterns_(expressions(patterns)), excluded_(expressions(excluded)) {
+  try {
+    for (const std::string& name : names) names_.insert(ros::names::resolve("/", name));
+  } catch (const ros::InvalidNameException& error) {
+    throw RecordingError(error.what());
+  }
+}
+
+bool TopicChoice::follow(const Publishers& publishers,
+                         const std::vector<std::string>& own_prefixes) {
+  const std::size_t before = names_.size();
+  for (const auto& [name, nodes] : publishers) {
+    const auto is_prefix = [&, &topic = name](const std::string& prefix) {
+      return topic.compare(0, prefix.size(), prefix) == 0;
+    };
+    if (isWanted(name) && std::none_of(own_prefixes.begin(), own_prefixes.end(), is_prefix))
+      names_.insert(name);
+  }
+  return names_.size() > before;
+}
+
+bool TopicChoice::isWanted(const std::string& name) const {
+  return matchesAny(name, patterns_) && !matchesAny(name, excluded_);
+}
+
+}  // namespace process_visualizer

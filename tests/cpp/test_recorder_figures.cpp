@@ -1,0 +1,85 @@
+#include <gtest/gtest.h>
+
+#include "process_visualizer/recorder/account.hpp"
+#include "process_visualizer/recorder/clock_watch.hpp"
+#include "process_visualizer/recorder/topic_statistics.hpp"
+#include "recorder_messages.hpp"
+
+namespace process_visualizer {
+namespace {
+
+TEST(Clock, JumpsAreNotedAndDriftIsNot) {
+  double offset = 5;
+  ClockWatch watch([&offset] { return offset; });
+  for (const double step : {0.0, 0.05, -0.05, -3600.0, 0.0, 0.2}) {
+    offset += step;
+    watch.look();
+  }
+  ASSERT_EQ(watch.jumps().size(), 2u);
+  EXPECT_DOUBLE_EQ(watch.jumps()[0].seconds, -3600.0);
+  EXPECT_NEAR(watch.jumps()[1].seconds, 0.2, 1e-9);
+}
+
+TEST(Statistics, CountSequenceNumbersLeftOut) {
+  TopicStatistics statistics;
+  const auto connection = connectionWith("# comment\nuint8 A=1\n\nHeader header\n");
+  for (const std::uint32_t sequence : {7u, 8u, 11u, 12u, 3u, 4u})
+    statistics.add(messageAt(1, connection, 10, sequence));
+  EXPECT_EQ(statistics.lost(), 2u);
+  EXPECT_EQ(statistics.gaps(), 1u);
+}
+
+TEST(Statistics, FindLongIntervalsWhereThereAreNoNumbers) {
+  TopicStatistics statistics;
+  const auto connection = connectionWith("float32 data");
+  for (int i = 0; i < 20; ++i) statistics.add(messageAt(1 + 0.01 * i, connection));
+  EXPECT_EQ(statistics.gaps(), 0u);
+  statistics.add(messageAt(1.25, connection));
+  EXPECT_EQ(statistics.gaps(), 1u);
+  EXPECT_EQ(statistics.lost(), 0u);
+  EXPECT_NEAR(statistics.largestGap(), 0.06, 1e-6);
+  EXPECT_NEAR(statistics.largestGapTime().toSec(), 1.19, 1e-6);
+}
+
+TEST(Statistics, TellASilenceOnce) {
+  TopicStatistics statistics;
+  const auto connection = connectionWith("float32 data");
+  EXPECT_FALSE(statistics.fellSilent(ros::Time(100)));
+  for (int i = 0; i <= 10; ++i) statistics.add(messageAt(1 + 0.2 * i, connection));
+  EXPECT_FALSE(statistics.fellSilent(ros::Time(4.9)));
+  EXPECT_TRUE(statistics.fellSilent(ros::Time(5.1)));
+  EXPECT_FALSE(statistics.fellSilent(ros::Time(6)));
+  statistics.add(messageAt(7, connection));
+  EXPECT_TRUE(statistics.fellSilent(ros::Time(10)));
+}
+
+TEST(Statistics, NeverCallALogSilent) {
+  TopicStatistics statistics;
+  const auto connection =
+      std::make_shared<Connection>(Connection{"/rosout", {{"type", "rosgraph_msgs/Log"}}});
+  for (int i = 0; i <= 10; ++i) statistics.add(messageAt(1 + 0.2 * i, connection));
+  EXPECT_FALSE(statistics.fellSilent(ros::Time(100)));
+}
+
+TEST(Account, NamesTopicsOfWhichNothingCame) {
+  TopicStatistics one;
+  one.add(messageAt(1, connectionWith("")));
+  EXPECT_EQ(accountText({{"/a", one}, {"/b", {}}}, {{ros::WallTime(2), 0.5}}, {{"/a", 1}}),
+            R"({"topics": {"/a": {"received": 1, "dropped": 1}, )"
+            R"("/b": {"received": 0, "dropped": 0}}, )"
+            R"("clock_jumps": [{"time": 2, "seconds": 0.5}]})");
+}
+
+TEST(Statistics, KnowTypesThatBeginWithAHeader) {
+  EXPECT_TRUE(beginsWithHeader("std_msgs/Header header\nfloat32 x"));
+  EXPECT_FALSE(beginsWithHeader("float32 x\nHeader header"));
+  EXPECT_FALSE(beginsWithHeader(""));
+}
+
+}  // namespace
+}  // namespace process_visualizer
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  return RUN_ALL_TESTS();
+}

@@ -1,0 +1,129 @@
+#include <gtest/gtest.h>
+#include <ros/time.h>
+
+#include <string>
+#include <vector>
+
+#include "process_visualizer/recorder/bag_file.hpp"
+#include "process_visualizer/recorder/message.hpp"
+#include "process_visualizer/recorder/text.hpp"
+#include "process_visualizer/recorder/topic_choice.hpp"
+#include "process_visualizer/recorder/xml_rpc_answers.hpp"
+
+namespace process_visualizer {
+namespace {
+
+using Names = std::set<std::string>;
+using XmlRpc::XmlRpcValue;
+
+XmlRpcValue list(const std::vector<XmlRpcValue>& values) {
+  XmlRpcValue result;
+  result.setSize(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) result[i] = values[i];
+  return result;
+}
+
+XmlRpcValue connection(const std::string& peer, const std::string& direction,
+                       const std::string& topic) {
+  return list({1, peer, direction, "TCPROS", topic, true});
+}
+
+/// One value of every type that XML-RPC has.
+std::vector<XmlRpcValue> valuesOfAllTypes() {
+  XmlRpcValue structure;
+  structure["faultCode"] = 1;
+  XmlRpcValue empty_list;
+  empty_list.setSize(0);
+  return {{}, 1, true, 0.5, "text", structure, empty_list, list({"text"}), list({list({})})};
+}
+
+TEST(Connections, AreReadInBothDirections) {
+  XmlRpcValue answer = list({1, "",
+                             list({connection("/me", "o", "/a"), connection("/you", "o", "/b"),
+                                   connection("http://x:1/", "i", "/c")})});
+  EXPECT_EQ(topicsSentTo("/me", answer), Names{"/a"});
+  EXPECT_EQ(topicsReceivedFrom("http://x:1/", answer), Names{"/c"});
+}
+
+TEST(Connections, OfOddAnswersAreNotKnown) {
+  for (XmlRpcValue odd : valuesOfAllTypes()) {
+    EXPECT_EQ(topicsSentTo("/me", odd), std::nullopt);
+    XmlRpcValue odd_code = list({odd, "", list({})});
+    EXPECT_EQ(topicsSentTo("/me", odd_code).has_value(), odd.getType() == XmlRpcValue::TypeInt);
+    XmlRpcValue odd_connection = list({1, "", list({odd})});
+    EXPECT_EQ(topicsSentTo("/me", odd_connection), std::nullopt);
+    EXPECT_EQ(topicsReceivedFrom("/me", odd_connection), Names{});
+    if (odd.getType() == XmlRpcValue::TypeArray) continue;
+    XmlRpcValue odd_list = list({1, "", odd});
+    EXPECT_EQ(topicsSentTo("/me", odd_list), std::nullopt);
+    XmlRpcValue odd_field = list({1, "", list({list({1, odd, odd, odd, odd})})});
+    EXPECT_EQ(topicsSentTo("/me", odd_field).has_value(), odd.getType() == XmlRpcValue::TypeString);
+  }
+  XmlRpcValue error = list({0, "no", list({connection("/me", "o", "/a")})});
+  EXPECT_EQ(topicsSentTo("/me", error), std::nullopt);
+}
+
+TEST(SystemState, IsReadWhateverItIs) {
+  XmlRpcValue state = list({list({list({"/a", list({"/n", "/m"})})}), list({}), list({})});
+  EXPECT_EQ(publishersIn(state), (Publishers{{"/a", {"/m", "/n"}}}));
+  for (XmlRpcValue odd : valuesOfAllTypes()) {
+    XmlRpcValue odd_topics = list({odd}), odd_nodes = list({list({list({"/a", odd})})});
+    publishersIn(odd);
+    publishersIn(odd_topics);
+    publishersIn(odd_nodes);
+  }
+}
+
+TEST(Text, KeepsWhatIsUtf8) {
+  for (const std::string good : {"", "a\n", "\xC3\xBC", "\xE2\x82\xAC", "\xF0\x9F\x99\x82",
+                                 "\xEF\xBF\xBF", "\xF4\x8F\xBF\xBF", "\xED\x9F\xBF"})
+    EXPECT_EQ(validUtf8(good), good);
+}
+
+TEST(Text, ReplacesEveryOtherByte) {
+  const std::string odd = "\xEF\xBF\xBD";
+  EXPECT_EQ(validUtf8("20 \xB0"
+                      "C"),
+            "20 " + odd + "C");
+  EXPECT_EQ(validUtf8("a\xC3"), "a" + odd);
+  EXPECT_EQ(validUtf8("\xC0\x80"), odd + odd);            // longer than need be
+  EXPECT_EQ(validUtf8("\xED\xA0\x80"), odd + odd + odd);  // a surrogate
+  EXPECT_EQ(validUtf8("\xF4\x90\x80\x80").size(), 12u);   // beyond the last character
+  EXPECT_EQ(validUtf8("\xF5"
+                      "abc"),
+            odd + "abc");
+}
+
+TEST(Header, HasWhatHasToBeThere) {
+  const Connection odd = connectionWith("/a", {{"type", "a/A"}, {"callerid", "/n\xFF"}});
+  EXPECT_EQ(odd.field("callerid"), "/n\xEF\xBF\xBD");
+  EXPECT_EQ(odd.field("topic"), "/a");
+  EXPECT_EQ(odd.header.count("message_definition"), 1u);
+}
+
+TEST(Choice, TakesNamesAndWhatMatches) {
+  TopicChoice choice({"a"}, {"/b.*", "/c"}, {"/.*x"});
+  EXPECT_EQ(choice.names(), Names{"/a"});
+  const Publishers publishers = {
+      {"/b1", {}}, {"/bx", {}}, {"/b/own/1", {}}, {"/cc", {}}, {"/d", {}}};
+  EXPECT_TRUE(choice.follow(publishers, {"/b/own/"}));
+  EXPECT_EQ(choice.names(), (Names{"/a", "/b1"}));
+  EXPECT_FALSE(choice.follow(publishers, {"/b/own/"}));
+  EXPECT_TRUE(choice.follow({{"/c", {}}}, {}));
+  EXPECT_TRUE(choice.contains("/b1"));  // though nobody publishes it any more
+}
+
+TEST(Choice, OfWhatIsNoExpressionOrNameIsRefused) {
+  EXPECT_THROW(TopicChoice({}, {"("}, {}), RecordingError);
+  EXPECT_THROW(TopicChoice({}, {}, {"*"}), RecordingError);
+  EXPECT_THROW(TopicChoice({"a b"}, {}, {}), RecordingError);
+  EXPECT_TRUE(TopicChoice({}, {}, {"a"}).isEmpty());
+}
+
+}  // namespace
+}  // namespace process_visualizer
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  return RUN_ALL_TESTS();
+}
