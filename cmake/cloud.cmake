@@ -31,6 +31,7 @@ target_link_libraries(process_visualizer_nodelets
 
 add_library(process_visualizer_rviz
   src/rviz/display_report.cpp
+  src/rviz/display_silence.cpp
   src/rviz/display_status.cpp
 )
 process_visualizer_compile(process_visualizer_rviz)

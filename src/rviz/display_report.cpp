@@ -6,6 +6,8 @@
 
 #include <algorithm>
 
+#include "display_silence.hpp"
+
 namespace process_visualizer {
 namespace {
 
@@ -20,10 +22,8 @@ KeyValue keyValue(const std::string& key, const std::string& value) {
 }
 
 /// Adds one line of a display's status; the report's level becomes the worst of its lines.
-void addEntry(const rviz::StatusProperty& entry, DiagnosticStatus& report) {
-  const std::string name = entry.getNameStd();
-  const std::string text = entry.getValue().toString().toStdString();
-  const auto level = entry.getLevel();
+void addLine(const std::string& name, rviz::StatusProperty::Level level, const std::string& text,
+             DiagnosticStatus& report) {
   report.values.push_back(
       keyValue(name, rviz::StatusProperty::statusWord(level).toStdString() + ": " + text));
   if (level == rviz::StatusProperty::Ok) return;
@@ -31,10 +31,13 @@ void addEntry(const rviz::StatusProperty& entry, DiagnosticStatus& report) {
   report.message += (report.message.empty() ? "" : "; ") + name + ": " + text;
 }
 
-void addEntries(const rviz::StatusList& list, DiagnosticStatus& report) {
+/// Adds the lines that RViz shows, but for our own: what it shows of that may be an update old.
+void addLines(const rviz::StatusList& list, DiagnosticStatus& report) {
   for (int i = 0; i < list.numChildren(); ++i) {
-    const auto* entry = dynamic_cast<const rviz::StatusProperty*>(list.childAt(i));
-    if (entry) addEntry(*entry, report);
+    const auto* line = dynamic_cast<const rviz::StatusProperty*>(list.childAt(i));
+    if (!line || line->getNameStd() == kSilenceName) continue;
+    addLine(line->getNameStd(), line->getLevel(), line->getValue().toString().toStdString(),
+            report);
   }
 }
 
@@ -48,8 +51,10 @@ DiagnosticStatus reportDisplay(const rviz::Display& display, const std::string& 
   if (!display.isEnabled()) return report;
   for (int i = 0; i < display.numChildren(); ++i) {
     const auto* list = dynamic_cast<const rviz::StatusList*>(display.childAt(i));
-    if (list) addEntries(*list, report);
+    if (list) addLines(*list, report);
   }
+  const std::string text = silence(display);
+  if (!text.empty()) addLine(kSilenceName, rviz::StatusProperty::Warn, text, report);
   return report;
 }
 

@@ -12,8 +12,9 @@ class DisplayGroup;
 
 namespace process_visualizer {
 
-/// What a display shows under "Status": level and texts. RViz's levels ok, warning and error are
-/// numbered as those of DiagnosticStatus. Call this and the following only in RViz's GUI thread.
+/// What a display shows under "Status": level and texts, and whether it has received nothing.
+/// RViz's levels ok, warning and error are numbered as those of DiagnosticStatus. Call this and the
+/// following only in RViz's GUI thread.
 diagnostic_msgs::DiagnosticStatus reportDisplay(const rviz::Display& display,
                                                 const std::string& name);
 

@@ -9,6 +9,7 @@
 #include <pluginlib/class_list_macros.hpp>
 
 #include "display_report.hpp"
+#include "display_silence.hpp"
 
 namespace process_visualizer {
 namespace {
@@ -21,6 +22,16 @@ diagnostic_msgs::KeyValue keyValue(const std::string& key, Value value) {
   entry.key = key;
   entry.value = std::to_string(value);
   return entry;
+}
+
+/// Shows of every display below `group` that it has received nothing.
+void showSilences(const rviz::DisplayGroup& group) {
+  for (int i = 0; i < group.numDisplays(); ++i) {
+    rviz::Display& display = *group.getDisplayAt(i);
+    showSilence(display);
+    if (const auto* subgroup = dynamic_cast<const rviz::DisplayGroup*>(&display))
+      showSilences(*subgroup);
+  }
 }
 
 }  // namespace
@@ -39,6 +50,7 @@ void DisplayStatus::update(float wall_dt, float /*ros_dt*/) {
 }
 
 void DisplayStatus::publishReport() {
+  showSilences(*context_->getRootDisplayGroup());
   diagnostic_msgs::DiagnosticArray report;
   report.header.stamp = ros::Time::now();
   report.status = reportDisplays(*context_->getRootDisplayGroup());

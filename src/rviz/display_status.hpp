@@ -8,7 +8,9 @@
 
 namespace process_visualizer {
 
-/// RViz display that draws nothing. Twice a second it publishes what RViz shows of its displays on
+/// RViz display that draws nothing. It warns in the status of each display that has not received
+/// anything, where RViz alone calls that OK. Twice a second it publishes what RViz shows of its
+/// displays on
 /// `~display_status` of the RViz node (diagnostic_msgs/DiagnosticArray, latched): first an entry
 /// "rviz" with the global status, the count of rendered `frames`, `fps`, and the `width` and
 /// `height` of the 3D view in pixels, then one entry for each display.
