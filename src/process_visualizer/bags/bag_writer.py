@@ -17,6 +17,8 @@ from process_visualizer.bags.bag_records import (
     packed_time,
 )
 
+# Of the file's first record, without its two lengths. rosbag's tools write it again in this size:
+# were it smaller here, they would write over the beginning of the first chunk.
 _BAG_HEADER_BYTES = 4096
 _ENTRY = struct.Struct('<III')
 _PAIR = struct.Struct('<II')
@@ -79,7 +81,7 @@ def _bag_header(index_position: int, connection_count: int, chunk_count: int) ->
     """The first record, filled up to its fixed size so that it can be written again."""
     fields = {b'op': bytes([OP_BAG_HEADER]), b'index_pos': index_position.to_bytes(8, 'little'),
               b'conn_count': _u32(connection_count), b'chunk_count': _u32(chunk_count)}
-    return packed_record(fields, b' ' * (_BAG_HEADER_BYTES - 8 - len(header_of(fields))))
+    return packed_record(fields, b' ' * (_BAG_HEADER_BYTES - len(header_of(fields))))
 
 
 def _index_record(connection: int, entries: Sequence[IndexEntry]) -> bytes:

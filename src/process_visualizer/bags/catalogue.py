@@ -21,14 +21,16 @@ class CatalogueTopic(NamedTuple):
     types: Tuple[str, ...]
     message_count: int
     rate_hz: float
+    is_latched: bool = False
 
 
 class Catalogue(NamedTuple):
     """What a recording holds; ``begin_ns`` is since the epoch.
 
     ``topics`` are those of the devices, by name, without what the recorder adds;
-    ``message_count`` counts their messages. ``marks`` are in the order of time. ``problems`` are
-    texts: what cannot be read in the files or beside them; ``gaps`` are the former.
+    ``message_count`` counts all messages in the files, as rosbag does. ``marks`` are in the order
+    of time. ``problems`` are texts: what cannot be read in the files or beside them; ``gaps`` are
+    the former.
     """
 
     paths: Tuple[str, ...]
@@ -67,7 +69,7 @@ def read_catalogue(paths: Sequence[str]) -> Catalogue:
         return Catalogue(
             recording.paths, recording.begin_ns,
             (recording.end_ns - recording.begin_ns) / 1e9, recording.size_bytes,
-            sum(topic.message_count for topic in topics), topics, tuple(marks),
+            len(recording.index), topics, tuple(marks),
             (*map(str, recording.gaps), *bad_marks), configuration, recording.gaps)
 
 
@@ -112,4 +114,5 @@ def _topic(recording: Recording, name: str) -> CatalogueTopic:
     duration_s = float(times_ns[-1] - times_ns[0]) / 1e9 if count else 0.0
     types = dict.fromkeys(index.connections[number].type for number in numbers)
     return CatalogueTopic(name, tuple(types), count,
-                          (count - 1) / duration_s if duration_s else 0.0)
+                          (count - 1) / duration_s if duration_s else 0.0,
+                          any(index.connections[number].latching for number in numbers))

@@ -24,7 +24,11 @@ from process_visualizer.bags.bag_records import (
 
 _FIRST_READ_BYTES = 4096
 _LARGEST_CHUNK_BYTES = 1 << 30
+_MORE_BYTES = 64 << 20
+"""By which what is compressed may be longer, and a wrong length be told as such: a chunk is read
+into memory as a whole."""
 _HEADS_KEPT = 4096
+_MOST_NOTES = 100
 
 
 class Chunk(NamedTuple):
@@ -49,17 +53,33 @@ class ChunkStore:
         self._index = index
         self._cache = ChunkCache(cache_bytes)
         self._damaged: Dict[int, Gap] = {}
+        self._noted: Dict[Tuple[int, str], Gap] = {}
         self._chunk = lru_cache(_HEADS_KEPT)(self._chunk_at)
 
     @property
     def gaps(self) -> Tuple[Gap, ...]:
-        """The chunks that could not be read so far."""
-        return tuple(self._damaged.values())
+        """The chunks that could not be read so far, and messages that were noted."""
+        return (*self._damaged.values(), *self._noted.values())
+
+    def note(self, position: int, reason: str) -> None:
+        """Take note of a message that cannot be understood: of each topic the first by reason."""
+        topic = int(self._index.connection[position])
+        if (topic, reason) not in self._noted and len(self._noted) < _MOST_NOTES:
+            self._noted[topic, reason] = self._gap_of_message(position, reason)
 
     @property
     def cached_bytes(self) -> int:
         """How many bytes of decompressed chunks are kept."""
         return self._cache.size
+
+    def check(self) -> None:
+        """Look whether every chunk can be decompressed; ``gaps`` has those that cannot."""
+        for number_ in range(len(self._index.chunks.position)):
+            if number_ not in self._damaged:
+                try:
+                    self._open_chunk(number_)
+                except BagDamaged:
+                    continue  # it is noted
 
     def is_readable(self, position: int) -> bool:
         """Return whether the chunk of a message has not failed so far."""
@@ -169,7 +189,10 @@ def chunk_at(file: BagFile, position: int) -> Chunk:
     compression = head.fields.get(b'compression', b'').decode('utf-8', 'replace')
     if compression not in ('none', 'bz2', 'lz4'):
         raise RecordError(f'its compression "{compression}" is not known (none, bz2, lz4 are)')
-    return Chunk(head.data_offset, head.data_size, compression, number(head.fields, b'size'))
+    size = number(head.fields, b'size')
+    if head.data_size > size + size // 50 + _MORE_BYTES:
+        raise RecordError(f'its {head.data_size} bytes are too many for the {size} that they hold')
+    return Chunk(head.data_offset, head.data_size, compression, size)
 
 
 def decompressed(data: bytes, chunk: Chunk) -> bytes:

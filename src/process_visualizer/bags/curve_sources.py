@@ -12,6 +12,8 @@ from process_visualizer.cell.model import (
     TopicFunction,
     Variable,
 )
+from process_visualizer.generate.robot_description import ModelError, describe_device
+from process_visualizer.generate.robot_frames import pose_frames
 from process_visualizer.motion.arrows import FORCE_COLOR, VELOCITY_COLOR
 
 _PLAIN_COLORS: Tuple[Color, ...] = (
@@ -30,8 +32,9 @@ class Quantity(Enum):
 class CurveSource(NamedTuple):
     """Where a curve comes from; ``message_type`` None: whatever the topic carries.
 
-    ``field`` is that of a number; ``frames`` are parent and child of a pose from tf. A source
-    that is ``plain`` was not asked for: it has a curve only if its topic is one of plain numbers.
+    ``field`` is that of a number; ``frames`` are parent and child of a pose from tf; where a
+    ``model`` is named, the child is that model's tool: see with_frames_of_model. A source that
+    is ``plain`` was not asked for: it has a curve only if its topic is one of plain numbers.
     """
 
     device: str
@@ -43,6 +46,7 @@ class CurveSource(NamedTuple):
     message_type: str = ''
     field: str = ''
     frames: Tuple[str, str] = ('', '')
+    model: str = ''
     plain: bool = False
 
 
@@ -64,13 +68,28 @@ def _robot_sources(device: Device) -> List[CurveSource]:
     sources = []
     tool = device.topic_for(TopicFunction.TOOL_CENTER_FRAME)
     if tool is not None:
-        base = device.base.frame if device.base is not None else f'{device.name}/link0'
         sources.append(_quantity_source(device, tool, Quantity.SPEED, 'v', 'm/s')._replace(
-            frames=(base, tool.frame or f'{device.name}/tool')))
+            frames=pose_frames(device, None), model='' if tool.frame else _model(device)))
     force = device.topic_for(TopicFunction.FORCE_SENSOR)
     if force is not None:
         sources.append(_quantity_source(device, force, Quantity.FORCE, 'F', 'N'))
     return sources
+
+
+def _model(device: Device) -> str:
+    return '' if device.model is None else f'{device.model.package}/{device.model.path}'
+
+
+def with_frames_of_model(source: CurveSource, devices: Sequence[Device]) -> CurveSource:
+    """Return a source with the tool frame that robot_proc has; loads the model for it.
+
+    A model that cannot be used counts for none: a recording needs no model to be looked at.
+    """
+    device = next(it for it in devices if it.name == source.device)
+    try:
+        return source._replace(frames=pose_frames(device, describe_device(device)))
+    except ModelError:
+        return source
 
 
 def _quantity_source(device: Device, topic: Topic, quantity: Quantity, label: str,

@@ -5,38 +5,22 @@ from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from process_visualizer.bags.bag_records import Connection
 from process_visualizer.bags.curve_sources import (
     CurveSource,
     Quantity,
     curve_sources,
     plain_color,
 )
-from process_visualizer.bags.message_definition import DefinitionError
 from process_visualizer.bags.number_columns import NumberColumns, Numbers, joined_numbers
-from process_visualizer.bags.number_places import (
-    FieldLocator,
-    FloatArrayLocator,
-    Locator,
-    TransformLocator,
-)
 from process_visualizer.bags.record_batches import record_batches
 from process_visualizer.bags.recording import Recording
+from process_visualizer.bags.source_locators import source_locators
 from process_visualizer.cell.model import Color, Device
 from process_visualizer.motion.speed_series import measuring_times, speeds
 
 MOST_PER_COLUMN, MOST_MESSAGES = 500, 750_000
 """Messages of a topic that are read for each column of its curve, on average, and at all."""
 _FEWEST_COLUMNS, _MOST_COLUMNS, _COLUMN_S = 1500, 72_000, 0.05
-_ARRAY = 'std_msgs/Float32MultiArray'
-_TRANSFORMS = 'tf2_msgs/TFMessage'
-_PATHS: Dict[Tuple[Quantity, str], str] = {
-    (Quantity.SPEED, 'geometry_msgs/PoseStamped'): 'pose.position',
-    (Quantity.FORCE, 'geometry_msgs/WrenchStamped'): 'wrench.force'}
-_ARRAY_LENGTHS = {Quantity.SPEED: (6, 7), Quantity.FORCE: (3, 6)}
-_PLAIN_TYPES = tuple(f'std_msgs/{name}' for name in (
-    'Bool', 'Byte', 'Char', 'Float32', 'Float64', 'Int8', 'Int16', 'Int32', 'Int64', 'UInt8',
-    'UInt16', 'UInt32', 'UInt64'))
 
 
 class Curve(NamedTuple):
@@ -95,7 +79,7 @@ def read_curves(paths: Sequence[str], devices: Sequence[Device], columns: Option
     """
     with Recording(paths) as recording:
         series = [found for source in curve_sources(devices)
-                  for found in [_series(recording, source)] if found.columns]
+                  for found in [_series(recording, source, devices)] if found.columns]
         columns = columns or columns_for((recording.end_ns - recording.begin_ns) / 1e9)
         _collect(recording, series, min(columns * MOST_PER_COLUMN, MOST_MESSAGES),
                  on_progress or _ignore, is_cancelled)
@@ -107,31 +91,10 @@ def _ignore(_fraction: float) -> None:
     pass
 
 
-def _series(recording: Recording, source: CurveSource) -> _Series:
-    connections = recording.index.connections
-    columns = {}
-    for number in recording.index.connections_of(source.topic):
-        locator = locator_for(source, connections[number])
-        if locator is not None:
-            columns[number] = NumberColumns(locator)
-    return _Series(source, columns)
-
-
-def locator_for(source: CurveSource, connection: Connection) -> Optional[Locator]:
-    """Return what finds a source's numbers in a connection's messages; None if nothing can."""
-    kind = connection.type
-    if source.message_type not in ('', kind) or source.plain and kind not in _PLAIN_TYPES:
-        return None
-    if source.quantity is not Quantity.NUMBER and kind == _ARRAY:
-        return FloatArrayLocator(3, _ARRAY_LENGTHS[source.quantity])
-    if source.quantity is Quantity.SPEED and kind == _TRANSFORMS:
-        return TransformLocator(*source.frames)
-    vector = _PATHS.get((source.quantity, kind), '')
-    paths = [f'{vector}.{axis}' for axis in 'xyz'] if vector else [source.field]
-    try:
-        return FieldLocator(kind, connection.message_definition, paths)
-    except (DefinitionError, ValueError):
-        return None
+def _series(recording: Recording, source: CurveSource, devices: Sequence[Device]) -> _Series:
+    locators = source_locators(recording, source, devices)
+    return _Series(source, {number: NumberColumns(locator)
+                            for number, locator in locators.items()})
 
 
 def _collect(recording: Recording, series: Sequence[_Series], most: int,
@@ -168,7 +131,10 @@ def _colored(series: Sequence[_Series]) -> List[_Series]:
 
 def _curve(recording: Recording, series: _Series, columns: int) -> Curve:
     numbers = joined_numbers(tuple(it.numbers() for it in series.columns.values()))
-    times_s, values = _values(recording, series.source.quantity, numbers)
+    with np.errstate(over='ignore', invalid='ignore'):  # of numbers that are no measurements
+        times_s, values = _values(recording, series.source.quantity, numbers)
+    is_finite = np.isfinite(values)
+    times_s, values = times_s[is_finite], values[is_finite]
     duration_s = (recording.end_ns - recording.begin_ns) / 1e9
     low, high = column_limits(times_s, values, duration_s, columns)
     middles_s = (np.arange(columns) + 0.5) * (duration_s / columns)

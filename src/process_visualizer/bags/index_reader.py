@@ -59,15 +59,16 @@ def read_index(file: BagFile) -> BagIndex:
         BagUnindexed: the bag has no index, or only a part of it.
         BagError: the file is not a bag, or one that cannot be read.
     """
-    by_id, infos = _read_summary(file, file.indexed_header())
+    header = file.indexed_header()
+    by_id, infos = _read_summary(file, header)
     numbers = {connection_id: number_ for number_, connection_id in enumerate(sorted(by_id))}
-    listed = sum(count for info in infos for _, count in info.counts)
-    entries = IndexEntries(len(numbers), min(listed, file.size // INDEX_ENTRY_BYTES))
+    ends = [*(info.position for info in infos[1:]), header.index_position]
+    entries = IndexEntries(len(numbers), _capacity(infos, ends))
     gaps: List[Gap] = []
-    for chunk, info in enumerate(infos):
+    for chunk, (info, end) in enumerate(zip(infos, ends)):
         try:
             entries.add([Part(chunk, _numbered(numbers, connection_id), data)
-                         for connection_id, data in _index_of_chunk(file, info)])
+                         for connection_id, data in _index_of_chunk(file, info, end)])
         except RecordError as error:
             gaps.append(_gap(file, info, by_id, f'a part of the index cannot be read: {error}'))
     places = ChunkPlaces(np.zeros(len(infos), np.int32),
@@ -140,6 +141,7 @@ def _read_summary(file: BagFile, header: BagHeader) -> Tuple[Connections, List[C
     connections: Connections = {}
     infos: List[ChunkInfo] = []
     try:
+        _check_summary(file, header.index_position)
         for record in records_in(memoryview(file.read(header.index_position, size))):
             _take(record, connections, infos)
     except RecordError as error:
@@ -151,6 +153,17 @@ def _read_summary(file: BagFile, header: BagHeader) -> Tuple[Connections, List[C
     return connections, sorted({info.position: info for info in infos}.values())
 
 
+def _check_summary(file: BagFile, position: int) -> None:
+    """Look at its beginning, before all of the file that follows is read into memory.
+
+    Raises:
+        RecordError: something else stands there.
+    """
+    if (position < file.size
+            and operation(file.head_at(position).fields) not in (OP_CONNECTION, OP_CHUNK_INFO)):
+        raise RecordError('something else stands in its place')
+
+
 def _take(record: Record, connections: Connections, infos: List[ChunkInfo]) -> None:
     kind = operation(record.fields)
     if kind == OP_CONNECTION:
@@ -159,14 +172,18 @@ def _take(record: Record, connections: Connections, infos: List[ChunkInfo]) -> N
         infos.append(chunk_info_of(record))
 
 
-def _index_of_chunk(file: BagFile, info: ChunkInfo) -> List[Tuple[int, memoryview]]:
-    """Connection id and index entries of each index record behind a chunk."""
+def _index_of_chunk(file: BagFile, info: ChunkInfo, end: int) -> List[Tuple[int, memoryview]]:
+    """Connection id and index entries of each index record behind a chunk, up to a byte."""
     head = file.head_at(info.position)
     if operation(head.fields) != OP_CHUNK:
         raise RecordError('no chunk begins here')
     messages = sum(count for _, count in info.counts)
     size = messages * INDEX_ENTRY_BYTES + len(info.counts) * _INDEX_HEAD_BYTES
-    block = memoryview(file.read(head.end, min(size, file.size - head.end)))
+    if head.end > end:
+        raise RecordError('the chunk goes on into the next one')
+    if messages * INDEX_ENTRY_BYTES > end - head.end:
+        raise RecordError('it lists more messages than there is room for')
+    block = memoryview(file.read(head.end, min(size, end - head.end)))
     found, at = [], 0
     for _ in info.counts:
         begin, end = sized_part(block, at)
@@ -187,6 +204,13 @@ def _index_head(header: bytes) -> Tuple[int, int]:
     if operation(fields) != OP_INDEX or number(fields, b'ver') != 1:
         raise RecordError('no index record of version 1 stands here')
     return number(fields, b'conn'), number(fields, b'count')
+
+
+def _capacity(infos: Sequence[ChunkInfo], ends: Sequence[int]) -> int:
+    """How many messages there are at most: what is listed, as far as there is room for it."""
+    return sum(min(sum(count for _, count in info.counts),
+                   max(0, end - info.position) // INDEX_ENTRY_BYTES)
+               for info, end in zip(infos, ends))
 
 
 def _numbered(numbers: Dict[int, int], connection_id: int) -> int:

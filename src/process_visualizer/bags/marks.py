@@ -4,9 +4,10 @@ from __future__ import annotations
 import bisect
 import json
 import os
-from typing import List, NamedTuple, Optional, Sequence
+from typing import Any, List, NamedTuple, Optional, Sequence
 
 from process_visualizer.bags.bag_errors import BagError
+from process_visualizer.bags.json_text import parsed_json
 from process_visualizer.bags.recorder_topics import MARKS, texts
 from process_visualizer.bags.recording import Recording
 
@@ -52,9 +53,22 @@ def added_marks(bag: str) -> List[Mark]:
         return []
     try:
         with open(path, encoding='utf-8') as file:
-            return [Mark(int(mark['time_ns']), str(mark['label'])) for mark in json.load(file)]
+            return [_mark(entry) for entry in parsed_json(file.read())]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise BagError(path, f'cannot be read as marks ({error}); mend or remove it') from error
+
+
+def _mark(entry: Any) -> Mark:
+    """A mark from its JSON.
+
+    Raises:
+        ValueError, KeyError, TypeError: it is none.
+    """
+    time_ns, label = entry['time_ns'], entry['label']
+    if not isinstance(time_ns, int) or not 0 <= time_ns < 1 << 63 or not isinstance(label, str):
+        raise ValueError('a mark is a time in ns since the epoch and a label')
+    label.encode()
+    return Mark(time_ns, label)
 
 
 def add_mark(bag: str, mark: Mark) -> None:

@@ -34,6 +34,10 @@ class Field(NamedTuple):
 
 Definitions = Dict[str, List[Field]]  # by full type name
 
+HEADER = 'std_msgs/Header'
+_HEADER_FIELDS = [Field('seq', 'uint32', False, None), Field('stamp', 'time', False, None),
+                  Field('frame_id', STRING, False, None)]
+
 
 def parse_definitions(type_name: str, text: str) -> Definitions:
     """Return the fields of a message type and of all types that its definition carries.
@@ -44,23 +48,37 @@ def parse_definitions(type_name: str, text: str) -> Definitions:
     Raises:
         DefinitionError: a line is no field, or the text is too large.
     """
+    definitions = {name: _parse_fields(name, body)
+                   for name, body in definition_bodies(type_name, text).items()}
+    definitions.setdefault(HEADER, _HEADER_FIELDS)
+    return definitions
+
+
+def definition_bodies(type_name: str, text: str) -> Dict[str, str]:
+    """Return the text of each type of a definition by its full name.
+
+    Raises:
+        DefinitionError: the name of one is missing, or the text is too large.
+    """
     if len(text) > MAX_CHARACTERS:
         raise DefinitionError(f'{type_name}: a definition of {len(text)} characters is too large')
     main, *others = _SEPARATOR.split(text.replace('\r\n', '\n'))
-    definitions: Definitions = {}
+    bodies: Dict[str, str] = {}
     for block in others:
         heading, _, body = block.strip().partition('\n')
         if not heading.startswith('MSG:'):
             raise DefinitionError(f'{type_name}: "MSG: package/Type" is missing: {heading[:60]!r}')
-        name = short_name(heading[len('MSG:'):].strip())
-        definitions.setdefault(name, _parse_fields(name, body))
-    definitions[short_name(type_name)] = _parse_fields(short_name(type_name), main)
-    return definitions
+        bodies.setdefault(short_name(heading[len('MSG:'):].strip()), body)
+    return {**bodies, short_name(type_name): main}
 
 
 def short_name(type_name: str) -> str:
-    """Return 'package/Type' of 'package/Type' or of 'package/msg/Type'."""
-    return type_name.replace('/msg/', '/')
+    """Return 'package/Type' of 'package/Type' or of 'package/msg/Type'.
+
+    The header is always std_msgs/Header, which was roslib/Header once.
+    """
+    name = type_name.replace('/msg/', '/')
+    return HEADER if name in ('Header', 'roslib/Header') else name
 
 
 def _parse_fields(owner: str, text: str) -> List[Field]:
@@ -85,6 +103,6 @@ def _parse_field(owner: str, line: str) -> Field:
 def _full_name(owner: str, base: str) -> str:
     if base in PRIMITIVE_SIZES or base == STRING:
         return base
-    if base == 'Header':
-        return 'std_msgs/Header'
-    return short_name(base) if '/' in base else f'{owner.rpartition("/")[0]}/{base}'
+    if '/' in base or base == 'Header':
+        return short_name(base)
+    return f'{owner.rpartition("/")[0]}/{base}'

@@ -2,9 +2,12 @@
 from __future__ import annotations
 
 import threading
-from typing import Dict, List, NamedTuple, Optional, Tuple
+from collections import Counter
+from typing import Dict, List, NamedTuple, Optional, Set, Tuple
 
 from process_visualizer.bags.bag_errors import BagDamaged
+from process_visualizer.bags.bag_records import Connection
+from process_visualizer.bags.definition_checksum import definition_checksum
 from process_visualizer.bags.message_definition import DefinitionError
 from process_visualizer.bags.message_layout import Data, MessageDamaged
 from process_visualizer.bags.recording import Recording
@@ -15,12 +18,17 @@ _MAX_PROBLEMS = 100
 
 
 class LoadedMessage(NamedTuple):
-    """A message: its connection, when it was recorded [bag ns], bytes, offsets of its stamps."""
+    """A message: its connection, when it was recorded [bag ns], bytes, offsets of its stamps.
+
+    One that is ``withdrawn`` is not published: nothing is latched any more of what its
+    connection's source had published.
+    """
 
     connection: int
     time_ns: int
     data: Data
     stamp_offsets: Tuple[int, ...] = ()
+    withdrawn: bool = False
 
 
 class MessageLoader:
@@ -37,6 +45,7 @@ class MessageLoader:
         self._lock = threading.Lock()
         self._locators: Dict[int, Optional[StampLocator]] = {}
         self._problems: Dict[str, None] = {}
+        self._left_out: Set[int] = set()  # positions
 
     @property
     def problems(self) -> Tuple[str, ...]:
@@ -44,29 +53,56 @@ class MessageLoader:
         with self._lock:
             return tuple(str(gap) for gap in self._index.gaps) + tuple(self._problems)
 
+    @property
+    def left_out(self) -> Dict[str, int]:
+        """How many messages of each topic could not be played so far."""
+        with self._lock:
+            return dict(Counter(map(self._topic, self._left_out)))
+
+    def connection(self, position: int) -> int:
+        """Return the connection of the message at a position."""
+        return int(self._index.connection[position])
+
     def load(self, position: int) -> Optional[LoadedMessage]:
         """Return the message at a position of the index; None if it cannot be played."""
-        connection = int(self._index.connection[position])
-        time_ns = int(self._index.time_ns[position])
         try:
-            return self.located(connection, time_ns, self._recording.message(position))
+            return self.located(position, self._recording.message(position))
         except BagDamaged as error:
-            self._note(str(error))
+            self._note(str(error), position)
         except MessageDamaged as error:
-            seconds = (time_ns - self._index.begin_ns) * 1e-9
-            self._note(f'{self._topic(connection)}: the message at {seconds:.3f} s does not fit '
-                       f'its definition and is left out: {error}')
+            self.note_damaged(position, error)
         return None
 
-    def located(self, connection: int, time_ns: int, data: Data) -> LoadedMessage:
-        """Return a message of a connection with the places of its stamps.
+    def located(self, position: int, data: Data) -> LoadedMessage:
+        """Return a message in the place of the one at a position, with the places of its stamps.
 
         Raises:
             MessageDamaged: it does not fit its definition.
         """
-        locator = self._locator(connection)
-        offsets = locator.checked_offsets(data) if locator else []
-        return LoadedMessage(connection, time_ns, data, tuple(offsets))
+        connection = self.connection(position)
+        offsets = self._offsets(connection, data)
+        return LoadedMessage(connection, int(self._index.time_ns[position]), data, tuple(offsets))
+
+    def _offsets(self, number: int, data: Data) -> List[int]:
+        """Where the stamps are; none where the definition proves to be wrong."""
+        locator = self._locator(number)
+        try:
+            return locator.checked_offsets(data) if locator else []
+        except MessageDamaged:
+            connection = self._index.connections[number]
+            if _is_whole(connection):
+                raise
+            self._note(f'{connection.topic}: its stamps stay as they were recorded, as the bag '
+                       f'does not have the whole definition of {connection.type}')
+            with self._lock:
+                self._locators[number] = None
+            return []
+
+    def note_damaged(self, position: int, error: MessageDamaged) -> None:
+        """Take note that the message at a position does not fit its definition."""
+        seconds = (int(self._index.time_ns[position]) - self._index.begin_ns) * 1e-9
+        self._note(f'{self._topic(position)}: the message at {seconds:.3f} s does not fit its '
+                   f'definition and is left out: {error}', position)
 
     def load_all(self, positions: List[int]) -> List[LoadedMessage]:
         """Return those messages that can be played, in their order."""
@@ -87,13 +123,24 @@ class MessageLoader:
             self._locators[number] = locator
         return locator
 
-    def _topic(self, number: int) -> str:
-        return self._index.connections[number].topic
+    def _topic(self, position: int) -> str:
+        return self._index.connections[self.connection(position)].topic
 
-    def _note(self, problem: str) -> None:
+    def _note(self, problem: str, left_out: Optional[int] = None) -> None:
         with self._lock:
+            if left_out is not None:
+                self._left_out.add(left_out)
             if len(self._problems) < _MAX_PROBLEMS:
                 self._problems[problem] = None
+
+
+def _is_whole(connection: Connection) -> bool:
+    """Whether the definition that a connection carries is the one that its messages have."""
+    try:
+        found = definition_checksum(connection.type, connection.message_definition)
+    except DefinitionError:
+        return False
+    return found == connection.md5sum
 
 
 def first_stamp(message: LoadedMessage) -> Tuple[bytes, ...]:

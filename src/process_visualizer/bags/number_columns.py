@@ -49,7 +49,8 @@ class NumberColumns:
     def numbers(self) -> Numbers:
         """Return what has been found, finite values only, in no particular order."""
         if not self._found:
-            return Numbers(np.empty(0, np.int64), np.empty((0, 1)), np.empty(0, np.int64))
+            return Numbers(np.empty(0, np.int64), np.empty((0, self._locator.number_count)),
+                           np.empty(0, np.int64))
         joined = Numbers(*(np.concatenate(column) for column in zip(*self._found)))
         good = np.isfinite(joined.values).all(axis=1)
         return Numbers(*(column[good] for column in joined))

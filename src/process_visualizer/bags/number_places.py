@@ -5,6 +5,7 @@ from abc import ABC, abstractmethod
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 from process_visualizer.bags.message_definition import (
+    HEADER,
     PRIMITIVE_SIZES,
     STRING,
     Definitions,
@@ -49,7 +50,9 @@ class Places(NamedTuple):
 
 
 class Locator(ABC):
-    """Finds the places in messages of one type."""
+    """Finds the places of ``number_count`` numbers in messages of one type."""
+
+    number_count: int
 
     @abstractmethod
     def places(self, data: Data) -> Places:
@@ -69,6 +72,7 @@ class FieldLocator(Locator):
         self._type = short_name(type_name)
         self._definitions = parse_definitions(self._type, definition)
         self._paths = [FieldPath(path) for path in paths]
+        self.number_count = len(self._paths)
 
     def places(self, data: Data) -> Places:
         """See Locator."""
@@ -81,7 +85,7 @@ class FieldLocator(Locator):
 
     def _stamp(self) -> Optional[int]:
         first = self._definitions[self._type][:1]
-        has_header = first and first[0].type_name == 'std_msgs/Header' and not first[0].is_array
+        has_header = first and first[0].type_name == HEADER and not first[0].is_array
         return _STAMP_OFFSET if has_header else None
 
 
@@ -90,7 +94,7 @@ class FloatArrayLocator(Locator):
 
     def __init__(self, count: int, lengths: Sequence[int]) -> None:
         """Take how many numbers are wanted, and how many there have to be."""
-        self._count = count
+        self.number_count = count
         self._lengths = lengths
 
     def places(self, data: Data) -> Places:
@@ -107,12 +111,14 @@ class FloatArrayLocator(Locator):
         numbers: Tuple[Place, ...] = ()
         if count - padding in self._lengths and len(data) == position + 4 * count:
             numbers = tuple(Place(position + 4 * (padding + number), '<f4')
-                            for number in range(self._count))
+                            for number in range(self.number_count))
         return Places(numbers, ((0, position),))
 
 
 class TransformLocator(Locator):
     """Finds the position of one frame in another one in a tf2_msgs/TFMessage."""
+
+    number_count = 3
 
     def __init__(self, parent: str, child: str) -> None:
         """Take the frames."""

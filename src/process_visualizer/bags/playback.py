@@ -3,22 +3,24 @@ from __future__ import annotations
 
 import queue
 from concurrent.futures import Future
+from concurrent.futures import TimeoutError as FutureTimeout
 from dataclasses import dataclass
-from functools import partial
-from typing import Callable, List, Optional, Protocol, Tuple
+from typing import Callable, Dict, List, Optional, Tuple
 
 from process_visualizer.bags.bag_index import BagIndex
 from process_visualizer.bags.clock import Clock
+from process_visualizer.bags.course import Course
 from process_visualizer.bags.message_layout import Data
 from process_visualizer.bags.message_loader import LoadedMessage, MessageLoader
 from process_visualizer.bags.playback_event import EventMaker, PlaybackEvent
+from process_visualizer.bags.playback_output import Output
 from process_visualizer.bags.read_ahead import BACKWARD, FORWARD, ReadAhead
 from process_visualizer.bags.recording import Recording
 from process_visualizer.bags.schedule import Schedule, Scheduled
 from process_visualizer.bags.stamp_mapping import StampMapping
 from process_visualizer.bags.stamps import with_stamps_moved
 from process_visualizer.bags.step_target import StepTarget, step_by_messages, step_by_time
-from process_visualizer.bags.timeline import NS_PER_S, Basis, Timeline
+from process_visualizer.bags.timeline import NS_PER_S, Basis, CommandRefused, Timeline
 
 LEAD_NS = NS_PER_S // 10  # by which messages are given to the output before they are due
 LEAD_BYTES = 32 << 20
@@ -27,28 +29,6 @@ SETTLING_NS = NS_PER_S // 10  # without a message or command, until the scene is
 MOST_STEPPED = 200  # messages that a step publishes one by one; of more, only the scene counts
 ANSWER_S = 10.0
 AT_ONCE = 0  # a monotonic time [ns] that has passed
-
-
-class Output(Protocol):
-    """Where messages go to; called by one thread."""
-
-    def announce(self, connection: int, data: Data, bag_ns: int, basis: Basis) -> None:
-        """Tell when a message without a stamp of its own was recorded [bag ns]: it comes next."""
-
-    def publish(self, connection: int, pieces: List[Data], due_ns: int) -> None:
-        """Send a message of a connection, given in pieces, when a monotonic time [ns] has come.
-
-        Messages are given in the order of their times. This must not wait for receivers.
-        """
-
-    def revoke(self, after_ns: int) -> int:
-        """Take back what is due after a monotonic time [ns] and not sent; return how many."""
-
-    def jump(self, bag_ns: int) -> None:
-        """Take note that the position has jumped to a bag time [ns]; its scene follows."""
-
-    def finish(self) -> None:
-        """Take note that the end has been reached, in the direction of play."""
 
 
 @dataclass(frozen=True)
@@ -74,19 +54,20 @@ class Playback:
 
     def __init__(self, recording: Recording, timeline: Timeline, output: Output,
                  restamp: bool = True, clock: Optional[Clock] = None,
-                 lead_bytes: int = LEAD_BYTES) -> None:
+                 lead_bytes: int = LEAD_BYTES, course: Optional[Course] = None) -> None:
         """Take a recording, a timeline within it, and where the messages go to.
 
         With ``restamp`` the stamps in messages are moved to the present. About ``lead_bytes`` at
-        most are given to the output before they are due.
+        most are given to the output before they are due. Without a ``course`` play goes on evenly.
         """
         self._index: BagIndex = recording.index
         self._timeline = timeline
+        self.course = course or Course(timeline)
         self._output = output
         self._clock = clock or Clock()
         self._mapping = StampMapping(self._clock) if restamp else None
         self._loader = MessageLoader(recording)
-        self._events = EventMaker(self._index, self._loader)
+        self._events = EventMaker(self._index, self._loader, recording.begin_ns)
         self._ahead = ReadAhead(self._events, len(self._index))
         self._steps: queue.SimpleQueue[Tuple[Step, Future[StepTarget]]] = queue.SimpleQueue()
         self._passed = 0  # how many messages of the recording are visible, or replaced
@@ -94,11 +75,12 @@ class Playback:
         self._schedule = Schedule()
         self._lead_bytes = lead_bytes
         self._version = -1  # of the basis for which that was made
+        self._given = 0  # messages, withdrawn ones too, to the output
         self._published = 0
         self._repeat = False
-        self._playing = False  # published lately as time went on
+        self._shown_ns: Optional[int] = None  # position of what was published; None: it moves
         self._settled_ns: Optional[int] = None  # monotonic, where it is quiet but not settled yet
-        self._closed = False
+        self._runs = self._closed = False
 
     @property
     def published(self) -> int:
@@ -114,6 +96,18 @@ class Playback:
     def problems(self) -> Tuple[str, ...]:
         """What could not be played as it should be, so far."""
         return self._loader.problems
+
+    @property
+    def left_out(self) -> Dict[str, int]:
+        """How many messages of each topic could not be played so far."""
+        return self._loader.left_out
+
+    def not_begun(self, bag_ns: int) -> List[str]:
+        """Return the topics without a message up to a bag time [ns] that cannot be emptied.
+
+        What is seen of them there, if anything, is from elsewhere.
+        """
+        return self._events.not_begun(bag_ns)
 
     def prepare(self) -> None:
         """Begin to read what comes first, before ``run``."""
@@ -131,13 +125,21 @@ class Playback:
         self._repeat = True
         self._timeline.interrupt()
 
-    def step(self, step: Step) -> StepTarget:
-        """Pause and move by a step, in the thread of ``run``; return where it led.
+    def step(self, step: Step, answer_s: float = ANSWER_S) -> StepTarget:
+        """Pause and move by a step; return where it led, or give it up after a time [s].
 
         Raises:
-            CommandRefused: there is nothing to step to.
+            CommandRefused: there is nothing to step to, or playback does not come to it.
         """
-        return self.request(step).result(ANSWER_S)
+        if not self._runs:  # nothing is published yet: ``run`` will begin there
+            return self._stepped(step)[1]
+        answer = self.request(step)
+        try:
+            return answer.result(answer_s)
+        except FutureTimeout:
+            if answer.cancel():
+                raise CommandRefused('the player is busy: nothing was changed; try again') from None
+            return answer.result()
 
     def request(self, step: Step) -> Future[StepTarget]:
         """Ask for a step without waiting for it."""
@@ -147,19 +149,28 @@ class Playback:
         return answer
 
     def run(self) -> None:
-        """Publish until ``close``."""
+        """Publish until ``close``, or until the end where the output says so."""
+        self._runs = True
         try:
-            self._begin()
-            while not self._closed:
-                self._work()
+            basis = self._timeline.basis
+            self._jump(basis, begins=not basis.paused)
+            basis = self._timeline.basis
+            while not self._closed:  # asked after the basis was read: a later close ends its waits
+                self._work(basis)
+                basis = self._timeline.basis
         finally:
             self._ahead.close()
+            while not self._steps.empty():
+                self._steps.get()[1].set_exception(CommandRefused('the player ends'))
 
-    def _begin(self) -> None:
-        basis = self._timeline.basis
+    def _jump(self, basis: Basis, begins: bool = False) -> None:
+        """Publish the scene at the position from anywhere, or where playback only ``begins``."""
         self._scene = basis.scene
         self._output.jump(basis.bag_ns)
-        self._restore(self._count_at(basis), basis)
+        self._restore(self._count_at(basis), basis, begins)
+        self._shown_ns = basis.bag_ns if basis.paused else None
+        if not basis.paused:  # restoring took its time; what follows comes at its pace, in no burst
+            self._timeline.slip_to(basis.bag_ns, basis.version, begins=True)
 
     def _count_at(self, basis: Basis) -> int:
         """How many messages make the scene after a jump; those of just that time are played."""
@@ -167,67 +178,84 @@ class Playback:
             return self._index.count_until(basis.bag_ns)
         return self._index.count_before(basis.bag_ns)
 
-    def _work(self) -> None:
-        while not self._steps.empty():
-            step, answer = self._steps.get()
-            _answer(answer, partial(self._step, step))
-        basis = self._timeline.basis
+    def _work(self, basis: Basis) -> None:
         if basis.version != self._version:
             self._version = basis.version
             self._take_back()
-        if basis.scene != self._scene:
-            self._scene = basis.scene
-            self._output.jump(basis.bag_ns)
-            self._restore(self._count_at(basis), basis)
+        if not self._steps.empty():
+            self._answer(*self._steps.get())
+        elif basis.scene != self._scene:
+            self._jump(basis)
         elif self._repeat:
-            self._repeat = False
-            if self._mapping is not None:
-                self._mapping.forget()
-            self._restore(self._passed, basis)
-            self._settled_ns = None
+            self._publish_again(basis)
         elif basis.paused:
             self._rest(basis)
         else:
             self._play(basis)
 
+    def _publish_again(self, basis: Basis) -> None:
+        """Publish the scene once more, with new stamps."""
+        self._repeat = False
+        self._take_back()
+        if self._mapping is not None:
+            self._mapping.forget()
+        if basis.paused:
+            self._passed, self._shown_ns = self._visible(basis, basis.bag_ns), basis.bag_ns
+        self._restore(self._passed, basis)
+        self._settled_ns = None
+
+    def _visible(self, basis: Basis, bag_ns: int) -> int:
+        """How many messages are visible at a position [bag ns], whatever was published so far.
+
+        Where it stands still after a step, these are the ones up to which that led: others may
+        have the same time.
+        """
+        stands = basis.scene == self._scene and (basis.paused, bag_ns) == (True, self._shown_ns)
+        return self._passed if stands else self._index.count_until(bag_ns)
+
     def _play(self, basis: Basis) -> None:
         """Publish the next message when it is due, unless a command comes before."""
-        self._playing = True
+        self._shown_ns = None
         position, step = (self._passed, FORWARD) if basis.forward else (self._passed - 1, BACKWARD)
         if not self._is_before_limit(position, basis):
             if self._timeline.wait_until_due(basis.limit_ns, basis.version):
                 self._pass_limit(basis)
             return
+        if not self.course.goes_on(self._index, position, basis):
+            return
         event = self._ahead.take(position, step)
-        if (self._timeline.wait_until_due(event.time_ns, basis.version, self._lead_ns())
-                and self._keeps_up(event.time_ns, basis.version)):
-            self._give(event, position, step)
-        else:
+        due = self._timeline.wait_until_due(event.time_ns, basis.version, self._lead_ns())
+        now = self._kept_up(event.time_ns, basis.version) if due else None
+        if now is None:
             self._ahead.put_back(position, step, event)
+        else:
+            self._give(event, position, step, now)
 
     def _lead_ns(self) -> int:
         """How long before it is due the next message may be given to the output."""
         self._schedule.forget_due(self._clock.monotonic_ns())
         return LEAD_NS if self._schedule.bytes < self._lead_bytes else 0
 
-    def _give(self, event: PlaybackEvent, position: int, step: int) -> None:
+    def _give(self, event: PlaybackEvent, position: int, step: int, basis: Basis) -> None:
         """Give an event to the output, to be sent when it is due."""
         stamps = 0 if self._mapping is None else self._mapping.remembered
-        basis = self._timeline.basis
-        due_ns = basis.due_ns(event.time_ns) or self._clock.monotonic_ns()
-        self._schedule.add(Scheduled(event, position, step, due_ns, stamps))
+        due_ns = basis.due_ns(event.time_ns)
+        assert due_ns is not None, 'it plays'
+        self._schedule.add(Scheduled(event, position, step, due_ns, self._given, stamps))
         self._passed = position + (step == FORWARD)
         self._show(event, basis, due_ns)
 
     def _take_back(self) -> None:
-        """Take back what has not been sent yet, as a command may have changed when it is due."""
+        """Take back what has not been sent yet, as a command may have changed when it is due.
+
+        What stays may be ahead of the position, by some milliseconds.
+        """
         count = self._output.revoke(self._clock.monotonic_ns())
-        self._published -= count
         if count:
             self._settled_ns = self._clock.monotonic_ns() + SETTLING_NS
-        while count > 0:
-            event, position, step, _, stamps = self._schedule.pop()
-            count -= len(event.messages)
+        self._given -= count
+        for event, position, step, _, _, stamps in self._schedule.taken_back(self._given):
+            self._published -= event.published
             self._passed = position + (step == BACKWARD)
             self._ahead.put_back(position, step, event)
             if self._mapping is not None:
@@ -240,14 +268,14 @@ class Playback:
         come: without that they would show what was before.
         """
         self._catch_up(basis)
-        if not self._timeline.wait_for_command(self._settled_ns, basis.version):
-            self._settled_ns = None
-            self._repeat = True
+        until_ns = None if basis.held else self._settled_ns
+        if not self._timeline.wait_for_command(until_ns, basis.version):
+            self._publish_again(basis)
 
     def _catch_up(self, basis: Basis) -> None:
         """Publish what had become visible already, and was not published yet, when paused."""
-        if self._playing:
-            self._playing = False
+        if self._shown_ns != basis.bag_ns:
+            self._shown_ns = basis.bag_ns
             count = self._index.count_until(basis.bag_ns)
             for position in range(self._passed, count):
                 self._show(self._events.forward(position), basis)
@@ -257,8 +285,8 @@ class Playback:
 
     def _pass_limit(self, basis: Basis) -> None:
         self._timeline.pass_limit(basis.version)
-        if self._timeline.basis.paused and not basis.loop:
-            self._output.finish()
+        if self._timeline.basis.paused and not basis.loop and self._output.finish():
+            self._closed = True
 
     def _is_before_limit(self, position: int, basis: Basis) -> bool:
         if not 0 <= position < len(self._index):
@@ -266,44 +294,63 @@ class Playback:
         time_ns = int(self._index.time_ns[position])
         return time_ns <= basis.limit_ns if basis.forward else time_ns > basis.limit_ns
 
-    def _keeps_up(self, bag_ns: int, version: int) -> bool:
-        """Slip if a message comes too late; tell whether no command came meanwhile."""
+    def _kept_up(self, bag_ns: int, version: int) -> Optional[Basis]:
+        """Slip if a message comes too late; return the basis then, None if a command came."""
         due_ns = self._timeline.basis.due_ns(bag_ns)
         if due_ns is not None and self._clock.monotonic_ns() - due_ns >= LATE_NS:
             self._timeline.slip_to(bag_ns, version)
-        return self._timeline.basis.version == version
+        basis = self._timeline.basis
+        return basis if basis.version == version else None
+
+    def _answer(self, step: Step, answer: 'Future[StepTarget]') -> None:
+        """Do a step for whoever waits for its target, or for the reason why there is none."""
+        if not answer.set_running_or_notify_cancel():
+            return  # nobody waits for it any more
+        try:
+            answer.set_result(self._step(step))
+        except CommandRefused as error:
+            answer.set_exception(error)
+        except Exception as error:
+            answer.set_exception(CommandRefused(f'playback has failed: {error!r}'))
+            raise
 
     def _step(self, step: Step) -> StepTarget:
+        """Go to the target of a step, from the scene at the position or what stays of another."""
+        before, target, basis = self._stepped(step)
         self._take_back()
-        target = self._target(step)
-        passed, self._passed, self._playing = self._passed, target.count, False
-        self._timeline.step_to(target.bag_ns)
-        basis = self._timeline.basis
-        self._scene = basis.scene
-        if 0 <= target.count - passed <= MOST_STEPPED:
+        passed, self._passed, self._shown_ns = self._passed, target.count, basis.bag_ns
+        jumped, self._scene = before.scene != self._scene, basis.scene
+        if jumped:  # a command came just before, and nothing is published for it alone
+            self._output.jump(target.bag_ns)
+        if not jumped and 0 <= target.count - passed <= MOST_STEPPED:
             for position in range(passed, target.count):
                 self._show(self._events.forward(position), basis)
         else:
             self._restore(target.count, basis)
         return target
 
-    def _target(self, step: Step) -> StepTarget:
-        if step.count:
-            return step_by_messages(self._index, self._passed, step.count, step.topic)
-        basis = self._timeline.basis
-        bag_ns = self._timeline.position_ns() + step.duration_ns
-        return step_by_time(self._index, min(max(bag_ns, basis.begin_ns), basis.end_ns))
+    def _stepped(self, step: Step) -> Tuple[Basis, StepTarget, Basis]:
+        """Let the timeline step; return its basis before, the target, and its basis afterwards."""
+        while True:
+            before, now_ns = self._timeline.now()
+            target = self._target(step, before, before.position_at(now_ns))
+            basis = self._timeline.step_to(target.bag_ns, before.version)
+            if basis is not None:
+                return before, target, basis
 
-    def _restore(self, count: int, basis: Basis) -> None:
+    def _target(self, step: Step, basis: Basis, bag_ns: int) -> StepTarget:
+        if step.count:
+            return step_by_messages(self._index, basis.end_ns, self._visible(basis, bag_ns),
+                                    step.count, step.topic)
+        return step_by_time(self._index, basis, bag_ns + step.duration_ns)
+
+    def _restore(self, count: int, basis: Basis, begins: bool = False) -> None:
         """Publish the scene after ``count`` messages, unless a newer one is asked for already."""
         self._passed = count
-        self._playing = False
-        event = self._events.scene(count)
+        event = self._events.scene(count, begins)
         if self._timeline.basis.scene == basis.scene:
             for message in event.messages:
                 self._publish(message, basis, lambda stamp_ns: self._present(basis, stamp_ns))
-        if not basis.paused:  # restoring took its time; what follows comes at its pace, in no burst
-            self._timeline.slip_to(basis.bag_ns, basis.version, begins=True)
 
     def _show(self, event: PlaybackEvent, basis: Basis, due_ns: int = AT_ONCE) -> None:
         for message in event.messages:
@@ -322,19 +369,13 @@ class Playback:
 
     def _publish(self, message: LoadedMessage, basis: Basis, mapping: Callable[[int], int],
                  due_ns: int = AT_ONCE) -> None:
+        self._given += 1
+        if message.withdrawn:
+            self._output.withdraw(message.connection, due_ns)
+            return
         pieces: List[Data] = [message.data]
-        if not message.stamp_offsets:
-            self._output.announce(message.connection, message.data, message.time_ns, basis)
-        elif self._mapping is not None:
+        if message.stamp_offsets and self._mapping is not None:
             pieces = with_stamps_moved(message.data, message.stamp_offsets, mapping)
         self._output.publish(message.connection, pieces, due_ns)
         self._published += 1
         self._settled_ns = max(self._clock.monotonic_ns(), due_ns) + SETTLING_NS
-
-
-def _answer(future: 'Future[StepTarget]', work: Callable[[], StepTarget]) -> None:
-    """Do the work for whoever waits for the result, or for the reason why there is none."""
-    try:
-        future.set_result(work())
-    except Exception as error:  # whatever it is belongs to the caller
-        future.set_exception(error)

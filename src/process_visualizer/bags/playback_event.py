@@ -1,15 +1,18 @@
 """What has to be published when the position passes a message, in either direction."""
 from __future__ import annotations
 
-from typing import Iterable, Iterator, List, NamedTuple, Optional, Tuple
+from typing import Dict, Iterable, Iterator, List, NamedTuple, Tuple
 
 from process_visualizer.bags.bag_index import BagIndex
-from process_visualizer.bags.marker_removal import marker_removal, shows_markers
-from process_visualizer.bags.message_layout import MessageDamaged
+from process_visualizer.bags.bag_records import Connection
+from process_visualizer.bags.emptied import can_be_emptied, emptied
+from process_visualizer.bags.marker_removal import shows_markers
 from process_visualizer.bags.message_loader import LoadedMessage, MessageLoader, first_stamp
-from process_visualizer.bags.scene import STATIC_TOPIC, Scene
-from process_visualizer.bags.static_transforms import merged
+from process_visualizer.bags.scene import Scene
+from process_visualizer.bags.static_scene import StaticScene
 
+MOMENT_NS = 200_000_000
+"""From the beginning: what comes first so soon counts as being there from the beginning."""
 _PARTNERS = 2  # how many messages of a topic before its last may belong to others' last ones
 
 
@@ -18,6 +21,11 @@ class PlaybackEvent(NamedTuple):
 
     time_ns: int
     messages: Tuple[LoadedMessage, ...]
+
+    @property
+    def published(self) -> int:
+        """How many of the messages are published."""
+        return sum(not message.withdrawn for message in self.messages)
 
     @property
     def size(self) -> int:
@@ -29,43 +37,70 @@ class EventMaker:
     """Makes the events of a recording; what was published is always the scene at the position.
 
     Forward, a message becomes visible when its time is reached. Backwards, the message that it
-    had taken the place of becomes visible again: the scene is what it was before.
+    had taken the place of becomes visible again: the scene is what it was before. What has
+    nothing at a position disappears where its type allows that.
     """
 
-    def __init__(self, index: BagIndex, loader: MessageLoader) -> None:
-        """Take the index and the loader of a recording."""
+    def __init__(self, index: BagIndex, loader: MessageLoader, begin_ns: int) -> None:
+        """Take the index and the loader of a recording, and when that begins [bag ns]."""
         self._index = index
         self._loader = loader
         self._scene = Scene(index)
-        self._static_count, self._merged = 0, []  # type: int, List[LoadedMessage]
-        self._marker_connections = [number for number, connection in enumerate(index.connections)
-                                    if shows_markers(connection)]
+        self._moment = index.count_until(begin_ns + MOMENT_NS)
+        self._static = {topic: StaticScene(loader, positions)
+                        for topic, positions in self._scene.static_topics.items()}
+        self._emptied_topics: Dict[str, List[LoadedMessage]] = {}
+        self._marker_topics = [topic for topic in self._scene.topics
+                               if shows_markers(self._connection_of(self._scene.first_of(topic)))]
 
     def forward(self, position: int) -> PlaybackEvent:
         """Return the event of passing the message at a position forwards."""
-        return PlaybackEvent(int(self._index.time_ns[position]),
-                             tuple(self._loader.load_all([position])))
+        static = self._static.get(self._connection_of(position).topic)
+        messages = (self._loader.load_all([position]) if static is None
+                    else static.messages(position + 1))
+        return PlaybackEvent(int(self._index.time_ns[position]), tuple(messages))
 
     def backward(self, position: int) -> PlaybackEvent:
         """Return the event of passing the message at a position backwards.
 
         It comes just before the message's time, at which the message is still visible.
         """
-        number = int(self._index.connection[position])
-        if self._index.connections[number].topic == STATIC_TOPIC:
-            messages = self._static(position)
-        else:
-            replaced = self._scene.replaced(position)
-            messages = self._removals([number]) if number in self._marker_connections else []
-            messages += self._loader.load_all([] if replaced is None else [replaced])
+        topic = self._connection_of(position).topic
+        messages = (self._static_messages(topic, max(position, self._moment))
+                    if topic in self._static else self._before(topic, position))
         return PlaybackEvent(int(self._index.time_ns[position]) - 1, tuple(messages))
 
-    def scene(self, count: int) -> PlaybackEvent:
-        """Return the event of coming to the scene after ``count`` messages from anywhere."""
+    def scene(self, count: int, begins: bool = False) -> PlaybackEvent:
+        """Return the event of coming to the scene after ``count`` messages from anywhere.
+
+        Where playback only ``begins``, nothing has been published that must not stay in sight.
+        """
         time_ns = int(self._index.time_ns[count - 1]) if count else self._index.begin_ns
-        messages = self._static(count) + self._removals(self._marker_connections)
-        messages += self._with_partners(self._scene.positions(count))
-        return PlaybackEvent(time_ns, tuple(messages))
+        moment = 0 if begins else self._moment
+        positions = self._scene.positions(count, moment)
+        absent = [] if begins else self._scene.absent_topics(count, moment)
+        messages = self._emptied(dict.fromkeys([*self._marker_topics, *absent]))
+        messages += self._withdrawals(self._scene.latched_sources(without=positions))
+        for topic in self._static:
+            messages += self._static_messages(topic, max(count, moment))
+        return PlaybackEvent(time_ns, tuple(messages + self._with_partners(positions)))
+
+    def not_begun(self, bag_ns: int) -> List[str]:
+        """Return the topics without a message up to a bag time [ns] that cannot be emptied."""
+        absent = self._scene.absent_topics(self._index.count_until(bag_ns), self._moment)
+        return [topic for topic in absent
+                if not can_be_emptied(self._connection_of(self._scene.first_of(topic)))]
+
+    def _before(self, topic: str, position: int) -> List[LoadedMessage]:
+        """What was to be seen of a topic before the message at a position."""
+        shown = self._scene.positions_of(topic, position, self._moment)
+        with_markers = topic in self._marker_topics
+        messages = self._emptied([topic]) if with_markers or not shown else []
+        if self._connection_of(position).latching:
+            gone = set(self._scene.latched_sources(without=shown))
+            messages += self._withdrawals(gone.intersection([self._scene.source_of(position)]))
+        again = shown if with_markers else self._scene.shown_again(position)
+        return messages + self._loader.load_all(again)
 
     def _with_partners(self, positions: List[int]) -> List[LoadedMessage]:
         """The messages at some positions, and earlier ones with the same stamp as one of these.
@@ -92,31 +127,28 @@ class EventMaker:
             position = replaced
             yield position
 
-    def _static(self, count: int) -> List[LoadedMessage]:
-        """All of /tf_static as one message: later subscribers get only the last one."""
-        positions = self._scene.static_positions(count)
-        if len(positions) != self._static_count:
-            self._merged = self._merge(self._loader.load_all(positions))
-            self._static_count = len(positions)
-        return list(self._merged)
+    def _static_messages(self, topic: str, count: int) -> List[LoadedMessage]:
+        """All static transforms of a topic as one message; nothing where there are none."""
+        static = self._static[topic]
+        return static.messages(count) or self._withdrawals([static.connection])
 
-    def _merge(self, known: List[LoadedMessage]) -> List[LoadedMessage]:
-        try:
-            data = merged(message.data for message in known)
-            return [self._loader.located(*known[-1][:2], data)] if known else []
-        except MessageDamaged:  # another type by the name of /tf_static
-            return known
+    def _emptied(self, topics: Iterable[str]) -> List[LoadedMessage]:
+        """Messages by which nothing of some topics stays in sight."""
+        return [message for topic in topics for message in self._emptied_one(topic)]
 
-    def _removals(self, connections: Iterable[int]) -> List[LoadedMessage]:
-        """Messages that remove all markers: what is not in the scene must not stay in sight."""
-        removals = []
-        for number in connections:
-            first = self._first_of(number)
-            if first is not None:
-                data = marker_removal(self._index.connections[number], first.data)
-                removals.append(LoadedMessage(number, first.time_ns, data))
-        return removals
+    def _emptied_one(self, topic: str) -> List[LoadedMessage]:
+        if topic not in self._emptied_topics:
+            first = self._scene.first_of(topic)
+            connection = self._connection_of(first)
+            example = self._loader.load(first) if can_be_emptied(connection) else None
+            self._emptied_topics[topic] = [] if example is None else [
+                example._replace(data=emptied(connection, example.data), stamp_offsets=())]
+        return self._emptied_topics[topic]
 
-    def _first_of(self, number: int) -> Optional[LoadedMessage]:
-        positions = self._index.positions(number)
-        return self._loader.load(int(positions[0])) if len(positions) else None
+    def _withdrawals(self, connections: Iterable[int]) -> List[LoadedMessage]:
+        """What takes away what is latched of some sources, named by a connection of them."""
+        return [LoadedMessage(number, self._index.begin_ns, b'', withdrawn=True)
+                for number in connections]
+
+    def _connection_of(self, position: int) -> Connection:
+        return self._index.connections[int(self._index.connection[position])]

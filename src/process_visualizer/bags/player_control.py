@@ -68,11 +68,11 @@ class PlayerControl:
         """Stand still at the beginning."""
         self._stands = True
         self._timeline.stop()
-        return self._where('stopped')
+        return self._arrived('stopped at')
 
     def seek(self, position_s: float) -> str:
         """Go to a position [s], at most to the nearer end."""
-        return self._timeline.seek(self._bag_ns('the position', position_s)) or self._where('at')
+        return self._timeline.seek(self._bag_ns('the position', position_s)) or self._arrived('at')
 
     def seek_by(self, duration_s_: float) -> str:
         """Go on or (below 0) back by a time [s], at most to the nearer end."""
@@ -89,8 +89,13 @@ class PlayerControl:
         if not count and not step.duration_ns:
             raise CommandRefused('a step needs a count of messages or a duration other than 0')
         self._stands = True
-        self._playback.step(step)
-        return self._where('at')
+        changed = self._playback.step(step).changed
+        return self._arrived(f'{changed}: at' if changed else 'at')
+
+    def toggle_pause_topics(self) -> str:
+        """Pause no more before the messages of some topics, or again."""
+        pauses = self._playback.course.toggle_pauses()
+        return 'pausing at topics' if pauses else 'not pausing at topics'
 
     def set_loop(self, loop: bool, begin_s: float = 0.0, end_s: float = 0.0) -> str:
         """Repeat what is between two positions [s], all if both are 0; or no more."""
@@ -98,12 +103,22 @@ class PlayerControl:
             self._timeline.clear_loop()
             return 'no loop'
         basis = self._timeline.basis
-        begin_ns, end_ns = basis.begin_ns, basis.end_ns
-        if begin_s or end_s:
-            begin_ns = max(begin_ns, self._bag_ns('the begin of the loop', begin_s))
-            end_ns = min(end_ns, self._bag_ns('the end of the loop', end_s))
-        self._timeline.set_loop(begin_ns, end_ns)
-        return f'loop from {self._seconds(begin_ns):.3f} to {self._seconds(end_ns):.3f} s'
+        if not (begin_s or end_s):
+            begin_ns, end_ns = basis.begin_ns, basis.end_ns
+        else:
+            begin_ns = self._bag_ns('the begin of the loop', begin_s)
+            end_ns = self._bag_ns('the end of the loop', end_s)
+        inner_ns = max(begin_ns, basis.begin_ns), min(end_ns, basis.end_ns)
+        self._timeline.set_loop(*inner_ns)
+        changed = '' if inner_ns == (begin_ns, end_ns) else (
+            f' instead of {begin_s:.3f} to {end_s:.3f} s, which is more than there is')
+        return f'loop from {self._seconds(inner_ns[0]):.3f} to {self._seconds(inner_ns[1]):.3f} s' \
+            + changed
+
+    def _arrived(self, verb: str) -> str:
+        """Where it is, and of which topics nothing can be shown there."""
+        absent = self._playback.not_begun(self._timeline.position_ns())
+        return self._where(verb) + (f'; nothing yet on {", ".join(absent)}' if absent else '')
 
     def _where(self, verb: str) -> str:
         return f'{verb} {self._seconds(self._timeline.position_ns()):.3f} s'
@@ -117,6 +132,6 @@ class PlayerControl:
 
 
 def _nanoseconds(what: str, seconds: float) -> int:
-    if math.isnan(seconds):
+    if not math.isfinite(seconds):
         raise CommandRefused(f'{what} must be a number, not {seconds}')
-    return round(min(max(seconds, -1e9), 1e9) * NS_PER_S)
+    return round(seconds * NS_PER_S)

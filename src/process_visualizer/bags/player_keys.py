@@ -17,6 +17,7 @@ class Command(Enum):
     SLOWER = 'slower'
     REVERSE = 'reverse'
     TOGGLE_LOOP = 'toggle_loop'
+    TOGGLE_PAUSE_TOPICS = 'toggle_pause_topics'
     LOOP_BEGIN = 'loop_begin'
     LOOP_END = 'loop_end'
     HELP = 'help'
@@ -46,6 +47,7 @@ _KEYS: Tuple[Tuple[str, Action], ...] = (
     (']', Action(Command.FASTER)),
     ('r', Action(Command.REVERSE)),
     ('l', Action(Command.TOGGLE_LOOP)),
+    ('t', Action(Command.TOGGLE_PAUSE_TOPICS)),
     ('a', Action(Command.LOOP_BEGIN)),
     ('b', Action(Command.LOOP_END)),
     ('?', Action(Command.HELP)),
@@ -61,6 +63,7 @@ KEY_HELP = """\
   home end      to the beginning, end     r          reverse the direction
   ]             faster                    [          slower
   l             loop on or off            a b        loop from here, to here
+  t             pause at --pause-topics, or not
   ?             this help                 q Ctrl-C   quit"""
 """The keys in lines for a terminal 80 columns wide."""
 

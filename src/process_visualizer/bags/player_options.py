@@ -7,21 +7,16 @@ from dataclasses import dataclass
 from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
 from process_visualizer.bags.player_keys import KEY_HELP
-from process_visualizer.bags.timeline import CommandRefused, checked_rate
+from process_visualizer.bags.timeline import HIGHEST_RATE, CommandRefused, checked_rate
 from process_visualizer.bags.topic_choice import checked_prefix, resolved_name
 from process_visualizer.cell.values import number
 
 _LONGEST_S = 1e9
-_HIGHEST_HZ = 1000.0
+_HIGHEST_HZ = 10_000.0
 _LONGEST_QUEUE = 1_000_000
 _REMAP = re.compile(r'(?P<source>[/A-Za-z][A-Za-z0-9_/]*):=(?P<target>.*)\Z', re.DOTALL)
 _NOT_OFFERED = {
-    '--immediate': 'choose a rate up to 16, such as -r 16',
     '--try-future-version': 'bags of version 2.0 are read',
-    '--skip-empty': 'pass what is empty with the arrow keys or the service ~seek',
-    '--pause-topics': 'pause with the space key or the service ~pause',
-    '--rate-control-topic': 'change the rate with the keys [ and ] or the service ~set_rate',
-    '--rate-control-max-delay': 'change the rate with the keys [ and ] or the service ~set_rate',
 }
 
 
@@ -30,11 +25,15 @@ class PlayerOptions:
     """What is to be played, and how; times of the recording are seconds from its beginning."""
 
     files: Tuple[str, ...]
-    rate: float  # below 0 backwards
+    rate: float  # below 0 backwards; the highest where nothing is to wait
     start_s: Optional[float]  # None: where play begins in its direction
     duration_s: Optional[float]  # None: all
+    skip_empty_s: Optional[float]  # None: nothing is skipped
     loop: bool
     paused: bool
+    pause_topics: Tuple[str, ...]  # global names
+    rate_control_topic: str  # a name, or '' for none
+    rate_control_max_delay_s: float
     delay_s: float  # from advertising to playing
     wait_for_subscribers: bool
     keep_alive: bool
@@ -47,6 +46,7 @@ class PlayerOptions:
     queue_size: int
     quiet: bool
     reindex: bool
+    pauses_beside_others: bool  # else they are told, and it plays on
 
 
 def parse_options(arguments: Sequence[str]) -> PlayerOptions:
@@ -61,17 +61,21 @@ def parse_options(arguments: Sequence[str]) -> PlayerOptions:
     if not files:
         parser.error('no bag is given; name one or more files'
                      + (', before --topics and --exclude or after --bags'
-                        if values.topics or values.exclude else ''))
+                        if values.topics or values.exclude or values.pause_topics else ''))
     if values.duration and values.rate < 0.0:
         parser.error('argument -u/--duration: only for playing forwards')
     stamps = values.stamps or ('recorded' if values.clock else 'present')
     return PlayerOptions(
-        files=tuple(files), rate=values.rate, start_s=values.start, duration_s=values.duration,
-        loop=values.loop, paused=values.pause, delay_s=values.delay,
+        files=tuple(files), rate=HIGHEST_RATE if values.immediate else values.rate,
+        start_s=values.start, duration_s=values.duration,
+        skip_empty_s=values.skip_empty, loop=values.loop, paused=values.pause,
+        pause_topics=tuple(values.pause_topics), rate_control_topic=values.rate_control_topic or '',
+        rate_control_max_delay_s=values.rate_control_max_delay, delay_s=values.delay,
         wait_for_subscribers=values.wait_for_subscribers, keep_alive=values.keep_alive,
         topics=tuple(values.topics), exclude=tuple(values.exclude), prefix=values.prefix,
         recorded_stamps=stamps == 'recorded', clock=values.clock, clock_hz=values.hz,
-        queue_size=values.queue, quiet=values.quiet, reindex=values.reindex)
+        queue_size=values.queue, quiet=values.quiet, reindex=values.reindex,
+        pauses_beside_others=values.others == 'pause')
 
 
 def topic_remaps(arguments: Sequence[str], namespace: str = '/') -> Dict[str, str]:
@@ -116,21 +120,31 @@ def _parser() -> argparse.ArgumentParser:
     _add_choice(parser)
     _add_publishing(parser)
     for option in _NOT_OFFERED:
-        names = ['-i', option] if option == '--immediate' else [option]
-        parser.add_argument(*names, nargs='*', action=_NotOffered, help=argparse.SUPPRESS)
+        parser.add_argument(option, nargs='*', action=_NotOffered, help=argparse.SUPPRESS)
     return parser
 
 
 def _add_playing(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group('playing')
     group.add_argument('-r', '--rate', metavar='FACTOR', type=_rate, default=1.0,
-                       help='0.01 to 16, or -0.01 to -16 to play backwards (default: 1)')
+                       help='how fast; below 0 backwards (default: 1)')
+    group.add_argument('-i', '--immediate', action='store_true',
+                       help='play without waiting between messages')
     group.add_argument('-s', '--start', metavar='SEC', type=_seconds,
                        help='begin SEC seconds into the recording')
     group.add_argument('-u', '--duration', metavar='SEC', type=_positive_seconds,
                        help='play only SEC seconds of the recording')
+    group.add_argument('--skip-empty', metavar='SEC', type=_seconds,
+                       help='pass parts without messages that are longer than SEC seconds')
     group.add_argument('-l', '--loop', action='store_true', help='begin again at the end')
     group.add_argument('--pause', action='store_true', help='start paused')
+    group.add_argument('--pause-topics', metavar='TOPIC', nargs='+', action='extend', default=[],
+                       type=_argument(resolved_name), help='pause before each message of these')
+    group.add_argument('--rate-control-topic', metavar='TOPIC',
+                       type=_argument(resolved_name),
+                       help='wait for the node that publishes this, by the stamps in its headers')
+    group.add_argument('--rate-control-max-delay', metavar='SEC', type=_seconds, default=1.0,
+                       help='by how much that node may be behind (default: 1)')
     group.add_argument('-d', '--delay', metavar='SEC', type=_seconds, default=0.2,
                        help='wait SEC seconds before playing, so that subscribers can connect '
                             '(default: 0.2)')
@@ -158,9 +172,11 @@ def _add_publishing(parser: argparse.ArgumentParser) -> None:
     group.add_argument('--clock', action='store_true',
                        help='publish the time of the recording on /clock, for use_sim_time')
     group.add_argument('--hz', type=_frequency, default=100.0,
-                       help='how often --clock publishes (default: 100)')
+                       help='how often a second --clock publishes (default: 100)')
+    group.add_argument('--others', choices=['warn', 'pause'], default='warn',
+                       help='what to do when other nodes publish the same topics (default: warn)')
     group.add_argument('--queue', metavar='SIZE', type=_queue_size, default=100,
-                       help='messages that wait for a slow subscriber (default: 100)')
+                       help='messages that wait for a slow subscriber; 0: all (default: 100)')
     group.add_argument('-q', '--quiet', action='store_true', help='show no progress')
     group.add_argument('--reindex', action='store_true',
                        help='play an indexed copy of a bag without an index, without asking')
@@ -202,14 +218,14 @@ def _positive_seconds(text: str) -> float:
 @_argument
 def _frequency(text: str) -> float:
     value = number(text)
-    if not 1.0 <= value <= _HIGHEST_HZ:
-        raise ValueError(f'must be from 1 to {_HIGHEST_HZ:.0f} Hz, not {text}')
+    if not 0.0 < value <= _HIGHEST_HZ:
+        raise ValueError(f'must be more than 0 and at most {_HIGHEST_HZ:.0f} Hz, not {text}')
     return value
 
 
 @_argument
 def _queue_size(text: str) -> int:
     value = number(text)
-    if value != int(value) or not 1 <= value <= _LONGEST_QUEUE:
-        raise ValueError(f'must be a whole number from 1 to {_LONGEST_QUEUE}, not {text}')
+    if value != int(value) or not 0 <= value <= _LONGEST_QUEUE:
+        raise ValueError(f'must be a whole number from 0 to {_LONGEST_QUEUE}, not {text}')
     return int(value)

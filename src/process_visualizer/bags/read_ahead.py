@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from typing import Deque
+from typing import Deque, Optional
 
 from process_visualizer.bags.playback_event import EventMaker, PlaybackEvent
 
@@ -29,6 +29,7 @@ class ReadAhead:
         self._step = FORWARD
         self._run = 0  # grows at each restart
         self._closed = False
+        self._failure: Optional[Exception] = None
         self._thread = threading.Thread(target=self._read, name='read ahead', daemon=True)
         self._thread.start()
 
@@ -45,8 +46,13 @@ class ReadAhead:
         return self._ready_bytes
 
     def take(self, position: int, step: int) -> PlaybackEvent:
-        """Return the event of passing the message at a position FORWARD or BACKWARD."""
+        """Return the event of passing the message at a position FORWARD or BACKWARD.
+
+        What has ended the thread is raised here.
+        """
         with self._changed:
+            if self._failure is not None:
+                raise self._failure
             if self._ready and (position, step) == (self._first, self._step):
                 return self._pop()
             self._restart(position + step, step)
@@ -89,6 +95,12 @@ class ReadAhead:
         return self._closed or (within and self._ready_bytes < self._limit_bytes)
 
     def _read(self) -> None:
+        try:
+            self._read_until_closed()
+        except Exception as error:  # whatever it is: ``take`` raises it
+            self._failure = error
+
+    def _read_until_closed(self) -> None:
         while True:
             with self._changed:
                 self._changed.wait_for(self._has_room)

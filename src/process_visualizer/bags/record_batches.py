@@ -30,12 +30,14 @@ class RecordBatch(NamedTuple):
     end: np.ndarray
 
 
-def record_batches(recording: Recording, positions: np.ndarray) -> Iterator[RecordBatch]:
+def record_batches(recording: Recording, positions: np.ndarray,
+                   most_bytes: int = _LARGEST_RECORD_BYTES) -> Iterator[RecordBatch]:
     """Yield the records of messages, given by their positions in the index (int).
 
-    They come in the order of the files. Chunks that cannot be read are left out.
+    They come in the order of the files; of records of more than ``most_bytes`` the beginning.
+    Chunks that cannot be read are left out.
     """
-    rows, spans = _Rows(recording.index, positions), _Spans(recording)
+    rows, spans = _Rows(recording.index, positions, most_bytes), _Spans(recording)
     batch: List[RecordBatch] = []
     size = count = 0
     for first, last in rows.spans():
@@ -55,7 +57,7 @@ def record_batches(recording: Recording, positions: np.ndarray) -> Iterator[Reco
 class _Rows:
     """Where the wanted records are: chunk, first byte and end in it, in the order of the files."""
 
-    def __init__(self, index: BagIndex, positions: np.ndarray) -> None:
+    def __init__(self, index: BagIndex, positions: np.ndarray, most_bytes: int) -> None:
         order = np.argsort(_places(index), kind='stable')
         follower = np.full(len(index), np.iinfo(np.int64).max)
         same_chunk = index.chunk[order[1:]] == index.chunk[order[:-1]]
@@ -65,7 +67,7 @@ class _Rows:
         self.positions = order[wanted[order]]
         self.chunk = index.chunk[self.positions]
         self.begin = index.offset[self.positions].astype(np.int64)
-        self.end = np.minimum(follower[self.positions], self.begin + _LARGEST_RECORD_BYTES)
+        self.end = np.minimum(follower[self.positions], self.begin + most_bytes)
 
     def spans(self) -> Iterator[Tuple[int, int]]:
         """Yield the rows (first, behind the last) that are read together."""

@@ -1,11 +1,12 @@
 """What the recorder writes into a bag beside the devices' topics; all of it is std_msgs/String."""
 from __future__ import annotations
 
-import json
-from typing import Any, Dict, List, NamedTuple, Optional
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
-from process_visualizer.bags.bag_errors import BagDamaged
-from process_visualizer.bags.bag_records import u32_at
+from process_visualizer.bags.bag_errors import BagDamaged, RecordError
+from process_visualizer.bags.bag_records import sized_part
+from process_visualizer.bags.json_text import parsed_json
+from process_visualizer.bags.message_definition import short_name
 from process_visualizer.bags.recording import Recording
 from process_visualizer.cell.stored_configuration import StoredConfiguration, stored_configuration
 
@@ -16,6 +17,7 @@ MARKS = f'{PREFIX}marks'
 ACCOUNT = f'{PREFIX}recording'
 """Topics: the configuration's files, the base frames (tf2_msgs/TFMessage), the marks, and the
 recorder's account of what it dropped."""
+_TEXT_TYPE = 'std_msgs/String'
 
 
 class Text(NamedTuple):
@@ -28,31 +30,74 @@ class Text(NamedTuple):
 def texts(recording: Recording, topic: str) -> List[Text]:
     """Return the messages of a topic of type std_msgs/String, in the order of time.
 
-    Messages that cannot be read are left out; ``recording.gaps`` has them.
+    Messages that cannot be read, or are none of these, are left out; ``recording.gaps`` has them.
     """
-    found = []
-    for position in recording.index.positions_of(recording.index.connections_of(topic)).tolist():
-        try:
-            message = recording.message(position)
-        except BagDamaged:
-            continue
-        data = bytes(message[4:4 + u32_at(message, 0)])
-        found.append(Text(int(recording.index.time_ns[position]), data.decode('utf-8', 'replace')))
-    return found
+    return [text for _, text in _placed_texts(recording, topic)]
 
 
 def last_json(recording: Recording, topic: str) -> Optional[Dict[str, Any]]:
-    """Return the last message of a topic that is a JSON object, or None."""
-    for message in reversed(texts(recording, topic)):
+    """Return the last message of a topic that is a JSON object, or None.
+
+    What is none is left out; ``recording.gaps`` has it.
+    """
+    for position, message in reversed(_placed_texts(recording, topic)):
         try:
-            value = json.loads(message.text)
-        except ValueError:
-            continue
-        if isinstance(value, dict):
-            return value
+            return _json_object(message.text)
+        except ValueError as error:
+            recording.note(position, f'it is no JSON object: {error}')
     return None
 
 
 def recorded_configuration(recording: Recording) -> Optional[StoredConfiguration]:
-    """Return the configuration that a recording was made with, or None."""
-    return stored_configuration(last_json(recording, CONFIGURATION))
+    """Return the configuration that a recording was made with, or None.
+
+    What is none is left out; ``recording.gaps`` has it.
+    """
+    for position, message in reversed(_placed_texts(recording, CONFIGURATION)):
+        try:
+            return stored_configuration(_json_object(message.text))
+        except ValueError as error:
+            recording.note(position, f'it is no configuration: {error}')
+    return None
+
+
+def _placed_texts(recording: Recording, topic: str) -> List[Tuple[int, Text]]:
+    """The texts with their positions in the index."""
+    index = recording.index
+    found = []
+    for position in index.positions_of(index.connections_of(topic)).tolist():
+        connection = index.connections[int(index.connection[position])]
+        try:
+            text = _string(connection.type, recording.message(position))
+            found.append((position, Text(int(index.time_ns[position]), text)))
+        except BagDamaged:
+            continue  # it is noted
+        except RecordError as error:
+            recording.note(position, str(error))
+    return found
+
+
+def _string(kind: str, message: memoryview) -> str:
+    """The text of a std_msgs/String.
+
+    Raises:
+        RecordError: it is none.
+    """
+    if short_name(kind) != _TEXT_TYPE:
+        raise RecordError(f'it is a {kind}, not a {_TEXT_TYPE}')
+    begin, end = sized_part(message, 0)
+    if end != len(message):
+        raise RecordError(f'a {_TEXT_TYPE} ends at byte {end}, and it has {len(message)}')
+    return bytes(message[begin:end]).decode('utf-8', 'replace')
+
+
+def _json_object(text: str) -> Dict[str, Any]:
+    """What a text says in JSON.
+
+    Raises:
+        ValueError: it is no JSON object.
+    """
+    value = parsed_json(text)
+    if not isinstance(value, dict):
+        raise ValueError('it does not begin with "{"')
+    return value

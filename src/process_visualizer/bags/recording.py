@@ -96,6 +96,19 @@ class Recording:
         """
         return self._store.message(position)
 
+    @property
+    def damage(self) -> Tuple[Gap, ...]:
+        """What could not be read so far though the index lists it."""
+        return self._store.gaps
+
+    def note(self, position: int, reason: str) -> None:
+        """Take note of a message that cannot be understood, as one of the ``gaps``."""
+        self._store.note(position, reason)
+
+    def check_chunks(self) -> None:
+        """Look whether every chunk can be decompressed; ``gaps`` has those that cannot."""
+        self._store.check()
+
     def is_readable(self, position: int) -> bool:
         """Return whether the chunk of a message has not failed so far."""
         return self._store.is_readable(position)

@@ -18,7 +18,9 @@ class RecordingOptions:
     """How a recording is made; what is left out keeps the recorder's parameters.
 
     The bag is called ``NAME.bag``, without a name ``PREFIX_DATE.bag`` or ``DATE.bag`` (local date
-    and time). ``recent_s`` begins it with the last seconds that the recorder has in memory.
+    and time). What matches one of the ``patterns`` (regular expressions for whole names), and none
+    that is ``excluded``, is recorded as soon as it is published. ``recent_s`` begins the bag with
+    the last seconds that the recorder has in memory.
     """
 
     topics: Tuple[str, ...] = ()
@@ -30,3 +32,5 @@ class RecordingOptions:
     split_duration_s: float = 0.0
     configuration: str = ''
     recent_s: float = 0.0
+    patterns: Tuple[str, ...] = ()
+    excluded: Tuple[str, ...] = ()

@@ -1,15 +1,15 @@
 """The report on a recording: what is in it, what is missing, and whether it is complete."""
 from __future__ import annotations
 
+from enum import Enum
 from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from process_visualizer.bags.bag_errors import BagDamaged
-from process_visualizer.bags.bag_records import Connection
+from process_visualizer.bags.header_numbers import header_numbers
+from process_visualizer.bags.json_text import finite_number
 from process_visualizer.bags.marks import Mark, read_marks
-from process_visualizer.bags.message_definition import DefinitionError, parse_definitions
-from process_visualizer.bags.recorder_topics import ACCOUNT, PREFIX, last_json
+from process_visualizer.bags.recorder_topics import ACCOUNT, PREFIX, last_json, texts
 from process_visualizer.bags.recording import Recording
 from process_visualizer.bags.report_streams import (
     Stream,
@@ -20,6 +20,18 @@ from process_visualizer.bags.report_streams import (
 )
 
 _LEAST_JUMP_S = 0.1
+_END_OF_TIME_S = 1 << 32  # of ROS
+_RARE = 0.1
+"""A publisher that leaves numbers out more often than this does not count one by one."""
+
+
+class Completeness(Enum):
+    """What is known of whether all is there."""
+
+    COMPLETE = 'complete'
+    INCOMPLETE = 'not complete'
+    UNKNOWN = 'nothing is known to be missing'
+    EMPTY = 'empty'
 
 
 class ClockJump(NamedTuple):
@@ -32,8 +44,10 @@ class ClockJump(NamedTuple):
 class TopicReport(NamedTuple):
     """A topic of a recording.
 
-    ``largest_interval_s`` begins at ``largest_interval_ns`` [since the epoch]. ``dropped`` is what
-    the recorder received and could not write, None where it left no account.
+    ``largest_interval_s`` begins at ``largest_interval_ns`` [since the epoch]. ``gaps`` are what
+    can be seen in its messages; what of it is known to be a loss is ``lost``: messages that never
+    reached the recorder. ``dropped`` is what it received and could not write, None where it left
+    no account.
     """
 
     topic: str
@@ -44,11 +58,7 @@ class TopicReport(NamedTuple):
     largest_interval_ns: int
     gaps: Tuple[StreamGap, ...]
     dropped: Optional[int]
-
-    @property
-    def lost(self) -> int:
-        """How many messages never arrived, as their numbers tell."""
-        return sum(gap.missing for gap in self.gaps if gap.is_numbered)
+    lost: int
 
 
 class Report(NamedTuple):
@@ -64,9 +74,21 @@ class Report(NamedTuple):
     has_account: bool
 
     @property
-    def is_complete(self) -> bool:
-        """Whether nothing is known to be missing."""
-        return not self.unreadable and not any(it.gaps or it.dropped for it in self.topics)
+    def completeness(self) -> Completeness:
+        """Whether all is there, from what is known: the account, and what can be read.
+
+        Gaps count only where they are losses: a foreign bag may be one of a throttled topic.
+        """
+        if self.unreadable or any(it.lost or it.dropped for it in self.topics):
+            return Completeness.INCOMPLETE
+        if not any(it.message_count for it in self.topics):
+            return Completeness.EMPTY
+        return Completeness.COMPLETE if self.has_account else Completeness.UNKNOWN
+
+    @property
+    def is_good(self) -> bool:
+        """Whether there is something in it and nothing is known to be missing."""
+        return self.completeness in (Completeness.COMPLETE, Completeness.UNKNOWN)
 
 
 def make_report(recording: Recording) -> Report:
@@ -76,11 +98,15 @@ def make_report(recording: Recording) -> Report:
         BagError: a file of marks beside a bag is not one.
     """
     account = last_json(recording, ACCOUNT)
-    topics = tuple(_topic_report(recording, topic, account)
+    # each file of a recording ends with one; a file that was repaired has none
+    has_account = account is not None and len(texts(recording, ACCOUNT)) >= len(recording.paths)
+    recording.check_chunks()
+    sequence = header_numbers(recording)
+    topics = tuple(_topic_report(recording, topic, sequence, account)
                    for topic in _topics(recording, account))
     return Report(recording.paths, recording.index.begin_ns, recording.index.end_ns, topics,
                   _clock_jumps(recording, account), tuple(read_marks(recording)),
-                  tuple(str(gap) for gap in recording.gaps), account is not None)
+                  tuple(str(gap) for gap in recording.gaps), has_account)
 
 
 def _topics(recording: Recording, account: Optional[Dict[str, Any]]) -> List[str]:
@@ -90,49 +116,30 @@ def _topics(recording: Recording, account: Optional[Dict[str, Any]]) -> List[str
     return sorted(topic for topic in topics if not topic.startswith(PREFIX))
 
 
-def _topic_report(recording: Recording, topic: str,
+def _topic_report(recording: Recording, topic: str, sequence: np.ndarray,
                   account: Optional[Dict[str, Any]]) -> TopicReport:
     index = recording.index
     numbers = index.connections_of(topic)
     positions = index.positions_of(numbers)
     connections = [index.connections[number] for number in numbers]
     times_ns = index.time_ns[positions]
-    stream = Stream(times_ns, _sequence(recording, positions), index.connection[positions])
+    stream = Stream(times_ns, sequence[positions], index.connection[positions])
     # A latching publisher speaks when something changes: no interval of it is usual.
     gaps = () if any(it.latching for it in connections) else find_gaps(stream)
     duration_s = float(times_ns[-1] - times_ns[0]) / 1e9 if len(times_ns) else 0.0
     return TopicReport(topic, tuple(sorted({it.type for it in connections})), len(positions),
                        (len(positions) - 1) / duration_s if duration_s else 0.0,
-                       *largest_interval(times_ns), gaps, _dropped(account, topic))
+                       *largest_interval(times_ns), gaps, _dropped(account, topic),
+                       0 if account is None else _lost(gaps, len(positions)))
 
 
-def _sequence(recording: Recording, positions: np.ndarray) -> np.ndarray:
-    """The numbers in the messages' headers; -1 where there is none."""
-    sequence = np.full(len(positions), -1, np.int64)
-    connection = recording.index.connection[positions]
-    for number in np.unique(connection).tolist():
-        if begins_with_header(recording.index.connections[number]):
-            for row in np.flatnonzero(connection == number).tolist():
-                sequence[row] = _number_of(recording, int(positions[row]))
-    return sequence
+def _lost(gaps: Tuple[StreamGap, ...], message_count: int) -> int:
+    """How many messages never arrived: where numbers are left out now and then, not as a habit.
 
-
-def _number_of(recording: Recording, position: int) -> int:
-    try:
-        head = bytes(recording.message(position)[:4])
-    except BagDamaged:
-        return -1
-    return int.from_bytes(head, 'little') if len(head) == 4 else -1
-
-
-def begins_with_header(connection: Connection) -> bool:
-    """Return whether the messages begin with a std_msgs/Header."""
-    try:
-        definitions = parse_definitions(connection.type, connection.message_definition)
-    except DefinitionError:
-        return False
-    fields = definitions.get(connection.type, [])
-    return bool(fields) and fields[0].type_name == 'std_msgs/Header' and not fields[0].is_array
+    A topic that comes through a throttle has the numbers of its source.
+    """
+    left_out = [gap.missing for gap in gaps if gap.is_numbered]
+    return sum(left_out) if len(left_out) <= max(_RARE * message_count, 1) else 0
 
 
 def _dropped(account: Optional[Dict[str, Any]], topic: str) -> Optional[int]:
@@ -140,23 +147,31 @@ def _dropped(account: Optional[Dict[str, Any]], topic: str) -> Optional[int]:
         return None
     entry = _accounted(account).get(topic)
     count = entry.get('dropped') if isinstance(entry, dict) else 0
-    return count if isinstance(count, int) else None
+    return count if isinstance(count, int) and count >= 0 else None
 
 
 def _accounted(account: Optional[Dict[str, Any]]) -> Dict[str, Any]:
     topics = account.get('topics') if account is not None else None
-    return topics if isinstance(topics, dict) else {}
+    topics = topics if isinstance(topics, dict) else {}
+    return {name: entry for name, entry in topics.items() if name.isprintable()}
 
 
 def _clock_jumps(recording: Recording, account: Optional[Dict[str, Any]]) -> Tuple[ClockJump, ...]:
     """What the recorder noticed; of other recorders' bags, where the times go back."""
     if account is not None:
-        try:
-            return tuple(ClockJump(int(jump['time'] * 1e9), float(jump['seconds']))
-                         for jump in account['clock_jumps'])
-        except (KeyError, TypeError):
-            return ()
+        jumps = account.get('clock_jumps')
+        noticed = map(_clock_jump, jumps if isinstance(jumps, list) else ())
+        return tuple(jump for jump in noticed if jump is not None)
     index = recording.index
     as_written = np.lexsort((index.offset, index.chunk))
     return tuple(ClockJump(*jump)
                  for jump in backward_jumps(index.time_ns[as_written], _LEAST_JUMP_S))
+
+
+def _clock_jump(value: Any) -> Optional[ClockJump]:
+    """A jump from the account, None if it is none."""
+    try:
+        time_s, seconds = finite_number(value['time']), finite_number(value['seconds'])
+    except (KeyError, TypeError, ValueError):
+        return None
+    return ClockJump(int(time_s * 1e9), seconds) if 0 <= time_s < _END_OF_TIME_S else None

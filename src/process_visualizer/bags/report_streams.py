@@ -1,7 +1,7 @@
 """Finds what is missing in the stream of a topic, from the times and numbers of its messages."""
 from __future__ import annotations
 
-from typing import List, NamedTuple, Optional, Tuple
+from typing import List, NamedTuple, Tuple
 
 import numpy as np
 
@@ -16,10 +16,11 @@ _SPAN_MESSAGES = 100
 
 
 class StreamGap(NamedTuple):
-    """A place where messages are missing.
+    """A place where numbers are left out, or where the messages paused.
 
     ``begin_ns`` is the time of the last message before [ns since the epoch]; ``missing`` is how
-    many are missing: exact if they are numbered, else about.
+    many numbers are left out (``is_numbered``), else about how many messages would have come at
+    the usual rate.
     """
 
     begin_ns: int
@@ -47,45 +48,61 @@ def find_gaps(stream: Stream) -> Tuple[StreamGap, ...]:
     of more than three times the usual one (the median) is a gap, unless the messages only come
     late: a busy computer hands out many at once, and no message is missing some seconds later.
     """
-    step = _steps(stream)
-    intervals_s = np.diff(stream.time_ns) / 1e9
-    found = [_numbered(stream, row, int(step[row])) for row in np.flatnonzero(step > 1).tolist()]
+    step, earlier = _steps(stream)
+    rows = np.flatnonzero(step > 1)
+    found = _as_gaps(stream.time_ns, earlier[rows], rows, step[rows] - 1, True)
     if len(stream.time_ns) >= _LEAST_MESSAGES:
+        intervals_s = np.diff(stream.time_ns) / 1e9
         long = intervals_s > GAP_FACTOR * np.median(intervals_s)
-        for row in np.flatnonzero(long & (step[1:] <= 0)).tolist():
-            gap = _unnumbered(stream.time_ns, row)
-            if gap is not None:
-                found.append(gap)
+        rows = np.flatnonzero(long & (step[1:] <= 0))
+        missing = _missing_behind(stream.time_ns, rows)
+        kept = missing >= _LEAST_MISSING
+        found += _as_gaps(stream.time_ns, rows[kept], rows[kept] + 1,
+                          np.rint(missing[kept]).astype(np.int64), False)
     return tuple(sorted(found))
 
 
-def _steps(stream: Stream) -> np.ndarray:
-    """By how much the number of each message grew since its publisher's last one; 0: unknown."""
-    step = np.zeros(len(stream.time_ns), np.int64)
+def _as_gaps(time_ns: np.ndarray, before: np.ndarray, behind: np.ndarray, missing: np.ndarray,
+             is_numbered: bool) -> List[StreamGap]:
+    begin_ns = time_ns[before]
+    durations_s = (time_ns[behind] - begin_ns) / 1e9
+    return [StreamGap(*gap, is_numbered)
+            for gap in zip(begin_ns.tolist(), durations_s.tolist(), missing.tolist())]
+
+
+def _steps(stream: Stream) -> Tuple[np.ndarray, np.ndarray]:
+    """By how much the number of each message grew since its publisher's last one (0: unknown),
+    and the row of that one."""
+    step, earlier = np.zeros((2, len(stream.time_ns)), np.int64)
     for publisher in np.unique(stream.publisher):
         rows = np.flatnonzero(stream.publisher == publisher)
         numbers = stream.sequence[rows]
         known = (numbers[1:] >= 0) & (numbers[:-1] >= 0)
         step[rows[1:]] = np.where(known, np.maximum(np.diff(numbers), 0), 0)
-    return step
+        earlier[rows[1:]] = rows[:-1]
+    return step, earlier
 
 
-def _numbered(stream: Stream, row: int, step: int) -> StreamGap:
-    earlier = np.flatnonzero(stream.publisher[:row] == stream.publisher[row])[-1]
-    begin_ns = int(stream.time_ns[earlier])
-    return StreamGap(begin_ns, (int(stream.time_ns[row]) - begin_ns) / 1e9, step - 1, True)
-
-
-def _unnumbered(time_ns: np.ndarray, row: int) -> Optional[StreamGap]:
-    """The gap behind a message, if there are messages that do not come late either."""
+def _missing_behind(time_ns: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """About how many messages (float) are missing behind some, that do not come late either."""
     usual_ns = usual_interval_ns(time_ns)
     catch_up_ns = max(_CATCH_UP_S * 1e9, _CATCH_UP_INTERVALS * usual_ns)
-    last = int(np.searchsorted(time_ns, float(time_ns[row + 1]) + catch_up_ns, side='right'))
-    since_ns = time_ns[row + 1:last] - time_ns[row]
-    missing = float(np.min(since_ns / usual_ns - np.arange(1, len(since_ns) + 1)))
-    if missing < _LEAST_MISSING:
-        return None
-    return StreamGap(int(time_ns[row]), float(since_ns[0]) / 1e9, round(missing), False)
+    # how far each message is behind a stream without gaps; what comes late is not, in the end
+    behind = (time_ns - time_ns[0]) / usual_ns - np.arange(len(time_ns))
+    last = np.searchsorted(time_ns, time_ns[rows + 1] + catch_up_ns, side='right')
+    return range_minima(behind, rows + 1, last) - behind[rows]
+
+
+def range_minima(values: np.ndarray, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Return the least value of each range of rows, none of which is empty."""
+    found = np.full(len(begin), np.inf)
+    level = np.log2(end - begin).astype(np.int64)  # two such powers of two cover a range
+    table, width = values, 1
+    for power in range(int(level.max(initial=-1)) + 1):
+        chosen = level == power
+        found[chosen] = np.minimum(table[begin[chosen]], table[end[chosen] - width])
+        table, width = np.minimum(table[:-width], table[width:]), 2 * width
+    return found
 
 
 def usual_interval_ns(time_ns: np.ndarray) -> float:

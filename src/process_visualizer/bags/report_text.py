@@ -3,34 +3,39 @@ from __future__ import annotations
 
 import json
 import time
-from typing import List
+from typing import List, Optional
 
-from process_visualizer.bags.report import Report, TopicReport
+from process_visualizer.bags.report import Completeness, Report, TopicReport
 from process_visualizer.bags.report_streams import StreamGap
 
 _MOST_GAPS = 10
+_KNOWN = {
+    Completeness.COMPLETE: 'complete',
+    Completeness.INCOMPLETE: 'not complete',
+    Completeness.UNKNOWN: 'nothing is known to be missing (its recorder left no account of what it '
+                          'dropped)',
+    Completeness.EMPTY: 'empty: it holds no message'}
 
 
 def verdict(report: Report) -> str:
     """Return in one line whether the recording is complete, else how much is missing."""
-    if report.is_complete:
-        return '; '.join([_complete(report), *_silent(report)])
+    known = ': '.join([_KNOWN[report.completeness], *filter(None, ['; '.join(_missing(report))])])
+    return '; '.join([known, *_silent(report)])
+
+
+def _missing(report: Report) -> List[str]:
+    """What is known to be missing."""
     parts = []
-    gaps = sum(len(topic.gaps) for topic in report.topics)
-    if gaps:
-        topics = ', '.join(topic.topic for topic in report.topics if topic.gaps)
-        parts.append(f'{gaps} gap{"s" if gaps > 1 else ""} in {topics}')
+    lost = sum(topic.lost for topic in report.topics)
+    if lost:
+        topics = ', '.join(topic.topic for topic in report.topics if topic.lost)
+        parts.append(f'{lost} lost on {topics}')
     dropped = sum(topic.dropped or 0 for topic in report.topics)
     if dropped:
         parts.append(f'{dropped} dropped by the recorder')
     if report.unreadable:
         parts.append('a part of the file cannot be read')
-    return 'not complete: ' + '; '.join([*parts, *_silent(report)])
-
-
-def _complete(report: Report) -> str:
-    return 'complete' if report.has_account else \
-        'complete as far as the bag tells (its recorder left no account of dropped messages)'
+    return parts
 
 
 def _silent(report: Report) -> List[str]:
@@ -57,13 +62,18 @@ def as_json(report: Report) -> str:
     """Return the report as JSON; times in s since the epoch."""
     return json.dumps({
         'files': list(report.files), 'begin': report.begin_ns / 1e9, 'end': report.end_ns / 1e9,
-        'complete': report.is_complete, 'verdict': verdict(report),
+        'complete': _as_bool(report.completeness), 'verdict': verdict(report),
         'has_account': report.has_account,
         'topics': [_topic_json(topic) for topic in report.topics],
         'clock_jumps': [{'time': it.time_ns / 1e9, 'seconds': it.seconds}
                         for it in report.clock_jumps],
         'marks': [{'time': it.time_ns / 1e9, 'label': it.label} for it in report.marks],
         'unreadable': list(report.unreadable)}, indent=1, ensure_ascii=False)
+
+
+def _as_bool(completeness: Completeness) -> Optional[bool]:
+    """Whether all is there; None where that is not known."""
+    return None if completeness is Completeness.UNKNOWN else completeness is Completeness.COMPLETE
 
 
 def _topic_json(topic: TopicReport) -> 'dict[str, object]':
@@ -93,16 +103,19 @@ def _row(topic: TopicReport, width: int, begin_ns: int) -> str:
 
 
 def _gap_lines(topic: TopicReport, begin_ns: int) -> List[str]:
-    lines = [_gap_line(topic.topic, gap, begin_ns) for gap in topic.gaps[:_MOST_GAPS]]
+    lines = [_gap_line(topic, gap, begin_ns) for gap in topic.gaps[:_MOST_GAPS]]
     if len(topic.gaps) > _MOST_GAPS:
-        lines.append(f'gap in {topic.topic}: and {len(topic.gaps) - _MOST_GAPS} more')
+        lines.append(f'{topic.topic}: and {len(topic.gaps) - _MOST_GAPS} more')
     return lines
 
 
-def _gap_line(topic: str, gap: StreamGap, begin_ns: int) -> str:
-    about = '' if gap.is_numbered else 'about '
-    return (f'gap in {topic} at {_clock(gap.begin_ns - begin_ns)} of {gap.duration_s:.3f} s: '
-            f'{about}{gap.missing} missing')
+def _gap_line(topic: TopicReport, gap: StreamGap, begin_ns: int) -> str:
+    where = f'{topic.topic} at {_clock(gap.begin_ns - begin_ns)} for {gap.duration_s:.3f} s'
+    if not gap.is_numbered:
+        return f'{where}: no message (about {gap.missing} at its usual rate)'
+    if topic.lost:
+        return f'{where}: {gap.missing} lost'
+    return f'{where}: {gap.missing} numbers left out (lost, or left out by the publisher)'
 
 
 def _clock(offset_ns: int) -> str:

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import Deque, NamedTuple
+from typing import Deque, Iterator, NamedTuple
 
 from process_visualizer.bags.playback_event import PlaybackEvent
 
@@ -14,11 +14,12 @@ class Scheduled(NamedTuple):
     position: int
     step: int  # FORWARD or BACKWARD
     due_ns: int  # monotonic
+    given: int  # how many messages the output was given before
     stamps: int  # StampMapping.remembered before it
 
 
 class Schedule:
-    """Events in the order in which they are due."""
+    """Events in the order in which they were given, as the output will send them."""
 
     def __init__(self) -> None:
         self._events: Deque[Scheduled] = deque()
@@ -30,7 +31,9 @@ class Schedule:
         return self._bytes
 
     def add(self, scheduled: Scheduled) -> None:
-        """Add what is due next."""
+        """Add what was given last; it is not sent before what was given earlier."""
+        if self._events:
+            scheduled = scheduled._replace(due_ns=max(scheduled.due_ns, self._events[-1].due_ns))
         self._events.append(scheduled)
         self._bytes += scheduled.event.size
 
@@ -39,8 +42,9 @@ class Schedule:
         while self._events and self._events[0].due_ns < now_ns:
             self._bytes -= self._events.popleft().event.size
 
-    def pop(self) -> Scheduled:
-        """Take back what was added last."""
-        scheduled = self._events.pop()
-        self._bytes -= scheduled.event.size
-        return scheduled
+    def taken_back(self, given: int) -> Iterator[Scheduled]:
+        """Take back what was given after so many messages, the last first."""
+        while self._events and self._events[-1].given >= given:
+            scheduled = self._events.pop()
+            self._bytes -= scheduled.event.size
+            yield scheduled

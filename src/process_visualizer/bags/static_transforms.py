@@ -1,4 +1,4 @@
-"""Merges messages on /tf_static into one with every transform that is known.
+"""The transforms in messages on /tf_static, taken apart and put into one message.
 
 A tf2_msgs/TFMessage is, in ROS 1's serialisation (little-endian), the number of transforms and
 then each geometry_msgs/TransformStamped: sequence number, stamp, parent frame, child frame, and
@@ -7,7 +7,7 @@ seven float64 for translation and rotation.
 from __future__ import annotations
 
 import struct
-from typing import Dict, Iterable, Iterator, Tuple
+from typing import Collection, Iterator, Tuple
 
 from process_visualizer.bags.message_layout import MessageDamaged
 
@@ -16,16 +16,9 @@ _BEFORE_PARENT = 12
 _POSE = 7 * 8
 
 
-def merged(messages: Iterable[bytes]) -> bytes:
-    """Return one TFMessage with the last transform of each child frame, in order of appearance.
-
-    Raises:
-        MessageDamaged: the bytes of a message are no TFMessage.
-    """
-    transforms: Dict[bytes, bytes] = {}
-    for data in messages:
-        transforms.update(split(bytes(data)))
-    return _COUNT.pack(len(transforms)) + b''.join(transforms.values())
+def joined(transforms: Collection[bytes]) -> bytes:
+    """Return a TFMessage with some transforms."""
+    return _COUNT.pack(len(transforms)) + b''.join(transforms)
 
 
 def split(data: bytes) -> Iterator[Tuple[bytes, bytes]]:

@@ -10,8 +10,10 @@ from process_visualizer.bags.achieved_rate import AchievedRate
 from process_visualizer.bags.clock import Clock
 
 NS_PER_S = 1_000_000_000
-MIN_RATE = 0.01
+MIN_RATE = 0.01  # of what a user is offered; others may be asked for
 MAX_RATE = 16.0
+LOWEST_RATE = 1e-6
+HIGHEST_RATE = 1e6  # as fast as messages can be sent
 MIN_LOOP_NS = NS_PER_S // 10
 FOREVER_NS = 1 << 62
 
@@ -36,6 +38,7 @@ class Basis:
     end_ns: int
     rate: float = 1.0
     paused: bool = True
+    held: bool = False  # paused, but only until somebody who listens has come so far
     loop: Optional[Tuple[int, int]] = None  # [bag ns]
     segment: int = 0  # grows where the position jumps: no velocity is computed across
     scene: int = 0  # grows where messages that were published already may be published again
@@ -138,6 +141,11 @@ class Timeline:
             if self._basis.paused:
                 self._start()
 
+    def begin(self) -> None:
+        """Play from the position, also where that is the limit."""
+        with self._changed:
+            self._play_on()
+
     def pause(self) -> None:
         """Stand still at the position."""
         with self._changed:
@@ -166,8 +174,10 @@ class Timeline:
         """
         checked_rate(rate)
         with self._changed:
-            turned = (rate > 0.0) != self._basis.forward
-            self._rebase(rate=float(rate), scene=self._basis.scene + turned)
+            basis = self._basis
+            turned = (rate > 0.0) != basis.forward
+            self._rebase(rate=float(rate), scene=basis.scene + turned,
+                         paused=basis.paused and not basis.held)
 
     def seek(self, bag_ns: int) -> str:
         """Go to a bag time [ns] and keep playing or pausing; return what had to be changed.
@@ -176,26 +186,25 @@ class Timeline:
         empty if all went as asked.
         """
         with self._changed:
-            basis = self._basis
-            target_ns = min(max(bag_ns, basis.begin_ns), basis.end_ns)
+            target_ns, changed = within(self._basis, bag_ns)
             self._jump(target_ns)
-        if target_ns == bag_ns:
-            return ''
-        asked_s, length_s = (bag_ns - basis.begin_ns) / NS_PER_S, duration_s(basis)
-        where = 'the beginning' if bag_ns < target_ns else 'the end'
-        return (f'{asked_s:.3f} s is outside of the recording (0 to {length_s:.3f} s): '
-                f'moved to {where}')
+        return changed
 
-    def step_to(self, bag_ns: int) -> None:
+    def step_to(self, bag_ns: int, version: Optional[int] = None) -> Optional[Basis]:
         """Pause at a bag time [ns] within the recording: a step, which begins no new segment.
 
-        A step back begins a new scene: what was published is published again.
+        A step back begins a new scene: what was published is published again. Returns the new
+        basis. With a version, nothing happens if a command came in between (see wait_until_due):
+        then it returns None.
         """
         with self._changed:
             basis = self._basis
+            if version not in (None, basis.version):
+                return None
             target_ns = min(max(bag_ns, basis.begin_ns), basis.end_ns)
             back = target_ns < basis.position_at(self._clock.monotonic_ns())
             self._rebase(bag_ns=target_ns, paused=True, scene=basis.scene + back)
+            return self._basis
 
     def set_loop(self, begin_ns: int, end_ns: int) -> None:
         """Repeat what is between two bag times [ns]; the position does not jump yet.
@@ -265,6 +274,34 @@ class Timeline:
             self._basis = replace(self._basis, bag_ns=bag_ns, monotonic_ns=later_ns)
             self._achieved.lose(now_ns, later_ns - due_ns)
 
+    def skip_to(self, bag_ns: int, version: int) -> None:
+        """Go on at a later bag time [ns], as nothing is before it: no new scene begins.
+
+        Nothing happens if a command came in between (see wait_until_due); so with the next two.
+        """
+        with self._changed:
+            if self._basis.version == version:
+                self._rebase(bag_ns=bag_ns, segment=self._basis.segment + 1,
+                             monotonic_ns=self._clock.monotonic_ns() + self._head_start_ns)
+
+    def pause_at(self, bag_ns: int, version: int) -> None:
+        """Pause at a bag time [ns] that has just been reached."""
+        with self._changed:
+            if self._basis.version == version:
+                self._rebase(bag_ns=bag_ns, paused=True)
+
+    def hold(self, version: int) -> None:
+        """Stand still until ``release``, or a command."""
+        with self._changed:
+            if self._basis.version == version:
+                self._rebase(paused=True, held=True)
+
+    def release(self) -> None:
+        """Play on, if it is held."""
+        with self._changed:
+            if self._basis.held:
+                self._rebase(paused=False)
+
     def pass_limit(self, version: int) -> None:
         """At the limit, jump back to the other end of the loop, or pause if there is none.
 
@@ -288,19 +325,24 @@ class Timeline:
     def _start(self) -> None:
         basis = self._basis
         if basis.loop or basis.bag_ns != basis.limit_ns:
-            self._rebase(paused=False,
-                         monotonic_ns=self._clock.monotonic_ns() + self._head_start_ns)
+            self._play_on()
         else:
             self._jump(basis.begin_ns if basis.forward else basis.end_ns, paused=False)
 
+    def _play_on(self) -> None:
+        self._rebase(paused=False, monotonic_ns=self._clock.monotonic_ns() + self._head_start_ns)
+
     def _jump(self, bag_ns: int, **changes: Any) -> None:
-        self._rebase(bag_ns=bag_ns, segment=self._basis.segment + 1, scene=self._basis.scene + 1,
-                     **changes)
+        basis = self._basis
+        changes.setdefault('paused', basis.paused and not basis.held)
+        self._rebase(bag_ns=bag_ns, segment=basis.segment + 1, scene=basis.scene + 1, **changes)
 
     def _rebase(self, **changes: Any) -> None:
         basis, now_ns = self._basis, self._clock.monotonic_ns()
         changes.setdefault('bag_ns', basis.position_at(now_ns))
         changes.setdefault('monotonic_ns', now_ns)
+        if 'paused' in changes:
+            changes.setdefault('held', False)
         self._basis = replace(basis, command=basis.command + 1, version=basis.version + 1,
                               **changes)
         self._achieved.restart(now_ns)
@@ -318,6 +360,17 @@ class Timeline:
                                  f'recording (0 to {duration_s(basis):.3f} s)')
 
 
+def within(basis: Basis, bag_ns: int) -> Tuple[int, str]:
+    """Return the nearest bag time [ns] within the recording, and what had to be changed."""
+    target_ns = min(max(bag_ns, basis.begin_ns), basis.end_ns)
+    if target_ns == bag_ns:
+        return target_ns, ''
+    asked_s, length_s = (bag_ns - basis.begin_ns) / NS_PER_S, duration_s(basis)
+    where = 'the beginning' if bag_ns < target_ns else 'the end'
+    return target_ns, (f'{asked_s:.3f} s is outside of the recording (0 to {length_s:.3f} s): '
+                       f'moved to {where}')
+
+
 def duration_s(basis: Basis) -> float:
     """Return how long the recording is [s]."""
     return (basis.end_ns - basis.begin_ns) / NS_PER_S
@@ -333,6 +386,6 @@ def checked_rate(rate: float) -> None:
         raise CommandRefused(f'the rate must be a number, not {rate}')
     if rate == 0.0:
         raise CommandRefused('the rate must not be 0: pause instead')
-    if not MIN_RATE <= abs(rate) <= MAX_RATE:
-        raise CommandRefused(f'the rate must be from {MIN_RATE} to {MAX_RATE:g}, '
-                             f'or from -{MAX_RATE:g} to -{MIN_RATE} backwards, not {rate:g}')
+    if not LOWEST_RATE <= abs(rate) <= HIGHEST_RATE:
+        raise CommandRefused(f'the rate must be from {LOWEST_RATE:g} to {HIGHEST_RATE:g}, or '
+                             f'from -{HIGHEST_RATE:g} to -{LOWEST_RATE:g} backwards, not {rate:g}')

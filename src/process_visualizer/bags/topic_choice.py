@@ -52,6 +52,12 @@ class TopicChoice:
             raise ValueError(f'the recording has a topic that cannot be published: {error}; '
                              'exclude it') from None
 
+    def named(self) -> List[str]:
+        """Return the names under which the topics that are included by name are published."""
+        names = [self.published_name(text) for text in self._include
+                 if not any(sign in text for sign in _WILDCARDS)]
+        return [name for name in names if name is not None]
+
     def unmatched(self, topics: Iterable[str]) -> List[str]:
         """Return the names and patterns, as they were given, that fit none of the topics."""
         names = [_canonical(topic) for topic in topics]

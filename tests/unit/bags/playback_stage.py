@@ -4,20 +4,22 @@ from __future__ import annotations
 import io
 import struct
 import threading
-from typing import Callable, Dict, List, NamedTuple, Sequence, Tuple
+from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 from bags_fake_clock import FakeClock
-from geometry_msgs.msg import TransformStamped
+from geometry_msgs.msg import PoseStamped, TransformStamped
+from nav_msgs.msg import Path
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker
 
 from process_visualizer.bags.bag_index import BagIndex, ChunkPlaces, Columns
 from process_visualizer.bags.bag_records import Connection
+from process_visualizer.bags.course import Course
 from process_visualizer.bags.playback import Playback
 from process_visualizer.bags.player_control import PlayerControl
-from process_visualizer.bags.timeline import Basis, Timeline
+from process_visualizer.bags.timeline import Timeline
 
 BEGIN_NS = 1_600_000_000_000_000_000
 MS = 1_000_000
@@ -31,8 +33,13 @@ CONNECTIONS = (
     NUMBERED._replace(topic='/latched', latching=True, caller_id='/two'),
     Connection('/tf_static', TFMessage._type, TFMessage._md5sum, TFMessage._full_text, True, '/n'),
     Connection('/markers', Marker._type, Marker._md5sum, Marker._full_text, False, '/n'),
+    Connection('/path', Path._type, Path._md5sum, Path._full_text, False, '/n'),
+    Connection('/tf_static', TFMessage._type, TFMessage._md5sum, TFMessage._full_text, True, '/o'),
 )
-STATIC, MARKERS = 4, 5
+LATCHED, STATIC, MARKERS, PATH, OTHER_STATIC = 2, 4, 5, 6, 7
+LARGE = (1, 3, PATH)  # one of two latched ones among them
+SOURCES = (0, 1, 2, 3, 4, 5, 6, 4)
+MOMENT_MS = 200  # what comes first so soon is there from the beginning
 
 
 class Message(NamedTuple):
@@ -72,8 +79,12 @@ class MemoryRecording:
         """The serialised message."""
         connection = int(self.index.connection[position])
         stamp = struct.pack('<II', *divmod(self._messages[position].stamp_ns, 10 ** 9))
-        if connection == STATIC:
+        if connection in (STATIC, OTHER_STATIC):
             return memoryview(static_message(position, stamp))
+        if connection == PATH:
+            pose = PoseStamped()
+            pose.pose.position.x = position
+            return memoryview(serialised(Path(header=Header(frame_id='world'), poses=[pose])))
         if connection == MARKERS:
             return memoryview(serialised(Marker(header=Header(frame_id='world'), id=position % 3,
                                                 ns=str(position))))
@@ -86,6 +97,17 @@ def static_message(position: int, stamp: bytes) -> bytes:
     transform.transform.translation.x = position
     data = serialised(TFMessage([transform]))
     return data[:8] + stamp + data[16:]
+
+
+def static_in(data: bytes) -> Dict[str, float]:
+    """The frames in a message on /tf_static, with their x."""
+    return {it.child_frame_id: it.transform.translation.x
+            for it in TFMessage().deserialize(data).transforms}
+
+
+def number_in(data: bytes) -> int:
+    """The number in a numbered message."""
+    return int(struct.unpack_from('<i', data, len(data) - 4)[0])
 
 
 def serialised(message: object) -> bytes:
@@ -124,16 +146,17 @@ class ScriptedClock(FakeClock):
 
 
 class Shown(NamedTuple):
-    """A message that was published: connection, bytes, and when [monotonic ns]."""
+    """A message that was published: connection, bytes, and when [monotonic ns]; or withdrawn."""
 
     connection: int
     data: bytes
     now_ns: int
+    withdrawn: bool = False
 
     @property
     def number(self) -> int:
         """The message's position in the recording."""
-        return int(struct.unpack_from('<i', self.data, len(self.data) - 4)[0])
+        return number_in(self.data)
 
     @property
     def stamp_ns(self) -> int:
@@ -143,33 +166,49 @@ class Shown(NamedTuple):
 
 
 class Viewer:
-    """What somebody sees who receives everything at its time; publishing takes ``work_ns``."""
+    """What somebody sees who receives everything at its time; publishing takes ``work_ns``.
+
+    It sends as the real sender does. Messages of the connections LARGE are begun ``begun_ns``
+    before they are due, once those before them on their topic have gone, and cannot be taken back
+    any more; nor can those given at once. So it is for what was given before these.
+    """
 
     def __init__(self, clock: ScriptedClock) -> None:
         self._clock = clock
         self.log: List[Shown] = []
-        self.announced: List[Tuple[int, bytes, int]] = []  # connection, bytes, bag time
         self.jumps: List[int] = []
         self.finished = 0
+        self.ends = False  # at the end of the recording
         self.work_ns = 0
         self.watch: Callable[[], object] = lambda: None  # called at each message
-        self.seen: Dict[int, int] = {}  # connection (topic): position of the message
+        self.seen: Dict[int, int] = {}  # by connection: position of the message
+        self.newest: Dict[str, int] = {}  # by topic
+        self.path: List[int] = []
+        self.latched: Dict[int, bytes] = {}  # by source, for who subscribes later, in this order
         self.markers: List[str] = []  # their namespaces
         self.static: Dict[str, float] = {}
-        self.begun_ns = 0  # how long before it is due a message cannot be taken back any more
+        self.begun_ns = 0
         self._scheduled: List[Shown] = []
+        self._kept_until_ns = 0  # what is due until then is not taken back
         clock.on_time = self.receive
 
-    def announce(self, connection: int, data: bytes, bag_ns: int, basis: Basis) -> None:
-        self.announced.append((connection, bytes(data), bag_ns))
-
     def publish(self, connection: int, pieces: Sequence[bytes], due_ns: int) -> None:
-        last_ns = self._scheduled[-1].now_ns if self._scheduled else 0
-        self._scheduled.append(Shown(connection, b''.join(pieces),
-                                     max(due_ns, self._clock.now_ns, last_ns)))
+        self._schedule(Shown(connection, b''.join(pieces), due_ns))
         self._clock.now_ns += self.work_ns
         self.watch()
         self.receive()
+
+    def withdraw(self, connection: int, due_ns: int) -> None:
+        self._schedule(Shown(connection, b'', due_ns, withdrawn=True))
+        self.receive()
+
+    def _schedule(self, shown: Shown) -> None:
+        self._note_begun()
+        last_ns = self._scheduled[-1].now_ns if self._scheduled else 0
+        due_ns = max(shown.now_ns, self._clock.now_ns, last_ns)
+        if shown.now_ns <= self._clock.now_ns:
+            self._kept_until_ns = due_ns
+        self._scheduled.append(shown._replace(now_ns=due_ns))
 
     @property
     def waiting(self) -> int:
@@ -177,10 +216,22 @@ class Viewer:
         return len(self._scheduled)
 
     def revoke(self, after_ns: int) -> int:
-        kept = [it for it in self._scheduled if it.now_ns <= after_ns + self.begun_ns]
+        self._note_begun()
+        until_ns = max(after_ns, self._kept_until_ns)
+        kept = [it for it in self._scheduled if it.now_ns <= until_ns]
         revoked = len(self._scheduled) - len(kept)
         self._scheduled = kept
         return revoked
+
+    def _note_begun(self) -> None:
+        topics_waiting = set()
+        for it in self._scheduled:
+            topic = CONNECTIONS[it.connection].topic
+            begin_ns = it.now_ns - (self.begun_ns if it.connection in LARGE else 0)
+            if begin_ns <= self._clock.now_ns and topic not in topics_waiting:
+                self._kept_until_ns = max(self._kept_until_ns, it.now_ns)
+            if it.now_ns > self._clock.now_ns:
+                topics_waiting.add(topic)
 
     def receive(self) -> None:
         """See what has become due."""
@@ -188,36 +239,52 @@ class Viewer:
             self._see(self._scheduled.pop(0))
 
     def _see(self, shown: Shown) -> None:
+        self._latch(shown)
+        if shown.withdrawn:
+            return
         self.log.append(shown)
         connection, data = shown.connection, shown.data
-        if connection == STATIC:
-            self.static.update({it.child_frame_id: it.transform.translation.x
-                                for it in TFMessage().deserialize(data).transforms})
+        if connection in (STATIC, OTHER_STATIC):
+            self.static.update(static_in(data))
         elif connection == MARKERS:
             marker = Marker().deserialize(data)
             self.markers = [] if marker.action == Marker.DELETEALL else [*self.markers, marker.ns]
+        elif connection == PATH:
+            self.path = [int(it.pose.position.x) for it in Path().deserialize(data).poses]
         else:
-            self.seen[connection] = self.log[-1].number
+            self.seen[connection] = shown.number
+            self.newest[CONNECTIONS[connection].topic] = shown.number
+
+    def _latch(self, shown: Shown) -> None:
+        self.latched.pop(SOURCES[shown.connection], None)
+        if CONNECTIONS[shown.connection].latching and not shown.withdrawn:
+            self.latched[SOURCES[shown.connection]] = shown.data
 
     def jump(self, bag_ns: int) -> None:
         self.jumps.append(bag_ns)
 
-    def finish(self) -> None:
+    def finish(self) -> bool:
         self.finished += 1
+        return self.ends
 
 
 class Stage:
     """A recording that is played to a viewer, in fake time."""
 
     def __init__(self, messages: Sequence[Message], restamp: bool = True,
-                 lead_bytes: int = 32 << 20) -> None:
+                 lead_bytes: int = 32 << 20, end_ms: Optional[int] = None,
+                 skip_empty_ms: Optional[int] = None, pause_topics: Sequence[str] = (),
+                 max_delay_ms: Optional[int] = None) -> None:
         self.messages = sorted(messages, key=lambda it: it.time_ms)
         self.clock = ScriptedClock()
         recording = MemoryRecording(self.messages)
-        self.timeline = Timeline(recording.begin_ns, recording.end_ns, self.clock)
+        end_ns = recording.end_ns if end_ms is None else BEGIN_NS + end_ms * MS
+        self.timeline = Timeline(recording.begin_ns, end_ns, self.clock)
+        self.course = Course(self.timeline, skip_empty_ms and skip_empty_ms * MS, pause_topics,
+                             max_delay_ms and max_delay_ms * MS)
         self.viewer = Viewer(self.clock)
         self.playback = Playback(recording, self.timeline, self.viewer, restamp, self.clock,
-                                 lead_bytes)
+                                 lead_bytes, self.course)
         self.control = PlayerControl(self.timeline, self.playback)
         self.clock.at_end = self.playback.close
 

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from pathlib import Path
 from typing import Any, Callable, List, NamedTuple, Sequence
 
@@ -25,6 +26,7 @@ from process_visualizer.bags.curves import (
     columns_for,
     read_curves,
 )
+from process_visualizer.bags.position_values import PositionValues
 from process_visualizer.cell.model import Device
 from process_visualizer.cell.xml_parser import XmlParser
 
@@ -135,6 +137,78 @@ def test_a_tool_from_tf(tmp_path: Path, devices: Any) -> None:
                    'type="tool_center_frame" msg="tf2_msgs/TFMessage" frame="ur/tcp"/></device>')
     (speed,) = read_curves([write(tmp_path / 'a.bag', rows)], cell, columns=10)
     assert speed.high[:5] == pytest.approx(0.1, rel=1e-3)
+
+
+def tf_rows(child: str) -> List[Row]:
+    """A tool that goes at 0.1 m/s, from tf."""
+    rows = []
+    for number in range(200):
+        transform = TransformStamped(child_frame_id=child)
+        transform.header.frame_id = f'{child.split("/")[0]}/link0'
+        transform.header.stamp = stamp(number / 100)
+        transform.transform.translation.x = 0.1 * number / 100
+        rows.append(Row('/tf', number / 100, TFMessage([transform])))
+    return rows
+
+
+def test_a_publisher_without_usable_numbers_does_no_harm(tmp_path: Path, devices: Any) -> None:
+    """Each publisher of a topic has a connection of its own; one of these has another frame."""
+    cell = devices(ROBOT + '<device type="robot" name="r2"><base frame="r2/link0"/><topic '
+                   'name="tf" type="tool_center_frame" msg="tf2_msgs/TFMessage"/></device>')
+    path = write(tmp_path / 'a.bag', robot_rows(2.0) + tf_rows('r2/tool'))
+    with rosbag.Bag(path, 'a') as bag:
+        for publisher, row in (('/other', tf_rows('wheel')[0]), ('/silent', Row(
+                '/ft', 0.0, Float32MultiArray(data=[1.0])))):
+            bag.write(row.topic, row.message, stamp(1.0), connection_header={
+                'callerid': publisher, 'topic': row.topic, 'type': row.message._type,
+                'md5sum': row.message._md5sum, 'message_definition': row.message._full_text})
+    found = read_curves([path], cell, columns=10)
+    assert [(it.device, it.label) for it in found] == [('ur', 'v'), ('ur', 'F'), ('r2', 'v')]
+    assert found[2].high[:5] == pytest.approx(0.1, rel=1e-3)
+
+
+@pytest.mark.parametrize('link', ['ur/flange', 'ur/tool'])
+def test_a_tool_from_tf_is_the_link_that_robot_proc_has(
+        tmp_path: Path, devices: Any, monkeypatch: pytest.MonkeyPatch, link: str) -> None:
+    package = tmp_path / 'robot_model'
+    package.mkdir()
+    (package / 'package.xml').write_text('<package><name>robot_model</name></package>')
+    (package / 'r.urdf').write_text(
+        f'<robot name="r"><link name="ur/link0"/><link name="{link}"/><joint name="j" '
+        f'type="fixed"><parent link="ur/link0"/><child link="{link}"/></joint></robot>')
+    monkeypatch.setenv('ROS_PACKAGE_PATH', str(package))
+    cell = devices('<device type="robot" name="ur"><model pkg="robot_model" path="r.urdf"/>'
+                   '<base frame="ur/link0"/><topic name="tf" type="tool_center_frame" '
+                   'msg="tf2_msgs/TFMessage"/></device>')
+    path = write(tmp_path / 'a.bag', tf_rows(link))
+    (speed,) = read_curves([path], cell, columns=10)
+    assert speed.high[:5] == pytest.approx(0.1, rel=1e-3)
+    values = PositionValues([path], cell)
+    assert list(values.at(1.0).values()) == [pytest.approx(0.1, rel=1e-3)]
+    values.close()
+
+
+def test_numbers_that_are_no_measurements_are_left_out(tmp_path: Path, devices: Any) -> None:
+    rows = []
+    for number in range(200):
+        pose, wrench = PoseStamped(), WrenchStamped()
+        pose.pose.position.x = 1e300 * number if number > 100 else 0.1 * number / 100
+        wrench.wrench.force.x = 1e300 if number > 100 else 2.0
+        rows += [Row('/tcf', number / 100, pose), Row('/ft', number / 100, wrench)]
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        speed, force = read_curves([write(tmp_path / 'a.bag', rows)], devices(ROBOT), columns=4)
+    assert force.high[:2] == pytest.approx(2.0)
+    assert speed.high[0] == pytest.approx(0.1, rel=1e-3)
+    assert not np.isinf([speed.high, force.high]).any()
+
+
+def test_a_model_that_cannot_be_used_takes_no_curve_away(tmp_path: Path, devices: Any) -> None:
+    cell = devices('<device type="robot" name="ur"><model pkg="no_such_package" path="r.urdf"/>'
+                   '<base frame="ur/link0"/><topic name="tf" type="tool_center_frame" '
+                   'msg="tf2_msgs/TFMessage"/><topic name="ft" type="force_sensor"/></device>')
+    path = write(tmp_path / 'a.bag', tf_rows('ur/tool') + robot_rows(2.0))
+    assert [it.label for it in read_curves([path], cell, columns=10)] == ['v', 'F']
 
 
 def test_variables_and_topics_of_plain_numbers(tmp_path: Path, devices: Any) -> None:

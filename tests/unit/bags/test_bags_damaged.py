@@ -3,8 +3,9 @@ from __future__ import annotations
 
 import os
 import random
+import tracemalloc
 from pathlib import Path
-from typing import Iterator, List, Tuple
+from typing import Callable, Iterator, List, Tuple
 
 import pytest
 from bag_files import Row, content, rows_of_messages, some_rows, write_bag
@@ -25,6 +26,7 @@ from process_visualizer.bags.bag_records import (
     record_at,
 )
 from process_visualizer.bags.recording import Recording
+from process_visualizer.bags.reindex import reindex
 
 
 def record_places(data: bytes) -> Iterator[Tuple[int, int]]:
@@ -145,6 +147,76 @@ def test_changed_bytes_never_raise_anything_else(
         readable(str(path))
     except BagError as error:
         assert str(error).startswith(f'{path}: ')
+
+
+HOLE_BYTES = 400 << 20
+
+
+def with_a_hole(path: Path) -> int:
+    """Put a hole between the chunks of a bag and the list of them; return where that is now."""
+    data = path.read_bytes()
+    at = data.index(b'index_pos=') + len(b'index_pos=')
+    end = int.from_bytes(data[at:at + 8], 'little')
+    with path.open('r+b') as file:
+        file.seek(at)
+        file.write((end + HOLE_BYTES).to_bytes(8, 'little'))
+        file.seek(end)
+        file.write(bytes(min(len(data) - end, 1000)))
+        file.truncate(end + HOLE_BYTES)
+        file.seek(end + HOLE_BYTES)
+        file.write(data[end:])
+    return end + HOLE_BYTES
+
+
+def change(path: Path, place: int, value: bytes) -> None:
+    with path.open('r+b') as file:
+        file.seek(place)
+        file.write(value)
+
+
+def damage_count(path: Path, summary: int) -> None:
+    """One bit in the count of the messages of the first chunk."""
+    with path.open('rb') as file:
+        file.seek(summary)
+        data = memoryview(file.read())
+    at = 0
+    while record_at(data, at).fields[b'op'][0] != OP_CHUNK_INFO:
+        at = record_at(data, at).end
+    record = record_at(data, at)
+    change(path, summary + record.end - len(record.data) + 7, b'\x08')
+
+
+def damage_index_position(path: Path, summary: int) -> None:
+    """The place of the list is that of the first chunk."""
+    change(path, path.read_bytes()[:4000].index(b'index_pos=') + len(b'index_pos='),
+           (len(MAGIC) + 4096).to_bytes(8, 'little'))
+
+
+def damage_chunk_length(path: Path, summary: int) -> None:
+    """A chunk goes on into the hole."""
+    with path.open('rb') as file:
+        data = file.read(20_000)
+    chunk = record_at(memoryview(data), len(MAGIC)).end
+    header = int.from_bytes(data[chunk:chunk + 4], 'little')
+    change(path, chunk + 4 + header, (HOLE_BYTES - 5000).to_bytes(4, 'little'))
+
+
+@pytest.mark.parametrize('compression', ['none', 'bz2', 'lz4'])
+@pytest.mark.parametrize('damage', [damage_count, damage_index_position, damage_chunk_length])
+def test_a_wrong_length_takes_no_memory(tmp_path: Path, compression: str,
+                                        damage: Callable[[Path, int], None]) -> None:
+    path = Path(write_bag(tmp_path / 'a.bag', some_rows(60), compression, 2000))
+    damage(path, with_a_hole(path))
+    tracemalloc.start()
+    try:
+        for read in (readable, reindex):
+            try:
+                read(str(path))
+            except BagError as error:
+                assert str(error).startswith(f'{path}: ')
+        assert tracemalloc.get_traced_memory()[1] < 100 << 20
+    finally:
+        tracemalloc.stop()
 
 
 @pytest.mark.parametrize('compression', ['bz2', 'lz4'])
@@ -310,7 +382,7 @@ def test_index_cannot_take_more_room_than_the_file(tmp_path: Path) -> None:
     path.write_bytes(bag_header(index_pos=place) + chunks + index + connection + infos)
     with Recording([str(path)]) as recording:
         assert 0 < len(recording.index) < path.stat().st_size / 12
-        assert 'more messages than the file can hold' in str(recording.gaps[-1])
+        assert 'goes on into the next one' in str(recording.gaps[-1])
 
 
 def u32(value: int) -> bytes:

@@ -2,12 +2,27 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from typing import Callable, Dict, List, Tuple
+from functools import partial
+from random import Random
+from typing import Callable, List, Tuple
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from playback_stage import BEGIN_NS, CONNECTIONS, MARKERS, MS, STATIC, Message, Stage
+from playback_stage import (
+    BEGIN_NS,
+    CONNECTIONS,
+    LATCHED,
+    MARKERS,
+    MS,
+    PATH,
+    STATIC,
+    Message,
+    Stage,
+    number_in,
+    static_in,
+)
+from scanned_scene import check_seen
 
 from process_visualizer.bags.playback import Step
 from process_visualizer.bags.timeline import CommandRefused
@@ -15,7 +30,7 @@ from process_visualizer.bags.timeline import CommandRefused
 SECOND = [Message(number % 2, 10 * number) for number in range(101)]
 
 messages_of_a_recording = st.lists(
-    st.builds(Message, st.integers(0, len(CONNECTIONS) - 1), st.integers(0, 300), st.just(-1)),
+    st.builds(Message, st.integers(0, len(CONNECTIONS) - 1), st.integers(0, 500), st.just(-1)),
     min_size=1, max_size=40)
 rates = st.sampled_from([0.01, 0.25, 1.0, 3.0, 16.0, -0.1, -1.0, -4.0])
 commands = st.one_of(
@@ -38,29 +53,19 @@ def obeying(action: Callable[..., object], *arguments: object) -> Callable[[], N
     return act
 
 
-def scanned(messages: List[Message]) -> Tuple[Dict[int, int], List[str], Dict[str, float]]:
-    """What is to be seen after some messages: numbered ones, marker, static transforms."""
-    seen: Dict[int, int] = {}
-    markers: List[str] = []
-    static: Dict[str, float] = {}
-    for position, message in enumerate(messages):
-        if message.connection == STATIC:
-            static[f'frame{position % 3}'] = position
-        elif message.connection == MARKERS:
-            markers = [str(position)]
-        else:
-            seen[message.connection] = position
-    return seen, markers, static
-
-
 def check_scene(stage: Stage) -> None:
-    """Compare what is seen with a scan up to the position; topics not there yet may stay."""
+    """Compare what is seen with a scan up to the position."""
     position_ns = stage.timeline.position_ns()
-    count = sum(message.time_ns <= position_ns for message in stage.messages)
-    seen, markers, static = scanned(stage.messages[:count])
-    assert {number: stage.viewer.seen.get(number) for number in seen} == seen
-    assert stage.viewer.markers[-1:] == markers
-    assert {frame: stage.viewer.static.get(frame) for frame in static} == static
+    check_seen(stage, sum(message.time_ns <= position_ns for message in stage.messages))
+
+
+def check_scene_passed(stage: Stage) -> None:
+    """Compare what is seen with a scan; of messages with the time of the position, some count."""
+    position_ns = stage.timeline.position_ns()
+    before = sum(message.time_ns < position_ns for message in stage.messages)
+    until = sum(message.time_ns <= position_ns for message in stage.messages)
+    assert before <= stage.playback.passed <= until
+    check_seen(stage, stage.playback.passed)
 
 
 @given(messages_of_a_recording, st.sampled_from([0.25, 1.0, 16.0]))
@@ -138,14 +143,144 @@ def test_after_steps_what_is_seen_is_the_scene(messages: List[Message], pause_ms
     for number, step in enumerate(steps):
         stage.clock.at(400 + number, lambda step=step: queued(stage, step))
     stage.run()
-    seen, markers, static = scanned(stage.messages[:stage.playback.passed])
-    assert {number: stage.viewer.seen.get(number) for number in seen} == seen
-    assert stage.viewer.markers[-1:] == markers
-    assert {frame: stage.viewer.static.get(frame) for frame in static} == static
-    position_ns = stage.timeline.position_ns()
-    before = sum(message.time_ns < position_ns for message in stage.messages)
-    until = sum(message.time_ns <= position_ns for message in stage.messages)
-    assert before <= stage.playback.passed <= until
+    check_scene_passed(stage)
+
+
+@settings(max_examples=500)
+@given(messages_of_a_recording, st.lists(st.tuples(st.integers(0, 4), commands), max_size=6),
+       steps, st.randoms(use_true_random=False), st.sampled_from([0, 8 * MS]))
+def test_commands_in_the_middle_of_others_end_in_the_scene_at_the_position(
+        messages: List[Message], script: List[Tuple[int, Tuple[object, ...]]], steps: List[Step],
+        random: Random, begun_ns: int) -> None:
+    stage = Stage(messages)
+    stage.viewer.begun_ns, stage.viewer.work_ns = begun_ns, 3 * MS
+    actions = [(gap, obeying(getattr(stage.control, str(name)), *arguments))
+               for gap, (name, *arguments) in script]
+    actions += [(0, partial(queued, stage, step)) for step in steps]
+    random.shuffle(actions)
+
+    def act() -> None:  # after each message, whatever the player is doing
+        while actions and actions[0][0] == 0:
+            actions.pop(0)[1]()
+        if actions:
+            actions[0] = (actions[0][0] - 1, actions[0][1])
+        if stage.clock.now_ns > stage.clock.begin_ns + 3000 * MS:
+            stage.control.pause()  # also where it is always late and never waits
+
+    stage.viewer.watch = act
+    stage.control.play()
+    for time_ms in range(400, 600, 10):
+        stage.clock.at(time_ms, act)
+    stage.clock.at(3000, stage.control.pause)
+    stage.run()
+    check_scene_passed(stage)
+
+
+def test_a_pause_before_the_scene_of_a_seek_was_published_shows_what_was_played_since() -> None:
+    stage = Stage(SECOND)
+
+    def pause_once() -> None:
+        stage.viewer.watch, stage.viewer.work_ns = lambda: None, 0
+        stage.control.pause()
+
+    def seek() -> None:
+        stage.viewer.watch, stage.viewer.work_ns = pause_once, 15 * MS
+        stage.control.seek(0.2)
+
+    stage.control.play()
+    stage.clock.at(500, seek)
+    stage.run()
+    assert stage.timeline.position_ns() == BEGIN_NS + 215 * MS
+    check_scene_passed(stage)
+
+
+def test_play_and_pause_while_a_scene_is_published_show_what_was_played() -> None:
+    stage = Stage(SECOND)
+    commands = [stage.control.play, stage.control.pause]
+
+    def act() -> None:
+        if commands:
+            commands.pop(0)()
+
+    def seek() -> None:
+        stage.viewer.watch, stage.viewer.work_ns = act, 15 * MS
+        stage.control.seek(0.2)
+
+    stage.clock.at(50, seek)
+    stage.run()
+    assert stage.timeline.position_ns() == BEGIN_NS + 215 * MS
+    check_scene_passed(stage)
+
+
+def test_a_scene_repeated_at_a_pause_is_that_of_the_pause() -> None:
+    stage = Stage(SECOND)
+
+    def pause_and_repeat() -> None:
+        stage.control.pause()
+        stage.playback.repeat_scene()
+
+    stage.control.play()
+    stage.clock.at(200, lambda: setattr(stage.clock, 'now_ns', stage.clock.now_ns + 60 * MS))
+    stage.clock.at(201, pause_and_repeat)
+    stage.run()
+    check_scene_passed(stage)
+
+
+@pytest.mark.parametrize('count, duration_ms, expected', [
+    (1, 0, 51), (-1, 0, 49), (1000, 0, 101), (0, 100, 60), (0, -100, 40)])
+def test_a_step_just_after_a_seek_begins_there(count: int, duration_ms: int,
+                                               expected: int) -> None:
+    stage = Stage(SECOND)
+
+    def seek_and_step() -> None:
+        stage.control.seek(0.499)
+        queued(stage, Step(count, '', duration_ms * MS))
+
+    stage.clock.at(10, seek_and_step)
+    stage.run()
+    assert stage.playback.passed == expected
+    assert stage.viewer.jumps[-1] == stage.timeline.position_ns()
+    check_scene_passed(stage)
+
+
+def test_a_step_while_it_plays_begins_at_the_position() -> None:
+    stage = Stage([Message(number % 2, number) for number in range(301)])
+    stage.viewer.begun_ns = 8 * MS  # what is being sent belongs to later positions
+    stage.control.play()
+    answers = []
+    stage.clock.at(100, lambda: answers.append(stage.playback.request(Step(1, '', 0))))
+    stage.run()
+    assert answers[0].result(0).count == stage.playback.passed == 102
+    check_scene_passed(stage)
+
+
+def test_a_seek_while_a_step_is_done_comes_after_it() -> None:
+    stage = Stage(SECOND)
+
+    def seek_once() -> None:
+        stage.viewer.watch = lambda: None
+        stage.control.seek(0.2)
+
+    def step() -> None:
+        stage.viewer.watch = seek_once
+        queued(stage, Step(0, '', 300 * MS))
+
+    stage.clock.at(10, step)
+    stage.run()
+    assert stage.timeline.position_ns() == BEGIN_NS + 200 * MS
+    check_scene_passed(stage)
+
+
+def test_steps_that_come_quickly_never_take_back_what_was_published_at_once() -> None:
+    stage = Stage(SECOND)
+    stage.viewer.begun_ns = 8 * MS
+    stage.control.play()
+    stage.clock.at(103, lambda: queued(stage, Step(1, '', 0)))  # the message of 110 ms has begun
+    for time_ms in (104, 105, 106):
+        stage.clock.at(time_ms, lambda: queued(stage, Step(0, '', 20 * MS)))
+    stage.run()
+    assert stage.timeline.position_ns() == BEGIN_NS + 170 * MS
+    check_scene_passed(stage)
 
 
 @pytest.mark.parametrize('count, topic, expected', [
@@ -198,9 +333,10 @@ def test_nothing_beyond_the_position_is_seen_when_a_pause_comes(pause_ms: int,
     stage.run()
     position_ns = stage.timeline.position_ns()
     times_ns = [stage.messages[number].time_ns for number in stage.numbers()]
-    if rate > 0.0:
-        assert max(times_ns) <= position_ns
-        assert len(set(times_ns)) == stage.playback.passed
+    if rate > 0.0:  # /b has nothing before its first message, which comes soon
+        seen_ns = {time_ns for time_ns in times_ns if time_ns != stage.messages[1].time_ns}
+        assert max(seen_ns) <= position_ns
+        assert len(seen_ns) == stage.playback.passed - (stage.playback.passed > 1)
     else:
         assert min(times_ns) >= position_ns - 20 * MS  # of each topic, what was visible before
 
@@ -277,6 +413,38 @@ def test_a_short_delay_is_caught_up() -> None:
     assert (stage.viewer.log[100].now_ns - stage.clock.begin_ns) / MS == pytest.approx(1000)
 
 
+def test_who_comes_late_while_it_plays_gets_all_static_transforms() -> None:
+    stage = Stage([Message(STATIC, 0), Message(0, 100), Message(STATIC, 500), Message(0, 900)])
+    late = []
+    stage.clock.at(0, lambda: stage.control.seek(0.3))
+    stage.clock.at(1, stage.control.play)
+    stage.clock.at(400, lambda: late.append(static_in(stage.viewer.latched[STATIC])))
+    stage.run()
+    assert late == [{'frame0': 0.0, 'frame2': 2.0}]
+
+
+def test_backwards_the_message_of_a_publisher_that_came_later_disappears() -> None:
+    one, two = LATCHED, LATCHED + 1
+    stage = Stage([Message(one, 0), Message(two, 500), Message(0, 900)])
+    stage.control.seek(0.9)
+    stage.control.set_rate(-1.0)
+    stage.control.play()
+    stage.clock.at(600, stage.control.pause)
+    stage.run()
+    assert stage.viewer.newest['/latched'] == 0
+    assert [number_in(data) for data in stage.viewer.latched.values()] == [0]
+
+
+def test_at_the_beginning_nothing_is_seen_of_what_a_seek_came_from() -> None:
+    soon, late = 0, PATH
+    stage = Stage([Message(1, 0), Message(soon, 27), Message(late, 300), Message(soon, 900)])
+    stage.clock.at(0, lambda: stage.control.seek(0.9))
+    stage.clock.at(200, lambda: stage.control.seek(0.0))
+    stage.run()
+    assert stage.viewer.newest == {'/a': 1, '/b': 0}
+    assert stage.viewer.path == []
+
+
 def test_only_the_newest_of_several_seeks_is_published() -> None:
     stage = Stage(SECOND)
 
@@ -286,8 +454,8 @@ def test_only_the_newest_of_several_seeks_is_published() -> None:
 
     stage.clock.at(10, seek_often)
     stage.run()
-    assert stage.numbers()[:3] == [0, 49, 50]  # at first the scene at the beginning
-    assert set(stage.numbers()[3:]) == {49, 50}
+    assert stage.numbers()[:4] == [0, 1, 49, 50]  # at first the scene at the beginning
+    assert set(stage.numbers()[4:]) == {49, 50}
     assert stage.viewer.jumps == [BEGIN_NS, BEGIN_NS + 500 * MS]
 
 
@@ -305,7 +473,7 @@ def test_the_scene_is_repeated_on_request() -> None:
     stage.clock.at(10, lambda: stage.control.seek(0.5))
     stage.clock.at(20, stage.playback.repeat_scene)
     stage.run()
-    assert stage.numbers() == [0, 49, 50, 49, 50]
+    assert stage.numbers() == [0, 1, 49, 50, 49, 50]
     first, again = [shown for shown in stage.viewer.log if shown.number == 50]
     assert again.stamp_ns - first.stamp_ns == again.now_ns - first.now_ns == 10 * MS
 
@@ -315,7 +483,7 @@ def test_the_scene_is_repeated_once_when_it_has_been_quiet_for_a_while() -> None
     for time_ms, position_s in ((10, 0.2), (60, 0.3), (120, 0.5)):
         stage.clock.at(time_ms, lambda position_s=position_s: stage.control.seek(position_s))
     stage.run()
-    assert stage.numbers() == [0, 19, 20, 29, 30, 49, 50, 49, 50]
+    assert stage.numbers() == [0, 1, 19, 20, 29, 30, 49, 50, 49, 50]
     assert stage.viewer.log[-1].now_ns == stage.clock.begin_ns + 220 * MS
 
 

@@ -85,7 +85,7 @@ def test_any_text_is_a_definition_or_a_definition_error(first, second):
     ('int32', 'no field'), ('int32 a b', 'no field'), ('int32[ a', 'no field'),
     ('int32[-1] a', 'no field'), ('int32[9999999999] a', 'no field'), ('1x a', 'no field'),
     ('a/b/c/d x', 'no field'), ('__import__("os") x', 'no field'), ('int32 a.b', 'no field'),
-    ('Other a', 'definition of pkg/Other is missing'), ('Header h', 'std_msgs/Header is missing'),
+    ('Other a', 'definition of pkg/Other is missing'),
     ('Type a', 'contains itself'), ('Type[] a', 'contains itself'),
     ('int32 a\n' + '=' * 80 + '\nint32 b', 'MSG'),
     (f'Event[99999] events\n{"=" * 80}\nMSG: pkg/Event\ntime stamp', 'stamps'),
@@ -139,6 +139,18 @@ def test_names_with_msg_in_between():
     locator = StampLocator('pkg/msg/Type', 'std_msgs/msg/Header header\n'
                            + HEADER.replace('std_msgs/', 'std_msgs/msg/'))
     assert locator.offsets(header()) == [4]
+
+
+@pytest.mark.parametrize('type_name, field', [
+    ('pkg/Type', 'Header header'), ('pkg/Type', 'roslib/Header header'),
+    ('pkg/Type', 'std_msgs/Header header'), ('roslib/Header', 'uint32 seq\ntime stamp'),
+    ('std_msgs/Type', 'Header header'), ('roslib/Type', 'Header header')])
+@pytest.mark.parametrize('heading', ['roslib/Header', 'std_msgs/Header', 'Header',
+                                     'roslib/msg/Header', ''])
+def test_the_header_by_its_old_names(type_name, field, heading):
+    """Until ROS Electric it was roslib/Header; who writes `Header` has either behind it."""
+    definition = f'{field}\n' + (HEADER.replace('std_msgs/Header', heading) if heading else '')
+    assert StampLocator(type_name, definition).offsets(header()) == [4]
 
 
 @pytest.mark.parametrize('definition', [

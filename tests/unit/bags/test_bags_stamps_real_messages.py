@@ -6,6 +6,7 @@ import genpy.dynamic
 import pytest
 from roslib.message import get_message_class
 
+from process_visualizer.bags.definition_checksum import definition_checksum
 from process_visualizer.bags.stamps import StampLocator
 
 SHIFT_NS = 400_000_123_456_789
@@ -50,6 +51,13 @@ def value(kind, default, count, numbers):
     if '/' in base:
         return fill(get_message_class(base)(), count, numbers)
     return next(numbers) % 100
+
+
+@pytest.mark.parametrize('name', TYPES)
+def test_checksum_of_a_definition(name):
+    kind = get_message_class(name)
+    assert definition_checksum(name, kind._full_text) == kind._md5sum
+    assert definition_checksum(name, f'int8 more\n{kind._full_text}') != kind._md5sum
 
 
 def numbers():

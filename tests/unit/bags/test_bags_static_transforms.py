@@ -1,8 +1,8 @@
-"""Merging of /tf_static, compared with the real messages."""
+"""Static transforms taken apart and joined, compared with the real messages."""
 from __future__ import annotations
 
 from io import BytesIO
-from typing import Dict, List
+from typing import List
 
 import pytest
 from geometry_msgs.msg import TransformStamped
@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from tf2_msgs.msg import TFMessage
 
 from process_visualizer.bags.message_layout import MessageDamaged
-from process_visualizer.bags.static_transforms import merged, split
+from process_visualizer.bags.static_transforms import joined, split
 
 names = st.sampled_from(['world', 'base', '/base', 'ur/tool', 'kamera_ä', ''])
 transforms = st.tuples(names, names, st.floats(-10, 10))
@@ -35,14 +35,12 @@ def serialised(value: TFMessage) -> bytes:
     return buffer.getvalue()
 
 
-@given(st.lists(st.lists(transforms, max_size=4), max_size=5))
-def test_the_last_transform_of_each_child_is_kept(messages: List[List[tuple]]) -> None:
-    kept: Dict[str, TransformStamped] = {}
-    for rows in messages:
-        for transform in message(rows).transforms:
-            kept[transform.child_frame_id.lstrip('/')] = transform
-    data = merged(serialised(message(rows)) for rows in messages)
-    assert TFMessage().deserialize(data).transforms == list(kept.values())
+@given(st.lists(transforms, max_size=6))
+def test_what_is_taken_apart_and_joined_is_the_same(rows: List[tuple]) -> None:
+    data = serialised(message(rows))
+    parts = list(split(data))
+    assert joined([transform for _, transform in parts]) == data
+    assert [child.decode() for child, _ in parts] == [child.lstrip('/') for _, child, _ in rows]
 
 
 @given(st.lists(transforms, min_size=1, max_size=3), st.data())

@@ -47,7 +47,7 @@ def test_plays_at_the_rate(timeline, clock, rate):
     assert at_s(timeline) == pytest.approx(3 * rate, abs=1e-8)
 
 
-@pytest.mark.parametrize('rate', [0.0, -0.0, math.nan, math.inf, -math.inf, 0.0099, 16.01, -17.0])
+@pytest.mark.parametrize('rate', [0.0, -0.0, math.nan, math.inf, -math.inf, 9e-7, 1.1e6, -2e6])
 def test_rate_that_is_refused_changes_nothing(timeline, rate):
     before = timeline.basis
     with pytest.raises(CommandRefused, match='rate must'):

@@ -140,3 +140,8 @@ def test_unmatched_message_is_short():
     assert len(message) < 300
     message, = TopicChoice(['/weather']).unmatched_messages([])
     assert message.endswith('possible are: none')
+
+
+def test_names_that_are_asked_for_whether_or_not_the_recording_has_them():
+    choice = TopicChoice(['/a', 'b', '/camera/*', '/c'], ['/c'], '/recorded', {'/b': '/d'})
+    assert choice.named() == ['/recorded/a', '/recorded/d']

@@ -2,6 +2,8 @@
 from __future__ import annotations
 
 import json
+import math
+import time
 from pathlib import Path
 from typing import List, Optional
 
@@ -11,11 +13,18 @@ import rosbag
 from genpy import Duration, Time
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sensor_msgs.msg import Image
 from std_msgs.msg import Header, String, UInt32
 
+from process_visualizer.bags.header_numbers import header_numbers
 from process_visualizer.bags.recording import Recording
-from process_visualizer.bags.report import Report, make_report
-from process_visualizer.bags.report_streams import Stream, backward_jumps, find_gaps
+from process_visualizer.bags.report import Completeness, Report, make_report
+from process_visualizer.bags.report_streams import (
+    Stream,
+    backward_jumps,
+    find_gaps,
+    range_minima,
+)
 from process_visualizer.bags.report_text import as_json, as_text, verdict
 
 BEGIN_S = 1_600_000_000
@@ -105,18 +114,18 @@ def test_a_complete_recording(tmp_path: Path) -> None:
     topic, = report.topics
     assert (topic.topic, topic.message_count, topic.dropped, topic.gaps) == ('/n', 100, 0, ())
     assert topic.rate_hz == pytest.approx(100)
-    assert (report.is_complete, verdict(report)) == (True, 'complete')
+    assert (report.completeness, verdict(report)) == (Completeness.COMPLETE, 'complete')
 
 
 def test_gaps_drops_and_jumps_are_told(tmp_path: Path) -> None:
     report = report_of(write(tmp_path / 'a.bag', [*range(50), *range(60, 100)],
                              {'topics': {'/n': {'received': 100, 'dropped': 10}},
                               'clock_jumps': [{'time': BEGIN_S + 0.2, 'seconds': -3.5}]}))
-    assert not report.is_complete
+    assert report.completeness is Completeness.INCOMPLETE
     text = as_text(report)
-    assert 'gap in /n at 0:00.490 of 0.110 s: about 10 missing' in text
+    assert '/n at 0:00.490 for 0.110 s: no message (about 10 at its usual rate)' in text
     assert 'the clock jumped by -3.500 s at 0:00.200' in text
-    assert 'verdict: not complete: 1 gap in /n; 10 dropped by the recorder' in text
+    assert 'verdict: not complete: 10 dropped by the recorder' in text
     value = json.loads(as_json(report))
     assert value['complete'] is False
     assert value['topics'][0]['gaps'][0]['missing'] == 10
@@ -135,18 +144,106 @@ def test_topics_on_which_nothing_came_are_told(tmp_path: Path) -> None:
 
 def test_a_bag_of_another_recorder_says_what_is_not_known(tmp_path: Path) -> None:
     report = report_of(write(tmp_path / 'a.bag', list(range(100))))
-    assert report.is_complete
-    assert 'left no account' in verdict(report)
+    assert report.completeness is Completeness.UNKNOWN
+    assert 'nothing is known to be missing' in verdict(report)
+    assert json.loads(as_json(report))['complete'] is None
     assert report.topics[0].dropped is None
+
+
+ALL_WRITTEN = {'topics': {}, 'clock_jumps': []}
+
+
+def test_a_topic_that_speaks_when_something_happens_misses_nothing(tmp_path: Path) -> None:
+    """A key is pressed now and then: an interval without a message is no loss."""
+    numbers = [number for press in range(0, 5000, 500) for number in range(press, press + 20)]
+    report = report_of(write(tmp_path / 'a.bag', numbers, ALL_WRITTEN))
+    assert len(report.topics[0].gaps) == 9
+    assert verdict(report) == 'complete'
+
+
+@pytest.mark.parametrize('account', [None, ALL_WRITTEN])
+def test_a_throttled_topic_misses_nothing(tmp_path: Path, account: Optional[object]) -> None:
+    """It has the numbers of its source, of which most are left out."""
+    report = report_of(write_numbered(tmp_path / 'a.bag', list(range(0, 9000, 100)), account))
+    assert sum(gap.missing for gap in report.topics[0].gaps) == 99 * 89
+    assert report.is_good and report.topics[0].lost == 0
+    assert 'numbers left out' in as_text(report)
+
+
+@pytest.mark.parametrize('connections', [1, 2, 5])
+def test_connections_do_not_change_the_verdict(tmp_path: Path, connections: int) -> None:
+    numbers = [*range(0, 1000, 3)]
+    report = report_of(write_numbered(tmp_path / 'a.bag', numbers, None, connections))
+    assert report.completeness is Completeness.UNKNOWN
+
+
+def test_numbers_left_out_now_and_then_are_lost(tmp_path: Path) -> None:
+    path = write_numbered(tmp_path / 'a.bag', [*range(30), *range(35, 60)], ALL_WRITTEN)
+    report = report_of(path)
+    assert report.topics[0].lost == 5
+    assert verdict(report) == 'not complete: 5 lost on /h'
+    assert '/h at 0:29.000 for 6.000 s: 5 lost' in as_text(report)
+    assert json.loads(as_json(report))['complete'] is False
+
+
+def test_a_chunk_that_cannot_be_read_is_told_whatever_it_holds(tmp_path: Path) -> None:
+    path = tmp_path / 'a.bag'
+    with rosbag.Bag(str(path), 'w', compression='bz2', chunk_threshold=500) as bag:
+        for number in range(100):
+            bag.write('/n', UInt32(number), Time(BEGIN_S + number, 0))
+    data = bytearray(path.read_bytes())
+    at = data.index(b'BZh', len(data) // 2)
+    data[at:at + 3] = b'xxx'
+    path.write_bytes(data)
+    assert 'a part of the file cannot be read' in verdict(report_of(str(path)))
+
+
+def test_a_part_without_an_account_makes_it_unknown(tmp_path: Path) -> None:
+    """As of a split recording, of which a part was repaired."""
+    paths = [write(tmp_path / 'a_0.bag', list(range(100))),
+             write(tmp_path / 'a_1.bag', list(range(100, 200)), ALL_WRITTEN)]
+    with Recording(paths) as recording:
+        assert make_report(recording).completeness is Completeness.UNKNOWN
+
+
+@pytest.mark.parametrize('account', [None, ALL_WRITTEN])
+def test_a_bag_without_messages_is_not_complete(tmp_path: Path, account: Optional[object]) -> None:
+    report = report_of(write(tmp_path / 'a.bag', [], account))
+    assert not report.is_good and verdict(report) == 'empty: it holds no message'
+
+
+@pytest.mark.parametrize('kind', ['numbered', 'pausing'])
+def test_many_gaps_take_no_longer_than_many_messages(kind: str) -> None:
+    """In proportion: at 1,000,000 messages one look at all of them for each gap takes minutes."""
+    count = 1_000_000
+    intervals_ms = np.where(np.arange(count) % 5 == 4, 100, 1)
+    sequence = np.arange(count) * (2 if kind == 'numbered' else 0) - (kind != 'numbered')
+    begin_s = time.process_time()
+    find_gaps(stream(np.cumsum(intervals_ms) / 1e3, sequence))
+    assert time.process_time() - begin_s < 20.0
+
+
+@given(st.lists(st.integers(-9, 9), min_size=1, max_size=50), st.data())
+def test_range_minima(values: List[int], draw: st.DataObject) -> None:
+    begin = draw.draw(st.lists(st.integers(0, len(values) - 1), max_size=20))
+    end = [draw.draw(st.integers(first + 1, len(values))) for first in begin]
+    found = range_minima(np.array(values), np.array(begin, np.int64), np.array(end, np.int64))
+    assert found.tolist() == [min(values[first:last]) for first, last in zip(begin, end)]
 
 
 @pytest.mark.parametrize('account', [
     [], {}, {'topics': 3, 'clock_jumps': 3}, {'topics': {'/n': 1}}, {'topics': {'/n': {}}},
-    {'topics': {'/n': {'dropped': 'x'}}, 'clock_jumps': [{'time': 'x'}]}])
+    {'topics': {'/n': {'dropped': 'x'}}, 'clock_jumps': [{'time': 'x'}]},
+    {'topics': {'/n': {'dropped': -3}, '/\ud800': {}}, 'clock_jumps': [
+        {'time': time_s, 'seconds': 1}
+        for time_s in (math.inf, math.nan, 1e308, -1, 10 ** 400)]},
+    {'topics': {}, 'clock_jumps': [{'time': 1, 'seconds': value}
+                                   for value in (math.nan, math.inf, 10 ** 400, [], True)]}])
 def test_an_account_that_is_none_does_no_harm(tmp_path: Path, account: object) -> None:
     report = report_of(write(tmp_path / 'a.bag', list(range(100)), account))
     assert not report.topics[0].dropped
-    assert as_text(report) and as_json(report)
+    assert report.clock_jumps == ()
+    assert as_text(report).encode() and as_json(report).encode()
 
 
 class Numbered(Header):
@@ -155,13 +252,36 @@ class Numbered(Header):
     _full_text = f'Header header\n{"=" * 80}\nMSG: std_msgs/Header\n{Header._full_text}'
 
 
+def write_numbered(path: Path, numbers: List[int], account: Optional[object] = None,
+                   connections: int = 1) -> str:
+    """A bag with numbers in headers on /h, one a second, from so many publishers by turns."""
+    with rosbag.Bag(str(path), 'w') as bag:
+        for row, number in enumerate(numbers):
+            message = Numbered(seq=number)
+            bag.write('/h', message, Time(BEGIN_S + number, 0), connection_header={
+                'callerid': f'/node{row % connections}', 'topic': '/h', 'type': message._type,
+                'md5sum': message._md5sum, 'message_definition': message._full_text})
+        if account is not None:
+            bag.write('/process_visualizer/recording', String(json.dumps(account)),
+                      Time(BEGIN_S + numbers[-1], 1))
+    return str(path)
+
+
 def test_numbers_in_headers_are_read(tmp_path: Path) -> None:
+    report = report_of(write_numbered(tmp_path / 'a.bag', [*range(30), *range(35, 60)]))
+    gap, = report.topics[0].gaps
+    assert (gap.missing, gap.is_numbered) == (5, True)
+
+
+def test_numbers_of_large_messages_are_read(tmp_path: Path) -> None:
     with rosbag.Bag(str(tmp_path / 'a.bag'), 'w') as bag:
-        for number in [*range(30), *range(35, 60)]:
-            bag.write('/h', Numbered(seq=number), Time(BEGIN_S + number, 0))
-    report = report_of(str(tmp_path / 'a.bag'))
-    assert report.topics[0].lost == 5
-    assert report.topics[0].gaps[0].is_numbered
+        for number in (1, 2, 5):
+            image = Image(data=bytes(300_000))
+            image.header.seq = number
+            bag.write('/i', image, Time(BEGIN_S + number, 0))
+            bag.write('/n', UInt32(number), Time(BEGIN_S + number, 0))
+    with Recording([str(tmp_path / 'a.bag')]) as recording:
+        assert header_numbers(recording).tolist() == [1, -1, 2, -1, 5, -1]
 
 
 def test_an_empty_bag(tmp_path: Path) -> None:

@@ -3,13 +3,15 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 import rosbag
 from genpy import Time
-from std_msgs.msg import String
+from std_msgs.msg import String, UInt32
 
 from process_visualizer.bags.bag_errors import BagError
+from process_visualizer.bags.catalogue import read_catalogue
 from process_visualizer.bags.marks import (
     Mark,
     add_mark,
@@ -19,11 +21,14 @@ from process_visualizer.bags.marks import (
     read_marks,
 )
 from process_visualizer.bags.recorder_topics import (
+    ACCOUNT,
     CONFIGURATION,
     MARKS,
     recorded_configuration,
 )
 from process_visualizer.bags.recording import Recording
+from process_visualizer.bags.report import make_report
+from process_visualizer.bags.report_text import as_json, as_text
 from process_visualizer.cell.stored_configuration import configuration_text, write_configuration
 from process_visualizer.cell.xml_parser import XmlParser
 
@@ -53,7 +58,11 @@ def test_the_last_mark_at_a_time() -> None:
     assert [mark and mark.label for mark in found] == [None, 'a', 'a', 'c', 'c']
 
 
-@pytest.mark.parametrize('text', ['', '{}x', '[{"label": "a"}]', '[3]', '3'])
+@pytest.mark.parametrize('text', [
+    '', '{}x', '[{"label": "a"}]', '[3]', '3', pytest.param('[' * 100_000, id='deep'),
+    *(f'[{{"time_ns": {time_ns}, "label": "a"}}]' for time_ns in (
+        'Infinity', 'NaN', '1e400', '-1', '"1"', '1' + '0' * 400)),
+    '[{"time_ns": 1, "label": ["a"]}]', '[{"time_ns": 1, "label": "\\ud800"}]'])
 def test_a_broken_file_of_marks_is_named_and_kept(tmp_path: Path, text: str) -> None:
     bag = str(tmp_path / 'a.bag')
     Path(marks_path(bag)).write_text(text)
@@ -100,8 +109,53 @@ def test_paths_of_a_bag_cannot_leave_the_folder(tmp_path: Path) -> None:
     assert {path.name for path in (tmp_path / 'is').iterdir()} == {'x.xml', 'y.xml'}
 
 
-@pytest.mark.parametrize('text', ['', '[]', '{}', '{"file": 1, "files": {}, "arguments": {}}',
-                                  '{"file": "/a", "files": 3, "arguments": {}}'])
+def configuration_with(file: str = '/a', text: object = '') -> str:
+    return json.dumps({'file': file, 'files': {file: text}, 'arguments': {}})
+
+
+@pytest.mark.parametrize('text', [
+    '', '[]', '{}', '{"file": 1, "files": {}, "arguments": {}}',
+    '{"file": "/a", "files": 3, "arguments": {}}', pytest.param('{"a":' * 100_000, id='deep'),
+    configuration_with('/a\0'),
+    configuration_with(text='\ud800'), configuration_with('/\ud800'), configuration_with(text=[3])])
 def test_a_configuration_that_is_none(tmp_path: Path, text: str) -> None:
-    with Recording([bag_with(tmp_path / 'a.bag', CONFIGURATION, text)]) as recording:
+    path = bag_with(tmp_path / 'a.bag', CONFIGURATION, text)
+    with Recording([path]) as recording:
         assert recorded_configuration(recording) is None
+        (gap,) = recording.gaps
+    assert (gap.file, gap.topics) == (path, (CONFIGURATION,))
+    assert 'it is no ' in gap.reason
+    assert read_catalogue([path]).problems == (str(gap),)
+
+
+def bag_with_bytes(path: Path, topic: str, data: bytes, kind: Any = String) -> str:
+    """A bag with a message of odd bytes, and a good one on another topic."""
+    with rosbag.Bag(str(path), 'w') as bag:
+        bag.write('/good', String('x'), Time(1, 0))
+        bag.write(topic, (kind._type, data, kind._md5sum, kind), Time(2, 0), raw=True)
+    return str(path)
+
+
+@pytest.mark.parametrize('topic', [MARKS, CONFIGURATION, ACCOUNT])
+@pytest.mark.parametrize('data, kind', [
+    (b'', String), (b'abc', String), (b'\xff\xff\xff\xff', String), (b'\5\0\0\0abc', String),
+    (b'\1\0\0\0abc', String), (bytes(4), UInt32), (b'\1\0\0\0' + b'[', String)])
+def test_odd_messages_of_the_recorder_s_topics_are_told_and_left_out(
+        tmp_path: Path, topic: str, data: bytes, kind: Any) -> None:
+    path = bag_with_bytes(tmp_path / 'a.bag', topic, data, kind)
+    with Recording([path]) as recording:
+        report = make_report(recording)
+        recorded_configuration(recording)
+        damage = [str(gap) for gap in recording.gaps]
+    is_good = topic == MARKS and data.endswith(b'[')
+    assert [(path in text, topic in text) for text in damage] == [(True, True)] * (not is_good)
+    assert as_text(report) and as_json(report)
+    catalogue = read_catalogue([path])
+    assert catalogue.topic_names == ('/good',)
+    assert len(catalogue.problems) == (not is_good and topic != ACCOUNT)
+
+
+def test_many_odd_messages_are_told_once(tmp_path: Path) -> None:
+    with Recording([bag_with(tmp_path / 'a.bag', ACCOUNT, *['x'] * 500)]) as recording:
+        make_report(recording)
+        assert len(recording.gaps) == 1

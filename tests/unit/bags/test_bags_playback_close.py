@@ -1,0 +1,43 @@
+"""Playback ends whenever it is closed."""
+from __future__ import annotations
+
+import threading
+from typing import Callable, Optional
+from unittest import mock
+
+from playback_stage import MemoryRecording, Message
+
+from process_visualizer.bags.playback import Output, Playback
+from process_visualizer.bags.timeline import Basis, Timeline
+
+
+class ClosedMeanwhile(Timeline):
+    """Closes playback just before its basis is read, once the first wait without an end is over."""
+
+    close: Optional[Callable[[], None]] = None
+    _waited = False
+
+    @property
+    def basis(self) -> Basis:
+        if self._waited and self.close is not None:
+            close, self.close = self.close, None
+            close()
+        return super().basis
+
+    def wait_for_command(self, until_ns: Optional[int], version: int) -> bool:
+        if self._waited or until_ns is not None:
+            return super().wait_for_command(until_ns, version)
+        self._waited = True
+        return True
+
+
+def test_close_is_heard_between_two_steps_of_the_work() -> None:
+    recording = MemoryRecording([Message(0, 0), Message(0, 100)])
+    timeline = ClosedMeanwhile(recording.begin_ns, recording.end_ns)
+    output = mock.Mock(spec=Output, **{'revoke.return_value': 0})
+    playback = Playback(recording, timeline, output)
+    timeline.close = playback.close
+    thread = threading.Thread(target=playback.run, daemon=True)
+    thread.start()
+    thread.join(30.0)
+    assert not thread.is_alive()
