@@ -3,8 +3,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from process_visualizer.motion.rotations import Triple, Vector
 
 VELOCITY_COLOR: Triple = (0.0, 0.8, 0.1)
@@ -45,21 +43,17 @@ def line_of_block(text: str, line: int, line_count: int) -> str:
     return '\n'.join(lines)
 
 
-def label_position(tool_position: Vector, tool_rotation: np.ndarray,
-                   outward_m: float, up_m: float) -> np.ndarray:
-    """Return where a robot's numbers stand, (3,) [m] in the tool frame.
+def label_offset(tool_position: Vector, outward_m: float, up_m: float) -> Triple:
+    """Return where a robot's numbers stand, (3,) [m] from the tool along the base frame's axes.
 
     They stand beyond the tool as seen from the robot's foot, and along the foot's z axis: a
     hanging robot has them below its tool, where they do not meet those of a standing one.
 
     Args:
         tool_position: of the tool in the base frame, (3,) [m].
-        tool_rotation: of the tool in the base frame, (3, 3).
         outward_m, up_m: distances from the tool along the two directions.
     """
     x, y = tool_position[0], tool_position[1]
     distance = math.hypot(x, y)
     outward = (x / distance, y / distance) if distance > 1e-6 else (1.0, 0.0)
-    offset = np.array([outward_m * outward[0], outward_m * outward[1], up_m])
-    position: np.ndarray = tool_rotation.T @ offset
-    return position
+    return outward_m * outward[0], outward_m * outward[1], up_m

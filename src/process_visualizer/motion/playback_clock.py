@@ -23,6 +23,8 @@ class PlaybackState(NamedTuple):
 
     def position_at(self, wall_s: float) -> float:
         """Return the position [s] at a wall time, as if the state held then."""
+        if self.since_s > self.stamp_s:  # it begins to play a moment later
+            return self.position_s + max(wall_s - self.since_s, 0.0) * self.speed()
         return self.position_s + (wall_s - self.stamp_s) * self.speed()
 
     def speed(self) -> float:
@@ -60,6 +62,11 @@ class PlaybackClock:
         # Data that the player sends slowly is not old for that.
         self._age_basis = (state.stamp_s, self.data_time_s(state.stamp_s),
                            min(abs(state.speed()), 1.0))
+
+    @property
+    def state(self) -> Optional[PlaybackState]:
+        """What the player said last; None without one."""
+        return self._states[-1] if self._states else None
 
     def follows_player(self, now_s: float) -> bool:
         """Tell whether there is a player that has said something lately."""

@@ -120,6 +120,14 @@ def rotated(quaternion: Vector, vector: Vector) -> Triple:
             c + scale * (w * r + x * q - y * p))
 
 
+def product(first: Vector, second: Vector) -> Quaternion:
+    """Return the quaternion (4,) x y z w of the second rotation, then the first one."""
+    a, b, c, d = first
+    x, y, z, w = second
+    return (d * x + a * w + b * z - c * y, d * y - a * z + b * w + c * x,
+            d * z + a * y - b * x + c * w, d * w - a * x - b * y - c * z)
+
+
 def conjugate(quaternion: Vector) -> Quaternion:
     """Return the quaternion (4,) x y z w of the inverse rotation."""
     x, y, z, w = quaternion

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import Deque, List, NamedTuple, Optional
+from typing import Deque, NamedTuple, Optional, Sequence
 
 from process_visualizer.motion.rotations import (
     NO_ROTATION,
@@ -12,6 +12,8 @@ from process_visualizer.motion.rotations import (
     rotated,
     rotation_vector_between,
 )
+
+GAP_S = 1.0  # greater ones between two poses end what a velocity is found from
 
 
 class _Sample(NamedTuple):
@@ -54,7 +56,7 @@ class VelocityEstimator:
     backwards, as positions are a function of it; a step of more than gap_s starts anew.
     """
 
-    def __init__(self, window_s: float = 0.1, gap_s: float = 1.0, max_samples: int = 250) -> None:
+    def __init__(self, window_s: float = 0.1, gap_s: float = GAP_S, max_samples: int = 250) -> None:
         """Take the window [s], the greatest gap [s] between samples, and a bound of memory.
 
         Raises:
@@ -92,43 +94,53 @@ class VelocityEstimator:
 
     def velocity(self) -> Optional[Triple]:
         """Return the velocity (3,) [m/s], or None before the samples span half a window."""
-        return self._slopes([sample.position for sample in self._samples])
+        if not self._is_known():
+            return None
+        return slope([sample.time_s for sample in self._samples],
+                     [sample.position for sample in self._samples])
 
     def angular_velocity(self) -> Optional[Triple]:
-        """Return the angular velocity (3,) [rad/s] in the frame of the poses, or None as above.
-
-        It is the slope of the rotation vectors from the window's middle pose, which is exact for
-        a constant axis and has an error of second order in the window's angle otherwise.
-        """
-        if len(self._samples) < 2:
+        """Return the angular velocity (3,) [rad/s] in the frame of the poses, or None as above."""
+        if not self._is_known():
             return None
-        middle = self._samples[len(self._samples) // 2].quaternion
-        slope = self._slopes([rotation_vector_between(middle, sample.quaternion)
-                              for sample in self._samples])
-        return None if slope is None else rotated(middle, slope)
+        return slope_of_rotations([sample.time_s for sample in self._samples],
+                                  [sample.quaternion for sample in self._samples])
 
     def wall_s(self) -> float:
         """Return the wall time [s] of the estimate: the mean of the window's samples."""
         return sum(sample.wall_s for sample in self._samples) / max(len(self._samples), 1)
 
-    def _slopes(self, vectors: List[Triple]) -> Optional[Triple]:
-        """Return the least-squares slopes (3,) of the samples' vectors over their times."""
+    def _is_known(self) -> bool:
         times = [sample.time_s for sample in self._samples]
-        if len(times) < 2 or max(times) - min(times) < 0.5 * self._window_s:
-            return None
-        mean_s = sum(times) / len(times)
-        # A dozen samples: Python's own numbers are faster here than arrays.
-        lever = [time_s - mean_s for time_s in times]
-        inertia = sum(part * part for part in lever)
-        x_0, y_0, z_0 = vectors[0]
-        x = y = z = 0.0
-        for part, vector in zip(lever, vectors):
-            x += part * (vector[0] - x_0)
-            y += part * (vector[1] - y_0)
-            z += part * (vector[2] - z_0)
-        return x / inertia, y / inertia, z / inertia
+        return len(times) > 1 and max(times) - min(times) >= 0.5 * self._window_s
 
     def _is_repetition(self, sample: _Sample, last: _Sample) -> bool:
         """Tell whether a pose repeats the last one, for less than half a window."""
         return (sample.position == last.position and sample.quaternion == last.quaternion
                 and abs(sample.time_s - last.time_s) < 0.5 * self._window_s)
+
+
+def slope(times_s: Sequence[float], vectors: Sequence[Triple]) -> Triple:
+    """Return the least-squares slope (3,) of two vectors (3,) or more over their times [s]."""
+    mean_s = sum(times_s) / len(times_s)
+    # A dozen samples: Python's own numbers are faster here than arrays.
+    lever = [time_s - mean_s for time_s in times_s]
+    inertia = sum(part * part for part in lever)
+    x_0, y_0, z_0 = vectors[0]
+    x = y = z = 0.0
+    for part, vector in zip(lever, vectors):
+        x += part * (vector[0] - x_0)
+        y += part * (vector[1] - y_0)
+        z += part * (vector[2] - z_0)
+    return x / inertia, y / inertia, z / inertia
+
+
+def slope_of_rotations(times_s: Sequence[float], quaternions: Sequence[Quaternion]) -> Triple:
+    """Return the angular velocity (3,) [rad/s] of quaternions (4,) x y z w over their times [s].
+
+    It is the slope of the rotation vectors from the middle one, which is exact for a constant
+    axis and has an error of second order in the angle otherwise.
+    """
+    middle = quaternions[len(quaternions) // 2]
+    return rotated(middle, slope(times_s, [rotation_vector_between(middle, quaternion)
+                                           for quaternion in quaternions]))

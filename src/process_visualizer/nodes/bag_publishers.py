@@ -7,14 +7,17 @@ import rospy
 
 from process_visualizer.bags.bag_records import Connection
 from process_visualizer.bags.message_layout import Data
-from process_visualizer.bags.timeline import Basis
-from process_visualizer.nodes.recorded_times import RecordedTimesPublisher
+from process_visualizer.bags.scene import is_static
 from process_visualizer.nodes.timed_sender import TimedSender
 from process_visualizer.nodes.topic_publisher import TopicPublisher
 
 
 class PublishedTopic(NamedTuple):
-    """A topic as it is published: name, what its first connection says, which ones it has."""
+    """A topic as it is published: name, what its first connection says, which ones it has.
+
+    Static transforms are latched, as all later subscribers need them, even where a bag that was
+    written by another tool than a recorder does not say so.
+    """
 
     name: str
     connection: Connection
@@ -28,30 +31,31 @@ class PlaybackListener(Protocol):
     def on_jump(self, bag_ns: int) -> None:
         """Take note of a jump to a bag time [ns], before its scene is published."""
 
-    def on_finish(self) -> None:
-        """Take note that the end has been reached."""
+    def on_finish(self) -> bool:
+        """Take note that play has reached its end; return whether nothing is to follow."""
 
     def on_subscribe(self) -> None:
         """Take note of a new subscriber."""
 
 
 class BagPublishers:
-    """Where the playback's messages go to; see process_visualizer.bags.playback.Output."""
+    """Where the playback's messages go to; see process_visualizer.bags.playback_output."""
 
-    def __init__(self, topics: Sequence[PublishedTopic], queue_size: int,
+    def __init__(self, topics: Sequence[PublishedTopic], sources: Sequence[int], queue_size: int,
                  listener: PlaybackListener) -> None:
-        """Advertise the topics; tell a listener what happens."""
+        """Advertise the topics; tell a listener what happens.
+
+        ``sources`` has for each connection the one whose messages its own replace.
+        """
         self._sender = TimedSender()
         # Before rospy closes its connections: none of them is to be taken for a broken one then.
         rospy.on_shutdown(self._sender.close)
         self._listener = listener
         self._topics = [TopicPublisher(topic.name, topic.connection, topic.latch, self._sender,
                                        queue_size, listener.on_subscribe) for topic in topics]
-        self._publish: Dict[int, Callable[[int, List[Data], int], None]] = {
-            number: publisher.publish for topic, publisher in zip(topics, self._topics)
-            for number in topic.numbers}
-        self._names = {number: topic.name for topic in topics for number in topic.numbers}
-        self._recorded_times = RecordedTimesPublisher()
+        self._by_number = {number: publisher for topic, publisher in zip(topics, self._topics)
+                           for number in topic.numbers}
+        self._sources = sources
 
     @property
     def dropped(self) -> int:
@@ -68,13 +72,13 @@ class BagPublishers:
         """Tell whether every topic has a subscriber."""
         return all(topic.subscriber_count for topic in self._topics)
 
-    def announce(self, connection: int, data: Data, bag_ns: int, basis: Basis) -> None:
-        """Tell when a message without a stamp of its own was recorded [bag ns]."""
-        self._recorded_times.announce(self._names[connection], data, bag_ns, basis)
-
     def publish(self, connection: int, pieces: List[Data], due_ns: int) -> None:
         """Send a message of a connection, given in pieces, when a monotonic time [ns] has come."""
-        self._publish[connection](connection, pieces, due_ns)
+        self._by_number[connection].publish(self._sources[connection], pieces, due_ns)
+
+    def withdraw(self, connection: int, due_ns: int) -> None:
+        """Keep nothing for later subscribers of a connection's source, from a time on [ns]."""
+        self._by_number[connection].withdraw(self._sources[connection], due_ns)
 
     def revoke(self, after_ns: int) -> int:
         """Take back what is due after a monotonic time [ns] and not sent; return how many."""
@@ -84,9 +88,9 @@ class BagPublishers:
         """Tell of a jump to a bag time [ns]; its scene follows."""
         self._listener.on_jump(bag_ns)
 
-    def finish(self) -> None:
-        """Tell that the end has been reached."""
-        self._listener.on_finish()
+    def finish(self) -> bool:
+        """Tell that play has reached its end; return whether nothing is to follow."""
+        return self._listener.on_finish()
 
     def wait_until_sent(self, timeout_s: float) -> bool:
         """Wait until all that was published has gone; return False if it took too long."""
@@ -95,7 +99,6 @@ class BagPublishers:
     def close(self) -> None:
         """Stop publishing."""
         self._sender.close()
-        self._recorded_times.close()
         for topic in self._topics:
             topic.close()
 
@@ -115,7 +118,8 @@ def published_topics(connections: Sequence[Connection], name_of: Callable[[str],
         first = topics.setdefault(name, PublishedTopic(name, connection, False, ()))
         if (first.connection.type, first.connection.md5sum) == (connection.type,
                                                                 connection.md5sum):
-            topics[name] = first._replace(latch=first.latch or connection.latching,
+            latch = first.latch or connection.latching or is_static(connection)
+            topics[name] = first._replace(latch=latch,
                                           numbers=(*first.numbers, number))
         else:
             problems.append(

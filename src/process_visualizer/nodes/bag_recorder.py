@@ -22,7 +22,8 @@ _NODE = '/bag_recorder'
 def request_of(options: RecordingOptions) -> StartRecordingRequest:
     """Return the options as the service's request."""
     return StartRecordingRequest(
-        topics=list(options.topics), folder=options.folder, prefix=options.prefix,
+        topics=list(options.topics), patterns=list(options.patterns),
+        excluded=list(options.excluded), folder=options.folder, prefix=options.prefix,
         name=options.name, compression=options.compression, split_bytes=options.split_bytes,
         split_duration=options.split_duration_s, configuration=options.configuration,
         recent=options.recent_s)

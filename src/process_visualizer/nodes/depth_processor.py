@@ -6,11 +6,13 @@ that came over the wire; only the header at their front is written anew.
 from __future__ import annotations
 
 import struct
-from typing import BinaryIO, ClassVar
+from typing import BinaryIO, ClassVar, Optional
 
 import rospy
 from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import Float32
 
+from process_visualizer.nodes.playback import PlaybackFollower
 from process_visualizer.nodes.process_end import spin_to_end
 
 # std_msgs/Header on the wire: seq, stamp (s, ns), and the length of frame_id, which follows.
@@ -18,6 +20,7 @@ _HEADER = struct.Struct('<4I')
 # Clouds are read from the socket in pieces of at most this many bytes.
 _BUFFER_SIZE = 1 << 24
 _REPORT_PERIOD_S = 10.0
+AGE_PERIOD_S = 0.2
 
 
 def restamp(message: bytes, stamp: rospy.Time) -> tuple[bytes, memoryview]:
@@ -62,10 +65,17 @@ class SerializedPointCloud2(rospy.AnyMsg):
 class DepthProcessor:
     """Republishes the clouds on ``~input`` on ``points``, stamped with the time of their arrival.
 
+    ``points_age`` says how old the last one is [s]; while playback is paused it does not age.
+
     The private parameter ``~topic`` names another input topic.
     """
 
     def __init__(self) -> None:
+        self._playback = PlaybackFollower()
+        self._last_s: Optional[float] = None
+        self._age = rospy.Publisher('points_age', Float32, queue_size=1)
+        self._age_timer = rospy.Timer(rospy.Duration.from_sec(AGE_PERIOD_S), self._publish_age,
+                                      reset=True)
         self._publisher = rospy.Publisher('points', SerializedPointCloud2, queue_size=1)
         self._subscriber = rospy.Subscriber(
             rospy.get_param('~topic', '~input'), rospy.AnyMsg, self._republish,
@@ -76,6 +86,7 @@ class DepthProcessor:
 
     def _republish(self, message: rospy.AnyMsg) -> None:
         self._received = True
+        self._last_s = self._playback.data_time_s()
         connection = message._connection_header
         if connection['md5sum'] != PointCloud2._md5sum:
             rospy.logerr_throttle(
@@ -89,6 +100,10 @@ class DepthProcessor:
             rospy.logerr_throttle(_REPORT_PERIOD_S, f'{self._subscriber.resolved_name}: {error}')
             return
         self._publisher.publish(SerializedPointCloud2(*parts))
+
+    def _publish_age(self, _event: rospy.timer.TimerEvent) -> None:
+        if self._last_s is not None:
+            self._age.publish(max(self._playback.data_time_s() - self._last_s, 0.0))
 
     def _report_silence(self, _event: rospy.timer.TimerEvent) -> None:
         if not self._received:

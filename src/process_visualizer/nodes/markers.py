@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 from typing import Optional
 
+import genpy
 from geometry_msgs.msg import Point, Quaternion
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
@@ -21,6 +22,9 @@ from process_visualizer.nodes.parameters import ArrowStyle, Color
 STALE_COLOR: Color = (0.55, 0.55, 0.55, 1.0)
 ARROW_ID, TEXT_ID = 0, 1
 TEXT_PERIOD_S = 0.1  # numbers that change faster cannot be read
+LIFETIME_S = 0.8
+"""RViz removes what is not drawn anew within this time: what a process drew does not outlive it.
+Processes draw ten times a second at least, also what stands still or is old."""
 
 
 @dataclass(frozen=True)
@@ -45,10 +49,18 @@ class Pace:
         self._period_s = period_s
         self._next_s = -math.inf
 
-    def is_due(self, now_s: float) -> bool:
-        """Tell whether it may happen now, and if so, not again for a period."""
+    def hurry(self) -> None:
+        """Let it happen the next time, however little time has passed."""
+        self._next_s = -math.inf
+
+    def is_due(self, now_s: float, early_s: float = 0.0) -> bool:
+        """Tell whether it may happen now, and if so, not again for a period.
+
+        It may happen so much too early [s]: of something that has about this period itself, none
+        is left out then.
+        """
         # A clock that was set back starts anew.
-        if self._next_s - self._period_s <= now_s < self._next_s:
+        if self._next_s - self._period_s <= now_s < self._next_s - early_s:
             return False
         late_s = now_s - self._next_s
         # A little late is made up for, so that the rate holds whatever the rate of asking.
@@ -65,7 +77,7 @@ def value_text(style: ArrowStyle, value: float, age_s: float, stale_after_s: flo
 
 def vector_arrow(namespace: str, style: ArrowStyle, sample: VectorSample, stale: bool) -> Marker:
     """Return the arrow of a vector, grey if stale; below the threshold the deletion of it."""
-    marker = _marker(namespace, ARROW_ID, sample.frame)
+    marker = _mortal_marker(namespace, ARROW_ID, sample.frame)
     magnitude = math.hypot(*sample.vector)
     if magnitude <= max(style.threshold, 0.0):
         marker.action = Marker.DELETE
@@ -82,7 +94,7 @@ def vector_arrow(namespace: str, style: ArrowStyle, sample: VectorSample, stale:
 def text_marker(namespace: str, frame: str, position: Vector, text: str, height_m: float,
                 color: Color) -> Marker:
     """Return a text that faces the viewer, centred on a position (3,) [m] in a frame."""
-    marker = _marker(namespace, TEXT_ID, frame)
+    marker = _mortal_marker(namespace, TEXT_ID, frame)
     marker.type = Marker.TEXT_VIEW_FACING
     marker.text = text
     marker.scale.z = height_m
@@ -95,6 +107,15 @@ def deletion(namespace: str, number: int, frame: str) -> Marker:
     """Return the deletion of a marker."""
     marker = _marker(namespace, number, frame)
     marker.action = Marker.DELETE
+    return marker
+
+
+def invisible_marker(namespace: str, frame: str) -> Marker:
+    """Return a marker that nobody sees: a display without any warns that nothing has come."""
+    marker = _mortal_marker(namespace, 0, frame)
+    marker.type = Marker.SPHERE
+    marker.scale.x = marker.scale.y = marker.scale.z = 1e-4
+    marker.color.a = 1e-3
     return marker
 
 
@@ -113,6 +134,12 @@ def text_color(color: Optional[Color]) -> Color:
     red, green, blue, _ = STALE_COLOR if color is None else color
     light = [0.65 + 0.35 * part for part in (red, green, blue)]
     return light[0], light[1], light[2], 1.0
+
+
+def _mortal_marker(namespace: str, number: int, frame: str) -> Marker:
+    marker = _marker(namespace, number, frame)
+    marker.lifetime = genpy.Duration.from_sec(LIFETIME_S)
+    return marker
 
 
 def _marker(namespace: str, number: int, frame: str) -> Marker:

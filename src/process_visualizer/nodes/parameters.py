@@ -3,12 +3,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, List, Mapping, Tuple
+from typing import Any, Dict, List, Mapping, Sequence, Tuple
 
 import rospy
 
 from process_visualizer.motion.arrows import FORCE_COLOR, VELOCITY_COLOR
 
+_FEET = ('reported', 'tool_frame')  # where arrows begin
 Color = Tuple[float, float, float, float]  # red green blue alpha, 0 to 1
 STALE_AFTER_S = 0.7  # so that it is seen within a second, whatever else takes time
 
@@ -40,6 +41,16 @@ class Parameters:
         return [Parameters(value, f'{self._path}/{name}[{index}]')
                 for index, value in enumerate(values)]
 
+    def texts(self, name: str) -> Dict[str, str]:
+        """Return texts by their names; none of them where it is not set."""
+        values = self._values.get(name, {})
+        if isinstance(values, list):
+            values = {value: '' for value in values}
+        if not isinstance(values, dict) or not all(
+                isinstance(part, str) for pair in values.items() for part in pair):
+            raise self.error(name, 'a group of texts', values)
+        return values
+
     def has(self, name: str) -> bool:
         """Tell whether a parameter is set."""
         return name in self._values
@@ -49,6 +60,13 @@ class Parameters:
         value = self._values.get(name, default)
         if not isinstance(value, str):
             raise self.error(name, 'a text', value)
+        return value
+
+    def choice(self, name: str, choices: Sequence[str]) -> str:
+        """Return one of some texts; the first one where it is not set."""
+        value = self.text(name, choices[0])
+        if value not in choices:
+            raise self.error(name, ' or '.join(choices), value)
         return value
 
     def frame(self, name: str, default: str) -> str:
@@ -160,7 +178,7 @@ class TopicParameters:
 
 @dataclass(frozen=True)
 class TextParameters:
-    """Where a robot's numbers stand (see motion.arrows.label_position), and how large."""
+    """Where a robot's numbers stand (see motion.arrows.label_offset), and how large."""
 
     height_m: float = 0.05
     outward_m: float = 0.08
@@ -184,6 +202,9 @@ class RobotParameters:
     marker_rate_hz: float = 30.0
     velocity_window_s: float = 0.2
     stale_after_s: float = STALE_AFTER_S
+    foot_at_tool_frame: bool = False  # else arrows begin where the driver says that the tool is
+    tool_limit_m: float = 0.01  # from here a reported tool is not where the model has it
+    tool_limit_rad: float = 0.1
 
 
 def read_robot_parameters(parameters: Parameters, robot_name: str) -> RobotParameters:
@@ -196,7 +217,8 @@ def read_robot_parameters(parameters: Parameters, robot_name: str) -> RobotParam
     Raises:
         ParameterError: a value is wrong.
     """
-    topics, arrows, text = (parameters.group(name) for name in ('topics', 'arrows', 'text'))
+    topics, arrows, text, limit = (parameters.group(name)
+                                   for name in ('topics', 'arrows', 'text', 'tool_limit'))
     tool_frame = parameters.frame('tool_frame', f'{robot_name}/tool')
     return RobotParameters(
         robot_name=robot_name,
@@ -214,4 +236,7 @@ def read_robot_parameters(parameters: Parameters, robot_name: str) -> RobotParam
         marker_rate_hz=parameters.number('marker_rate', 30.0, above=0.0),
         velocity_window_s=parameters.number('velocity_window', 0.2, above=0.0),
         stale_after_s=parameters.number('stale_after', STALE_AFTER_S, above=0.0),
+        foot_at_tool_frame=parameters.choice('arrow_foot', _FEET) == _FEET[1],
+        tool_limit_m=limit.number('position', RobotParameters.tool_limit_m, above=0.0),
+        tool_limit_rad=limit.number('angle', RobotParameters.tool_limit_rad, above=0.0),
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
-from typing import List, Optional, Sequence
+from typing import List, Optional, Sequence, Type
 
 import rosgraph
 import rospy
@@ -19,17 +19,25 @@ from process_visualizer.bags.player_options import (
 from process_visualizer.bags.recording import Recording
 from process_visualizer.bags.timeline import CommandRefused
 from process_visualizer.bags.topic_choice import TopicChoice
-from process_visualizer.nodes.bag_player import BagPlayer, NothingToPlay, PlayerSettings
+from process_visualizer.nodes.bag_player import (
+    BagPlayer,
+    NothingToPlay,
+    PlaybackFailed,
+    PlayerSettings,
+)
 from process_visualizer.nodes.player_terminal import PlayerTerminal
 from process_visualizer.nodes.reindexing import ReindexRefused, reindexed
 from process_visualizer.nodes.timed_sender import take_long_slices
 
 PRIORITY = -10
 """Of all threads: who else computes must not hold up what is to be sent (see nice(1))."""
+NOT_ALL = 3
+"""The exit code when something of the recording could not be played."""
 SWITCH_INTERVAL_S = 0.0005  # how long a thread may compute while another one has a message to send
 
 
-def main(arguments: Optional[Sequence[str]] = None) -> int:
+def main(arguments: Optional[Sequence[str]] = None,
+         recording_type: Type[Recording] = Recording) -> int:
     """Run the command; returns its exit code."""
     words = list(sys.argv if arguments is None else arguments)
     options = parse_options(rospy.myargv(words)[1:])
@@ -37,8 +45,9 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     take_priority()
     take_long_slices()
     try:
-        return _play(options, words)
-    except (BagError, NothingToPlay, ReindexRefused, CommandRefused, ValueError) as error:
+        return _play(options, words, recording_type)
+    except (BagError, NothingToPlay, PlaybackFailed, ReindexRefused, CommandRefused,
+            ValueError) as error:
         print(f'bag_player: {error}', file=sys.stderr)
     except (rospy.ROSException, rosgraph.MasterException, OSError) as error:
         print(f'bag_player: the ROS master cannot be used: {error}; is roscore running?',
@@ -53,23 +62,26 @@ def take_priority() -> None:
             os.setpriority(os.PRIO_PROCESS, 0, PRIORITY)
 
 
-def _play(options: PlayerOptions, words: List[str]) -> int:
-    with opened(options) as recording:
+def _play(options: PlayerOptions, words: List[str], recording_type: Type[Recording]) -> int:
+    with opened(options, recording_type) as recording:
         rosgraph.Master('/bag_player').getPid()  # instead of rospy's endless wait for a master
         rospy.init_node('bag_player', argv=without_topic_remaps(words))
         choice = TopicChoice(options.topics, options.exclude, options.prefix,
                              topic_remaps(words, rospy.get_namespace()))
-        for message in choice.unmatched_messages([it.topic for it in recording.index.connections]):
-            rospy.logwarn(message)
+        topics = [it.topic for it in recording.index.connections]
+        for named in (choice, TopicChoice(options.pause_topics)):
+            for message in named.unmatched_messages(topics):
+                rospy.logwarn(message)
         player = BagPlayer(recording, _settings(options, choice))
         try:
             _run(player, options)
         finally:
             player.close()
-    return 0
+        _sum_up(player)
+    return 0 if player.is_complete else NOT_ALL
 
 
-def opened(options: PlayerOptions) -> Recording:
+def opened(options: PlayerOptions, recording_type: Type[Recording] = Recording) -> Recording:
     """Return the recording; a bag without an index is copied into one that has it, if allowed.
 
     Raises:
@@ -79,7 +91,7 @@ def opened(options: PlayerOptions) -> Recording:
     paths = list(options.files)
     while True:
         try:
-            return Recording(paths)
+            return recording_type(paths)
         except BagUnindexed as error:
             paths = [reindexed(path, str(error), options.reindex) if path == error.file else path
                      for path in paths]
@@ -89,14 +101,23 @@ def _settings(options: PlayerOptions, choice: TopicChoice) -> PlayerSettings:
     start_s = options.start_s or 0.0
     end_s = None if options.duration_s is None else start_s + options.duration_s
     return PlayerSettings(choice, end_s, not options.recorded_stamps,
-                          options.clock_hz if options.clock else None, options.queue_size)
+                          options.clock_hz if options.clock else None, options.queue_size,
+                          options.pauses_beside_others, options.keep_alive,
+                          options.skip_empty_s, options.pause_topics, options.rate_control_topic,
+                          options.rate_control_max_delay_s)
 
 
 def _run(player: BagPlayer, options: PlayerOptions) -> None:
-    for problem in player.problems:
-        rospy.logwarn(problem)
+    player.tell_problems()
     player.prepare(options.rate, options.start_s, options.loop)
     if player.wait_for_subscribers(options.delay_s, options.wait_for_subscribers):
         player.start(options.paused)
         with PlayerTerminal(player.progress, player.control, player.quit, options.quiet):
-            player.wait(until_finished=not options.keep_alive)
+            player.wait()
+
+
+def _sum_up(player: BagPlayer) -> None:
+    lines = player.summary()
+    if lines:
+        print('\n  '.join(['bag_player: not everything has been played or has arrived:', *lines]),
+              file=sys.stderr)

@@ -35,6 +35,7 @@ class TerminalCommands:
             Command.SLOWER: lambda _: control.set_rate(slower(control.status().rate)),
             Command.REVERSE: lambda _: control.set_rate(-control.status().rate),
             Command.TOGGLE_LOOP: lambda _: control.set_loop(control.status().loop is None),
+            Command.TOGGLE_PAUSE_TOPICS: lambda _: control.toggle_pause_topics(),
             Command.LOOP_BEGIN: lambda _: self._begin_loop(),
             Command.LOOP_END: lambda _: self._end_loop(),
             Command.HELP: lambda _: KEY_HELP,

@@ -2,13 +2,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Dict, List, NamedTuple, Optional, Tuple
 
-import numpy as np
 from visualization_msgs.msg import Marker
 
-from process_visualizer.motion.arrows import format_age, label_position, line_of_block
-from process_visualizer.motion.rotations import Vector, conjugate, rotated
+from process_visualizer.motion.arrows import format_age, label_offset, line_of_block
+from process_visualizer.motion.rotations import Vector
+from process_visualizer.motion.tool_place import ToolPlace
 from process_visualizer.nodes.markers import (
     TEXT_PERIOD_S,
     Pace,
@@ -20,16 +21,15 @@ from process_visualizer.nodes.markers import (
     vector_arrow,
 )
 from process_visualizer.nodes.parameters import ArrowStyle, Color, RobotParameters
-from process_visualizer.nodes.robot_messages import ToolPose
 
 
 class ToolMotion(NamedTuple):
-    """The tool's last pose and velocity (3,) [m/s] in the base frame, and when the pose came.
+    """Where the tool is, its velocity (3,) [m/s] in the base frame, and when its pose came.
 
     There is no velocity before the first positions span a time.
     """
 
-    pose: ToolPose
+    place: ToolPlace
     velocity: Optional[Vector]
     time_s: float
 
@@ -48,6 +48,10 @@ class RobotDisplay:
         self._parameters = parameters
         self._texts = Pace(TEXT_PERIOD_S)
         self._present: Dict[Tuple[str, int], str] = {}  # what RViz has, with its frame
+
+    def hurry(self) -> None:
+        """Let the next markers have numbers, however lately the last ones had."""
+        self._texts.hurry()
 
     def markers(self, motion: Optional[ToolMotion], force: Optional[VectorSample], data_s: float,
                 wall_s: Optional[float] = None, joints_age_s: Optional[float] = None
@@ -77,10 +81,13 @@ class RobotDisplay:
                force: Optional[VectorSample]) -> List[_Shown]:
         parameters, shown = self._parameters, []
         if motion and motion.velocity is not None:
-            velocity = rotated(conjugate(motion.pose.quaternion), motion.velocity)
-            sample = VectorSample(velocity, parameters.tool_frame, motion.time_s)
+            place = motion.place
+            sample = VectorSample(place.in_frame(motion.velocity), place.frame, motion.time_s,
+                                  place.foot)
             shown.append(_Shown('velocity', parameters.velocity_arrow, sample))
         if force:
+            if motion and force.frame == motion.place.frame:  # without a force frame of its own
+                force = replace(force, foot=motion.place.foot)
             shown.append(_Shown('force', parameters.force_arrow, force))
         return shown
 
@@ -105,8 +112,9 @@ class RobotDisplay:
         if motion is None:
             frame = force.frame if force else self._parameters.tool_frame
             return frame, (text.outward_m, 0.0, text.up_m)
-        return self._parameters.tool_frame, label_position(
-            np.asarray(motion.pose.position), motion.pose.rotation(), text.outward_m, text.up_m)
+        place = motion.place
+        beside = place.in_frame(label_offset(place.position, text.outward_m, text.up_m))
+        return place.frame, [a + b for a, b in zip(place.foot, beside)]
 
     def _deletions(self, markers: List[Marker]) -> List[Marker]:
         """Return the deletions of what was shown and is not any more."""

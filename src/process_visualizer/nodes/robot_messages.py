@@ -2,18 +2,16 @@
 from __future__ import annotations
 
 import math
-import zlib
 from dataclasses import dataclass
 from typing import Any, Dict, Sequence, Type
 
 import genpy
-import numpy as np
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 
 from process_visualizer.motion.float32_multi_array import float32_values
 from process_visualizer.motion.rotations import (
+    NO_ROTATION,
     Quaternion,
-    matrix_from_quaternion,
     quaternion_from_rotation_vector,
 )
 from process_visualizer.nodes.message_reader import Decoder
@@ -29,11 +27,8 @@ class ToolPose:
     quaternion: Quaternion  # x y z w, not zero, of any length
     frame: str = ''
     stamp_s: float = 0.0  # when it was measured; 0: the message does not say
-    checksum: int = 0  # CRC-32 of a message without a stamp
-
-    def rotation(self) -> np.ndarray:
-        """Return the rotation matrix (3, 3)."""
-        return matrix_from_quaternion(self.quaternion)
+    has_rotation: bool = True  # False: the message holds a position only
+    child_frame: str = ''  # the frame of tf that has this pose
 
 
 @dataclass(frozen=True)
@@ -46,14 +41,16 @@ class Wrench:
 
 
 def _pose_from_array(message: bytes) -> ToolPose:
-    """Read x y z [m] and a rotation vector [rad] (Universal Robots) or a quaternion x y z w."""
-    values, checksum = _finite(float32_values(message)), zlib.crc32(message)
+    """Read x y z [m], and a rotation vector [rad] (Universal Robots) or a quaternion x y z w."""
+    values = _finite(float32_values(message))
+    if len(values) == 3:
+        return ToolPose(values, NO_ROTATION, has_rotation=False)
     if len(values) == 6:
-        return ToolPose(values[:3], quaternion_from_rotation_vector(values[3:]), checksum=checksum)
+        return ToolPose(values[:3], quaternion_from_rotation_vector(values[3:]))
     if len(values) == 7:
-        return ToolPose(values[:3], _not_zero(values[3:]), checksum=checksum)
-    raise ValueError('6 values (x y z and a rotation vector) or 7 (x y z and a quaternion x y z w) '
-                     f'are expected, not {len(values)}')
+        return ToolPose(values[:3], _not_zero(values[3:]))
+    raise ValueError('3 values (x y z), 6 (with a rotation vector) or 7 (with a quaternion '
+                     f'x y z w) are expected, not {len(values)}')
 
 
 def _pose_from_pose_stamped(message: bytes) -> ToolPose:

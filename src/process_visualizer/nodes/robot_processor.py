@@ -1,28 +1,21 @@
 """The robot processor: from a robot's measurements to arrows and numbers."""
 from __future__ import annotations
 
+import math
 import sys
 import threading
-from typing import Any, Callable, Dict, List, Optional
-from xml.etree import ElementTree
+import time
+from typing import Any, Optional, Tuple
 
 import rospy
 from geometry_msgs.msg import TwistStamped, Vector3, WrenchStamped
 from visualization_msgs.msg import MarkerArray
 
-from process_visualizer.motion.measuring_time import MeasuringTime
-from process_visualizer.motion.recorded_times import Told
-from process_visualizer.motion.tool_velocity import ToolVelocity
-from process_visualizer.nodes.frame_reader import TF_MESSAGE, FrameReader
+from process_visualizer.motion.kinematics import Kinematics
+from process_visualizer.nodes.frame_reader import TF_MESSAGE
 from process_visualizer.nodes.frame_watch import FrameWatch
-from process_visualizer.nodes.live_number import LiveNumber
 from process_visualizer.nodes.markers import Pace, VectorSample
-from process_visualizer.nodes.message_reader import (
-    Decoder,
-    DoubtfulMessage,
-    Quantity,
-    TopicReader,
-)
+from process_visualizer.nodes.message_reader import DoubtfulMessage, TopicReader
 from process_visualizer.nodes.parameters import (
     ParameterError,
     RobotParameters,
@@ -32,17 +25,15 @@ from process_visualizer.nodes.parameters import (
 )
 from process_visualizer.nodes.playback import PlaybackFollower
 from process_visualizer.nodes.process_end import spin_to_end
-from process_visualizer.nodes.recorded_times import RecordedTimesFollower
+from process_visualizer.nodes.recorded_motion import RecordedMotion
 from process_visualizer.nodes.robot_display import RobotDisplay, ToolMotion
-from process_visualizer.nodes.robot_messages import (
-    POSE_DECODERS,
-    WRENCH_DECODERS,
-    ToolPose,
-    Wrench,
-)
+from process_visualizer.nodes.robot_messages import WRENCH_DECODERS, ToolPose, Wrench
+from process_visualizer.nodes.tool_input import ToolInput
+from process_visualizer.nodes.tool_placing import ToolPlacer
+from process_visualizer.nodes.twist_source import TwistSource
 
-PLAYBACK_RATE = '/process_visualizer/playback_rate'
 TICK_S = 0.1
+CHAIN_S = 1.0  # within which all transforms of a chain come
 
 
 class RobotProcessor:
@@ -55,90 +46,119 @@ class RobotProcessor:
 
     What a screen shows is published no faster than a screen can show it: with the message that
     brings it, so that it is not late, or with the next tick of a slow timer, which also notices
-    that nothing comes any more.
+    that nothing comes any more. While playback is paused, what belongs to the position is shown
+    as soon as the player has said which one that is.
     """
 
     def __init__(self, parameters: RobotParameters) -> None:
         """Advertise, subscribe, and start the timer."""
         self._parameters = parameters
         self._playback = PlaybackFollower()
-        self._playback_rate = LiveNumber(PLAYBACK_RATE, 1.0)
-        self._tool_times = MeasuringTime()
-        self._velocity = ToolVelocity(self._playback.clock, parameters.velocity_window_s)
         self._display = RobotDisplay(parameters)
-        self._frames = FrameWatch(parameters.robot_name, parameters.base_frame, model_links())
+        model = robot_model()
+        self._frames = FrameWatch(parameters.robot_name, parameters.base_frame, model.links)
+        self._tool = ToolPlacer(parameters, model)
         self._drawing = Pace(1.0 / parameters.marker_rate_hz)
         self._lock = threading.Lock()  # each topic has its thread, and so has the timer
         self._pose: Optional[ToolPose] = None
-        self._pose_time_s = 0.0
+        self._pose_time_s = self._came_s = 0.0
+        self._shown_paused: Tuple[Tuple[float, ...], float] = ((), 0.0)
         self._force: Optional[VectorSample] = None
         self._joints_time_s: Optional[float] = None
+        self._joints_s = -math.inf
         self._tool_velocity = rospy.Publisher('tool_velocity', TwistStamped, queue_size=10)
         self._tool_force = rospy.Publisher('tool_force', WrenchStamped, queue_size=10)
         self._markers = rospy.Publisher('marker_array', MarkerArray, queue_size=1)
-        self._watch_joints(parameters.joint_states)
-        self._subscribe_tool(parameters.tool_center_frame)
-        self._subscribe(parameters.force_sensor, WRENCH_DECODERS, self._on_wrench)
+        self._recorded = self._recording_of(parameters.tool_center_frame)
+        self._twist = TwistSource(self._recorded, parameters.velocity_window_s,
+                                  parameters.stale_after_s)
+        if parameters.joint_states.name or model.links:
+            rospy.Subscriber('joint_states', rospy.AnyMsg, self._on_joints, queue_size=1,
+                             tcp_nodelay=True)
+        self._input = ToolInput(parameters, self._on_tool_pose, self._on_static)
+        self._subscribe_force(parameters.force_sensor)
+        if self._recorded is not None:
+            self._recorded.start()
         self._timer = rospy.Timer(rospy.Duration(TICK_S), self._on_timer, reset=True)
 
-    def _subscribe(self, topic: TopicParameters, decoders: Dict[str, Decoder[Quantity]],
-                   callback: Callable[[Quantity], None]) -> None:
+    def _recording_of(self, topic: TopicParameters) -> Optional[RecordedMotion]:
+        if not topic.name:
+            return None
+        preroll_s = CHAIN_S if topic.message_type == TF_MESSAGE else 0.0
+        return RecordedMotion(topic.name, lambda message_type: self._input.decoder(message_type),
+                              self._playback.clock, self._parameters.velocity_window_s,
+                              self._on_playback, preroll_s)
+
+    def _subscribe_force(self, topic: TopicParameters) -> None:
         if topic.name:
             TopicReader(self._parameters.robot_name, topic.name, topic.message_type,
-                        decoders, callback)
+                        WRENCH_DECODERS, self._on_wrench)
 
-    def _watch_joints(self, topic: TopicParameters) -> None:
-        """Notice when the joint processor publishes no joint states any more."""
-        if topic.name:
-            rospy.Subscriber('joint_states', rospy.AnyMsg, self._on_joints, queue_size=1)
-
-    def _on_joints(self, _message: Any) -> None:
-        self._joints_time_s = self._playback.data_time_s()
+    def _on_joints(self, message: Any) -> None:
+        """Draw with the joint states that move the robot on the screen: arrows turn with it."""
+        now_s = rospy.get_time()
+        with self._lock:
+            self._joints_time_s = self._playback.clock.data_time_s(now_s)
+            self._joints_s = now_s
+            self._tool.take_joints(message._buff)
+            self._came_s = time.time()
+            if not self._stands():
+                self._draw(now_s, early_s=0.5 / self._parameters.marker_rate_hz)
 
     def _joints_age_s(self, data_s: float) -> Optional[float]:
-        return None if self._joints_time_s is None else max(data_s - self._joints_time_s, 0.0)
-
-    def _subscribe_tool(self, topic: TopicParameters) -> None:
-        parameters = self._parameters
-        if topic.message_type == TF_MESSAGE:
-            FrameReader(parameters.robot_name, topic.name, parameters.base_frame,
-                        topic.frame or parameters.tool_frame, self._on_tool_pose)
-        else:
-            self._subscribe(topic, POSE_DECODERS, self._on_tool_pose)
-            if topic.name:
-                RecordedTimesFollower(topic.name, self._on_told)
+        """Return since when no joint states come; None if none came or will come."""
+        if self._joints_time_s is None or not self._parameters.joint_states.name:
+            return None
+        return max(data_s - self._joints_time_s, 0.0)
 
     def _on_tool_pose(self, pose: ToolPose) -> None:
-        if pose.frame not in ('', self._parameters.base_frame):
-            raise ValueError(f'its frame is {pose.frame}, and the base frame '
-                             f'{self._parameters.base_frame} is expected')
         now_s = rospy.get_time()
-        wall_s = self._tool_times.wall_s(pose.stamp_s, now_s)
         with self._lock:
-            self._velocity.add(now_s, wall_s, pose.position, pose.quaternion,
-                               self._playback_rate.value(), pose.checksum)
+            self._twist.add(pose, now_s)
             self._pose, self._pose_time_s = pose, self._playback.clock.data_time_s(now_s)
-            self._frames.want(self._parameters.tool_frame, self._parameters.tool_center_frame.name)
-            if self._tool_velocity.get_num_connections() > 0:
+            self._came_s = time.time()
+            if not self._stands():  # else the player's next state says to which position it belongs
                 self._publish_velocity()
-            self._draw(now_s)
-        if self._tool_times.standing and not self._playback.clock.follows_player(now_s):
+                self._draw_data(now_s)
+        if self._twist.doubts_stamps:
             raise DoubtfulMessage('its stamp is not later than the one before; until the stamps go '
                                   'on, the velocity is computed from the times of arrival')
 
-    def _on_told(self, coming: List[Told]) -> None:
+    def _on_static(self) -> None:
+        if self._recorded is not None:
+            self._recorded.forget()
+
+    def _on_playback(self) -> None:
+        """While paused, show what belongs to a position, and again when its pose comes again."""
         with self._lock:
-            self._velocity.tell(rospy.get_time(), coming)
+            state = self._playback.clock.state
+            if state is None or not self._stands() or not self._twist.is_known:
+                return
+            moment, (shown, shown_came_s) = (state.segment, state.position_s), self._shown_paused
+            comes_again = shown_came_s < self._came_s <= state.stamp_s  # and was sent since then
+            if moment != shown or comes_again:
+                self._shown_paused = moment, self._came_s
+                self._drawing.hurry()
+                self._display.hurry()
+                self._publish_velocity()
+                self._draw(rospy.get_time())
+
+    def _stands(self) -> bool:
+        """Tell whether what is shown is that of a recording at a position."""
+        state = self._playback.clock.state
+        return state is not None and state.paused and self._twist.is_recorded
 
     def _publish_velocity(self) -> None:
-        velocity, turning = self._velocity.velocity(), self._velocity.angular_velocity()
-        if velocity is None or turning is None:
+        if not self._tool_velocity.get_num_connections():
             return
-        message = TwistStamped()
-        message.header.stamp = rospy.Time.from_sec(self._velocity.wall_s())
-        message.header.frame_id = self._parameters.base_frame
-        message.twist.linear, message.twist.angular = Vector3(*velocity), Vector3(*turning)
-        self._tool_velocity.publish(message)
+        twist = self._twist.twist()
+        if twist is not None:
+            message = TwistStamped()
+            message.header.stamp = twist.stamp
+            message.header.frame_id = self._parameters.base_frame
+            message.twist.linear, message.twist.angular = (Vector3(*twist.linear),
+                                                           Vector3(*twist.angular))
+            self._tool_velocity.publish(message)
 
     def _on_wrench(self, wrench: Wrench) -> None:
         frame, now_s = wrench.frame or self._parameters.force_frame, rospy.get_time()
@@ -146,7 +166,7 @@ class RobotProcessor:
             self._force = VectorSample(wrench.force, frame,
                                        self._playback.clock.data_time_s(now_s))
             self._frames.want(frame, self._parameters.force_sensor.name)
-            self._draw(now_s)
+            self._draw_data(now_s)
         if self._tool_force.get_num_connections() > 0:
             self._publish_force(rospy.Time.from_sec(now_s), frame, wrench)
 
@@ -161,34 +181,52 @@ class RobotProcessor:
     def _on_timer(self, _event: rospy.timer.TimerEvent) -> None:
         now_s = rospy.get_time()
         with self._lock:
-            self._velocity.settle(now_s)
+            self._twist.settle(now_s)
             self._frames.look()
+            self._tool.look()
             self._draw(now_s)
 
-    def _draw(self, now_s: float) -> None:
+    def _draw_data(self, now_s: float) -> None:
+        """Draw what came, unless joint states come, with which it is drawn."""
+        if not 0.0 <= now_s - self._joints_s < TICK_S:
+            self._draw(now_s)
+
+    def _draw(self, now_s: float, early_s: float = 0.0) -> None:
         """Publish the markers if it is time for them and somebody looks."""
-        if self._drawing.is_due(now_s) and self._markers.get_num_connections() > 0:
+        if self._twist.is_awaited():
+            return
+        if self._twist.is_recorded and not self._twist.is_known:
+            self._display.hurry()  # an old number must not stand
+        if self._drawing.is_due(now_s, early_s) and self._markers.get_num_connections() > 0:
             data_s = self._playback.clock.data_time_s(now_s)
-            markers = self._display.markers(self._motion(), self._force, data_s, now_s,
+            markers = self._display.markers(self._motion(data_s), self._force, data_s, now_s,
                                             self._joints_age_s(data_s))
             if markers:
                 self._markers.publish(MarkerArray(markers))
 
-    def _motion(self) -> Optional[ToolMotion]:
+    def _motion(self, data_s: float) -> Optional[ToolMotion]:
         if self._pose is None:
             return None
-        return ToolMotion(self._pose, self._velocity.velocity(), self._pose_time_s)
+        twist, shown = self._twist.twist(), self._twist.shown()
+        if twist is not None:
+            self._tool.note_motion(math.hypot(*twist.linear), math.hypot(*twist.angular))
+        oldest_s = data_s - self._parameters.stale_after_s
+        is_fresh = self._pose_time_s > oldest_s and (self._joints_time_s or 0.0) > oldest_s
+        place = self._tool.place(self._pose, is_fresh)
+        self._frames.want(place.frame, self._parameters.tool_center_frame.name)
+        time_s = data_s - shown.age_s if self._twist.is_recorded else self._pose_time_s
+        return ToolMotion(place, shown.velocity, time_s)
 
 
-def model_links() -> List[str]:
-    """Return the links of the robot's model, the parameter robot_description; none without one."""
+def robot_model() -> Kinematics:
+    """Return the robot's model, the parameter robot_description; an empty one without it."""
     text = rospy.get_param('robot_description', '<robot />')
     try:
-        return [link.get('name', '') for link in ElementTree.fromstring(text).findall('link')]
-    except (ElementTree.ParseError, TypeError) as error:
+        return Kinematics(text)
+    except (ValueError, TypeError) as error:
         rospy.logwarn('parameter %s: a URDF is expected: %s',
                       rospy.resolve_name('robot_description'), error)
-        return []
+        return Kinematics()
 
 
 def main() -> None:

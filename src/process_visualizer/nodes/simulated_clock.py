@@ -9,7 +9,8 @@ import rospy
 from genpy import Time
 from rosgraph_msgs.msg import Clock
 
-from process_visualizer.bags.timeline import NS_PER_S, Timeline
+from process_visualizer.bags.simulated_time import SimulatedTime
+from process_visualizer.bags.timeline import NS_PER_S, Basis, Timeline
 
 SETTLING_S = 0.3
 
@@ -28,7 +29,8 @@ class SimulatedClock:
         self._period_s = 1.0 / frequency_hz
         self._on_settled = on_settled
         self._publisher = rospy.Publisher('/clock', Clock, queue_size=10, tcp_nodelay=True)
-        self._last_ns = 0
+        self._lock = threading.Lock()  # what is told later must not be published earlier
+        self._time = SimulatedTime()
         self._settled_s = float('inf')
         self._changed = threading.Event()
         self._closed = False
@@ -37,9 +39,8 @@ class SimulatedClock:
 
     def jump(self, bag_ns: int) -> None:
         """Publish a bag time [ns] now, before its scene is published."""
-        if bag_ns < self._last_ns:
-            self._settled_s = time.monotonic() + SETTLING_S
-        self._publish(bag_ns)
+        with self._lock:
+            self._publish(self._timeline.basis, bag_ns)
 
     def close(self) -> None:
         """End the thread."""
@@ -48,15 +49,23 @@ class SimulatedClock:
         self._thread.join()
 
     def _run(self) -> None:
-        while not self._changed.wait(self._period_s) and not self._closed:
-            self._publish(self._timeline.position_ns())
-            if time.monotonic() >= self._settled_s:
+        due_s = time.monotonic()
+        while not self._changed.wait(max(due_s - time.monotonic(), 0.0)) and not self._closed:
+            with self._lock:
+                basis, now_ns = self._timeline.now()
+                self._publish(basis, basis.position_at(now_ns))
+            now_s = time.monotonic()
+            if now_s >= self._settled_s:
                 self._settled_s = float('inf')
                 self._on_settled()
+            # by what is due and not by what has passed, so that a late wake-up costs no time
+            due_s += self._period_s * max(1.0, (now_s - due_s) // self._period_s)
 
-    def _publish(self, bag_ns: int) -> None:
-        self._last_ns = bag_ns
+    def _publish(self, basis: Basis, bag_ns: int) -> None:
+        told_ns, goes_back = self._time.at(basis, bag_ns)
+        if goes_back:
+            self._settled_s = time.monotonic() + SETTLING_S
         try:
-            self._publisher.publish(Clock(Time(*divmod(bag_ns, NS_PER_S))))
+            self._publisher.publish(Clock(Time(*divmod(told_ns, NS_PER_S))))
         except rospy.ROSException as error:  # the node is shutting down
             rospy.logdebug('the clock is not published: %s', error)

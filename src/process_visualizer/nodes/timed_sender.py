@@ -63,10 +63,15 @@ class TimedSender:
     def send(self, topic: int, source: int, pieces: List[Data], due_ns: int) -> None:
         """Send a message of one of a topic's sources when a monotonic time [ns] has come.
 
-        It is not sent before those given earlier. The last one of each source is latched.
+        It is not sent before those given earlier. The last one of each source is latched; new
+        subscribers get them in the order in which they were sent.
         """
         data = pieces[0] if len(pieces) == 1 and isinstance(pieces[0], bytes) else b''.join(pieces)
         self._quick.timed_sender_send(self._sender, topic, source, due_ns, data, len(data))
+
+    def withdraw(self, topic: int, source: int, due_ns: int) -> None:
+        """Latch nothing of a topic's source any more, from a monotonic time [ns] on."""
+        self._quick.timed_sender_withdraw(self._sender, topic, source, due_ns)
 
     def revoke(self, after_ns: int) -> int:
         """Take back what is due after a time [ns] and not sent yet; return how many messages."""
@@ -110,6 +115,7 @@ def _declared(library: ctypes.CDLL) -> ctypes.CDLL:
             ('add_link', number, [sender, number, number]),
             ('remove_link', None, [sender, number]),
             ('send', None, [sender, number, number, ctypes.c_int64, ctypes.c_char_p, size]),
+            ('withdraw', None, [sender, number, number, ctypes.c_int64]),
             ('revoke', size, [sender, ctypes.c_int64]),
             ('sent', size, [sender, number]),
             ('dropped', size, [sender]),

@@ -1,6 +1,7 @@
 """Publishes recorded messages of one topic: bytes as they are, never waiting for a subscriber."""
 from __future__ import annotations
 
+import sys
 import threading
 import warnings
 from typing import Any, Callable, Dict, List, Type
@@ -12,6 +13,7 @@ from process_visualizer.bags.message_layout import Data
 from process_visualizer.nodes.timed_sender import TimedSender
 
 QUEUE_BYTES = 64 << 20
+UNLIMITED = sys.maxsize
 
 
 class TopicPublisher(rospy.SubscribeListener):
@@ -23,14 +25,15 @@ class TopicPublisher(rospy.SubscribeListener):
 
     def __init__(self, name: str, connection: Connection, latch: bool, sender: TimedSender,
                  queue_size: int, on_subscribe: Callable[[], None]) -> None:
-        """Advertise a topic.
+        """Advertise a topic; a queue of 0 messages is one without a limit.
 
         Raises:
             rospy.ROSException: the master cannot be reached, or the name is not allowed.
         """
         self.name = name
         self._sender = sender
-        self._topic = sender.add_topic(latch, queue_size, QUEUE_BYTES)
+        self._topic = sender.add_topic(latch, queue_size or UNLIMITED,
+                                       QUEUE_BYTES if queue_size else UNLIMITED)
         self._on_subscribe = on_subscribe
         self._lock = threading.Lock()  # subscribers come and go in several threads
         self._links: Dict[int, int] = {}  # by the identity of rospy's connection
@@ -49,9 +52,13 @@ class TopicPublisher(rospy.SubscribeListener):
         """How many messages have been sent, whether or not somebody listens."""
         return self._sender.sent(self._topic)
 
-    def publish(self, connection: int, pieces: List[Data], due_ns: int) -> None:
-        """Send a message of one of the topic's connections in the bag, given in pieces."""
-        self._sender.send(self._topic, connection, pieces, due_ns)
+    def publish(self, source: int, pieces: List[Data], due_ns: int) -> None:
+        """Send a message of one of the topic's sources in the bag, given in pieces."""
+        self._sender.send(self._topic, source, pieces, due_ns)
+
+    def withdraw(self, source: int, due_ns: int) -> None:
+        """Latch nothing of a source any more, from a time on [ns]."""
+        self._sender.withdraw(self._topic, source, due_ns)
 
     def close(self) -> None:
         """Stop publishing."""

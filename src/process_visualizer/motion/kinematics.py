@@ -1,0 +1,143 @@
+"""Where the links of a robot's model are, given the positions of its joints."""
+from __future__ import annotations
+
+import math
+from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from xml.etree import ElementTree
+
+from process_visualizer.motion.rotations import (
+    NO_ROTATION,
+    Quaternion,
+    Triple,
+    product,
+    quaternion_from_rotation_vector,
+    quaternion_from_ypr,
+    rotated,
+)
+
+
+class Placement(NamedTuple):
+    """Position [m] and rotation (x y z w) of a frame in another one."""
+
+    position: Triple = (0.0, 0.0, 0.0)
+    quaternion: Quaternion = NO_ROTATION
+
+    def then(self, inner: 'Placement') -> 'Placement':
+        """Return the place, seen from outside, of what is placed in this frame."""
+        x, y, z = rotated(self.quaternion, inner.position)
+        a, b, c = self.position
+        return Placement((a + x, b + y, c + z), product(self.quaternion, inner.quaternion))
+
+
+class _Joint(NamedTuple):
+    parent: str
+    origin: Placement
+    kind: str = 'fixed'
+    name: str = ''  # of the joint whose position counts, which may be another one (mimic)
+    axis: Triple = (1.0, 0.0, 0.0)
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+    def placement(self, positions: Mapping[str, float]) -> Optional[Placement]:
+        """Return where the child is in the parent; None if the joint's position is not known."""
+        if self.kind == 'fixed':
+            return self.origin
+        value = positions.get(self.name)
+        if value is None or self.kind not in ('revolute', 'continuous', 'prismatic'):
+            return None
+        value = self.multiplier * value + self.offset
+        x, y, z = self.axis
+        along = value * x, value * y, value * z
+        if self.kind == 'prismatic':
+            return self.origin.then(Placement(along))
+        return self.origin.then(Placement(quaternion=quaternion_from_rotation_vector(along)))
+
+
+class Kinematics:
+    """The tree of a robot's links, with frames that are fixed to them."""
+
+    def __init__(self, urdf: str = '<robot />') -> None:
+        """Read a URDF.
+
+        Raises:
+            ValueError: it is not XML, or a number in it is none.
+        """
+        try:
+            root = ElementTree.fromstring(urdf)
+        except ElementTree.ParseError as error:
+            raise ValueError(f'not well-formed XML: {error}') from None
+        self.links = [link.get('name', '') for link in root.findall('link')]
+        self._joints: Dict[str, _Joint] = {}
+        for element in root.findall('joint'):
+            child = element.find('child')
+            if child is not None:
+                self._joints[child.get('link', '')] = _joint(element)
+
+    def fix(self, parent: str, frame: str, placement: Placement) -> None:
+        """Add or move a frame that is fixed to another one; the model's links stay."""
+        if frame not in self.links:
+            self._joints[frame] = _Joint(parent, placement)
+
+    def placement(self, frame: str, base: str,
+                  positions: Mapping[str, float]) -> Optional[Placement]:
+        """Return where a frame is in another one that carries it.
+
+        Args:
+            frame, base: names; the base is the frame itself or one of those that carry it.
+            positions: of joints by name, in rad or m.
+
+        Returns:
+            None where nothing connects them, or a joint between them has no position.
+        """
+        found = Placement()
+        for joint in self._chain(frame, base) or ():
+            inner = joint.placement(positions)
+            if inner is None:
+                return None
+            found = inner.then(found)
+        return found if self._chain(frame, base) is not None else None
+
+    def _chain(self, frame: str, base: str) -> Optional[List[_Joint]]:
+        """Return the joints from a frame down to the base."""
+        joints: List[_Joint] = []
+        while frame != base:
+            joint = self._joints.get(frame)
+            if joint is None or len(joints) > len(self._joints):  # static transforms may be a ring
+                return None
+            joints.append(joint)
+            frame = joint.parent
+        return joints
+
+
+def _joint(element: ElementTree.Element) -> _Joint:
+    origin, axis, mimic = (element.find(tag) for tag in ('origin', 'axis', 'mimic'))
+    parent = element.find('parent')
+    return _Joint(
+        parent='' if parent is None else parent.get('link', ''),
+        origin=Placement() if origin is None else _origin(origin),
+        kind=element.get('type', ''),
+        name=element.get('name', '') if mimic is None else mimic.get('joint', ''),
+        axis=(1.0, 0.0, 0.0) if axis is None else _unit(_triple(axis.get('xyz', '1 0 0'))),
+        multiplier=1.0 if mimic is None else float(mimic.get('multiplier', '1')),
+        offset=0.0 if mimic is None else float(mimic.get('offset', '0')))
+
+
+def _origin(element: ElementTree.Element) -> Placement:
+    roll, pitch, yaw = _triple(element.get('rpy', '0 0 0'))
+    return Placement(_triple(element.get('xyz', '0 0 0')), _four(quaternion_from_ypr(
+        (yaw, pitch, roll)).tolist()))
+
+
+def _triple(text: str) -> Triple:
+    x, y, z = map(float, text.split())
+    return x, y, z
+
+
+def _four(values: Sequence[float]) -> Tuple[float, float, float, float]:
+    x, y, z, w = values
+    return x, y, z, w
+
+
+def _unit(axis: Triple) -> Triple:
+    length = math.hypot(*axis) or 1.0
+    return axis[0] / length, axis[1] / length, axis[2] / length

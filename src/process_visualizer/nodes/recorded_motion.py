@@ -1,0 +1,225 @@
+"""In playback, the tool's velocity at the position: read from the recording before it is needed."""
+from __future__ import annotations
+
+import math
+import threading
+import time
+from typing import Callable, List, NamedTuple, Optional, Tuple
+
+import genpy
+import rospy
+
+from process_visualizer.bags.timeline import MAX_RATE
+from process_visualizer.motion.playback_clock import PlaybackClock
+from process_visualizer.motion.recorded_poses import (
+    Part,
+    RecordedPose,
+    RecordedPoses,
+    kept_part,
+    needed_part,
+    next_part,
+)
+from process_visualizer.motion.recorded_velocity import RecordedVelocity
+from process_visualizer.motion.rotations import Triple
+from process_visualizer.msg import PlayerState
+from process_visualizer.nodes.frame_reader import PoseDecoder
+from process_visualizer.nodes.playback import STATE_TOPIC
+from process_visualizer.nodes.service_connection import ServiceConnection, ServiceUnreachable
+from process_visualizer.srv import ReadTopic, ReadTopicResponse
+
+SERVICE = '/bag_player/read'
+MOMENT_S = 0.05  # in which an operator does not see that a number has not changed yet
+_RETRY_S, _WARNING_S = 1.0, 10.0
+_ANSWER_S = 5.0
+_NS = 1e-9
+
+
+class RecordedMoment(NamedTuple):
+    """A position of playback and the velocities around it."""
+
+    position_s: float
+    around: RecordedVelocity
+
+    def velocity(self) -> Optional[Triple]:
+        """Return the velocity (3,) [m/s] in the base frame; None where the tool has none."""
+        return self.around.velocity(self.position_s)
+
+    def angular_velocity(self) -> Optional[Triple]:
+        """Return the angular velocity (3,) [rad/s] in the base frame; None as above."""
+        return self.around.angular_velocity(self.position_s)
+
+    def age_s(self) -> Optional[float]:
+        """Return how old the last pose is [s of the recording]; None before the first."""
+        return self.around.age_s(self.position_s)
+
+
+class _Known(NamedTuple):
+    poses: RecordedPoses
+    velocity: RecordedVelocity
+
+
+class RecordedMotion:
+    """Keeps the poses around the position, wherever playback goes.
+
+    A thread reads them by the player's service ~read: what is needed for the position first, then
+    what lies ahead. So a velocity depends on the recording and on the position, and neither on
+    what came before nor on when it came.
+    """
+
+    def __init__(self, topic: str, decoder: Callable[[str], Optional[PoseDecoder]],
+                 clock: PlaybackClock, window_s: float, on_change: Callable[[], None],
+                 preroll_s: float = 0.0) -> None:
+        """Take what is read and for whom.
+
+        Args:
+            topic: what carries the poses.
+            decoder: returns a new decoder of messages of a type, None for one that is not taken.
+            clock: of the player's states.
+            window_s: of the slopes [s].
+            on_change: called, in various threads, with each state of the player, and when more is
+                known.
+            preroll_s: how much a decoder is given before the poses that are wanted [s].
+        """
+        self._preroll_s = preroll_s
+        self._topic = rospy.resolve_name(topic)
+        self._decoder = decoder
+        self._clock = clock
+        self._window_s = window_s
+        self._on_change = on_change
+        self._service = ServiceConnection(rospy.resolve_name(SERVICE), ReadTopic, _ANSWER_S)
+        self._changed = threading.Condition()
+        self._recording: Tuple[object, ...] = ()  # begin, duration, files, topics
+        self._duration_s = 0.0
+        self._is_played: Optional[bool] = None  # not known yet
+        self._known: Optional[_Known] = None
+        self._period_s = 0.0
+        self._retry_s = 0.0
+        self._awaited_s = math.inf
+        self._thread = threading.Thread(target=self._run, name='recorded poses', daemon=True)
+
+    def start(self) -> None:
+        """Begin to follow the player."""
+        self._thread.start()
+        rospy.Subscriber(STATE_TOPIC, PlayerState, self._take_state, tcp_nodelay=True)
+
+    def is_in_charge(self) -> bool:
+        """Tell whether there is a player that plays the topic; if it may, that counts, too."""
+        return self._is_played is not False and self._clock.follows_player(time.time())
+
+    def is_awaited(self) -> bool:
+        """Tell whether what belongs to the position is going to be known in a moment."""
+        if not self.is_in_charge() or self.moment() is not None:
+            self._awaited_s = math.inf
+            return False
+        self._awaited_s = min(self._awaited_s, time.monotonic())
+        return time.monotonic() < self._awaited_s + MOMENT_S
+
+    def moment(self) -> Optional[RecordedMoment]:
+        """Return what belongs to the present position; None while it is not known."""
+        bag, known = self._clock.bag_time(time.time()), self._known
+        if bag is None or known is None:
+            return None
+        position_s = self._within(bag.time_s)
+        if not known.poses.part.holds(needed_part(position_s, self._duration_s)):
+            return None
+        return RecordedMoment(position_s, known.velocity)
+
+    def forget(self) -> None:
+        """Read all anew, as messages mean something else now."""
+        with self._changed:
+            self._recording = ()
+
+    def _take_state(self, state: PlayerState) -> None:
+        recording = (state.begin, state.duration, *state.files,
+                     *(topic.name for topic in state.topics))
+        with self._changed:
+            if recording != self._recording:
+                self._recording, self._duration_s = recording, state.duration
+                self._is_played = self._known = None
+            self._changed.notify()
+        self._on_change()
+
+    def _within(self, position_s: float) -> float:
+        return min(max(position_s, 0.0), self._duration_s)
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._next_part() is not None)
+                recording, part = self._recording, self._next_part()
+            if part is not None:
+                self._extend(recording, part)
+
+    def _next_part(self) -> Optional[Part]:
+        bag = self._clock.bag_time(time.time())
+        if (bag is None or not self._recording or not self.is_in_charge()
+                or time.monotonic() < self._retry_s):
+            return None
+        known = None if self._known is None else self._known.poses.part
+        return next_part(known, self._within(bag.time_s), _bounded(bag.rate), self._duration_s)
+
+    def _extend(self, recording: Tuple[object, ...], part: Part) -> None:
+        try:
+            poses = self._read(Part(round(part.begin_s, 9), round(part.end_s, 9)))
+        except ServiceUnreachable as error:
+            if self._retry_s:  # not for the first time: the player may just have ended
+                rospy.logwarn_throttle(_WARNING_S, f'{self._topic}: its recorded velocities are '
+                                       f'not known: {error}')
+            self._retry_s = time.monotonic() + _RETRY_S
+            return
+        self._retry_s = 0.0
+        known = None if poses is None else self._joined(poses)
+        with self._changed:
+            if self._recording is recording:
+                self._is_played, self._known = poses is not None, known
+        self._on_change()
+
+    def _joined(self, poses: RecordedPoses) -> _Known:
+        before = self._known
+        if before is not None and (before.poses.part.end_s == poses.part.begin_s
+                                   or before.poses.part.begin_s == poses.part.end_s):
+            poses = before.poses.joined(poses)
+        bag = self._clock.bag_time(time.time())
+        if bag is not None:
+            poses = poses.only(kept_part(self._within(bag.time_s), _bounded(bag.rate)))
+        return _Known(poses, poses.velocity(self._window_s, self._period_s))
+
+    def _read(self, part: Part) -> Optional[RecordedPoses]:
+        """Return the poses of a part of the recording; None if the topic is not played."""
+        poses: List[RecordedPose] = []
+        decoder: Optional[PoseDecoder] = None
+        begin_s = max(part.begin_s - self._preroll_s, 0.0)
+        while True:
+            answer = self._service.call(self._topic, begin_s, part.end_s)
+            if not answer.success:
+                return None
+            decoder = decoder or self._decoder(answer.type)
+            if decoder is None:
+                return None
+            self._period_s = answer.period
+            poses += [pose for pose in _decoded(answer, decoder)
+                      if pose.recorded_s >= part.begin_s]
+            if answer.end >= part.end_s:
+                return RecordedPoses(Part(part.begin_s, answer.end), poses)
+            begin_s = answer.end + _NS
+
+
+def _bounded(rate: float) -> float:
+    """Return the rate for which poses are read ahead; at higher ones velocities may be missing."""
+    return min(max(rate, -MAX_RATE), MAX_RATE)
+
+
+def _decoded(answer: ReadTopicResponse, decoder: PoseDecoder) -> List[RecordedPose]:
+    """Return the poses in an answer; messages that cannot be used are left out."""
+    poses, end = [], 0
+    recording_s = answer.recording_begin.to_sec()
+    for recorded_s, size in zip(answer.positions, answer.sizes):
+        end += size
+        try:
+            pose = decoder(answer.data[end - size:end])
+        except (ValueError, genpy.DeserializationError):
+            continue  # the same message is told of when it is played
+        if pose is not None:
+            stamp_s = pose.stamp_s - recording_s if pose.stamp_s else math.nan
+            poses.append(RecordedPose(recorded_s, stamp_s, pose.position, pose.quaternion))
+    return poses

@@ -1,0 +1,146 @@
+"""Says in the scene which device is not drawn any more, or is old, as a process has ended or hangs.
+
+What stands for data goes away by itself when nobody draws it anew (``markers.LIFETIME_S``). A
+robot that is not moved any more and a cloud stay in the picture: only words can say that they are
+old. So every process that draws is asked a few times a second whether it is there.
+"""
+from __future__ import annotations
+
+import sys
+import time
+from dataclasses import dataclass
+from typing import Dict, List, Mapping, Optional, Tuple
+
+import rosgraph
+import rospy
+from std_msgs.msg import Float32
+from visualization_msgs.msg import MarkerArray
+
+from process_visualizer.nodes.markers import Pace, invisible_marker, text_marker
+from process_visualizer.nodes.node_pulse import Pulses
+from process_visualizer.nodes.parameters import (
+    STALE_AFTER_S,
+    ParameterError,
+    Parameters,
+    private_parameters,
+)
+
+TEXT_PERIOD_S = 0.2
+CALM_PERIOD_S = 1.0  # RViz has something to show, also when the frames come after it
+LOOKUP_PERIOD_S = 2.0
+AMBER = (1.0, 0.7, 0.1, 1.0)
+HEIGHT_M = 0.06
+OTHERS_MEANING = 'what it showed is old'
+
+
+@dataclass(frozen=True)
+class WatchedDevice:
+    """A device: where its words stand, what its nodes do for it, and the topics that RViz shows."""
+
+    name: str
+    frame: str
+    position: Tuple[float, float, float]  # (3,) [m] in the frame
+    nodes: Mapping[str, str]  # what it means that one has ended, by its name
+    topics: Tuple[str, ...]
+    age_topic: str  # says how old the cloud is; '' without one
+
+    @staticmethod
+    def read(parameters: Parameters) -> 'WatchedDevice':
+        """Return a device from its parameters; raises ParameterError."""
+        return WatchedDevice(
+            parameters.text('name', ''), parameters.frame('frame', 'world'),
+            parameters.vector('position', (0.0, 0.0, 0.0)),
+            parameters.texts('nodes'), tuple(parameters.texts('topics')),
+            parameters.text('age_topic', ''))
+
+
+class SceneWatch:
+    """Asks the nodes of all devices whether they are there, and writes what is wrong."""
+
+    def __init__(self, parameters: Parameters) -> None:
+        """Read the devices, advertise, and subscribe the ages of clouds.
+
+        Raises:
+            ParameterError: a value is wrong.
+        """
+        self._frame = parameters.frame('frame', 'world')
+        self._devices = [WatchedDevice.read(group) for group in parameters.groups('devices')]
+        self._stale_after_s = parameters.number('stale_after', STALE_AFTER_S, above=0.0)
+        self._master = rosgraph.Master(rospy.get_name())
+        self._pulses = Pulses(self._uri)
+        self._meanings: Dict[str, Dict[str, str]] = {
+            device.name: dict(device.nodes) for device in self._devices}
+        self._ages: Dict[str, Tuple[float, float]] = {}  # age [s], and when it was told
+        self._texts, self._calm = Pace(TEXT_PERIOD_S), Pace(CALM_PERIOD_S)
+        self._lookups = Pace(LOOKUP_PERIOD_S)
+        self._publisher = rospy.Publisher('~marker_array', MarkerArray, queue_size=1, latch=True)
+        self._subscribers = [
+            rospy.Subscriber(device.age_topic, Float32, self._on_age, callback_args=device.name)
+            for device in self._devices if device.age_topic]
+
+    def run(self) -> None:
+        """Watch until ROS shuts the node down."""
+        while not rospy.is_shutdown():
+            now_s = time.monotonic()
+            if self._lookups.is_due(now_s):
+                self._look_up_publishers()
+            self._pulses.step(TEXT_PERIOD_S)
+            problems = self.problems()
+            if (self._texts if problems else self._calm).is_due(now_s):
+                self._publish(problems)
+
+    def problems(self) -> Dict[str, List[str]]:
+        """Return what is wrong now, by the devices' names."""
+        found = {device.name: self._problems(device.name) for device in self._devices}
+        return {name: problems for name, problems in found.items() if problems}
+
+    def _problems(self, device: str) -> List[str]:
+        ended = [(name, self._pulses.nodes[name].problem) for name in self._meanings[device]
+                 if name in self._pulses.nodes]
+        lines = [f'{device}: {name.split("/")[-1]} {problem}, {self._meanings[device][name]}'
+                 for name, problem in ended if problem]
+        age_s, told_s = self._ages.get(device, (0.0, 0.0))
+        if age_s > self._stale_after_s and time.monotonic() - told_s < 1.0:
+            lines.append(f'{device}: points {age_s:.1f} s old')
+        return lines
+
+    def _publish(self, problems: Mapping[str, List[str]]) -> None:
+        self._publisher.publish(MarkerArray([invisible_marker('all is well', self._frame), *(
+            text_marker(device.name, device.frame, device.position,
+                        '\n'.join(problems[device.name]), HEIGHT_M, AMBER)
+            for device in self._devices if device.name in problems)]))
+
+    def _look_up_publishers(self) -> None:
+        """Watch who publishes what RViz shows, besides the nodes that are known."""
+        try:
+            publishers = dict(self._master.getSystemState()[0])
+        except (rosgraph.MasterException, OSError) as error:
+            rospy.logwarn_throttle(10.0, f'scene_watch: the master does not answer: {error}')
+            return
+        for device in self._devices:
+            meanings = self._meanings[device.name]
+            for topic in device.topics:
+                for node in publishers.get(topic, []):
+                    meanings.setdefault(node, OTHERS_MEANING)
+            self._pulses.watch(meanings)
+
+    def _uri(self, node: str) -> Optional[str]:
+        try:
+            uri: str = self._master.lookupNode(node)
+        except (rosgraph.MasterException, OSError):
+            return None
+        return uri
+
+    def _on_age(self, message: Float32, device: str) -> None:
+        self._ages[device] = message.data, time.monotonic()
+
+
+def main() -> None:
+    """Run the node; it ends with status 1 when a parameter is wrong."""
+    rospy.init_node('scene_watch')
+    try:
+        watch = SceneWatch(private_parameters())
+    except ParameterError as error:
+        rospy.logfatal('%s', error)
+        sys.exit(1)
+    watch.run()
