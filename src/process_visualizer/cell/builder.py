@@ -21,6 +21,7 @@ from process_visualizer.cell.model import (
     Property,
     RegionOfInterest,
     RoslaunchElement,
+    Tool,
     Topic,
     TopicFunction,
     Variable,
@@ -41,6 +42,7 @@ def build_device(parsed: Parsed, global_frame: str) -> Device:
         location=parsed.location,
         base=_base(parsed.first('base')),
         model=_model(parsed.first('model')),
+        tool=_tool(parsed.first('tool')),
         force=_force(parsed.first('force')),
         roi=_roi(parsed.first('roi'), global_frame),
         nodes=tuple(_node(child, name) for child in parsed.all('node')),
@@ -73,7 +75,15 @@ def _base(parsed: Optional[Parsed]) -> Optional[BaseFrame]:
 def _model(parsed: Optional[Parsed]) -> Optional[Model]:
     if parsed is None:
         return None
-    return Model(parsed.values['pkg'], parsed.values['path'], parsed.location)
+    values = parsed.values
+    return Model(values['pkg'], values['path'], parsed.location, _passed_arguments(parsed),
+                 values['prefix'] or '')
+
+
+def _tool(parsed: Optional[Parsed]) -> Optional[Tool]:
+    if parsed is None:
+        return None
+    return Tool(parsed.values['frame'], _pose(parsed.values), parsed.location)
 
 
 def _force(parsed: Optional[Parsed]) -> Optional[ForceFrame]:
@@ -110,10 +120,12 @@ def _node(parsed: Parsed, device_name: str) -> Node:
 
 def _launch_file(parsed: Parsed) -> LaunchFile:
     values = parsed.values
-    arguments = tuple((child.values['name'], child.values['value'])
-                      for child in parsed.all('arg'))
-    return LaunchFile(values['pkg'], values['type'], _mode(values['ifstate']), arguments,
-                      parsed.location)
+    return LaunchFile(values['pkg'], values['type'], _mode(values['ifstate']),
+                      _passed_arguments(parsed), parsed.location)
+
+
+def _passed_arguments(parsed: Parsed) -> Tuple[Tuple[str, str], ...]:
+    return tuple((child.values['name'], child.values['value']) for child in parsed.all('arg'))
 
 
 def absolute_topic(namespace: str, name: str) -> str:

@@ -4,18 +4,22 @@ Facts from the RViz sources (noetic-devel); a key that is missing in a file keep
 """
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Dict, Optional
 
 
 @dataclass(frozen=True)
 class DisplayType:
-    """An RViz display: ``default_topic`` is below the device's name; None where none exists."""
+    """An RViz display: ``default_topic`` is below the device's name; None where none exists.
+
+    ``device_names`` are further properties whose values are names below the device's name.
+    """
 
     topic_key: Optional[str]
     message_type: Optional[str] = None
     default_topic: Optional[str] = None
     properties: Dict[str, Any] = field(default_factory=dict)
+    device_names: Dict[str, str] = field(default_factory=dict)
 
     @property
     def needs_topic(self) -> bool:
@@ -40,7 +44,10 @@ _CLOUD = {'Style': 'Points', 'Size_(Pixels)': 4, 'Color_Transformer': 'RGB8',
 
 DISPLAY_TYPES: Dict[str, DisplayType] = {
     'AccelStamped': _stream('geometry_msgs/AccelStamped'),
-    'Effort': _stream('sensor_msgs/JointState'),
+    # "Value" is what RViz loads first of all. An Effort display subscribes only when its topic is
+    # loaded while it is enabled already, and "Enabled" is loaded last.
+    'Effort': replace(_stream('sensor_msgs/JointState', Value=True),
+                      device_names={'Robot Description': 'robot_description'}),
     'FluidPressure': _stream('sensor_msgs/FluidPressure'),
     'GridCells': _stream('nav_msgs/GridCells'),
     'Illuminance': _stream('sensor_msgs/Illuminance'),

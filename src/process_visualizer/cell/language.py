@@ -82,7 +82,7 @@ PASSED_ARGUMENT = Tag(
     'A value that is passed on to the file.',
     {'name': _required('name', 'name of the argument there'),
      'value': _required('text', 'its value'), **_CONDITION})
-"""``<arg>`` in an ``<include>`` or a ``<launch>``."""
+"""``<arg>`` in an ``<include>``, a ``<launch>`` or a ``<model>``."""
 
 _STRUCTURE: Dict[str, Tag] = {
     'visualizer': Tag(
@@ -106,17 +106,26 @@ _STRUCTURE: Dict[str, Tag] = {
         {'type': _required('choice', 'what it is', ('robot', 'depth_sensor', 'other')),
          'name': _required('name', 'its name, and the namespace of its nodes'),
          **_CONDITION},
-        children=('base', 'model', 'node', 'launch', 'topic', 'rviz', 'force', 'arrow',
+        children=('base', 'model', 'tool', 'node', 'launch', 'topic', 'rviz', 'force', 'arrow',
                   'variable', 'roi', 'param', 'rosparam'),
-        single=('base', 'model', 'force', 'roi')),
+        single=('base', 'model', 'tool', 'force', 'roi')),
     'base': Tag(
         "The device's base frame, posed in the global frame.",
         {'frame': _required('frame', 'name of the base frame'), **_POSE},
         alternatives=('rpy', 'ypr')),
     'model': Tag(
-        'The model of the device: a URDF or xacro file.',
+        'The model of the device: a URDF or xacro file; `<arg>` elements are for the latter.',
         {'pkg': _required('package', 'package that holds the file'),
-         'path': _required('path', 'path below the package; ends in .urdf or .xacro')}),
+         'path': _required('path', 'path below the package; ends in .urdf or .xacro'),
+         'prefix': _optional('frame', 'what the names of its links begin with then, such as '
+                                      '`left_`; keeps two robots of one model apart')},
+        children=('arg',), variants={'arg': PASSED_ARGUMENT}),
+    'tool': Tag(
+        "The robot's tool frame, where its arrows begin; without it a link of the model is chosen.",
+        {'frame': _required('frame', 'a link of the model, or another frame that is fixed to one'),
+         'xyz': _optional('vector', 'position of the tool in that frame in m', '0 0 0'),
+         'rpy': _POSE['rpy'], 'ypr': _POSE['ypr']},
+        alternatives=('rpy', 'ypr')),
     'force': Tag(
         'The frame of the force sensor; without it the tool frame is used.',
         {'parentframe': _required('frame', 'frame it is posed in, such as the tool frame'),
@@ -210,7 +219,7 @@ _DRAWN: Dict[str, Tag] = {
          'msg': _optional('message', 'message type; without it what the topic turns out to '
                                      'carry'),
          'frame': _optional('frame', 'with `msg="tf2_msgs/TFMessage"`: which frame of tf the tool '
-                                     'is; without it the last link of the model'),
+                                     'is; without it the tool frame (see `<tool>`)'),
          'record': _optional('boolean', 'whether the topic is recorded', 'True')}),
     'rviz': Tag(
         'An RViz display of the device.',

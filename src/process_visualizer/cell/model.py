@@ -67,12 +67,26 @@ class ForceFrame:
 
 
 @dataclass(frozen=True)
+class Tool:
+    """Where the tool of a robot is: its pose in a link of the model, or another frame."""
+
+    frame: str
+    pose: Pose
+    location: Location
+
+
+@dataclass(frozen=True)
 class Model:
-    """A URDF or xacro file of a package."""
+    """A URDF or xacro file of a package.
+
+    ``arguments`` are names and values for a xacro file, ``prefix`` is what links' names get.
+    """
 
     package: str
     path: str
     location: Location
+    arguments: Tuple[Tuple[str, str], ...] = ()
+    prefix: str = ''
 
 
 @dataclass(frozen=True)
@@ -215,6 +229,7 @@ class Device:
     location: Location
     base: Optional[BaseFrame] = None
     model: Optional[Model] = None
+    tool: Optional[Tool] = None
     force: Optional[ForceFrame] = None
     roi: Optional[RegionOfInterest] = None
     nodes: Tuple[Node, ...] = ()

@@ -15,8 +15,8 @@ from process_visualizer.cell.suggestions import advice
 
 TF_MESSAGE = 'tf2_msgs/TFMessage'
 _ROBOT_TOPICS = ('joint_states', 'tool_center_frame', 'force_sensor')
-_PROGRAM_NODES = ('process_visualizer', 'cell_frames', 'bag_player', 'bag_recorder', 'rviz',
-                  'rosout')
+_PROGRAM_NODES = ('process_visualizer', 'cell_frames', 'scene_watch', 'bag_player',
+                  'bag_recorder', 'rviz', 'rosout')
 
 
 def check_devices(parsed_devices: Sequence[Parsed], global_frame: str,
@@ -101,7 +101,8 @@ def _report_duplicates(items: Iterable[Tuple[str, Location, str]], what: str,
 
 def _check_elements_of_type(device: Device, problems: ProblemList) -> None:
     if device.type is not DeviceType.ROBOT:
-        for element, found in (('force', device.force), ('arrow', next(iter(device.arrows), None))):
+        for element, found in (('tool', device.tool), ('force', device.force),
+                               ('arrow', next(iter(device.arrows), None))):
             if found is not None:
                 problems.add(found.location, element, 'belongs to robots only; this device has '
                                                       f'the type "{device.type.value}"')

@@ -124,13 +124,13 @@ def _child(name: str, type_name: str) -> Iterator[str]:
 def _single_children(tag: Tag) -> str:
     """Constraints that allow one child of a kind.
 
-    XSD 1.0 cannot count children that stand in any order; but the children in question are
-    empty, so two of them have equal text, which must be unique.
+    XSD 1.0 cannot count children that stand in any order; but those that are empty have equal
+    text, which must be unique. Of others only the parser finds a second one.
     """
     return ''.join(f'        <xs:unique name="single_{child}">\n'
                    f'          <xs:selector xpath="{child}"/>\n'
                    '          <xs:field xpath="."/>\n        </xs:unique>\n'
-                   for child in tag.single)
+                   for child in tag.single if not TAGS[child].children)
 
 
 def _attributes(tag: Tag, indent: int) -> Iterator[str]:

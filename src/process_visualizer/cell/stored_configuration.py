@@ -4,7 +4,7 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
-from typing import Any, Dict, NamedTuple, Optional
+from typing import Any, Dict, NamedTuple
 
 from process_visualizer.cell.model import Cell
 
@@ -30,19 +30,28 @@ def configuration_text(cell: Cell) -> str:
     return json.dumps({'file': cell.file, 'files': texts, 'arguments': dict(cell.arguments)})
 
 
-def stored_configuration(value: Optional[Dict[str, Any]]) -> Optional[StoredConfiguration]:
-    """Return what `configuration_text` has written, from its JSON; None if that is not it."""
-    if value is None:
-        return None
-    files, arguments = value.get('files'), value.get('arguments')
-    main = os.path.abspath(str(value.get('file')))
-    if not isinstance(files, dict) or not isinstance(arguments, dict):
-        return None
-    texts = {os.path.abspath(str(path)): str(text) for path, text in files.items()}
-    if main not in texts:
-        return None
-    return StoredConfiguration(main, texts,
-                               {str(name): str(text) for name, text in arguments.items()})
+def stored_configuration(value: Dict[str, Any]) -> StoredConfiguration:
+    """Return what `configuration_text` has written, from its JSON.
+
+    Raises:
+        ValueError: that is not it.
+    """
+    files = {os.path.abspath(path): text for path, text in _texts(value, 'files').items()}
+    if not isinstance(value.get('file'), str) or os.path.abspath(value['file']) not in files:
+        raise ValueError('"file" is none of its files')
+    for path, text in files.items():
+        text.encode('utf-8', 'surrogateescape')
+        if not os.fsencode(path) or '\0' in path:
+            raise ValueError('the name of a file has a zero byte')
+    return StoredConfiguration(os.path.abspath(value['file']), files, _texts(value, 'arguments'))
+
+
+def _texts(value: Dict[str, Any], name: str) -> Dict[str, str]:
+    """The texts by name that stand under a name."""
+    found = value.get(name)
+    if not isinstance(found, dict) or not all(isinstance(it, str) for it in found.values()):
+        raise ValueError(f'"{name}" are no texts by their names')
+    return found
 
 
 def write_configuration(configuration: StoredConfiguration, folder: str) -> str:

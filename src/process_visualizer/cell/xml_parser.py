@@ -10,9 +10,11 @@ from process_visualizer.cell.element_reader import ElementReader, Parsed
 from process_visualizer.cell.errors import ConfigurationError, ProblemList
 from process_visualizer.cell.language import ROOT
 from process_visualizer.cell.model import Cell, Device, RoslaunchElement
+from process_visualizer.cell.output_rules import check_outputs
 from process_visualizer.cell.roslaunch_rules import check_machines
 from process_visualizer.cell.rules import check_device, check_devices, check_node_names
 from process_visualizer.cell.suggestions import missing_file
+from process_visualizer.cell.variable_topics import with_variable_topics
 from process_visualizer.cell.xml_reader import Element, read_xml
 
 DEFAULT_FRAME = 'world'
@@ -65,7 +67,8 @@ def _build_devices(parsed_devices: List[Parsed], frame: str,
             check_device(device, parsed.sound, problems)
             devices.append(device)
     check_node_names(devices, problems)
-    return tuple(devices)
+    check_outputs(devices, problems)
+    return with_variable_topics(devices)
 
 
 class _Reading:

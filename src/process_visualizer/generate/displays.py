@@ -49,13 +49,25 @@ def _config(display: Display, device: Device) -> DisplayConfig:
         'Enabled': True,
         **copy.deepcopy(display_type.properties),
     }
+    config.update((key, f'/{device.name}/{name}')
+                  for key, name in display_type.device_names.items())
     if display_type.topic_key is not None:
         config[display_type.topic_key] = display_topic(display, device)
     if display.type == 'Group':
         config['Displays'] = [_config(child, device) for child in display.children]
     config.update((item.name, property_value(item)) for item in display.properties
                   if item.name not in _SETTLED)
+    if display.type == 'TF':
+        config['Frames'] = _frame_states(config['Frames'])
     return config
+
+
+def _frame_states(frames: Any) -> Any:
+    """RViz takes a frame for switched off unless its state is a mapping with the key "Value"."""
+    if not isinstance(frames, dict):
+        return frames
+    return {name: state if isinstance(state, dict) or name == 'All Enabled' else {'Value': state}
+            for name, state in frames.items()}
 
 
 def display_topic(display: Display, device: Device) -> str:

@@ -23,6 +23,7 @@ from process_visualizer.generate.processor_nodes import (
     processor_nodes,
 )
 from process_visualizer.generate.robot_description import RobotDescription
+from process_visualizer.generate.watch_parameters import SCENE_WATCH, watch_parameters
 
 _BOOLEAN = ('respawn', 'required', 'clear_params', 'subst_value')
 _TRUTH = {'1': 'true', '0': 'false'}
@@ -96,6 +97,11 @@ class LaunchFileBuilder:
         self._processor(root, ProcessorNode(
             'process_visualizer', 'cell_frames', 'cell_frames',
             frame_parameters(self._choice.cell, self._choice.devices)))
+        root.comment('says in the scene what is not live any more')
+        self._processor(root, ProcessorNode(
+            'process_visualizer', 'scene_watch', SCENE_WATCH,
+            watch_parameters(self._choice.cell, self._choice.devices)),
+            respawn=True)
 
     def _bag(self, root: Tag) -> None:
         if has_recorder(self._choice):
@@ -106,11 +112,11 @@ class LaunchFileBuilder:
     def _device(self, root: Tag, device: Device) -> None:
         root.comment(f'{device.name} ({device.type.value}), from {device.location}')
         group = root.add('group', {'ns': device.name})
-        for parameter in device.parameters:
-            self._roslaunch_element(group, parameter)
         self._model(group, device)
         for processor in processor_nodes(device, self._descriptions.get(device.name)):
             self._processor(group, processor)
+        for parameter in device.parameters:  # after what is generated: what a user sets counts
+            self._roslaunch_element(group, parameter)
         for node in self._choice.nodes(device):
             self._node(group, node, device)
         for launch_file in self._choice.launch_files(device):
@@ -123,10 +129,12 @@ class LaunchFileBuilder:
             group.add('param', {
                 'name': 'robot_description', 'textfile': f'{self._folder}/{urdf_file(device)}'})
 
-    def _processor(self, parent: Tag, node: ProcessorNode) -> None:
+    def _processor(self, parent: Tag, node: ProcessorNode, respawn: bool = False) -> None:
         attributes = {'pkg': node.package, 'type': node.type, 'name': node.name}
         if node.args:
             attributes['args'] = node.args
+        if respawn:
+            attributes['respawn'] = 'true'
         element = parent.add('node', {**attributes, 'output': 'screen'})
         for name, target in node.remaps.items():
             element.add('remap', {'from': name, 'to': target})
@@ -168,8 +176,8 @@ class LaunchFileBuilder:
         root.add('node', {
             'pkg': 'process_visualizer', 'type': 'bag_player', 'name': 'bag_player',
             'output': 'screen',
-            'args': ' '.join([*map(shlex.quote, bags), '--keep-alive', '--quiet', '--topics',
-                              *topics])})
+            'args': ' '.join([*map(shlex.quote, bags), '--keep-alive', '--quiet', '--others',
+                              'pause', '--topics', *topics])})
 
     def _rviz(self, root: Tag) -> None:
         start = self._choice.rviz

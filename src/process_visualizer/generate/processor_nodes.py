@@ -15,6 +15,7 @@ from process_visualizer.cell.model import (
     Variable,
 )
 from process_visualizer.generate.robot_description import RobotDescription
+from process_visualizer.generate.tool_frame import tool_frame
 
 _PACKAGE = 'process_visualizer'
 PUBLISH_FREQUENCY_HZ = 100.0
@@ -55,11 +56,15 @@ def processor_nodes(device: Device, description: Optional[RobotDescription]
 
 
 def frame_parameters(cell: Cell, devices: Sequence[Device]) -> Dict[str, Any]:
-    """The base and force frames of the devices, for the node cell_frames."""
+    """The base, tool and force frames of the devices, for the node cell_frames."""
     frames = []
     for device in devices:
         if device.base is not None:
             frames.append(_frame(cell.frame, device.base.frame, device.base.pose))
+        if device.tool is not None:
+            tool = tool_frame(device, None)
+            if tool.frame != tool.parent:
+                frames.append(_frame(tool.parent, tool.frame, tool.pose))
         if device.force is not None:
             frames.append(_frame(device.force.parent_frame, device.force.frame,
                                  device.force.pose))
@@ -75,10 +80,9 @@ def robot_parameters(device: Device, description: Optional[RobotDescription]) ->
     parameters: Dict[str, Any] = {}
     if device.base is not None:
         parameters['base_frame'] = device.base.frame
-    if description is not None:
-        parameters['tool_frame'] = description.tool_link()
-    elif device.force is not None:
-        parameters['tool_frame'] = device.force.parent_frame
+    parameters['tool_frame'] = tool_frame(device, description).frame
+    if device.tool is not None:
+        parameters['arrow_foot'] = 'tool_frame'
     if device.force is not None:
         parameters['force_frame'] = device.force.frame
     functions = (TopicFunction.JOINT_STATES, TopicFunction.TOOL_CENTER_FRAME,

@@ -5,7 +5,7 @@ import os
 import subprocess
 import tempfile
 from dataclasses import dataclass
-from typing import Dict, List, Optional, Tuple
+from typing import Dict, FrozenSet, List, Optional, Tuple
 from xml.etree import ElementTree
 
 import rospkg
@@ -13,6 +13,7 @@ import rospkg
 from process_visualizer.cell.errors import Problem
 from process_visualizer.cell.model import Device, Model
 from process_visualizer.cell.substitution import package_advice
+from process_visualizer.generate.link_prefix import rename_links
 from process_visualizer.generate.xacro_file import XacroError, expand_xacro
 
 _MOVABLE = ('revolute', 'continuous', 'prismatic', 'floating', 'planar')
@@ -27,23 +28,25 @@ class RobotDescription:
     """An expanded, checked URDF.
 
     ``joints`` maps each movable joint's name, in file order, to its type; ``parents`` maps each
-    link to its parent link (the root link is missing there).
+    link to its parent link (the root link is missing there). ``drawn`` are the links with a visual,
+    ``collision_only`` those with a collision geometry and no visual.
     """
 
     text: str
     links: Tuple[str, ...]
     joints: Dict[str, str]
     parents: Dict[str, str]
+    drawn: FrozenSet[str] = frozenset()
+    collision_only: FrozenSet[str] = frozenset()
 
     @property
     def root_link(self) -> str:
         """The one link without a parent."""
         return next(link for link in self.links if link not in self.parents)
 
-    def tool_link(self) -> str:
-        """The link called ``tool`` (with any namespace), else the end of the longest chain."""
-        named = [link for link in self.links if link.split('/')[-1] == 'tool']
-        return named[0] if named else max(self.links, key=lambda link: len(self.ancestors(link)))
+    def children(self, link: str) -> List[str]:
+        """The links whose parent is this one, in file order."""
+        return [child for child in self.links if self.parents.get(child) == link]
 
     def ancestors(self, link: str) -> List[str]:
         """The links from the parent of this one to the root; ends where they begin to repeat."""
@@ -68,15 +71,22 @@ def model_path(model: Model) -> str:
     return path
 
 
-def load_robot_description(path: str) -> RobotDescription:
-    """The description in a URDF or xacro file; raises ModelError that names the file."""
-    text = _expand(path) if path.endswith('.xacro') else _read(path)
+def load_robot_description(path: str, arguments: Tuple[Tuple[str, str], ...] = (),
+                           prefix: str = '') -> RobotDescription:
+    """The description in a URDF or xacro file; raises ModelError that names the file.
+
+    ``arguments`` are values for ``<xacro:arg>``; the names of links get the ``prefix``.
+    """
+    text = _expand(path, arguments) if path.endswith('.xacro') else _read(path)
     try:
         root = ElementTree.fromstring(text)
     except ElementTree.ParseError as error:
         raise ModelError(f'{path}: not well-formed XML: {error}') from None
     if root.tag != 'robot':
         raise ModelError(f'{path}: a URDF begins with <robot>, not <{root.tag}>')
+    if prefix:
+        rename_links(root, prefix)
+        text = ElementTree.tostring(root, encoding='unicode')
     _check_with_urdfdom(path, text)
     description = _describe(text, root)
     _check_tree(path, description, root)
@@ -91,9 +101,9 @@ def _read(path: str) -> str:
         raise ModelError(f'{path}: cannot be read: {error}') from None
 
 
-def _expand(path: str) -> str:
+def _expand(path: str, arguments: Tuple[Tuple[str, str], ...]) -> str:
     try:
-        return expand_xacro(path)
+        return expand_xacro(path, arguments)
     except XacroError as error:
         raise ModelError(str(error)) from None
 
@@ -143,14 +153,21 @@ def _describe(text: str, root: ElementTree.Element) -> RobotDescription:
             parents[child.get('link', '')] = parent.get('link', '')
         if joint.get('type') in _MOVABLE and joint.find('mimic') is None:
             joints[joint.get('name', '')] = joint.get('type', '')
-    return RobotDescription(text, links, joints, parents)
+    drawn, collision = (_links_with(root, tag) for tag in ('visual', 'collision'))
+    return RobotDescription(text, links, joints, parents, drawn, collision - drawn)
+
+
+def _links_with(root: ElementTree.Element, tag: str) -> FrozenSet[str]:
+    return frozenset(link.get('name', '') for link in root.findall('link')
+                     if link.find(tag) is not None)
 
 
 def describe_device(device: Device) -> Optional[RobotDescription]:
     """The checked description of a device's model, or None; raises ModelError."""
     if device.model is None:
         return None
-    description = load_robot_description(model_path(device.model))
+    model = device.model
+    description = load_robot_description(model_path(model), model.arguments, model.prefix)
     _check_base_frame(device, description)
     return description
 
@@ -183,5 +200,6 @@ def _claim_links(device: Device, description: RobotDescription, owners: Dict[str
     for link in description.links:
         if link in owners:
             raise ModelError(f'the link "{link}" is also in the model of "{owners[link]}"; link '
-                             f'names must differ, begin them with "{device.name}/"')
+                             f'names must differ: write prefix="{device.name}/" in <model>, and '
+                             'the same before the frames in <base>, <tool>, <force>')
     owners.update(dict.fromkeys(description.links, device.name))

@@ -9,6 +9,7 @@ from process_visualizer.cell.model import Device
 from process_visualizer.generate.displays import DisplayConfig, device_displays
 from process_visualizer.generate.view_file import read_view
 from process_visualizer.generate.view_merge import merged_view
+from process_visualizer.generate.watch_parameters import WATCH_TOPIC
 from process_visualizer.generate.window_geometry import Rectangle, window_geometry
 
 _STATUS_DISPLAY: DisplayConfig = {
@@ -17,6 +18,9 @@ CALIBRATION_TOPIC = '/process_visualizer/calibration'
 _CALIBRATION_DISPLAY: DisplayConfig = {
     'Class': 'rviz/InteractiveMarkers', 'Name': 'Calibration', 'Enabled': True,
     'Update Topic': f'{CALIBRATION_TOPIC}/update'}
+_WATCH_DISPLAY: DisplayConfig = {
+    'Class': 'rviz/MarkerArray', 'Name': 'What is not live', 'Enabled': True,
+    'Marker Topic': WATCH_TOPIC}
 _GRID = 'rviz/Grid'
 
 
@@ -66,7 +70,7 @@ class RVizConfig:
 
     def text(self) -> str:
         """The file's content."""
-        self._manager['Displays'] = [*self._displays, _CALIBRATION_DISPLAY,
+        self._manager['Displays'] = [*self._displays, _WATCH_DISPLAY, _CALIBRATION_DISPLAY,
                                     _STATUS_DISPLAY]
         saved = self._saved
         config = self._config if saved is None else merged_view(self._config, saved)

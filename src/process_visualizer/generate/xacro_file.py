@@ -1,32 +1,48 @@
-"""Expands xacro files with the xacro of ROS 1."""
+"""Expands xacro files, with the xacro of ROS 1 or, where there is none, xacro 2."""
 from __future__ import annotations
 
-import rospkg
+import json
+import subprocess
+import sys
+from typing import Any, Dict, Mapping, Tuple
 
 from process_visualizer.cell.substitution import package_advice
 
+TIMEOUT_S = 60.0
+
 
 class XacroError(Exception):
-    """A xacro file cannot be expanded; says which file and why."""
+    """A xacro file cannot be expanded; says which file, where, and why."""
 
 
-def expand_xacro(path: str) -> str:
-    """The text of the expanded file; raises XacroError."""
+def expand_xacro(path: str, arguments: Tuple[Tuple[str, str], ...] = ()) -> str:
+    """Return the text of the expanded file, given values for its ``<xacro:arg>`` elements.
+
+    Raises:
+        XacroError: it cannot be expanded.
+    """
+    result = _run(path, dict(arguments))
+    if 'text' in result:
+        return str(result['text'])
+    if result.get('missing'):
+        raise XacroError(f'{path}: xacro is not installed for {sys.executable}; install it '
+                         '(requirements/python.txt) or activate its virtual environment')
+    line = f':{result["line"]}' if result['line'] else ''
+    message = package_advice(result['package']) if result['package'] else result['message']
+    raise XacroError(f'{result["file"]}{line}: xacro: {message} (xacro {result["xacro"]})')
+
+
+def _run(path: str, mappings: Mapping[str, str]) -> Dict[str, Any]:
+    words = [f'{name}:={value}' for name, value in mappings.items()]
+    command = [sys.executable, '-m', 'process_visualizer.generate.xacro_child', path, *words]
     try:
-        import xacro
-    except ImportError:  # on Debian it is a Python package of its own, not everybody has it
-        raise XacroError(f'{path}: xacro is not installed for this Python; install xacro 1.13 '
-                         '(requirements/python.txt) or activate its virtual environment') from None
+        done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                              timeout=TIMEOUT_S, check=False)
+    except subprocess.TimeoutExpired:
+        raise XacroError(f'{path}: xacro did not finish within {TIMEOUT_S:g} s') from None
     try:
-        return str(xacro.process_file(path).toprettyxml(indent='  '))
-    except Exception as error:  # a xacro file evaluates expressions, which can raise anything
-        # The stack of files ends with the included file in which xacro stopped.
-        file = xacro.filestack[-1] if xacro.filestack else path
-        raise XacroError(f'{file}: xacro: {_message(error)}') from None
-
-
-def _message(error: Exception) -> str:
-    cause = getattr(error, 'exc', None)  # xacro's own errors carry the one that they wrap
-    if isinstance(cause, rospkg.ResourceNotFound):
-        return package_advice(str(cause.args[0]))
-    return ' '.join((str(error) or repr(error)).split())
+        result: Dict[str, Any] = json.loads(done.stdout)
+    except ValueError:
+        raise XacroError(f'{path}: xacro ended with status {done.returncode}; what it said '
+                         'stands in the terminal') from None
+    return result

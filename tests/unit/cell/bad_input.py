@@ -237,6 +237,13 @@ COMBINATIONS: List[Bad] = [
               '3: <base>: unknown attribute "xzy"; did you mean "xyz"?'),
     _in_robot('topic twice', '<topic name="a"/>\n<topic ns="/" name="a"/>',
               '4: <topic>: the topic "/a" exists already (cell.xml:3)', schema_sees=False),
+    _in_robot('topic that is an output',
+              '<topic ns="d" name="joint_states" type="joint_states"/>',
+              '3: <topic>: "/d/joint_states" is what the program publishes for the device "d"; '
+              'name the topic of its driver', schema_sees=False),
+    _in_robot('cloud that is an output', '<topic ns="d" name="points" type="pointcloud"/>',
+              '3: <topic>: "/d/points" is what the program publishes for the device "d"',
+              schema_sees=False, kind='depth_sensor'),
     _in_robot('function twice', '<topic name="a" type="joint_states"/>\n'
                                 '<topic name="b" type="joint_states"/>',
               '4: <topic>: a topic of type "joint_states" exists already', schema_sees=False),
@@ -258,6 +265,8 @@ COMBINATIONS: List[Bad] = [
               '3: <node>: "respawn" and "required" cannot both be True', schema_sees=False),
     _in_robot('arrow twice', '<arrow quantity="force"/>\n<arrow quantity="force"/>',
               '4: <arrow>: an arrow for "force" exists already', schema_sees=False),
+    _in_robot('tool twice', '<tool frame="a"/>\n<tool frame="b"/>',
+              '4: <tool>: '),
     _in_robot('arrow limits', '<arrow quantity="force" min="2" max="1"/>',
               '3: <arrow>: min (2.0) is greater than max (1.0)', schema_sees=False),
     _in_robot('arrow and force of no robot', '<arrow quantity="force"/>\n<force parentframe="a" '

@@ -190,6 +190,12 @@ def test_colours_and_live_offset_of_a_variable(device: Callable[..., Device]) ->
     assert variable.color_scale == ColorScale(20, 60, (0, 1, 0))
 
 
+def test_tool(device: Callable[..., Device]) -> None:
+    tool = device('<tool frame="/tip" xyz="0 0 1" rpy="1 2 3"/>', 'robot').tool
+    assert tool is not None
+    assert (tool.frame, tool.pose) == ('tip', Pose((0, 0, 1), (1, 2, 3)))
+
+
 def test_tool_frame_in_tf(device: Callable[..., Device]) -> None:
     topic = device('<topic name="tf" type="tool_center_frame" msg="tf2_msgs/TFMessage" '
                    'frame="/tool0"/>', 'robot').topics[0]
@@ -322,10 +328,10 @@ def test_attributes_that_name_the_schema_are_allowed(parse: Parse) -> None:
 
 
 def test_the_table_is_closed() -> None:
-    """Every child is a tag; single children are children and empty (the schema needs that)."""
+    """Every child is a tag; single children are children, without text (the schema needs that)."""
     for tag in TAGS.values():
         assert set(tag.children) <= set(TAGS)
         assert set(tag.single) <= set(tag.children)
         assert set(tag.alternatives) <= set(tag.attributes)
         for child in tag.single:
-            assert not TAGS[child].children and not TAGS[child].text
+            assert not TAGS[child].text

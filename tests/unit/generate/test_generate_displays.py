@@ -42,6 +42,8 @@ _IMAGE = {'Transport Hint': 'raw', 'Queue Size': 2}
 FACTS: Dict[str, Fact] = {
     **{name: Fact('Topic', message, {'Unreliable': False, 'Queue Size': 10})
        for name, message in STREAMED.items()},
+    'Effort': Fact('Topic', 'sensor_msgs/JointState',
+                   {'Value': True, 'Robot Description': '/d/robot_description'}),
     'Map': Fact('Topic', 'nav_msgs/OccupancyGrid', {}),
     'Marker': Fact('Marker Topic', 'visualization_msgs/Marker',
                    {'Queue Size': 100, 'Namespaces': {}}),
@@ -90,13 +92,22 @@ def test_every_type(name: str, displays: Displays) -> None:
     assert found['Enabled'] is True
     assert DISPLAY_TYPES[name].message_type == fact.message_type
     assert {key: found[key] for key in fact.others} == fact.others
-    keys = {other.topic_key for other in FACTS.values()} - {None}
+    keys = {other.topic_key for other in FACTS.values()} - {None, *fact.others}
     assert {key: found[key] for key in keys if key in found} == (
         {} if fact.topic_key is None else {fact.topic_key: '/a/b'})
 
 
 def test_map_has_no_queue(displays: Displays) -> None:
     assert 'Queue Size' not in displays('<rviz type="Map" topic="a"/>')[0]
+
+
+def test_frames_of_tf_have_states_that_rviz_reads(displays: Displays) -> None:
+    (found,) = displays("""<rviz type="TF"><property name="Frames">
+        <property name="shown" value="true"/><property name="hidden" value="false"/>
+        <property name="as_rviz"><property name="Value" value="true"/></property>
+    </property></rviz>""")
+    assert found['Frames'] == {'shown': {'Value': True}, 'hidden': {'Value': False},
+                               'as_rviz': {'Value': True}}
 
 
 @pytest.mark.parametrize('name', DEFAULT_TOPICS)

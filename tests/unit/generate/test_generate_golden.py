@@ -17,7 +17,7 @@ from process_visualizer.generate.plan import LAUNCH_FILE, RVIZ_FILE, Plan, write
 
 ROBOTS = ('ur_rt_upper', 'ur_rt_lower')
 DEVICE_NODES = [
-    '/cell_frames', '/rviz', '/kinect/depth_proc', '/kinect/kinect_roi',
+    '/cell_frames', '/scene_watch', '/rviz', '/kinect/depth_proc', '/kinect/kinect_roi',
     '/sewing_machine/needle_frame_transformer', '/sewing_machine/sewing_machine',
     *(f'/{robot}/{node}' for robot in ROBOTS
       for node in ('joint_proc', 'robot_proc', 'robot_state_publisher'))]
@@ -125,7 +125,8 @@ def test_values_of_arguments_reach_the_simulator(loaded: Dict[str, ROSLaunchConf
 
 def test_bag_player_plays_what_is_recorded(loaded: Dict[str, ROSLaunchConfig]) -> None:
     arguments = nodes(loaded['devices_playback'])['/bag_player'].args
-    assert arguments.startswith(f"'{BAG}' --keep-alive --quiet --topics /ur_rt_upper/q_act ")
+    assert arguments.startswith(f"'{BAG}' --keep-alive --quiet --others pause --topics "
+                                '/ur_rt_upper/q_act ')
     assert '/kinect/roi_points' not in arguments  # record="False"
 
 

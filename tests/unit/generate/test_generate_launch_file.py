@@ -43,6 +43,14 @@ def device(elements: str, kind: str = 'other') -> str:
     return f'<device type="{kind}" name="d">{elements}</device>'
 
 
+def test_what_a_user_sets_wins_over_what_is_generated(build: Build) -> None:
+    config = build('<device type="robot" name="d"><rosparam ns="robot_proc">'
+                   '{tool_frame: mine, arrows: {force: {max: 2.0}}}</rosparam>'
+                   '<arrow quantity="force" max="1" min="0.5"/></device>')
+    assert parameters(config, '/d/robot_proc') == {
+        'tool_frame': 'mine', 'arrows/force/max': 2.0, 'arrows/force/min': 0.5}
+
+
 def one_node(config: ROSLaunchConfig, name: str = '/d/n') -> LaunchedNode:
     return nodes(config)[name]
 
@@ -64,9 +72,10 @@ def cell_of(*devices: Device) -> Cell:
 
 def test_program_parts_of_an_empty_cell(build: Build) -> None:
     config = build(device(''))
-    assert node_names(config) == ['/cell_frames']
+    assert node_names(config) == ['/cell_frames', '/scene_watch']
     assert parameters(config) == {'process_visualizer/playback_rate': 1.0,
-                                  'cell_frames/frames': []}
+                                  'cell_frames/frames': [], 'scene_watch/devices': [],
+                                  'scene_watch/frame': 'world'}
 
 
 def test_machine(build: Build) -> None:
@@ -117,13 +126,13 @@ def test_every_way_to_write_a_truth_value(text: str, value: bool, build: Build) 
 def test_namespace(namespace: str, name: str, build: Build) -> None:
     config = build(device(f'<node pkg="a" type="b" name="n" ns="{namespace}">'
                           '<param name="p" value="1"/></node>'))
-    assert node_names(config) == sorted(['/cell_frames', name])
+    assert node_names(config) == sorted(['/cell_frames', '/scene_watch', name])
     assert config.params[f'{name}/p'].value == 1
 
 
 @pytest.mark.parametrize('mode, expected', [
-    (Mode.REALTIME, ['/cell_frames', '/d/always', '/d/live']),
-    (Mode.PLAYBACK, ['/cell_frames', '/d/always', '/d/old'])])
+    (Mode.REALTIME, ['/cell_frames', '/d/always', '/d/live', '/scene_watch']),
+    (Mode.PLAYBACK, ['/cell_frames', '/d/always', '/d/old', '/scene_watch'])])
 def test_ifstate(mode: Mode, expected: 'list[str]', build: Build) -> None:
     config = build(device('<node pkg="a" type="b" name="always"/>'
                           '<node pkg="a" type="b" name="live" ifstate="realtime"/>'
@@ -212,7 +221,7 @@ def test_unusable_launch_file_is_a_comment(parse: Callable[[str], Cell]) -> None
     cell = parse(device('<launch pkg="p" type="f--g.launch"/>'))
     text = launch_text(cell)
     assert '<!-- left out, cannot be loaded: p f- -g.launch (' in text
-    assert not loaded(cell).nodes[1:]
+    assert node_names(loaded(cell)) == ['/cell_frames', '/scene_watch']
 
 
 def test_launch_file_of_the_other_mode_is_not_mentioned(parse: Callable[[str], Cell]) -> None:
@@ -230,7 +239,7 @@ def test_comments_tell_where_the_parts_come_from(parse: Callable[[str], Cell]) -
 def test_comments_with_hyphens(name: str) -> None:
     cell = Cell(f'/{name}/cell.xml', 'world', (Device(DeviceType.OTHER, 'd',
                                                       Location(name, 1)),))
-    assert node_names(loaded(cell)) == ['/cell_frames']
+    assert node_names(loaded(cell)) == ['/cell_frames', '/scene_watch']
 
 
 @settings(max_examples=50, deadline=None)
@@ -253,7 +262,8 @@ def test_bag_player(bag: str, build: Build) -> None:
     config = build(device(TOPICS), mode=Mode.PLAYBACK, bag=bag)
     player = one_node(config, '/bag_player')
     assert (player.package, player.type) == ('process_visualizer', 'bag_player')
-    assert shlex.split(player.args) == [bag, '--keep-alive', '--quiet', '--topics', '/d/q', '/p']
+    assert shlex.split(player.args) == [bag, '--keep-alive', '--quiet', '--others', 'pause',
+                                        '--topics', '/d/q', '/p']
 
 
 def test_bag_player_of_a_split_recording(build: Build) -> None:

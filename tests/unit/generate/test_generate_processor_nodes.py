@@ -122,13 +122,30 @@ def test_robot_with_everything(parse: Parse) -> None:
 
 
 def test_robot_with_nothing(parse: Parse) -> None:
-    assert robot_parameters(device(parse, 'robot', ''), None) == {'topics': {}}
+    assert robot_parameters(device(parse, 'robot', ''), None) == {
+        'tool_frame': 'd/tool', 'topics': {}}
 
 
 def test_robot_without_model_takes_the_parent_of_the_force_frame_as_tool(parse: Parse) -> None:
     found = robot_parameters(device(parse, 'robot', '<force parentframe="flange" frame="f" '
                                                     'xyz="0 0 0" rpy="0 0 0"/>'), None)
     assert found == {'tool_frame': 'flange', 'force_frame': 'f', 'topics': {}}
+
+
+def test_configured_tool(parse: Parse) -> None:
+    found = robot_parameters(device(parse, 'robot', '<tool frame="a"/>'), ARM)
+    assert found == {'tool_frame': 'a', 'arrow_foot': 'tool_frame', 'topics': {}}
+    found = robot_parameters(device(parse, 'robot', '<tool frame="a" xyz="0 0 0.1"/>'), ARM)
+    assert found['tool_frame'] == 'd/tool_center_frame'
+
+
+def test_a_tool_that_is_posed_has_a_frame_of_its_own(parse: Parse) -> None:
+    cell = parse('<device type="robot" name="a"><tool frame="flange" xyz="0 0 0.1" '
+                 'rpy="1.5 0 0"/></device>'
+                 '<device type="robot" name="b"><tool frame="tip"/></device>')
+    assert frame_parameters(cell, cell.devices) == {'frames': [
+        {'parent': 'flange', 'child': 'a/tool_center_frame', 'xyz': [0, 0, 0.1],
+         'ypr': [1.5, 0, 0]}]}
 
 
 def test_frames(parse: Parse) -> None:

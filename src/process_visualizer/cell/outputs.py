@@ -1,0 +1,23 @@
+"""What the nodes of the program publish for devices (thesis, appendix D.2)."""
+from __future__ import annotations
+
+from typing import Dict, Iterable, Tuple
+
+from process_visualizer.cell.builder import absolute_topic
+from process_visualizer.cell.model import Device, DeviceType
+
+_OUTPUTS: Dict[DeviceType, Tuple[str, ...]] = {
+    DeviceType.ROBOT: ('joint_states', 'tool_velocity', 'tool_force', 'marker_array'),
+    DeviceType.DEPTH_SENSOR: ('points', 'points_age'),
+    DeviceType.OTHER: ()}
+"""Topics below the name of a device."""
+
+
+def outputs(devices: Iterable[Device]) -> Dict[str, str]:
+    """Return the topics that are published for devices, with the device's name."""
+    return {absolute_topic(device.name, output): device.name
+            for device in devices for output in _outputs(device)}
+
+
+def _outputs(device: Device) -> Tuple[str, ...]:
+    return _OUTPUTS[device.type] + (('marker_array',) if device.variables else ())

@@ -1,0 +1,1 @@
+"""Where xacro 2 finds packages of ROS 1: see xacro_child."""

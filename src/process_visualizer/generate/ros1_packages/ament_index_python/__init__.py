@@ -1,0 +1,1 @@
+"""The one function of ROS 2's package index that xacro 2 asks for ``$(find …)``."""

@@ -1,0 +1,77 @@
+"""What the node scene_watch must know: who draws what of each device, and where its words stand."""
+from __future__ import annotations
+
+from typing import Any, Dict, List, Optional, Sequence
+
+import numpy as np
+
+from process_visualizer.cell.displays import DISPLAY_TYPES
+from process_visualizer.cell.model import (
+    BaseFrame,
+    Cell,
+    Device,
+    DeviceType,
+    Pose,
+    TopicFunction,
+)
+from process_visualizer.generate.displays import DisplayConfig, device_displays
+from process_visualizer.motion.rotations import matrix_from_ypr
+
+SCENE_WATCH = 'scene_watch'
+WATCH_TOPIC = f'/{SCENE_WATCH}/marker_array'
+_UP_M = 0.7
+"""Of the words above a device's base, past its foot."""
+_APART_M = 0.14
+"""From device to device, as several may have their base at one place."""
+_MEANINGS = {
+    'robot_proc': 'no arrows and numbers', 'variable_proc': 'no arrows and numbers',
+    'joint_proc': 'the robot does not move', 'robot_state_publisher': 'the robot does not move',
+    'depth_proc': 'the points are old', 'roi_filter': 'the points are old'}
+
+
+def watch_parameters(cell: Cell, devices: Sequence[Device]) -> Dict[str, Any]:
+    """The parameters of the node scene_watch; a node that never starts is no harm to it."""
+    drawn = [device for device in devices if _is_drawn(device)]
+    bases = [_base_in_view(device, drawn) for device in drawn]
+    places = [None if base is None else base.pose.xyz for base in bases]
+    return {'frame': cell.frame,
+            'devices': [_device(cell, device, base, _UP_M + _APART_M * places[:number].count(place))
+                        for number, (device, base, place) in enumerate(zip(drawn, bases, places))]}
+
+
+def _base_in_view(device: Device, drawn: Sequence[Device]) -> Optional[BaseFrame]:
+    """Where a device's words stand; a depth sensor is far from what the camera looks at."""
+    if device.type is DeviceType.DEPTH_SENSOR:
+        others = [other.base for other in drawn
+                  if other.base is not None and other.type is not DeviceType.DEPTH_SENSOR]
+        return others[0] if others else device.base
+    return device.base
+
+
+def _device(cell: Cell, device: Device, base: Optional[BaseFrame],
+            up_m: float) -> Dict[str, Any]:
+    pose = Pose() if base is None else base.pose
+    up = matrix_from_ypr(pose.ypr).T @ np.array([0.0, 0.0, up_m])
+    values = {'name': device.name, 'frame': cell.frame if base is None else base.frame,
+              'position': [round(float(part), 6) + 0.0 for part in up],
+              'nodes': {f'/{device.name}/{name}': meaning for name, meaning in _MEANINGS.items()},
+              'topics': sorted(set(_topics(device_displays(device))))}
+    if device.topic_for(TopicFunction.POINTCLOUD) is not None:
+        values['age_topic'] = f'/{device.name}/points_age'
+    return values
+
+
+def _is_drawn(device: Device) -> bool:
+    """Tell whether a process draws something of a device."""
+    return device.model is not None or bool(_topics(device_displays(device)))
+
+
+def _topics(displays: Sequence[DisplayConfig]) -> List[str]:
+    """The topics that displays show, those in groups too."""
+    topics: List[str] = []
+    for display in displays:
+        display_type = DISPLAY_TYPES[display['Class'].split('/')[1]]
+        if display_type.topic_key is not None and display_type.message_type:
+            topics.append(str(display[display_type.topic_key]))
+        topics += _topics(display.get('Displays', []))
+    return topics
