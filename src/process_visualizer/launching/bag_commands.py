@@ -52,7 +52,7 @@ def _report(options: argparse.Namespace) -> int:
     with Recording(options.bags) as recording:
         report = make_report(recording)
     print(as_json(report) if options.json else as_text(report))
-    return 0 if report.is_complete else 2
+    return 0 if report.is_good else 2
 
 
 def _add_mark_options(command: argparse.ArgumentParser) -> None:
@@ -90,8 +90,10 @@ def _add_configuration_options(command: argparse.ArgumentParser) -> None:
 
 def _configuration(options: argparse.Namespace) -> int:
     with Recording(options.bags) as recording:
-        configuration = recorded_configuration(recording)
+        configuration, damage = recorded_configuration(recording), recording.damage
     if configuration is None:
+        for gap in damage:
+            print(gap, file=sys.stderr)
         print(f'cell: {options.bags[0]} holds no configuration', file=sys.stderr)
         return 1
     words = [f'{name}:={value}' for name, value in configuration.arguments.items()]
@@ -106,7 +108,8 @@ class _Command(NamedTuple):
 
 
 _COMMANDS: Dict[str, _Command] = {
-    'report': _Command('say what is in a bag and whether it is complete; exit code 2 if not',
+    'report': _Command('say what is in a bag and whether it is complete; exit code 2 if it is '
+                       'empty or something is known to be missing',
                        _add_report_options, _report),
     'mark': _Command('label a moment of a finished bag, in a file beside it',
                      _add_mark_options, _mark),

@@ -18,8 +18,10 @@ from process_visualizer.generate.generator import generate
 from process_visualizer.generate.plan import Plan, PlanError, write_plan
 from process_visualizer.generate.robot_description import describe_devices
 from process_visualizer.launching.bag_commands import add_bag_commands, execute_bag_command
+from process_visualizer.launching.mixed_sources import MixedSources, refuse_mixture
 from process_visualizer.launching.overview import overview
-from process_visualizer.launching.record_command import add_record_options, record
+from process_visualizer.launching.record_command import record
+from process_visualizer.launching.record_options import add_record_options, record_options
 from process_visualizer.launching.run_command import run_plan
 
 _DESCRIPTION = ('Checks, shows, generates, runs or records the robot cell of a configuration file; '
@@ -30,7 +32,7 @@ _COMMANDS = {
     'show': 'list devices, nodes and topics',
     'generate': 'write the launch file, the RViz file and the models',
     'run': 'generate, start everything, and stop all of it on Ctrl-C',
-    'record': "record the devices' topics until Ctrl-C, then report",
+    'record': "record the devices' topics, or others, until Ctrl-C, then report",
 }
 
 
@@ -42,13 +44,13 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     try:
         if hasattr(options, 'bag_command'):
             return execute_bag_command(options)
-        options.args += named
+        options.args = [*options.args, *named]
         return _execute(options)
     except ConfigurationError as error:
         for problem in error.problems:
             print(problem, file=sys.stderr)
         return 1
-    except (BagError, PlanError, ValueError, OSError) as error:
+    except (BagError, PlanError, MixedSources, ValueError, OSError) as error:
         print(f'cell: {error}', file=sys.stderr)
         return 1
 
@@ -58,6 +60,10 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest='command', required=True, metavar='COMMAND')
     for name, help_text in _COMMANDS.items():
         command = commands.add_parser(name, help=help_text, description=help_text)
+        if name == 'record':
+            command.set_defaults(args=[])
+            add_record_options(command)
+            continue
         command.add_argument('config', metavar='CONFIG', help='the configuration file')
         command.add_argument('args', metavar='NAME:=VALUE', nargs='*',
                              help='values for the <arg> elements of the configuration')
@@ -65,8 +71,6 @@ def _parser() -> argparse.ArgumentParser:
             command.add_argument('--devices', metavar='A,B', help='the devices; all without it')
         if name in ('generate', 'run'):
             _add_run_options(command)
-        if name == 'record':
-            add_record_options(command)
     add_bag_commands(commands)
     return parser
 
@@ -79,19 +83,29 @@ def _add_run_options(command: argparse.ArgumentParser) -> None:
 
 
 def _execute(options: argparse.Namespace) -> int:
+    if options.command == 'record':
+        return _record(options)
     cell = XmlParser(_named_values(options.args)).parse(options.config)
     if options.command == 'check':
         return _check(cell)
-    if options.command == 'record':
-        return record(cell, choose_devices(cell, _names(options.devices)), options)
     if options.command == 'show':
-        print(overview(cell, choose_devices(cell, _names(options.devices))))
+        devices = choose_devices(cell, _names(options.devices))
+        print(overview(cell, devices, describe_devices(devices)[0]))
         return 0
     choice = _choice(cell, options)
     plan = _plan(choice)
     if options.command == 'generate':
         return _generate(plan, options.output or '.')
-    return run_plan(plan, options.output)
+    refuse_mixture(choice)
+    return run_plan(plan, options.output, choice)
+
+
+def _record(options: argparse.Namespace) -> int:
+    wanted = record_options(options)
+    if wanted.config is None:
+        return record(None, (), wanted)
+    cell = XmlParser(_named_values(options.args)).parse(wanted.config)
+    return record(cell, choose_devices(cell, _names(wanted.devices)), wanted)
 
 
 def _named_values(words: Sequence[str]) -> Dict[str, str]:

@@ -5,7 +5,9 @@ import signal
 from enum import IntEnum
 from typing import Dict, Mapping, NamedTuple, Optional, Tuple
 
+from process_visualizer.bags.catalogue import CatalogueTopic
 from process_visualizer.cell.model import Device
+from process_visualizer.launching.figures import live_rate_text, rate_text
 from process_visualizer.launching.node_state import NodeReport, NodeState
 from process_visualizer.launching.part_report import PartReport, PartState
 from process_visualizer.launching.topic_watch import TopicActivity
@@ -40,12 +42,15 @@ class DeviceState(NamedTuple):
 
 
 def device_state(device: Device, report: Optional[PartReport],
-                 activities: Mapping[str, TopicActivity]) -> DeviceState:
-    """Return the state of a device; ``report`` is None while it does not run."""
+                 lines: Mapping[str, Line]) -> DeviceState:
+    """Return the state of a device; ``report`` is None while it does not run.
+
+    ``lines`` are those of topics, see ``live_line`` and ``recorded_line``.
+    """
     if report is None or report.state is PartState.STOPPED:
         return DeviceState(_OFF, {}, {topic.name: _OFF for topic in device.topics})
     nodes = {node.name: node_line(node) for node in report.nodes}
-    topics = {topic.name: topic_line(activities.get(topic.name)) for topic in device.topics}
+    topics = {topic.name: lines.get(topic.name, _OFF) for topic in device.topics}
     return DeviceState(_summary(report, topics), nodes, topics)
 
 
@@ -71,15 +76,27 @@ def _end(exit_code: Optional[int]) -> str:
     return f'ended with code {exit_code}'
 
 
-def topic_line(activity: Optional[TopicActivity]) -> Line:
-    """Return the state of a topic; None: nobody counts its messages."""
-    if activity is None:
-        return _OFF
+def live_line(activity: TopicActivity) -> Line:
+    """Return the state of a topic whose messages are counted."""
     if activity.silence_s is None:
         return Line(Level.WAITING, 'no message yet')
     if activity.is_stale:
         return Line(Level.WARNING, f'silent for {activity.silence_s:.1f} s')
-    return Line(Level.GOOD, f'{activity.rate_hz:.3g} Hz' if activity.rate_hz > 0.0 else '')
+    return Line(Level.GOOD, live_rate_text(activity.rate_hz, activity.silence_s))
+
+
+def recorded_line(topic: CatalogueTopic, is_played: bool) -> Line:
+    """Return what a recording has of a topic, however fast it is played."""
+    if not is_played:
+        return Line(Level.OFF, 'not played')  # not wanted, or the player says why not
+    return Line(Level.GOOD, recorded_rate_text(topic))
+
+
+def recorded_rate_text(topic: CatalogueTopic) -> str:
+    """Return the rate at which a topic was recorded; a latched one has none."""
+    if topic.is_latched:
+        return 'latched'
+    return rate_text(topic.rate_hz) if topic.rate_hz > 0.0 else 'once'
 
 
 def _restarts(node: NodeReport) -> str:

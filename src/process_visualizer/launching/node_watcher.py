@@ -3,15 +3,11 @@ from __future__ import annotations
 
 import threading
 from dataclasses import replace
-from http.client import HTTPException
 from typing import Callable, Dict, Iterable, List, Optional
-from xmlrpc.client import Error as XmlRpcError
-
-import rosgraph
 
 from process_visualizer.launching.log_tail import LogTail, last_lines
 from process_visualizer.launching.node_state import NodeReport, NodeState
-from process_visualizer.launching.ros_api import process_id_at
+from process_visualizer.launching.ros_api import is_registered
 from process_visualizer.launching.roslaunch_output import (
     ProcessEvent,
     exit_code_in,
@@ -21,7 +17,6 @@ from process_visualizer.launching.roslaunch_output import (
 )
 
 _CHECK_PERIOD_S = 0.25
-_CALLER_ID = '/process_visualizer_watcher'
 
 OnReport = Callable[[NodeReport], None]
 OnLine = Callable[[str], None]
@@ -132,16 +127,3 @@ class NodeWatcher:
             for name in filter(is_registered, names):
                 self._change(name, lambda report: report.registered())
             self._ended.wait(_CHECK_PERIOD_S)
-
-
-def is_registered(name: str) -> bool:
-    """Whether the master knows a node of that name, and the node answers; no master knows none.
-
-    The master goes on knowing a node that has ended without a farewell, and one that still has a
-    parameter in its cache.
-    """
-    try:
-        process_id_at(rosgraph.Master(_CALLER_ID).lookupNode(name))
-    except (rosgraph.MasterException, OSError, HTTPException, XmlRpcError, ValueError):
-        return False
-    return True

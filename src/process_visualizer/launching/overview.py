@@ -1,18 +1,22 @@
 """A cell in words, for the terminal."""
 from __future__ import annotations
 
-from typing import List, Sequence
+from typing import List, Mapping, Sequence
 
-from process_visualizer.cell.model import Cell, Device, Mode, Topic
+from process_visualizer.cell.model import Cell, Device, DeviceType, Mode, Topic
+from process_visualizer.generate.robot_description import RobotDescription
+from process_visualizer.generate.tool_frame import tool_frame
 
 
-def overview(cell: Cell, devices: Sequence[Device]) -> str:
-    """The devices with their frames, nodes and topics."""
+def overview(cell: Cell, devices: Sequence[Device],
+             descriptions: Mapping[str, RobotDescription]) -> str:
+    """The devices with their frames, nodes and topics, given the models that can be used."""
     blocks = [f'{cell.file}\nglobal frame: {cell.frame}']
-    return '\n\n'.join(blocks + ['\n'.join(_device_lines(device)) for device in devices])
+    return '\n\n'.join(blocks + ['\n'.join(_device_lines(device, descriptions))
+                                 for device in devices])
 
 
-def _device_lines(device: Device) -> List[str]:
+def _device_lines(device: Device, descriptions: Mapping[str, RobotDescription]) -> List[str]:
     lines = [f'{device.name} ({device.type.value})']
     if device.base is not None:
         pose = device.base.pose
@@ -20,6 +24,8 @@ def _device_lines(device: Device) -> List[str]:
                      f'yaw pitch roll {_numbers(pose.ypr)} rad')
     if device.model is not None:
         lines.append(f'  model       {device.model.package}/{device.model.path}')
+    if device.type is DeviceType.ROBOT:
+        lines.append(f'  tool frame  {_tool(device, descriptions)}')
     for node in device.nodes:
         lines.append(f'  node        {node.package}/{node.type}{_mode(node.mode)}')
     for file in device.launch_files:
@@ -27,6 +33,16 @@ def _device_lines(device: Device) -> List[str]:
     lines += [f'  topic       {_topic(topic)}' for topic in device.topics]
     return lines + [f'  variable    {variable.topic} {variable.field}, at {variable.frame}'
                     for variable in device.variables]
+
+
+def _tool(device: Device, descriptions: Mapping[str, RobotDescription]) -> str:
+    if device.tool is None and device.model is not None and device.name not in descriptions:
+        return 'not known, as the model cannot be used (see cell check)'
+    tool = tool_frame(device, descriptions.get(device.name))
+    place = '' if tool.frame == tool.parent else (
+        f'  in {tool.parent}  xyz {_numbers(tool.pose.xyz)} m  '
+        f'yaw pitch roll {_numbers(tool.pose.ypr)} rad')
+    return f'{tool.frame}{place}  ({tool.reason})'
 
 
 def _numbers(values: Sequence[float]) -> str:

@@ -1,13 +1,13 @@
 """The command ``cell record``: a recorder of its own, started, watched and stopped again."""
 from __future__ import annotations
 
-import argparse
+import dataclasses
 import os
 import signal
 import subprocess
 import sys
 import threading
-from typing import List, Sequence
+from typing import List, Optional, Sequence
 
 import rosgraph
 import rospy
@@ -24,27 +24,17 @@ from process_visualizer.bags.report_text import as_text
 from process_visualizer.cell.model import Cell, Device
 from process_visualizer.cell.stored_configuration import configuration_text
 from process_visualizer.generate.launch_file import recorded_topics
+from process_visualizer.launching.record_options import RecordOptions, queue_parameter
 from process_visualizer.launching.roslaunch_process import dying_with_parent
 from process_visualizer.msg import RecorderState
 from process_visualizer.nodes.bag_recorder import BagRecorder
 
 _READY_TIMEOUT_S = 10.0
+_STATE_TIMEOUT_S = 1.0  # states come twice a second; none come of a recorder that has died
 
 
-def add_record_options(command: argparse.ArgumentParser) -> None:
-    """Add the options of the command to its parser."""
-    command.add_argument('--folder', default='.', help='created if there is none')
-    command.add_argument('--prefix', default='', help='the bag is called PREFIX_DATE.bag')
-    command.add_argument('--name', default='', help='or NAME.bag; never overwrites')
-    command.add_argument('--lz4', action='store_true', help='compress')
-    command.add_argument('--split-mb', type=int, default=0, metavar='MB',
-                         help='begin a new file at this size')
-    command.add_argument('--split-s', type=float, default=0.0, metavar='S',
-                         help='begin a new file after this time')
-
-
-def record(cell: Cell, devices: Sequence[Device], options: argparse.Namespace) -> int:
-    """Record the devices' topics until SIGINT or SIGTERM, then report; return the exit code.
+def record(cell: Optional[Cell], devices: Sequence[Device], options: RecordOptions) -> int:
+    """Record until SIGINT or SIGTERM or what the options say, then report; return the exit code.
 
     Raises:
         OSError: the configuration cannot be read.
@@ -54,10 +44,12 @@ def record(cell: Cell, devices: Sequence[Device], options: argparse.Namespace) -
               file=sys.stderr)
         return 1
     name = f'bag_recorder_{os.getpid()}'
-    process = subprocess.Popen(_command(name), start_new_session=True, stdin=subprocess.DEVNULL)
+    process = subprocess.Popen(_command(name, options), start_new_session=True,
+                               stdin=subprocess.DEVNULL)
     try:
         rospy.init_node('cell_record', anonymous=True, disable_signals=True)
-        return _Recording(f'/{name}', process).run(_options(cell, devices, options))
+        recording = _Recording(f'/{name}', process, options)
+        return recording.run(_recording_options(cell, devices, options))
     except RecorderError as error:
         print(f'cell: {error}', file=sys.stderr)
         return 1
@@ -69,8 +61,10 @@ def record(cell: Cell, devices: Sequence[Device], options: argparse.Namespace) -
 class _Recording:
     """One recording by a recorder of its own; what the operator has to know is told at once."""
 
-    def __init__(self, node: str, process: 'subprocess.Popen[bytes]') -> None:
+    def __init__(self, node: str, process: 'subprocess.Popen[bytes]',
+                 options: RecordOptions) -> None:
         self._process = process
+        self._wanted = options
         self._end = threading.Event()
         self._told = 0  # problems
         self._ended = False  # by itself
@@ -78,16 +72,35 @@ class _Recording:
         self._recorder = BagRecorder(self._take_state, node)
 
     def run(self, options: RecordingOptions) -> int:
-        """Record until a signal, or until the recorder ends; return the exit code."""
+        """Record until a signal or the limit, or until the recorder ends; return the exit code."""
         self._recorder.wait_until_ready(_READY_TIMEOUT_S)
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: self._end.set())
+        threading.Thread(target=self._follow_process, daemon=True).start()
+        self._wait_for_time()
+        if self._end.is_set():
+            return 1
         path = self._recorder.start(options)
         self._files = [path]
-        print(f'recording {path}', flush=True)
-        threading.Thread(target=self._follow_process, daemon=True).start()
+        self._tell(f'recording {path}')
+        if self._wanted.duration_s:
+            rospy.Timer(rospy.Duration.from_sec(self._wanted.duration_s),
+                        lambda _: self._end.set(), oneshot=True)
         self._end.wait()
         return self._finish()
+
+    def _wait_for_time(self) -> None:
+        """Where the time is simulated, wait for the first one: a message before it has none."""
+        if not rospy.get_param('/use_sim_time', False):
+            return
+        self._tell('waiting for the first time on /clock, as the time is simulated')
+        while not self._end.is_set() and self._recorder.wait_for(
+                lambda state: not state.stamp.is_zero(), _STATE_TIMEOUT_S) is None:
+            pass
+
+    def _tell(self, text: str) -> None:
+        if not self._wanted.is_quiet:
+            print(text, flush=True)
 
     def _finish(self) -> int:
         if self._process.poll() is not None:
@@ -95,7 +108,7 @@ class _Recording:
                                 f'{self._files[-1]}.active" makes a bag of what it has written')
         ended = self._ended
         with Recording(self._files if ended else self._stop()) as recording:
-            print(as_text(make_report(recording)))
+            self._tell(as_text(make_report(recording)))
         return 1 if ended else 0
 
     def _stop(self) -> List[str]:
@@ -115,7 +128,7 @@ class _Recording:
         if state.files:
             self._files = list(state.files)
             self._ended = state.state == RecorderState.IDLE
-        if self._ended:
+        if self._ended or 0 < self._wanted.size_bytes <= state.bytes:
             self._end.set()
 
     def _follow_process(self) -> None:
@@ -123,18 +136,31 @@ class _Recording:
         self._end.set()
 
 
-def _options(cell: Cell, devices: Sequence[Device],
-             options: argparse.Namespace) -> RecordingOptions:
-    return RecordingOptions(
-        topics=tuple(recorded_topics(devices)), folder=os.path.abspath(options.folder),
-        prefix=options.prefix, name=options.name, compression='lz4' if options.lz4 else 'none',
-        split_bytes=options.split_mb << 20, split_duration_s=options.split_s,
-        configuration=configuration_text(cell))
+def _recording_options(cell: Optional[Cell], devices: Sequence[Device],
+                       options: RecordOptions) -> RecordingOptions:
+    topics = [*recorded_topics(devices), *options.recording.topics,
+              *_subscriptions(options.node)]
+    return dataclasses.replace(
+        options.recording, topics=tuple(dict.fromkeys(topics)),
+        configuration='' if cell is None else configuration_text(cell))
 
 
-def _command(name: str) -> List[str]:
+def _subscriptions(node: str) -> List[str]:
+    """The topics that a node subscribes to, as the master knows them."""
+    if not node:
+        return []
+    name = rosgraph.names.resolve_name(node, '/')
+    subscribers = rosgraph.Master('/cell_record').getSystemState()[1]
+    topics = [topic for topic, names in subscribers if name in names]
+    if not topics:
+        raise RecorderError(f'{name} subscribes to no topic; "rosnode list" shows the nodes')
+    return topics
+
+
+def _command(name: str, options: RecordOptions) -> List[str]:
     """The recorder's program; it is interrupted, and finishes its bag, if this process dies."""
     programs = find_node('process_visualizer', 'bag_recorder')
     if not programs:
         raise OSError('the program bag_recorder is not built; build the workspace')
-    return [*dying_with_parent(), programs[0], f'__name:={name}', '_recent_duration:=0']
+    queue = [] if options.queue_mb is None else [queue_parameter(options.queue_mb)]
+    return [*dying_with_parent(), programs[0], f'__name:={name}', '_recent_duration:=0', *queue]

@@ -1,11 +1,14 @@
 """Asks a ROS master or node directly, by its address."""
 from __future__ import annotations
 
+from http.client import HTTPException
 from typing import Any
-from xmlrpc.client import ServerProxy, Transport
+from xmlrpc.client import Error, ServerProxy, Transport
+
+import rosgraph
 
 ANSWER_TIMEOUT_S = 3.0
-_CALLER_ID = '/process_visualizer_watcher'
+CALLER_ID = '/process_visualizer_watcher'
 
 
 def process_id_at(uri: str) -> int:
@@ -15,10 +18,23 @@ def process_id_at(uri: str) -> int:
     within 3 s, ValueError when its answer is none of a master or node.
     """
     with ServerProxy(uri, transport=_Transport()) as server:
-        answer: Any = server.getPid(_CALLER_ID)
+        answer: Any = server.getPid(CALLER_ID)
     if not isinstance(answer, list) or len(answer) != 3 or answer[0] != 1:
         raise ValueError(f'{uri} is no ROS master or node')
     return int(answer[2])
+
+
+def is_registered(name: str) -> bool:
+    """Whether the master knows a node of that name, and the node answers; no master knows none.
+
+    The master goes on knowing a node that has ended without a farewell, and one that still has a
+    parameter in its cache.
+    """
+    try:
+        process_id_at(rosgraph.Master(CALLER_ID).lookupNode(name))
+    except (rosgraph.MasterException, OSError, HTTPException, Error, ValueError):
+        return False
+    return True
 
 
 class _Transport(Transport):

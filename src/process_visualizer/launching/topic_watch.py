@@ -1,8 +1,7 @@
-"""Which topics are silent for longer than usual, from what the recorder or the player count."""
+"""Which topics are silent for longer than usual, from what the recorder counts."""
 from __future__ import annotations
 
-from collections import deque
-from typing import Deque, Dict, NamedTuple, Optional, Tuple
+from typing import Dict, NamedTuple, Optional
 
 _LEAST_SILENCE_S = 1.0
 _INTERVALS = 5.0
@@ -12,7 +11,6 @@ _LONGEST_PAUSE_S = 10.0
 """A longer silence that ended was an outage; a shorter one may belong to the topic."""
 _WEIGHT = 0.05
 _LEAST_MESSAGES = 10
-_RATE_SPAN_S = 1.0
 
 
 class TopicActivity(NamedTuple):
@@ -63,21 +61,3 @@ class _Usual:
         if self._rate_hz is None or self._messages < _LEAST_MESSAGES:
             return float('inf')
         return max(_LEAST_SILENCE_S, _INTERVALS / self._rate_hz, _PAUSE_FACTOR * self._pause_s)
-
-
-class TopicCounter:
-    """Rates from counts that grow, over the last second or so."""
-
-    def __init__(self) -> None:
-        self._counts: Dict[str, Deque[Tuple[float, int]]] = {}
-
-    def rate_hz(self, topic: str, count: int, now_s: float) -> float:
-        """Take the count of a topic now [s]; return the rate since about a second ago."""
-        counts = self._counts.setdefault(topic, deque())
-        if counts and count < counts[-1][1]:  # another player counts from the beginning
-            counts.clear()
-        counts.append((now_s, count))
-        while len(counts) > 2 and counts[1][0] <= now_s - _RATE_SPAN_S:
-            counts.popleft()
-        since_s, before = counts[0]
-        return (count - before) / (now_s - since_s) if now_s > since_s else 0.0

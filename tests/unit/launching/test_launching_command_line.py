@@ -118,11 +118,23 @@ def test_show(cell: Cell, write: Write) -> None:
     assert lines == [
         path, 'global frame: world', '', 'arm (robot)',
         '  base frame  arm/base  xyz 1 -0.5 0 m  yaw pitch roll 0 3.14159 0 rad',
-        '  model       my_cell/urdf/arm.xacro', '  node        a/b.py',
+        '  model       my_cell/urdf/arm.xacro',
+        '  tool frame  not known, as the model cannot be used (see cell check)',
+        '  node        a/b.py',
         '  node        a/c  (realtime only)', '  launch      a/d.launch  (playback only)',
         '  topic       /arm/q  (joint_states)', '  topic       /x  (not recorded)',
         '  topic       /y', '  topic       /f  (force_sensor, not recorded)', '',
         'table (other)', '  node        rosout/rosout', '  topic       /height']
+
+
+@pytest.mark.parametrize('element, shown', [
+    ('', 'arm/tool  (there is no model to choose from)'),
+    ('<tool frame="tip"/>', 'tip  (as configured)'),
+    ('<tool frame="tip" xyz="0 0 0.1"/>', 'arm/tool_center_frame  in tip  xyz 0 0 0.1 m  '
+                                          'yaw pitch roll 0 0 0 rad  (as configured)')])
+def test_show_tool_frame(element: str, shown: str, cell: Cell, write: Write) -> None:
+    lines = cell('show', write(f'<device type="robot" name="arm">{element}</device>'))[1]
+    assert f'  tool frame  {shown}' in lines
 
 
 @pytest.mark.parametrize('names, shown', [

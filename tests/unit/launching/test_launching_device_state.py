@@ -5,9 +5,17 @@ from typing import Optional
 
 import pytest
 
+from process_visualizer.bags.catalogue import CatalogueTopic
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Topic
-from process_visualizer.launching.device_state import Level, Line, device_state, worst
+from process_visualizer.launching.device_state import (
+    Level,
+    Line,
+    device_state,
+    live_line,
+    recorded_line,
+    worst,
+)
 from process_visualizer.launching.node_state import NodeReport, NodeState
 from process_visualizer.launching.part_report import PartReport, PartState
 from process_visualizer.launching.topic_watch import TopicActivity
@@ -27,8 +35,8 @@ SILENT = TopicActivity(0.0, 3.24, True)
 
 def summary(state: PartState, *nodes: NodeReport, topic: Optional[TopicActivity] = None,
             reason: str = '') -> Line:
-    activities = {} if topic is None else {'/arm/q': topic}
-    return device_state(ARM, PartReport('arm', state, nodes, reason), activities).summary
+    lines = {} if topic is None else {'/arm/q': live_line(topic)}
+    return device_state(ARM, PartReport('arm', state, nodes, reason), lines).summary
 
 
 @pytest.mark.parametrize('line, level, text', [
@@ -48,25 +56,38 @@ def test_summary(line: Line, level: Level, text: str) -> None:
 
 
 def test_device_that_does_not_run_says_nothing() -> None:
-    state = device_state(ARM, None, {'/arm/q': SILENT})
+    state = device_state(ARM, None, {'/arm/q': live_line(SILENT)})
     assert state.summary == Line(Level.OFF, '')
     assert set(state.topics.values()) == {Line(Level.OFF, '')}
 
 
 def test_nodes_and_topics_have_lines_of_their_own() -> None:
     report = PartReport('arm', PartState.RUNNING, (UP, STARTING))
-    state = device_state(ARM, report, {'/arm/q': FLOWING})
+    state = device_state(ARM, report, {'/arm/q': live_line(FLOWING)})
     assert state.nodes == {'/arm/driver': Line(Level.GOOD, 'running'),
                            '/arm/robot_proc': Line(Level.WAITING, 'starting')}
-    assert state.topics == {'/arm/q': Line(Level.GOOD, '125 Hz'),
+    assert state.topics == {'/arm/q': Line(Level.GOOD, '125\u2009Hz'),
                             '/arm/cloud': Line(Level.OFF, '')}  # nobody counts it
 
 
 def test_topic_without_a_message_waits() -> None:
     state = device_state(ARM, PartReport('arm', PartState.RUNNING, (UP,)),
-                         {'/arm/q': TopicActivity(0.0, None, False)})
+                         {'/arm/q': live_line(TopicActivity(0.0, None, False))})
     assert state.topics['/arm/q'] == Line(Level.WAITING, 'no message yet')
     assert state.summary.level is Level.GOOD
+
+
+@pytest.mark.parametrize('line, text', [
+    (live_line(TopicActivity(1250.0, 0.0, False)), '1250 Hz'),
+    (live_line(TopicActivity(0.0, 12.3, False)), 'last 12 s ago'),  # latched, or now and then
+    (recorded_line(CatalogueTopic('/arm/q', ('x/Y',), 500, 125.0), True), '125 Hz'),
+    (recorded_line(CatalogueTopic('/arm/q', ('x/Y',), 2, 0.04), True), '0.04 Hz'),
+    (recorded_line(CatalogueTopic('/arm/q', ('x/Y',), 3, 0.987, True), True), 'latched'),
+    (recorded_line(CatalogueTopic('/arm/q', ('x/Y',), 1, 0.0), True), 'once'),
+    (recorded_line(CatalogueTopic('/arm/q', ('x/Y',), 1, 0.0), False), 'not played'),
+])
+def test_rates(line: Line, text: str) -> None:
+    assert line.text.replace('\u2009', ' ') == text
 
 
 def test_the_worst_of_lines() -> None:

@@ -12,7 +12,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from process_visualizer.launching.node_state import NodeReport, NodeState
-from process_visualizer.launching.node_watcher import NodeWatcher, is_registered
+from process_visualizer.launching.node_watcher import NodeWatcher
+from process_visualizer.launching.ros_api import is_registered
 
 REQUIRED = ['=' * 80 + 'REQUIRED process [rviz-2] has died!\n',
             'process has died [pid 5, exit code 3, cmd /opt/rviz].\n', 'log file: /x/rviz*.log\n',

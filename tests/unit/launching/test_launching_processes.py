@@ -113,7 +113,7 @@ def test_end_of_nothing(run_id: str) -> None:
 def test_processes_get_the_chance_to_end_by_themselves(start: Start, run_id: str) -> None:
     process = start(run_id)
     assert end_processes(run_id) == [process.pid]
-    assert process.wait(5) == -signal.SIGTERM
+    assert process.wait(60) == -signal.SIGTERM
 
 
 def test_waiting_has_an_end(start: Start, run_id: str) -> None:
@@ -126,7 +126,7 @@ def test_stubborn_process_is_killed(start: Start, run_id: str) -> None:
     process = start(run_id, sys.executable, '-c', STUBBORN)
     assert process.stdout is not None and process.stdout.readline() == 'ready\n'
     assert end_processes(run_id) == [process.pid]
-    assert process.wait(5) == -signal.SIGKILL
+    assert process.wait(60) == -signal.SIGKILL
 
 
 def test_start_time() -> None:
@@ -181,7 +181,7 @@ def test_crashed_run_is_cleaned_up(owner: Callable[[], object], start: Start, ru
     left, other = start(run_id), start('another')
     record_of(run_id, ros_home, owner())
     assert clean_up_crashed_runs() == [left.pid]
-    assert left.wait(5) == -signal.SIGTERM
+    assert left.wait(60) == -signal.SIGTERM
     assert other.poll() is None
     assert list(ros_home.iterdir()) == []
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import pytest
 
-from process_visualizer.launching.topic_watch import TopicCounter, TopicWatch
+from process_visualizer.launching.topic_watch import TopicWatch
 
 TOPIC = '/arm/joints'
 
@@ -47,20 +47,3 @@ def test_an_outage_is_not_learned_as_a_pause() -> None:
     assert silent_for(watch, 50.0, 60.0)
     watch.update(TOPIC, 50.0, 0.01, 60)
     assert watch.update(TOPIC, 0.0, 2.0, 60).is_stale
-
-
-def test_rate_from_counts_over_the_last_second() -> None:
-    counter = TopicCounter()
-    rates = [counter.rate_hz(TOPIC, 125 * k // 10, k / 10) for k in range(31)]
-    assert rates[0] == 0.0
-    assert rates[-1] == pytest.approx(125.0, rel=0.02)
-    for k in range(31, 45):  # it has stopped
-        rate = counter.rate_hz(TOPIC, 375, k / 10)
-    assert rate == 0.0
-
-
-def test_counts_of_another_player_begin_anew() -> None:
-    counter = TopicCounter()
-    counter.rate_hz(TOPIC, 5000, 0.0)
-    assert counter.rate_hz(TOPIC, 0, 0.1) == 0.0
-    assert counter.rate_hz(TOPIC, 10, 0.2) == pytest.approx(100.0)

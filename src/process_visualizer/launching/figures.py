@@ -1,0 +1,57 @@
+"""Figures as the operator reads them."""
+from __future__ import annotations
+
+_THIN = '\u2009'
+"""A thin space: between thousands, and between a figure and its unit."""
+_MOST_DAYS = 4
+_UNITS = ('B', 'kB', 'MB', 'GB', 'TB')
+
+
+def size_text(size_bytes: float) -> str:
+    """Return a size in decimal units with three digits, such as 42.1 MB."""
+    power = 0
+    while size_bytes >= 999.5 and power < len(_UNITS) - 1:
+        size_bytes /= 1000.0
+        power += 1
+    digits = 0 if power == 0 or size_bytes >= 99.95 else 1
+    return f'{size_bytes:.{digits}f}{_THIN}{_UNITS[power]}'
+
+
+def count_text(count: int, thing: str = '') -> str:
+    """Return a count with its thing in the plural where that fits, such as 18 230 messages."""
+    number = f'{count:,}'.replace(',', _THIN)
+    return f'{number} {thing}{"" if count == 1 else "s"}' if thing else number
+
+
+def clock_text(seconds: float) -> str:
+    """Return an elapsed time as m:ss.d or h:mm:ss.d."""
+    tenths = int(seconds * 10 + 1e-6)
+    minutes, rest = divmod(tenths, 600)
+    hours, minutes = divmod(minutes, 60)
+    text = f'{minutes:02d}' if hours else str(minutes)
+    return (f'{hours}:' if hours else '') + f'{text}:{rest // 10:02d}.{rest % 10}'
+
+
+def long_time_text(seconds: float) -> str:
+    """Return a time in its two largest units, such as 5 h 12 min."""
+    minutes = int(seconds // 60)
+    if minutes < 1:
+        return f'{int(seconds)}{_THIN}s'
+    if minutes < 60:
+        return f'{minutes}{_THIN}min'
+    if minutes < 48 * 60:
+        return f'{minutes // 60}{_THIN}h {minutes % 60}{_THIN}min'
+    days = minutes // (24 * 60)
+    return f'{days}{_THIN}days' if days <= _MOST_DAYS else f'more than {_MOST_DAYS}{_THIN}days'
+
+
+def rate_text(rate_hz: float) -> str:
+    """Return a rate, such as 125 Hz, 7.5 Hz or 0.05 Hz."""
+    if rate_hz >= 9.95 or rate_hz == 0.0:
+        return f'{rate_hz:.0f}{_THIN}Hz'
+    return f'{rate_hz:.1f}{_THIN}Hz' if rate_hz >= 0.995 else f'{rate_hz:.2g}{_THIN}Hz'
+
+
+def live_rate_text(rate_hz: float, silence_s: float) -> str:
+    """Return the rate of a topic, or when its last message came where it sends none now."""
+    return rate_text(rate_hz) if rate_hz > 0.0 else f'last {long_time_text(silence_s)} ago'

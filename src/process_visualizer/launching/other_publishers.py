@@ -1,0 +1,134 @@
+"""Who else publishes the topics of a recording that is played, or of devices that run."""
+from __future__ import annotations
+
+import threading
+from typing import Callable, Collection, Dict, Iterable, List, NamedTuple, Set, Tuple
+
+import rosgraph
+
+from process_visualizer.launching.ros_api import CALLER_ID, is_registered
+
+SHARED_TOPICS = frozenset({'/tf', '/tf_static', '/rosout', '/rosout_agg', '/clock',
+                           '/diagnostics', '/diagnostics_agg', '/statistics'})
+"""Several publishers are normal here."""
+PERIOD_S = 0.5
+"""So often a watch looks."""
+_MOST_NAMED = 2
+_PLAYER_SERVICES = ({'pause_playback'}, {'seek', 'set_loop', 'set_rate'})
+"""What a node offers under its name that plays a recording: of rosbag play, of bag_player."""
+
+
+class OtherPublisher(NamedTuple):
+    """A node that publishes a topic."""
+
+    topic: str
+    node: str
+
+    def __str__(self) -> str:
+        return f'{self.topic} is published by {self.node}'
+
+
+Others = Tuple[OtherPublisher, ...]
+_SystemState = List[List[Tuple[str, List[str]]]]
+
+
+def other_publishers(topics: Collection[str], own: Collection[str] = ()) -> Others:
+    """Return who publishes topics, but the own nodes; who does not answer has ended.
+
+    Raises:
+        rosgraph.MasterException, OSError: the master does not answer.
+    """
+    return _living(_publishers(_system_state(), topics, own))
+
+
+def publishing_players(topics: Collection[str]) -> Others:
+    """Return which players of recordings publish topics, known by the services that they offer.
+
+    Raises:
+        rosgraph.MasterException, OSError: the master does not answer.
+    """
+    state = _system_state()
+    players = _players(state)
+    return _living(it for it in _publishers(state, topics, ()) if it.node in players)
+
+
+def described(others: Iterable[OtherPublisher]) -> List[str]:
+    """Return a sentence for each node, which names the first of its topics."""
+    by_node: Dict[str, List[str]] = {}
+    for it in others:
+        by_node.setdefault(it.node, []).append(it.topic)
+    return [_sentence(node, topics) for node, topics in by_node.items()]
+
+
+class PublisherWatch:
+    """Looks again and again who else publishes, in a thread, from ``begin`` to ``close``."""
+
+    def __init__(self, look: Callable[[], Others], on_change: Callable[[Others], None]) -> None:
+        """``on_change`` is told all that there are now, whenever they are not those before."""
+        self._look, self._on_change = look, on_change
+        self._known: Others = ()
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._run, name='watch publishers', daemon=True)
+
+    def look(self) -> None:
+        """Look once, in the calling thread, before beginning.
+
+        Raises:
+            rosgraph.MasterException, OSError: the master does not answer.
+        """
+        self._take(self._look())
+
+    def begin(self) -> None:
+        """Look from now on."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """Look no more; a look that is under way may still end."""
+        self._closed.set()
+
+    def _run(self) -> None:
+        while not self._closed.wait(PERIOD_S):
+            try:
+                self._take(self._look())
+            except (rosgraph.MasterException, OSError):
+                continue  # without a master nobody new can come; it may come back
+
+    def _take(self, found: Others) -> None:
+        if found != self._known and not self._closed.is_set():
+            self._known = found
+            self._on_change(found)
+
+
+def _system_state() -> _SystemState:
+    state: _SystemState = rosgraph.Master(CALLER_ID).getSystemState()
+    return state
+
+
+def _publishers(state: _SystemState, topics: Collection[str],
+                own: Collection[str]) -> List[OtherPublisher]:
+    nodes_of = dict(state[0])
+    return [OtherPublisher(topic, node) for topic in topics
+            for node in sorted(nodes_of.get(topic, ())) if node not in own]
+
+
+def _players(state: _SystemState) -> Set[str]:
+    offered: Dict[str, Set[str]] = {}
+    for service, nodes in state[2]:
+        for node in nodes:
+            if service.startswith(f'{node}/'):
+                offered.setdefault(node, set()).add(service[len(node) + 1:])
+    return {node for node, names in offered.items()
+            if any(services <= names for services in _PLAYER_SERVICES)}
+
+
+def _living(publishers: Iterable[OtherPublisher]) -> Others:
+    """Leave out nodes that do not answer: the master remembers those that were killed."""
+    found = list(publishers)
+    living = {node for node in {it.node for it in found} if is_registered(node)}
+    return tuple(it for it in found if it.node in living)
+
+
+def _sentence(node: str, topics: List[str]) -> str:
+    named, more = ', '.join(topics[:_MOST_NAMED]), len(topics) - _MOST_NAMED
+    text = named + (f' and {more} more' if more > 0 else '')
+    return f'{text} {"is" if len(topics) == 1 else "are"} published by {node}'
