@@ -10,6 +10,7 @@ from contextlib import ExitStack
 from tempfile import TemporaryDirectory
 
 import pytest
+from patient_qtbot import PatientQtBot
 from PyQt5.QtWidgets import QApplication
 from surroundings import SOFTWARE_GRAPHICS, free_port, virtual_screen
 
@@ -22,6 +23,12 @@ def qapp() -> QApplication:
     """The application that the program has, in its look too."""
     from process_visualizer.gui.main import make_application  # after pytest_configure
     return make_application()
+
+
+@pytest.fixture
+def qtbot(qapp: QApplication, request: pytest.FixtureRequest) -> PatientQtBot:
+    """pytest-qt's, with limits for a busy machine."""
+    return PatientQtBot(request)
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -35,8 +35,8 @@ SMALL_CELL = """<visualizer>
   </device>
 </visualizer>
 """
-SMALL_CELL_NODES = {'/process_visualizer', '/bag_recorder', '/cell_frames', '/simulator',
-                    '/table/plate'}
+SMALL_CELL_NODES = {'/process_visualizer', '/bag_recorder', '/cell_frames', '/scene_watch',
+                    '/simulator', '/table/plate'}
 
 
 class Surroundings:

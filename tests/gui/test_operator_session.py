@@ -110,7 +110,7 @@ def launch(operator: Operator) -> None:
     operator.wait(lambda: devices.state_text('ur_rt_upper') == 'running', 'the robot runs')
     assert devices.state_text('kinect') == ''
     topics = devices.topLevelItem(0)
-    operator.wait(lambda: any(re.fullmatch(r'1[12]\d Hz', topics.child(row).text(1))
+    operator.wait(lambda: any(re.fullmatch(r'1[12]\d\u2009Hz', topics.child(row).text(1))
                               for row in range(topics.childCount())), 'a topic of 125 Hz')
     operator.wait(lambda: bool(displays) and not bad(displays[-1]), 'every display of RViz is OK',
                   LAUNCH_S, lambda: displays and bad(displays[-1]))

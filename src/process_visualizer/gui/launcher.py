@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import replace
-from typing import Optional, Sequence
+from typing import List, Optional, Sequence
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
@@ -14,15 +14,19 @@ from process_visualizer.gui.models.bag_model import BagModel
 from process_visualizer.gui.models.calibration_model import CalibrationModel
 from process_visualizer.gui.models.cell_model import CellModel
 from process_visualizer.gui.models.device_states_model import DeviceStatesModel
-from process_visualizer.gui.models.launch_model import LaunchModel
+from process_visualizer.gui.models.launch_guard import LaunchGuard
+from process_visualizer.gui.models.launch_model import LaunchModel, Phase
 from process_visualizer.gui.models.master_model import MasterModel
+from process_visualizer.gui.models.mixture_model import MixtureModel
 from process_visualizer.gui.models.playback_model import PlaybackModel
 from process_visualizer.gui.models.recording_model import RecordingModel
+from process_visualizer.gui.models.values_model import ValuesModel
 from process_visualizer.gui.models.view_model import ViewModel
 from process_visualizer.gui.ros_link import RosLink, RosLinkError
 from process_visualizer.gui.snapshots import PlayerSnapshot
 from process_visualizer.gui.status import player_activity, recorder_activity, status_text
 from process_visualizer.gui.tasks import Tasks
+from process_visualizer.launching.device_state import Level, Line
 from process_visualizer.nodes.player_client import PlayerError
 
 _MARKER = 'marker'
@@ -44,10 +48,13 @@ class Launcher(QObject):
         self.master = MasterModel(self.tasks, self.link, self)
         self.cell = CellModel(self.tasks, self)
         self.launch = LaunchModel(self.tasks, self)
+        self.guard = LaunchGuard(self.tasks, self.launch.launch, parent=self)
+        self.mixture = MixtureModel(self.tasks, self._own_nodes, parent=self)
         self.states = DeviceStatesModel(self.launch)
         self.recording = RecordingModel(self.tasks, self.link.recorder, self)
         self.playback = PlaybackModel(self.tasks, self.link.player, PlayerError, parent=self)
         self.bag = BagModel(self.tasks, parent=self)
+        self.values = ValuesModel(self.tasks, self.playback, parent=self)
         self.view = ViewModel(self.tasks, self.cell, self.launch)
         self.calibration = CalibrationModel(self.tasks, self.link.move_frame, self)
         self._player: Optional[PlayerSnapshot] = None
@@ -75,9 +82,9 @@ class Launcher(QObject):
                       self.view.window, self.view.content, tuple(others))
 
     def start(self) -> None:
-        """Launch what is chosen."""
+        """Launch what is chosen, once nobody publishes what would be mixed with it."""
         if self.why_not() == '':
-            self.launch.launch(self.choice())
+            self.guard.launch(self.choice())
 
     def when_ready(self, devices: Optional[Sequence[str]], launches: bool) -> None:
         """Tick only these devices (None: as they are) and launch, once both is possible."""
@@ -118,6 +125,8 @@ class Launcher(QObject):
 
     def status(self) -> str:
         """The status line."""
+        if self.guard.is_looking:
+            return status_text(Phase.LAUNCHING, self.cell.mode, '', Line(Level.OFF, ''))
         if self.launch.is_idle and self._waits_for():
             return self._waits_for()
         running = self.launch.running
@@ -146,10 +155,11 @@ class Launcher(QObject):
         for model in (self.master, self.launch, self.recording, self.playback, self.bag,
                       self.calibration, self.view):
             model.failed.connect(self.failed)
-        for model in (self.launch, self.recording, self.playback, self.states):
+        for model in (self.guard, self.launch, self.recording, self.playback, self.states):
             model.changed.connect(self.status_changed)
         self.launch.changed.connect(self._follow_launch)
         self.launch.stopped.connect(self.recording.take_end_of_run)
+        self.mixture.begun.connect(self._pause_mixture)
         self.cell.changed.connect(self._follow_cell)
         for ready in (self.cell.loaded, self.master.connected, self.bag.changed):
             ready.connect(self._try_to_begin)
@@ -159,6 +169,7 @@ class Launcher(QObject):
     def _follow_launch(self) -> None:
         running = self.launch.running
         mode = running.mode if running is not None and self.launch.is_running else None
+        self.mixture.follow(running)
         self.recording.set_running(mode is Mode.REALTIME)
         self.calibration.set_running(mode is not None)
         if mode is Mode.PLAYBACK:
@@ -166,15 +177,26 @@ class Launcher(QObject):
         else:
             self._take_player(None)
 
+    def _own_nodes(self) -> List[str]:
+        """The nodes that were launched here."""
+        return [node.name for report in self.launch.reports.values() for node in report.nodes]
+
+    def _pause_mixture(self) -> None:
+        if self.mixture.mode is Mode.PLAYBACK:
+            self.playback.pause()
+
     def _follow_cell(self) -> None:
         self.recording.choices.set_devices(self.cell.chosen)
         self.bag.set_devices(self.cell.chosen)
+        self.values.set_devices(self.cell.chosen)
         self.calibration.set_devices(self.cell.devices)
         if self.cell.editor is not None:
             self.calibration.set_save(self.cell.editor.save)
 
     def _follow_bag(self) -> None:
         self.playback.set_marks(self.bag.marks)
+        self.values.set_recording(self.bag.paths)
+        self.states.set_recording(self.bag.catalogue)
 
     def _play_other_bag(self, _path: str) -> None:
         """The player restarts with another bag; everything else goes on running."""
@@ -208,6 +230,7 @@ class Launcher(QObject):
         self.playback.take_state(player)
         if player is not None:
             self.states.take_player(player)
+            self.mixture.take_player(player.others)
 
 
 def _difference(before: Choice, after: Choice) -> str:

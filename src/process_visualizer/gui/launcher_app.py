@@ -41,6 +41,7 @@ from process_visualizer.gui.views.keys_dialog import KeysDialog
 from process_visualizer.gui.views.labels import colour, title, tool_button
 from process_visualizer.gui.views.launch_view import LaunchView
 from process_visualizer.gui.views.log_view import LogView
+from process_visualizer.gui.views.mixture_notice import MixtureNotice
 from process_visualizer.gui.views.playback_panel import PlaybackPanel
 from process_visualizer.gui.views.recording_panel import RecordingPanel
 
@@ -62,14 +63,16 @@ class LauncherApp(QMainWindow):
         self._is_leaving = self._is_closed = False
         self._bag_to_play = ''
         self._message: Optional[QMessageBox] = None
+        self._mixture_question: Optional[QMessageBox] = None
         self.setWindowTitle('Process Visualizer')
         self.file = QLabel()
         self._devices_panel = DevicesPanel()
         self.devices = self._devices_panel.devices
         self.problems = self._devices_panel.problems
         self.launch = LaunchView()
+        self.mixture = MixtureNotice(launcher.mixture)
         self.recording = RecordingPanel(launcher.recording)
-        self.playback = PlaybackPanel(launcher.playback, launcher.bag)
+        self.playback = PlaybackPanel(launcher.playback, launcher.bag, launcher.values)
         self.calibration = CalibrationPanel(launcher.calibration)
         self._lay_out()
         self._connect()
@@ -94,6 +97,7 @@ class LauncherApp(QMainWindow):
         layout.setContentsMargins(_MARGIN, _MARGIN, _MARGIN, _MARGIN)
         layout.addWidget(self._devices_group())
         layout.addWidget(self.launch)
+        layout.addWidget(self.mixture)
         layout.addWidget(self.panels, 1)
         self.setCentralWidget(body)
 
@@ -130,6 +134,7 @@ class LauncherApp(QMainWindow):
         launcher.launch.changed.connect(self._show_launch)
         launcher.launch.stopped.connect(self._after_stop)
         launcher.launch.problems_found.connect(self._show_refusal)
+        launcher.guard.asked.connect(self._ask_mixture)
         master = launcher.master
         for signal in (master.connected, master.failed, master.lost, master.returned):
             signal.connect(self._show_launch)
@@ -243,6 +248,25 @@ class LauncherApp(QMainWindow):
             'launcher again?', 'Quit and start again', self._restart_program)
         self._launcher.master.returned.connect(question.close)
 
+    def _ask_mixture(self, who: str, mode: Mode) -> None:
+        """Somebody is in the way of a launch; the question goes when nobody is any more."""
+        what, first = (('playback', ', paused') if mode is Mode.PLAYBACK
+                       else ('real-time mode', ''))
+        text = (f'{who}.\n\nStop that node: {what} begins by itself as soon as it is gone. '
+                f'Or begin all the same{first}.')
+        if self._mixture_question is not None:
+            self._mixture_question.setText(text)
+            return
+        guard = self._launcher.guard
+        question = ask(self, text, 'Begin all the same', guard.launch_all_the_same, guard.cancel)
+        question.setDefaultButton(QMessageBox.Cancel)
+        guard.settled.connect(question.close)
+        question.finished.connect(self._forget_mixture_question)
+        self._mixture_question = question
+
+    def _forget_mixture_question(self) -> None:
+        self._mixture_question = None
+
     # What is done
 
     def _open(self) -> None:
@@ -323,6 +347,7 @@ class LauncherApp(QMainWindow):
         if self._is_leaving:
             return
         self._is_leaving = True
+        self._launcher.guard.cancel()
         if self._launcher.launch.is_idle:
             self._close_now()
         else:

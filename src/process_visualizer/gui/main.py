@@ -59,7 +59,10 @@ def main() -> int:
 
 
 class StopSignals(QObject):
-    """SIGINT, SIGTERM and SIGHUP as a signal of Qt, whose loop otherwise does not notice them."""
+    """SIGINT, SIGTERM and SIGHUP as a signal of Qt, whose loop otherwise does not notice them.
+
+    SIGHUP only where nohup does not want it to be ignored.
+    """
 
     received = pyqtSignal()
 
@@ -71,7 +74,8 @@ class StopSignals(QObject):
         self._notifier = QSocketNotifier(self._inside.fileno(), QSocketNotifier.Read, self)
         self._notifier.activated.connect(self._take)
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-            signal.signal(number, lambda *_: None)  # Python then writes it to the wake-up socket
+            if number is not signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
+                signal.signal(number, lambda *_: None)  # Python writes it to the wake-up socket
         signal.set_wakeup_fd(self._outside.fileno())
 
     def close(self) -> None:

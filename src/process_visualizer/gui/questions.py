@@ -19,8 +19,11 @@ def message_box(parent: QWidget, text: str,
     return box
 
 
-def ask(parent: QWidget, question: str, yes: str, action: Callable[[], None]) -> QMessageBox:
+def ask(parent: QWidget, question: str, yes: str, action: Callable[[], None],
+        otherwise: Callable[[], None] = lambda: None) -> QMessageBox:
     """Ask a question; do the action if the answer is ``yes``, the text of its button.
+
+    ``otherwise`` is done where it is closed in any other way.
 
     Returns the open dialog, for a question that answers itself.
     """
@@ -30,5 +33,6 @@ def ask(parent: QWidget, question: str, yes: str, action: Callable[[], None]) ->
     accept.setObjectName('yes')
     accept.clicked.connect(lambda: action())
     box.addButton(QMessageBox.Cancel)
+    box.finished.connect(lambda _code: None if box.clickedButton() is accept else otherwise())
     box.open()
     return box

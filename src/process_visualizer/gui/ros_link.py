@@ -133,7 +133,8 @@ def _player(state: PlayerState) -> PlayerSnapshot:
         paused=state.paused, loop=(state.loop_begin, state.loop_end) if state.loop else None,
         segment=state.segment, published=state.published, dropped=state.dropped,
         gaps=tuple(state.gaps), files=tuple(state.files), mark=state.mark,
-        topics=tuple((topic.name, topic.published) for topic in state.topics))
+        topics=tuple((topic.name, topic.published) for topic in state.topics),
+        others=tuple(state.others))
 
 
 def _recorder(state: RecorderState) -> RecorderSnapshot:

@@ -9,7 +9,8 @@ class PlayerSnapshot(NamedTuple):
 
     ``stamp_s`` is the wall time (since the epoch) for which ``position_s`` holds, ``begin_s`` the
     bag time of the beginning. ``loop`` is (begin, end) or None; ``topics`` are names, each with
-    how many of its messages were published. See PlayerState.msg.
+    how many of its messages were published; ``others`` say who else publishes them. See
+    PlayerState.msg.
     """
 
     stamp_s: float
@@ -27,6 +28,7 @@ class PlayerSnapshot(NamedTuple):
     files: Tuple[str, ...] = ()
     mark: str = ''
     topics: Tuple[Tuple[str, int], ...] = ()
+    others: Tuple[str, ...] = ()
 
 
 class TopicSnapshot(NamedTuple):

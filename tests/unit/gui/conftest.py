@@ -6,7 +6,15 @@ import pytest
 
 os.environ['QT_QPA_PLATFORM'] = 'offscreen'
 
+from patient_qtbot import PatientQtBot  # noqa: E402
+from PyQt5.QtWidgets import QApplication  # noqa: E402
 from recording_stand_in import StandInRecorder  # noqa: E402
+
+
+@pytest.fixture
+def qtbot(qapp: QApplication, request: pytest.FixtureRequest) -> PatientQtBot:
+    """pytest-qt's, with limits for a busy machine."""
+    return PatientQtBot(request)
 
 
 @pytest.fixture

@@ -2,11 +2,12 @@
 from __future__ import annotations
 
 import threading
-from typing import Any, Callable, List, Optional
+from typing import Any, Callable, List, Optional, Sequence
 
 from process_visualizer.bags.recording_options import RecordingOptions
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Topic
+from process_visualizer.gui.models.finished_verdict import BagVerdict
 from process_visualizer.gui.snapshots import RecorderSnapshot, TopicSnapshot
 
 HERE = Location('cell.xml', 1)
@@ -45,6 +46,15 @@ class StandInRecorder:
         self.path = BAG
         self.options: Optional[RecordingOptions] = None
         self.commands: List[str] = []
+        self.verdict = BagVerdict(True, 'complete')
+        self.judged: List[Sequence[str]] = []
+        self.judging = threading.Event()
+        self.judging.set()
+
+    def judge(self, paths: Sequence[str]) -> BagVerdict:
+        self.judging.wait()
+        self.judged.append(paths)
+        return self.verdict
 
     def start(self, options: RecordingOptions) -> str:
         self.options = options

@@ -70,6 +70,18 @@ def test_choice(loaded: Launcher) -> None:
     assert (choice.mode, choice.rviz, choice.bag) == (Mode.PLAYBACK, RvizStart.OPTIONAL, None)
 
 
+def test_the_status_tells_at_once_that_it_launches(loaded: Launcher, qtbot: Any,
+                                                   monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before anything is launched it has to be looked who else publishes."""
+    launched: List[Any] = []
+    monkeypatch.setattr(loaded.guard, '_launch', launched.append)
+    loaded.master.is_connected = True
+    loaded.start()
+    assert loaded.status() == 'Launching nodes…'
+    qtbot.waitUntil(lambda: len(launched) == 1)
+    assert loaded.status() == 'Currently not doing anything'
+
+
 def test_nothing_is_pending_while_what_runs_is_what_is_chosen(loaded: Launcher) -> None:
     assert loaded.pending() == ''
     run(loaded)

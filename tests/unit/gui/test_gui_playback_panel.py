@@ -16,6 +16,7 @@ from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Topic
 from process_visualizer.gui.models.bag_model import BagModel
 from process_visualizer.gui.models.playback_model import PlacedMark
+from process_visualizer.gui.models.values_model import ValuesModel
 from process_visualizer.gui.tasks import Tasks
 from process_visualizer.gui.views.playback_panel import PlaybackPanel
 
@@ -30,7 +31,8 @@ class Bench:
     def __init__(self, qtbot: QtBot, tasks: Tasks, folder: Path) -> None:
         self.stand = PlaybackStand()
         self.bag = BagModel(tasks)
-        self.panel = PlaybackPanel(self.stand.model, self.bag)
+        self.values = ValuesModel(tasks, self.stand.model)
+        self.panel = PlaybackPanel(self.stand.model, self.bag, self.values)
         qtbot.addWidget(self.panel)
         self.panel.resize(430, 600)
         self.panel.show()
@@ -42,6 +44,8 @@ class Bench:
         self.bag.set_devices([MACHINE])
         self.bag.open([str(path)])
         qtbot.waitUntil(lambda: bool(self.bag.curves.curves))
+        self.values.set_devices([MACHINE])
+        self.values.set_recording(self.bag.paths)
         self.stand.state(duration_s=4.0, position_s=1.0, files=self.bag.paths)
 
 
@@ -52,10 +56,48 @@ def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
     tasks.close()
 
 
-def test_the_curves_of_the_bag_are_in_the_timeline(bench: Bench) -> None:
-    value, largest = bench.panel.timeline.lane_values(0)
-    assert float(value) == pytest.approx(1.0, abs=0.01)
-    assert largest == 'max 4.00'
+def shown(bench: Bench) -> str:
+    """The value at the position, as it is written."""
+    return bench.panel.timeline.lane_values(0)[0]
+
+
+def test_the_curves_of_the_bag_are_in_the_timeline(bench: Bench, qtbot: QtBot) -> None:
+    qtbot.waitUntil(lambda: shown(bench) == '1.00')
+    assert bench.panel.timeline.lane_values(0)[1] == 'max 4.00'
+
+
+@pytest.mark.parametrize('position_s, value', [
+    (0.0, '0.00'), (2.339, '2.33'), (2.34, '2.34'), (2.341, '2.34'), (4.0, '4.00')])
+def test_the_value_is_that_of_the_position_and_not_of_a_column(
+        bench: Bench, qtbot: QtBot, position_s: float, value: str) -> None:
+    """The last message at the position counts, not the mean of a column of the curve."""
+    bench.stand.state(position_s=position_s)
+    assert shown(bench) in ('…', value)
+    qtbot.waitUntil(lambda: shown(bench) != '…')
+    assert shown(bench) == value
+
+
+def test_the_value_goes_on_while_the_mouse_rests(bench: Bench, qtbot: QtBot) -> None:
+    """Clicked on the timeline, the window said the same number while it played on."""
+    timeline = bench.panel.timeline
+    timeline._show_hover(timeline.axis.x(1.0))
+    bench.stand.state(position_s=3.0)
+    qtbot.waitUntil(lambda: shown(bench) == '3.00')
+    assert float(timeline.hover_value(0)) == pytest.approx(1.0, abs=0.01)
+    timeline._show_hover(None)
+    assert timeline.hover_value(0) == ''
+
+
+def test_values_of_another_recording_are_not_shown(bench: Bench, qtbot: QtBot,
+                                                   tmp_path: Path) -> None:
+    qtbot.waitUntil(lambda: shown(bench) == '1.00')
+    path = tmp_path / 'b.bag'
+    with rosbag.Bag(str(path), 'w') as bag:
+        for row in range(401):
+            bag.write('/feed', Float32(7.0), genpy.Time(2000) + genpy.Duration.from_sec(row / 100))
+    bench.values.set_recording([str(path)])
+    assert shown(bench) == '…'
+    qtbot.waitUntil(lambda: shown(bench) == '7.00')
 
 
 def test_its_topics_are_units_of_a_step(bench: Bench) -> None:

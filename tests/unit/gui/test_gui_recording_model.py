@@ -39,7 +39,7 @@ def tasks(qtbot: object) -> Iterator[Tasks]:
 
 @pytest.fixture
 def model(tasks: Tasks, client: StandInRecorder, clock: Clock, tmp_path: Path) -> RecordingModel:
-    recording = RecordingModel(tasks, client, now_s=clock)
+    recording = RecordingModel(tasks, client, now_s=clock, judge=client.judge)
     recording.choices.set_folder(str(tmp_path))
     recording.choices.set_devices(devices())
     recording.set_running(True)

@@ -18,10 +18,12 @@ from PyQt5.QtWidgets import (
 from recording_stand_in import StandInRecorder, devices, seen, told
 
 from process_visualizer.bags.recording_options import RecorderError
+from process_visualizer.gui.models.finished_verdict import BagVerdict
 from process_visualizer.gui.models.recording_choices import NameChoice
 from process_visualizer.gui.models.recording_model import RecordingModel
 from process_visualizer.gui.models.recording_types import Phase
 from process_visualizer.gui.tasks import Tasks
+from process_visualizer.gui.views.recording_notice import Notice, notice_of
 from process_visualizer.gui.views.recording_panel import RecordingPanel
 
 Find = Callable[[Type[QWidget], str], Any]
@@ -30,7 +32,7 @@ Find = Callable[[Type[QWidget], str], Any]
 @pytest.fixture
 def model(client: StandInRecorder, tmp_path: Path, qtbot) -> Iterator[RecordingModel]:
     tasks = Tasks()
-    recording = RecordingModel(tasks, client)
+    recording = RecordingModel(tasks, client, judge=client.judge)
     recording.choices.set_folder(str(tmp_path))
     recording.choices.set_devices(devices())
     yield recording
@@ -90,7 +92,7 @@ def test_record_mark_stop_play(find, running, client, qtbot):
     click(find, 'record')
     qtbot.waitUntil(lambda: find(QPushButton, 'record').text() == 'Record')
     assert 'mark the seam tears' in client.commands
-    assert text(find, 'record_notice') == 'seam.bag'
+    qtbot.waitUntil(lambda: text(find, 'record_notice') == 'seam.bag')
     click(find, 'play_recording')
     assert find(QWidget, '').played == [client.path]
 
@@ -170,6 +172,62 @@ def test_a_failure_is_shown_until_it_is_seen(find, running, client, qtbot):
     qtbot.waitUntil(lambda: text(find, 'record_notice').startswith('Not recording, because'))
     click(find, 'dismiss_notice', QToolButton)
     assert text(find, 'record_notice') == 'Ready to record 3 topics.'
+
+
+def test_the_tick_is_the_verdict_of_the_report(find, running, client, qtbot):
+    """What the report calls not complete has no tick here, though the recorder had no problem."""
+    client.verdict = BagVerdict(False, 'not complete: 5 lost on /ft')
+    click(find, 'record')
+    qtbot.waitUntil(lambda: running.phase is Phase.RECORDING)
+    click(find, 'record')
+    qtbot.waitUntil(lambda: '5 lost' in text(find, 'record_notice'))
+    assert client.judged == [(client.path,)]
+    assert notice_of(running) == Notice('warning', 'seam.bag: not complete: 5 lost on /ft',
+                                        f'{client.path}\nnot complete: 5 lost on /ft')
+
+
+def test_there_is_no_tick_before_the_verdict(find, running, client, qtbot):
+    click(find, 'record')
+    qtbot.waitUntil(lambda: running.phase is Phase.RECORDING)
+    client.judging.clear()
+    click(find, 'record')
+    qtbot.waitUntil(lambda: running.finished_bag is not None)
+    assert notice_of(running).icon == ''
+    client.judging.set()
+    qtbot.waitUntil(lambda: notice_of(running).icon == 'ok')
+
+
+def test_figures_are_those_of_the_bag_that_is_named(find, running, client, qtbot):
+    """After quitting and launching again it was "0 B · 34 815 messages" with nothing recorded."""
+    click(find, 'record')
+    qtbot.waitUntil(lambda: running.phase is Phase.RECORDING)
+    running.take_state(told('recording', files=(client.path,), bytes=900_000, messages=1000,
+                            duration_s=2.0))
+    click(find, 'record')
+    qtbot.waitUntil(lambda: running.finished_bag is not None)
+    running.take_state(told(files=(client.path,), bytes=1_000_000, messages=1100, duration_s=2.2))
+    whole = '1.0 MB · 1 100 messages · 0 dropped · 0 lost'
+    assert (text(find, 'record_figures'), text(find, 'record_time')) == (whole, '0:02.2')
+    running.set_running(False)
+    assert text(find, 'record_figures') == whole
+    running.set_running(True)
+    running.take_state(told(messages=34_815))  # so many are in the memory of another recorder
+    assert (text(find, 'record_figures'), text(find, 'record_time')) == (whole, '0:02.2')
+    assert 'seam.bag' in text(find, 'record_notice')
+    running.dismiss()
+    assert text(find, 'record_figures') == '20.0 MB/s arrive'
+    assert text(find, 'record_time') == '0:00.0'
+
+
+def test_a_bag_that_was_finished_while_quitting_has_no_figures(find, running, client, qtbot):
+    click(find, 'record')
+    qtbot.waitUntil(lambda: running.phase is Phase.RECORDING)
+    Path(client.path).touch()
+    running.set_running(False)
+    running.take_end_of_run()
+    qtbot.waitUntil(lambda: running.finished_bag is not None)
+    assert text(find, 'record_figures').strip() == ''
+    assert text(find, 'record_notice').startswith('seam.bag')
 
 
 def test_save_the_last_seconds(find, running, client, qtbot):

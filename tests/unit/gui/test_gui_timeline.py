@@ -124,10 +124,13 @@ class TestShowing:
 
     def test_values_at_the_playhead_and_under_the_mouse(self, bench: Bench) -> None:
         assert bench.view.lane_values(0) == ('1.0 N', 'max 10.0')
+        assert bench.view.hover_value(0) == ''
         bench.move(10.0, LANES_Y)
-        assert bench.view.lane_values(0)[0] == '5.0 N'
+        assert (bench.view.lane_values(0)[0], bench.view.hover_value(0)) == ('1.0 N', '5.0 N')
+        bench.stand.state(position_s=4.0)
+        assert (bench.view.lane_values(0)[0], bench.view.hover_value(0)) == ('2.0 N', '5.0 N')
         QApplication.sendEvent(bench.view, QEvent(QEvent.Leave))
-        assert bench.view.lane_values(0)[0] == '1.0 N'
+        assert bench.view.hover_value(0) == ''
 
     def test_while_playing_only_the_playhead_is_drawn(self, qtbot: QtBot) -> None:
         bench = Bench(qtbot, lanes=0)

@@ -12,6 +12,7 @@ from pytestqt.qtbot import QtBot
 
 from process_visualizer.gui.colours import contrast_to_white, readable_colour
 from process_visualizer.gui.time_axis import TimeAxis, tick_label
+from process_visualizer.gui.views.timeline_header import hover_value_rect
 from process_visualizer.gui.views.timeline_lanes import (
     LANE_HEIGHT,
     TEXT_HEIGHT,
@@ -50,6 +51,14 @@ def test_ticks_are_far_enough_apart_and_not_too_few(duration_s: float, width: fl
     assert ticks[0] == 0.0 and ticks[-1] <= duration_s * (1 + 1e-9)
     assert all(after - before >= 59.9 for before, after in zip(places, places[1:]))
     assert len(ticks) >= width / 60.0 / 4 - 1
+
+
+@pytest.mark.parametrize('time_s', [0.0, 3.0, 9.0, 10.0])
+def test_the_value_at_the_mouse_is_beside_its_line(time_s: float) -> None:
+    axis = TimeAxis(10.0, 12.0, 400.0)
+    place, x = hover_value_rect(axis, time_s, 50.0, 70.0, 15.0), axis.x(time_s)
+    assert place.right() <= axis.right and place.left() >= 1.0
+    assert min(abs(place.left() - x), abs(place.right() - x)) == 3.0
 
 
 @pytest.mark.parametrize('time_s, step_s, label', [

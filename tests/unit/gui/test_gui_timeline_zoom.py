@@ -1,6 +1,8 @@
 """Looking closer at a part of the recording: by wheel, double click, keys, menu and scroll bar."""
 from __future__ import annotations
 
+from typing import List
+
 import numpy as np
 import pytest
 from PyQt5.QtCore import QPoint, Qt
@@ -147,7 +149,13 @@ class TestDrawing:
     def test_values_under_the_mouse(self, bench: Bench) -> None:
         bench.view.zoom.show_part(10.0, 12.0)
         bench.move(10.0, LANES_Y)
-        assert bench.view.lane_values(0)[0] == '5.5 N'
+        assert bench.view.hover_value(0) == '5.5 N'
+
+    def test_the_axis_moves_below_a_resting_mouse(self, bench: Bench) -> None:
+        bench.view.zoom.show_part(10.0, 12.0)
+        bench.move(10.0, LANES_Y)
+        bench.view.zoom.show_part(14.0, 16.0)
+        assert bench.view.hover_value(0) == '7.5 N'
 
     def test_a_curve_with_a_peak(self, bench: Bench, qtbot: QtBot) -> None:
         """A peak of 20 ms at 11 s, in the middle of two seconds."""
@@ -155,9 +163,13 @@ class TestDrawing:
         values[550] = 1.0
         bench.view.set_lanes([Lane('', '', (1.0, 0.0, 0.0), values, values)])
         bench.view.zoom.show_part(10.0, 12.0)
-        bench.view.grab()
-        qtbot.wait(50)
-        image = bench.view.grab().toImage()
-        red = [x for x in range(image.width())
-               if image.pixelColor(x, 90).red() > image.pixelColor(x, 90).blue() + 80]
-        assert red and x_of(10.0) - 3 <= min(red) and max(red) <= x_of(10.2) + 3
+        red: List[int] = []
+
+        def is_drawn() -> bool:
+            image = bench.view.grab().toImage()
+            red[:] = [x for x in range(image.width())
+                      if image.pixelColor(x, 90).red() > image.pixelColor(x, 90).blue() + 80]
+            return bool(red)
+
+        qtbot.waitUntil(is_drawn)
+        assert x_of(10.0) - 3 <= min(red) and max(red) <= x_of(10.2) + 3

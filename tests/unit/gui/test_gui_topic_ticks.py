@@ -53,5 +53,7 @@ def test_health(ticks):
 def test_what_is_slow_or_was_latched_is_not_silent(ticks):
     ticks.take([seen('/robot/q_act', rate_hz=0.5, silence_s=2.0)])
     assert health(ticks) is TopicHealth.GOOD
+    ticks.take([])
+    ticks.take([seen('/robot/q_act', rate_hz=1.0, silence_s=0.1, messages=1)])
     ticks.take([seen('/robot/q_act', rate_hz=0.0, silence_s=60.0, messages=1)])
     assert health(ticks) is TopicHealth.GOOD

@@ -43,7 +43,7 @@ class Bench:
     def __init__(self, qtbot: QtBot, lanes: int = 3) -> None:
         self.qtbot = qtbot
         self.stand = PlaybackStand()
-        self.view = NotingTimeline(self.stand.model)
+        self.view = NotingTimeline(self.stand.model, lambda _key: 0.5 * self.stand.model.position_s)
         self.view.widths = []
         qtbot.addWidget(self.view)
         self.view.set_recording(20.0)

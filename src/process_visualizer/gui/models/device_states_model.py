@@ -1,11 +1,11 @@
 """The states of all devices, from what roslaunch, the recorder and the player tell."""
 from __future__ import annotations
 
-import time
-from typing import Callable, Dict, Tuple
+from typing import Dict, Optional, Tuple
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
+from process_visualizer.bags.catalogue import Catalogue
 from process_visualizer.cell.model import Device
 from process_visualizer.generate.plan import BAG_PART, FRAMES_PART, RVIZ_PART
 from process_visualizer.gui.models.launch_model import LaunchModel
@@ -14,10 +14,12 @@ from process_visualizer.launching.device_state import (
     DeviceState,
     Line,
     device_state,
+    live_line,
     part_line,
+    recorded_line,
     worst,
 )
-from process_visualizer.launching.topic_watch import TopicActivity, TopicCounter, TopicWatch
+from process_visualizer.launching.topic_watch import TopicWatch
 
 _PARTS = {FRAMES_PART: 'frames', BAG_PART: 'recorder or player', RVIZ_PART: 'RViz'}
 
@@ -27,36 +29,41 @@ class DeviceStatesModel(QObject):
 
     changed = pyqtSignal()
 
-    def __init__(self, launch: LaunchModel, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, launch: LaunchModel) -> None:
         super().__init__(launch)
         self._launch = launch
-        self._clock = clock
-        self._activities: Dict[str, TopicActivity] = {}
+        self._lines: Dict[str, Line] = {}
         self._watch = TopicWatch()
-        self._counter = TopicCounter()
+        self._recorded: Optional[Catalogue] = None
         launch.changed.connect(self.changed)
         launch.stopped.connect(self._forget)
 
     def take_recorder(self, recorder: RecorderSnapshot) -> None:
         """In real-time mode the recorder counts what arrives."""
-        self._activities = {topic.name: self._watch.update(topic.name, topic.rate_hz,
-                                                           topic.silence_s, topic.messages)
-                            for topic in recorder.topics}
+        self._lines = {topic.name: live_line(self._watch.update(
+            topic.name, topic.rate_hz, topic.silence_s, topic.messages))
+            for topic in recorder.topics}
         self.changed.emit()
 
+    def set_recording(self, recording: Optional[Catalogue]) -> None:
+        """Take what is in the recording that is played, or will be."""
+        self._recorded = recording
+
     def take_player(self, player: PlayerSnapshot) -> None:
-        """In playback mode the player counts what it sends; that a bag has gaps is no news."""
-        now_s = self._clock()
-        rates = {topic: self._counter.rate_hz(topic, count, now_s)
-                 for topic, count in player.topics}
-        self._activities = {topic: TopicActivity(rate, 0.0, False)
-                            for topic, rate in rates.items()}
-        self.changed.emit()
+        """In playback mode a topic is as it was recorded; how fast it is sent is the player's."""
+        recorded, played = self._recorded, {topic for topic, _ in player.topics}
+        if recorded is None or recorded.paths != player.files:
+            return  # one of them is about to change
+        lines = {topic.name: recorded_line(topic, topic.name in played)
+                 for topic in recorded.topics}
+        if lines != self._lines:
+            self._lines = lines
+            self.changed.emit()
 
     def state(self, device: Device) -> DeviceState:
         """Return the state of a device."""
         report = self._launch.reports.get(device.name)
-        return device_state(device, report, self._activities)
+        return device_state(device, report, self._lines)
 
     def trouble(self, devices: Tuple[Device, ...]) -> Line:
         """Return the worst state of devices and of the program's own parts, with its name."""
@@ -66,6 +73,5 @@ class DeviceStatesModel(QObject):
         return worst(tuple(Line(line.level, f'{name}: {line.text}') for name, line in lines))
 
     def _forget(self) -> None:
-        self._activities = {}
-        self._watch, self._counter = TopicWatch(), TopicCounter()
+        self._lines, self._watch = {}, TopicWatch()
         self.changed.emit()

@@ -12,10 +12,18 @@ from process_visualizer.bags.recording_options import (
     RecorderUnreachable,
     RecordingOptions,
 )
-from process_visualizer.gui.bag_target import LEAST_FREE_BYTES, look_at
+from process_visualizer.gui.bag_target import LEAST_FREE_BYTES
+from process_visualizer.gui.models.finished_verdict import FinishedVerdict, Judge, verdict_on
+from process_visualizer.gui.models.recording_advice import advice, checked, repair
 from process_visualizer.gui.models.recording_choices import RecordingChoices
 from process_visualizer.gui.models.recording_clock import RecordingClock
-from process_visualizer.gui.models.recording_types import FinishedBag, Phase, RecorderClient
+from process_visualizer.gui.models.recording_types import (
+    Figures,
+    FinishedBag,
+    Phase,
+    RecorderClient,
+    figures_of,
+)
 from process_visualizer.gui.snapshots import RecorderSnapshot
 from process_visualizer.gui.tasks import Tasks
 
@@ -40,11 +48,13 @@ class RecordingModel(QObject):
     """A bag is complete; its path (of a recording in parts, that of the first)."""
 
     def __init__(self, tasks: Tasks, client: RecorderClient, parent: Optional[QObject] = None,
-                 now_s: Callable[[], float] = time.monotonic) -> None:
+                 now_s: Callable[[], float] = time.monotonic, judge: Judge = verdict_on) -> None:
         super().__init__(parent)
         self._tasks, self._client, self._now_s = tasks, client, now_s
         self.choices = RecordingChoices(tasks, self)
-        self.choices.changed.connect(self.changed)
+        self.verdict = FinishedVerdict(tasks, self, judge)
+        for part in (self.choices, self.verdict):
+            part.changed.connect(self.changed)
         self._clock = RecordingClock(now_s)
         self._looked_s = self._answered_s = now_s()
         self._snapshot = RecorderSnapshot('idle')
@@ -56,8 +66,7 @@ class RecordingModel(QObject):
         self._error = ''
         self._marks: List[Tuple[float, str]] = []
         self._label = ''
-        self._silence = QTimer(self)
-        self._silence.setInterval(_SILENCE_MS)
+        self._silence = QTimer(self, interval=_SILENCE_MS)
         self._silence.timeout.connect(self._hear_nothing)
         self._silences = 0
 
@@ -80,8 +89,18 @@ class RecordingModel(QObject):
 
     @property
     def snapshot(self) -> RecorderSnapshot:
-        """The figures of the recording or, after its end, of the last one."""
+        """What the recorder said last; of a recording, ``figures`` are to be shown."""
         return self._snapshot
+
+    @property
+    def figures(self) -> Optional[Figures]:
+        """Those of the recording that is made or was made last, which ``finished_bag`` names.
+
+        None where there is none: what the recorder counts meanwhile belongs to no recording.
+        """
+        if self._is_made:
+            return figures_of(self._snapshot)
+        return None if self._finished is None else self._finished.figures
 
     @property
     def finished_bag(self) -> Optional[FinishedBag]:
@@ -111,7 +130,13 @@ class RecordingModel(QObject):
     @property
     def elapsed_s(self) -> float:
         """The time since the recording began, or how long the last one was; for a clock."""
-        return self._clock.elapsed_s()
+        if self._is_made:
+            return self._clock.elapsed_s()
+        return 0.0 if self.figures is None else self.figures.duration_s
+
+    @property
+    def _is_made(self) -> bool:
+        return bool(self._path) and self._phase in (Phase.RECORDING, Phase.STOPPING)
 
     @property
     def free_bytes(self) -> Optional[int]:
@@ -128,11 +153,6 @@ class RecordingModel(QObject):
         if self.free_bytes is None or self._snapshot.rate <= 0:
             return None
         return max(0, self.free_bytes - LEAST_FREE_BYTES) / self._snapshot.rate
-
-    @property
-    def total_bytes(self) -> Optional[int]:
-        """The size of the disk, None where it is not known."""
-        return self.choices.total_bytes
 
     @property
     def is_saving(self) -> bool:
@@ -180,6 +200,7 @@ class RecordingModel(QObject):
             self._snapshot = snapshot
             self.choices.take_topics(snapshot.topics)
             self._follow(Phase(snapshot.phase))
+            self._complete_figures(snapshot)
         if self._now_s() - self._looked_s >= _LOOK_PERIOD_S:
             self._looked_s = self._now_s()
             self.choices.look()
@@ -203,7 +224,7 @@ class RecordingModel(QObject):
         elif self._phase is Phase.IDLE:
             self._forget()
             self._ask(Phase.STARTING)
-            self._run(lambda: _checked(self._client.start, options), self._started)
+            self._run(lambda: checked(self._client.start, options), self._started)
 
     def stop(self) -> None:
         """Stop; ``finished`` tells when everything is written."""
@@ -219,7 +240,7 @@ class RecordingModel(QObject):
             options = self.choices.options_to_save(self.recent_s)
             self._forget()
             self._ask(Phase.STOPPING)
-            self._run(lambda: [_checked(self._client.save_recent, options)], self._ended)
+            self._run(lambda: [checked(self._client.save_recent, options)], self._ended)
 
     def set_label(self, label: str) -> None:
         """Take the label that the operator prepares for the next mark."""
@@ -246,7 +267,7 @@ class RecordingModel(QObject):
         """Run a command after whose failure the recorder is idle as before."""
         def on_error(error: Exception) -> None:
             self._answer(Phase.IDLE)
-            self._fail(_advice(error, ''))
+            self._fail(advice(error, ''))
 
         self._tasks.run(_LINE, command, on_result, on_error)
 
@@ -257,7 +278,7 @@ class RecordingModel(QObject):
             self._ended(list(self._snapshot.files))
         else:
             self._answer(Phase.RECORDING)
-        self._fail(_advice(error, path))
+        self._fail(advice(error, path))
 
     def _started(self, path: str) -> None:
         if self._phase is Phase.OFF:
@@ -272,6 +293,8 @@ class RecordingModel(QObject):
     def _ended(self, files: List[str]) -> None:
         self._path = ''
         self._finished = FinishedBag(tuple(files), self._snapshot.problems)
+        self._complete_figures(self._snapshot)
+        self.verdict.look_at(files)
         self.choices.look()
         self._answer(Phase.IDLE)
         if files:
@@ -280,7 +303,7 @@ class RecordingModel(QObject):
     def _mark_failed(self, entry: Tuple[float, str], error: Exception) -> None:
         if entry in self._marks:
             self._marks.remove(entry)
-        self._fail(f'{entry[1]} was not written: {_advice(error, self._path)}')
+        self._fail(f'{entry[1]} was not written: {advice(error, self._path)}')
 
     # How states change the phase
 
@@ -306,10 +329,16 @@ class RecordingModel(QObject):
         if path and self._phase is Phase.IDLE:
             self._ended_by_itself(path)
 
+    def _complete_figures(self, snapshot: RecorderSnapshot) -> None:
+        """The last figures of a recording come with the first state after it."""
+        done = self._finished
+        if done is not None and snapshot.phase == 'idle' and snapshot.files == done.files:
+            self._finished = done._replace(figures=figures_of(snapshot))
+
     def _ended_by_itself(self, path: str) -> None:
         if path not in self._snapshot.files:
             self._path = ''
-            self._fail(f'the recorder was started anew while it recorded. {_repair(path)}')
+            self._fail(f'the recorder was started anew while it recorded. {repair(path)}')
             return
         self._ended(list(self._snapshot.files))
         if self._snapshot.problems:
@@ -318,10 +347,10 @@ class RecordingModel(QObject):
     def _tell_left(self, path: str, is_there: bool) -> None:
         if is_there:
             self._finished = FinishedBag((path,))
-            self.changed.emit()
+            self.verdict.look_at([path])
             self.finished.emit(path)
         else:
-            self._fail(f'the recorder could not finish its bag. {_repair(path)}')
+            self._fail(f'the recorder could not finish its bag. {repair(path)}')
 
     def _hear_nothing(self) -> None:
         self._silences += 1
@@ -333,7 +362,7 @@ class RecordingModel(QObject):
         path, self._path = self._path, ''
         self._enter(Phase.GONE)
         if path:
-            self._fail(f'the recorder does not answer any more. {_repair(path)}. Quit all nodes '
+            self._fail(f'the recorder does not answer any more. {repair(path)}. Quit all nodes '
                        'and launch again to go on')
 
     # Small things
@@ -369,27 +398,3 @@ class RecordingModel(QObject):
     def _enter(self, phase: Phase) -> None:
         self._phase = phase
         self.changed.emit()
-
-
-def _checked(command: Callable[[RecordingOptions], str], options: RecordingOptions) -> str:
-    """Run the command if nothing on the disk is in its way; off the GUI thread."""
-    problem = look_at(options.folder, options.name, options.prefix).problem
-    if problem:
-        raise RecorderError(problem)
-    return command(options)
-
-
-def _repair(path: str) -> str:
-    """What can be done for a file that the recorder has not finished."""
-    return (f'What it wrote is in {path}.active; "rosrun process_visualizer cell reindex '
-            f'{path}.active" makes a bag of it')
-
-
-def _advice(error: Exception, path: str) -> str:
-    """What the operator is told; an error that nobody expects is raised again."""
-    if isinstance(error, RecorderUnreachable):
-        going_on = f'{path} is still being recorded: ' if path else ''
-        return f'{error}. {going_on}"Quit all nodes" ends the recorder, and finishes its file'
-    if isinstance(error, (RecorderError, OSError)):
-        return str(error)
-    raise error

@@ -2,9 +2,10 @@
 from __future__ import annotations
 
 from enum import Enum
-from typing import List, NamedTuple, Protocol, Tuple
+from typing import List, NamedTuple, Optional, Protocol, Tuple
 
 from process_visualizer.bags.recording_options import RecordingOptions
+from process_visualizer.gui.snapshots import RecorderSnapshot
 
 
 class RecorderClient(Protocol):
@@ -35,8 +36,28 @@ class Phase(Enum):
     GONE = 'gone'
 
 
+class Figures(NamedTuple):
+    """How large one recording is, and what it has not; `duration_s` in s."""
+
+    duration_s: float
+    bytes: int
+    messages: int
+    dropped: int
+    lost: int
+
+
+def figures_of(snapshot: RecorderSnapshot) -> Figures:
+    """Return what the recorder says of the recording that it makes, or has made last."""
+    return Figures(snapshot.duration_s, snapshot.bytes, snapshot.messages, snapshot.dropped,
+                   snapshot.lost)
+
+
 class FinishedBag(NamedTuple):
-    """What was recorded or saved last: its files, and what the recorder found wrong meanwhile."""
+    """What was recorded or saved last: its files, and what the recorder found wrong meanwhile.
+
+    ``figures`` are None where the recorder has ended without telling the last ones.
+    """
 
     files: Tuple[str, ...]
     problems: Tuple[str, ...] = ()
+    figures: Optional[Figures] = None

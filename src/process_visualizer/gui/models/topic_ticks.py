@@ -2,15 +2,11 @@
 from __future__ import annotations
 
 from enum import Enum
-from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 from process_visualizer.cell.model import Device
 from process_visualizer.gui.snapshots import TopicSnapshot
-
-_REGULAR_MESSAGES = 5
-"""A topic with fewer messages (a latched one, say) may be silent."""
-_USUAL_INTERVALS = 10
-_LEAST_SILENCE_S = 1.0
+from process_visualizer.launching.topic_watch import TopicWatch
 
 
 class TopicHealth(Enum):
@@ -43,7 +39,8 @@ class TopicTicks:
         self._topics: Dict[str, Tuple[str, bool]] = {}  # device, preset
         self._changed: Dict[str, bool] = {}
         self._seen: Dict[str, TopicSnapshot] = {}
-        self._usual_hz: Dict[str, float] = {}
+        self._watch = TopicWatch()
+        self._stale: Set[str] = set()
 
     def set_devices(self, devices: Sequence[Device]) -> None:
         """Take the chosen devices; a topic of two devices is listed with the first."""
@@ -63,8 +60,11 @@ class TopicTicks:
 
     def take(self, topics: Sequence[TopicSnapshot]) -> None:
         """Note what the recorder says of the topics that it watches."""
+        if not topics:
+            self._watch = TopicWatch()  # of another run
         self._seen = {topic.name: topic for topic in topics}
-        self._usual_hz.update((it.name, it.rate_hz) for it in topics if it.rate_hz > 0)
+        self._stale = {it.name for it in topics if self._watch.update(
+            it.name, it.rate_hz, it.silence_s, it.messages).is_stale}
 
     def ticked(self) -> Tuple[str, ...]:
         """The names of the topics to record."""
@@ -90,8 +90,4 @@ class TopicTicks:
             return TopicHealth.NO_PUBLISHER
         if topic.silence_s is None:
             return TopicHealth.NO_MESSAGE
-        usual_hz = self._usual_hz.get(topic.name, 0.0)
-        longest_s = max(_LEAST_SILENCE_S, _USUAL_INTERVALS / usual_hz if usual_hz else 0.0)
-        is_regular = topic.messages >= _REGULAR_MESSAGES and usual_hz > 0
-        return (TopicHealth.SILENT if is_regular and topic.silence_s > longest_s
-                else TopicHealth.GOOD)
+        return TopicHealth.SILENT if topic.name in self._stale else TopicHealth.GOOD

@@ -28,6 +28,8 @@ from process_visualizer.gui.style import BAD, QUIET, WARNING
 from process_visualizer.gui.views.fold_button import FoldButton
 from process_visualizer.gui.views.layouts import in_column, in_row
 from process_visualizer.gui.views.topic_tree import TopicTree
+from process_visualizer.launching.device_state import recorded_rate_text
+from process_visualizer.launching.figures import count_text, size_text
 
 _MOST_ROWS = 8
 _MOST_NAMED = 3
@@ -97,8 +99,8 @@ class BagView(QWidget):
             self.details.setChecked(False)
         else:
             self.topics.show_topics(found)
-            self.details.setText(f'{_counted(len(found.topics), "topic")}, '
-                                 f'{_counted(found.message_count, "message")}')
+            self.details.setText(f'{count_text(len(found.topics), "topic")}, '
+                                 f'{count_text(found.message_count, "message")}')
         warnings = _warnings(self._bag)
         self.warnings.setText('<br>'.join(warnings))
         self.warnings.setVisible(bool(warnings))
@@ -194,8 +196,8 @@ class TopicTable(TopicTree):
         self._rows = found.topics
         self.clear()
         for topic in found.topics:
-            row = QTreeWidgetItem([topic.name, grouped(topic.message_count),
-                                   f'{topic.rate_hz:.4g} Hz' if topic.rate_hz else '–',
+            row = QTreeWidgetItem([topic.name, count_text(topic.message_count),
+                                   recorded_rate_text(topic),
                                    topic.types[0].split('/')[-1]])
             row.setTextAlignment(1, Qt.AlignRight)
             row.setTextAlignment(2, Qt.AlignRight)
@@ -225,24 +227,6 @@ def _origin(found: Catalogue) -> str:
     """When a recording began, and its files."""
     begin = datetime.fromtimestamp(found.begin_ns / 1e9)
     return '\n'.join([begin.strftime('Recorded on %Y-%m-%d at %H:%M:%S'), *found.paths])
-
-
-def size_text(size_bytes: int) -> str:
-    """Return a size as people read it."""
-    for unit, size in (('GB', 1e9), ('MB', 1e6), ('kB', 1e3)):
-        if size_bytes >= size:
-            return f'{size_bytes / size:.3g} {unit}' if size_bytes < 1000 * size \
-                else f'{size_bytes / size:.0f} {unit}'
-    return f'{size_bytes} B'
-
-
-def grouped(number: int) -> str:
-    """Return a number with thin spaces between thousands."""
-    return f'{number:,}'.replace(',', '\u2009')
-
-
-def _counted(number: int, thing: str) -> str:
-    return f'{grouped(number)} {thing}' + ('' if number == 1 else 's')
 
 
 def _warnings(bag: BagModel) -> List[str]:

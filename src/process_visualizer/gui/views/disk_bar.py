@@ -5,9 +5,9 @@ from typing import Optional
 
 from PyQt5.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QVBoxLayout, QWidget
 
-from process_visualizer.gui.figures import long_time_text, size_text
 from process_visualizer.gui.style import BAD, LINE, QUIET
 from process_visualizer.gui.views.labels import colour, small
+from process_visualizer.launching.figures import long_time_text, size_text
 
 _HEIGHT_PX = 5
 _STEPS = 1000

@@ -1,15 +1,18 @@
 """Playback as a whole: the recording, the buttons, and the timeline."""
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Optional
 
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QFrame, QInputDialog, QLabel, QVBoxLayout, QWidget
 
 from process_visualizer.bags.curves import Curve
+from process_visualizer.bags.position_values import key_of
 from process_visualizer.bags.progress_line import format_time
 from process_visualizer.gui.models.bag_model import BagModel
 from process_visualizer.gui.models.playback_model import PlaybackModel
+from process_visualizer.gui.models.values_model import ValuesModel
 from process_visualizer.gui.style import WARNING
 from process_visualizer.gui.views.bag_view import BagView
 from process_visualizer.gui.views.curves_row import CurvesRow
@@ -23,14 +26,14 @@ _IN_WORDS = {'v': 'tool speed', 'F': 'tool force'}  # what the letters at the ar
 class PlaybackPanel(QWidget):
     """The panel of playback mode, from top to bottom."""
 
-    def __init__(self, playback: PlaybackModel, bag: BagModel,
+    def __init__(self, playback: PlaybackModel, bag: BagModel, values: ValuesModel,
                  parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
         self._playback = playback
         self._bag = bag
         self.bag = BagView(bag)
         self.transport = TransportView(playback)
-        self.timeline = TimelineView(playback)
+        self.timeline = TimelineView(playback, values.value)
         self.curves = CurvesRow(bag.curves)
         self.notes = QLabel()
         self.notes.setObjectName('playback_notes')
@@ -41,6 +44,7 @@ class PlaybackPanel(QWidget):
         self._lay_out()
         bag.changed.connect(self._show_bag)
         bag.curves.changed.connect(self._show_curves)
+        values.changed.connect(self.timeline.show_values)
         self.timeline.mark_wanted.connect(self.ask_for_mark)
         playback.changed.connect(self._show_notes)
         self._show_bag()
@@ -99,5 +103,6 @@ class PlaybackPanel(QWidget):
 
 def _lane(curve: Curve, duration_s: float) -> Lane:
     label = f'{curve.device}  {_IN_WORDS.get(curve.label, curve.label)}'
-    return lane_of(label, curve.unit, curve.color, curve.low, curve.high,
-                   duration_s / max(len(curve.low), 1))
+    return replace(lane_of(label, curve.unit, curve.color, curve.low, curve.high,
+                           duration_s / max(len(curve.low), 1)),
+                   key=key_of(curve.device, curve.label, curve.topic))

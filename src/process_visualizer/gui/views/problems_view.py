@@ -19,10 +19,10 @@ from PyQt5.QtWidgets import (
 )
 
 from process_visualizer.cell.errors import Problem
-from process_visualizer.gui.figures import count_text
 from process_visualizer.gui.icons import icon
 from process_visualizer.gui.style import ACCENT, LINE, QUIET
 from process_visualizer.gui.views.layouts import in_column, in_row
+from process_visualizer.launching.figures import count_text
 
 _ICON_PX = 18
 _MARGIN_PX = 6

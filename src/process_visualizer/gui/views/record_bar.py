@@ -6,12 +6,12 @@ from typing import Optional
 from PyQt5.QtCore import QSize, QTimer
 from PyQt5.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
-from process_visualizer.gui.figures import clock_text, count_text, size_text
 from process_visualizer.gui.icons import icon
 from process_visualizer.gui.models.recording_model import RecordingModel
 from process_visualizer.gui.models.recording_types import Phase
 from process_visualizer.gui.style import BAD, LINE, QUIET, TEXT, tabular_font
 from process_visualizer.gui.views.labels import colour, small
+from process_visualizer.launching.figures import clock_text, count_text, size_text
 
 _CLOCK_PERIOD_MS = 100
 _ICON_PX = 20
@@ -66,16 +66,17 @@ class RecordBar(QFrame):
             self._clock.setText(text)
 
     def _show_figures(self) -> None:
-        figures = self._model.snapshot
-        has_clock = self._model.is_recording or self._model.finished_bag is not None
-        colour(self._clock, TEXT if has_clock else QUIET)
+        figures, arriving = self._model.figures, self._model.snapshot.rate
+        is_known = figures is not None and self._model.phase is not Phase.STARTING
+        colour(self._clock, TEXT if self._model.is_recording or is_known else QUIET)
+        if figures is None or not is_known:
+            self._figures.setText(f'{size_text(arriving)}/s arrive' if arriving else ' ')
+            return
         parts = [size_text(figures.bytes), count_text(figures.messages, 'message')]
         parts += [f'<span style="color:{BAD}"><b>{count_text(number)} {word}</b></span>'
                   if number else f'{number} {word}'
                   for number, word in ((figures.dropped, 'dropped'), (figures.lost, 'lost'))]
-        arriving = f'{size_text(figures.rate)}/s arrive' if figures.rate else ' '
-        is_begun = has_clock and self._model.phase is not Phase.STARTING
-        self._figures.setText(' · '.join(parts) if is_begun else arriving)
+        self._figures.setText(' · '.join(parts))
 
     def _style_text(self) -> None:
         font = tabular_font(self._clock.font())

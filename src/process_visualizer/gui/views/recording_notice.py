@@ -7,13 +7,14 @@ from typing import NamedTuple, Optional
 from PyQt5.QtCore import QSize, Qt, pyqtSignal
 from PyQt5.QtWidgets import QHBoxLayout, QLabel, QPushButton, QToolButton, QWidget
 
-from process_visualizer.gui.figures import clock_text, count_text
 from process_visualizer.gui.icons import icon
+from process_visualizer.gui.models.finished_verdict import BagVerdict
 from process_visualizer.gui.models.recording_model import RecordingModel
 from process_visualizer.gui.models.recording_types import FinishedBag, Phase
 from process_visualizer.gui.models.topic_ticks import TopicHealth
 from process_visualizer.gui.style import QUIET, TEXT
 from process_visualizer.gui.views.labels import colour
+from process_visualizer.launching.figures import clock_text, count_text
 
 _ICON_PX = 18
 _LINES = {
@@ -97,7 +98,7 @@ def notice_of(model: RecordingModel) -> Notice:
     if model.phase is Phase.RECORDING:
         return _while_recording(model)
     if model.finished_bag is not None and model.phase in (Phase.IDLE, Phase.OFF):
-        return _finished(model.finished_bag)
+        return _finished(model.finished_bag, model.verdict.verdict)
     if model.phase is Phase.IDLE:
         ticked = sum(row.is_ticked for row in model.choices.topics)
         return Notice('', f'Ready to record {count_text(ticked, "topic")}.' if ticked else '')
@@ -119,10 +120,14 @@ def _while_recording(model: RecordingModel) -> Notice:
     return Notice('mark', f'{label} at {clock_text(time_s)}', marks)
 
 
-def _finished(bag: FinishedBag) -> Notice:
+def _finished(bag: FinishedBag, verdict: Optional[BagVerdict]) -> Notice:
+    """The tick is the verdict of `cell report`, so that both say the same."""
     parts = f' ({len(bag.files)} files)' if len(bag.files) > 1 else ''
     text = f'{os.path.basename(bag.files[0])}{parts}'
-    hint = '\n'.join([*bag.files, *bag.problems])
+    told = 'looking whether it is complete…' if verdict is None else verdict.text
+    hint = '\n'.join([*bag.files, told, *bag.problems])
+    if verdict is None or not verdict.is_good:
+        return Notice('' if verdict is None else 'warning', f'{text}: {told}', hint)
     if not bag.problems:
         return Notice('ok', text, hint)
     return Notice('warning', f'{text}: {count_text(len(bag.problems), "problem")}. '

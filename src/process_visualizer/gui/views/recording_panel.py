@@ -67,7 +67,7 @@ class RecordingPanel(QScrollArea):
         self.names.refresh()
         self.topics.lock(model.is_recording)
         self.topics.refresh()
-        self.disk.show_room(model.free_bytes, model.total_bytes, model.time_left_s,
+        self.disk.show_room(model.free_bytes, model.choices.total_bytes, model.time_left_s,
                             model.is_disk_low)
         self._mark.setEnabled(is_recording)
         self._label.setEnabled(is_recording)

@@ -200,6 +200,26 @@ def draw_hover(painter: QPainter, axis: TimeAxis, time_s: float, text: str, bott
     painter.drawText(rect, Qt.AlignCenter, text)
 
 
+def draw_hover_value(painter: QPainter, axis: TimeAxis, time_s: float, text: str, top: float,
+                     height: float) -> None:
+    """Draw a value beside the line at the mouse, in the look of its time, where there is room."""
+    rect = hover_value_rect(axis, time_s, painter.fontMetrics().horizontalAdvance(text) + 8.0, top,
+                            height)
+    painter.setPen(Qt.NoPen)
+    painter.setBrush(QColor(TEXT))
+    painter.drawRoundedRect(rect, 3, 3)
+    painter.setPen(Qt.white)
+    painter.drawText(rect, Qt.AlignCenter, text)
+
+
+def hover_value_rect(axis: TimeAxis, time_s: float, width: float, top: float,
+                     height: float) -> QRectF:
+    """Return where a value of a width [px] is written: beside the line, within the axis."""
+    x = axis.x(time_s)
+    left = x + 3.0 if x + 3.0 + width <= axis.right else x - 3.0 - width
+    return QRectF(max(left, 1.0), top, width, height)
+
+
 def draw_values(painter: QPainter, rect: QRectF, value: str, largest: str) -> None:
     """Draw a lane's value, and quietly behind it its largest one."""
     metrics = QFontMetricsF(painter.font())

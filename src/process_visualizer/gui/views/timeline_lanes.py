@@ -10,6 +10,7 @@ import numpy as np
 from PyQt5.QtCore import QPointF, QRectF, Qt
 from PyQt5.QtGui import QColor, QFont, QFontMetricsF, QImage, QPainter, QPen, QPixmap
 
+from process_visualizer.bags.position_values import Key
 from process_visualizer.gui.colours import readable_colour
 from process_visualizer.gui.style import LINE
 from process_visualizer.gui.time_axis import TimeAxis
@@ -27,7 +28,8 @@ _FAR_FROM_ZERO = 0.7  # of the largest value: if all are beyond it, zero is not 
 class Lane:
     """A process variable over the whole recording, which is divided into columns of equal time.
 
-    ``low`` and ``high`` are the extreme values in each column, NaN where there is none.
+    ``low`` and ``high`` are the extreme values in each column, NaN where there is none; ``key``
+    finds the value at the position.
     """
 
     label: str
@@ -35,6 +37,7 @@ class Lane:
     colour: Tuple[float, float, float]
     low: np.ndarray
     high: np.ndarray
+    key: Key = ('', '', '')
 
     def at(self, share: float) -> float:
         """Return the value at a part (0 to 1) of the recording; NaN where there is none."""

@@ -1,7 +1,7 @@
 """The timeline: the whole recording as a slider, with marks, loop, and curves below it."""
 from __future__ import annotations
 
-from typing import Any, Optional, Sequence, Tuple
+from typing import Any, Callable, Optional, Sequence, Tuple
 
 from PyQt5.QtCore import QEvent, QPoint, QRect, QRectF, QSize, Qt, pyqtSignal
 from PyQt5.QtGui import (
@@ -19,6 +19,7 @@ from PyQt5.QtGui import (
 )
 from PyQt5.QtWidgets import QMenu, QScrollBar, QSizePolicy, QToolTip, QWidget
 
+from process_visualizer.bags.position_values import Key
 from process_visualizer.bags.progress_line import format_time
 from process_visualizer.gui.models.playback_model import PlaybackModel
 from process_visualizer.gui.time_axis import TimeAxis
@@ -46,7 +47,7 @@ from process_visualizer.gui.views.timeline_zoom import BAR_HEIGHT, TimelineZoom
 
 _FEWEST_LANES = 2  # that are visible, if there are so many
 _FONT_PX = 11
-_PLAYHEAD_REACH, _HOVER_REACH = 10, 50  # px to each side of them that are drawn anew
+_PLAYHEAD_REACH, _HOVER_REACH = 10, 110  # px to each side of them that are drawn anew
 _HINT = ('Press to go there, drag to look around, drag A and B to change the loop.\n'
          'Turn the wheel to see it closer (Shift: move), double-click to see all.\n'
          'Home and End: to the ends. Page up and down: from mark to mark. A, B, L: the loop.')
@@ -58,16 +59,18 @@ class TimelineView(QWidget):
     mark_wanted = pyqtSignal(float)
     """A mark is to be added at this time [s]."""
 
-    def __init__(self, playback: PlaybackModel, parent: Optional[QWidget] = None) -> None:
+    def __init__(self, playback: PlaybackModel, value_of: Callable[[Key], Optional[float]],
+                 parent: Optional[QWidget] = None) -> None:
+        """Take what tells a lane's value at the position: NaN for none, None: not known yet."""
         super().__init__(parent)
-        self._playback = playback
+        self._playback, self._value_of = playback, value_of
         self._length_s = 0.0
         self._gaps: Tuple[Tuple[float, float], ...] = ()
         self._lanes: Tuple[Lane, ...] = ()
         self._header: Optional[Tuple[Any, QPixmap]] = None
         self._font = QFont(self.font())
         self._font.setPixelSize(_FONT_PX)
-        self._hover_s: Optional[float] = None
+        self._hover_x: Optional[float] = None
         self._hover = Target('time')
         self._dragged: Optional[Target] = None
         self._drawn_x = 0
@@ -112,13 +115,27 @@ class TimelineView(QWidget):
         return axis_of(self.zoom.shown, self.width())
 
     def lane_values(self, row: int) -> Tuple[str, str]:
-        """Return a lane's value at the mouse, or else at the playhead, and its largest one."""
-        lane, length_s = self._lanes[row], self.zoom.shown.length_s
-        time_s = self._playback.position_s if self._hover_s is None else self._hover_s
-        value = lane.at(time_s / length_s if length_s else 0.0)
-        largest = lane.largest
-        return (f'{number_text(value, largest)} {lane.unit}'.rstrip(),
+        """Return a lane's value at the position, and its largest one."""
+        lane = self._lanes[row]
+        value, largest = self._value_of(lane.key), lane.largest
+        return ('…' if value is None else _with_unit(lane, value),
                 f'max {number_text(largest, largest)}')
+
+    def hover_value(self, row: int) -> str:
+        """Return a lane's value at the mouse, as its curve has it; empty without a mouse."""
+        lane, length_s, time_s = self._lanes[row], self.zoom.shown.length_s, self._hover_s
+        if time_s is None or not length_s:
+            return ''
+        return _with_unit(lane, lane.at(time_s / length_s))
+
+    @property
+    def _hover_s(self) -> Optional[float]:
+        """The time at the mouse; another one when the axis moves below it."""
+        return None if self._hover_x is None else self.axis.time_s(self._hover_x)
+
+    def show_values(self) -> None:
+        """Draw the values at the position anew."""
+        self._update_values()
 
     # Size
 
@@ -185,8 +202,18 @@ class TimelineView(QWidget):
         self._drawn_x = round(axis.x(position_s))
         if axis.duration_s > 0.0:
             header.draw_playhead(painter, axis, position_s, bottom, self._playback.is_available)
-        if self._hover_s is not None:
-            header.draw_hover(painter, axis, self._hover_s, format_time(self._hover_s), bottom)
+        hover_s = self._hover_s
+        if hover_s is not None:
+            header.draw_hover(painter, axis, hover_s, format_time(hover_s), bottom)
+            self._draw_hover_values(painter, axis, hover_s)
+
+    def _draw_hover_values(self, painter: QPainter, axis: TimeAxis, time_s: float) -> None:
+        painter.save()
+        painter.setClipRect(self._lanes_rect())
+        for row in range(len(self._lanes)):
+            top = self._lane_rect(row).bottom() - TEXT_HEIGHT - 2.0  # below the other numbers
+            header.draw_hover_value(painter, axis, time_s, self.hover_value(row), top, TEXT_HEIGHT)
+        painter.restore()
 
     def _draw_lanes(self, painter: QPainter, axis: TimeAxis, area: QRect) -> None:
         if not self._lanes:
@@ -236,18 +263,14 @@ class TimelineView(QWidget):
             return
         left, right = sorted((x, self._drawn_x))
         self.update(left - _PLAYHEAD_REACH, 0, right - left + 2 * _PLAYHEAD_REACH, self.height())
-        if self._lanes and self._hover_s is None:
-            self._update_values()
 
-    def _show_hover(self, time_s: Optional[float]) -> None:
-        """Draw the line at the mouse anew, the flags, and the numbers."""
-        for shown_s in (self._hover_s, time_s):
-            if shown_s is not None:
-                self.update(round(self.axis.x(shown_s)) - _HOVER_REACH, 0, 2 * _HOVER_REACH,
-                            self.height())
-        self._hover_s = time_s
+    def _show_hover(self, x: Optional[float]) -> None:
+        """Draw the line at the mouse anew with its numbers, and the flags."""
+        for shown_x in (self._hover_x, x):
+            if shown_x is not None:
+                self.update(round(shown_x) - _HOVER_REACH, 0, 2 * _HOVER_REACH, self.height())
+        self._hover_x = x
         self.update(0, 0, self.width(), int(HEADER_HEIGHT))
-        self._update_values()
 
     def _update_values(self) -> None:
         """Draw the numbers anew, and only them: all that is drawn is sent to the screen."""
@@ -279,7 +302,7 @@ class TimelineView(QWidget):
             self._playback.seek(time_s)
         elif self._dragged.kind in 'AB':
             self._playback.move_loop_point(self._dragged.kind, time_s)
-        self._show_hover(time_s if self.axis.duration_s > 0.0 else None)
+        self._show_hover(event.localPos().x() if self.axis.duration_s > 0.0 else None)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """Let go; what played before plays on."""
@@ -288,7 +311,7 @@ class TimelineView(QWidget):
             self._playback.end_scrub()
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Show the values at the playhead again."""
+        """Show nothing at the mouse any more."""
         self._hover = Target('time')
         self._show_hover(None)
 
@@ -367,3 +390,7 @@ class TimelineView(QWidget):
     def look_closer(self, steps: float) -> None:
         """Show less, or (below 0) more, around the position."""
         self.zoom.step(steps, self._playback.position_s)
+
+
+def _with_unit(lane: Lane, value: float) -> str:
+    return f'{number_text(value, lane.largest)} {lane.unit}'.rstrip()

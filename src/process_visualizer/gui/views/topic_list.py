@@ -7,7 +7,6 @@ from PyQt5.QtCore import QSize, Qt, pyqtSignal
 from PyQt5.QtGui import QColor
 from PyQt5.QtWidgets import QSizePolicy, QTreeWidget, QTreeWidgetItem, QWidget
 
-from process_visualizer.gui.figures import count_text, long_time_text, rate_text
 from process_visualizer.gui.models.recording_choices import RecordingChoices
 from process_visualizer.gui.models.topic_ticks import TopicHealth, TopicRow
 from process_visualizer.gui.style import QUIET, TEXT, WARNING
@@ -16,6 +15,7 @@ from process_visualizer.gui.views.fold_button import FoldButton
 from process_visualizer.gui.views.labels import colour, small, tool_button
 from process_visualizer.gui.views.layouts import in_column, in_row
 from process_visualizer.gui.views.topic_tree import TopicTree
+from process_visualizer.launching.figures import count_text, live_rate_text, long_time_text
 
 _NAME, _RATE = 0, 1
 _FEWEST_ROWS = 6
@@ -140,7 +140,7 @@ def rate_or_silence(row: TopicRow) -> str:
         return f'silent for {long_time_text(row.silence_s)}'
     if row.health in _UNHEALTHY:
         return row.health.value
-    return rate_text(row.rate_hz)
+    return live_rate_text(row.rate_hz, row.silence_s or 0.0)
 
 
 def _show(item: QTreeWidgetItem, row: TopicRow) -> None:

@@ -1,0 +1,85 @@
+"""The topics of the devices: as they come in real time, as they were recorded in playback."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Iterator, List
+
+import pytest
+import rosbag
+from genpy import Time
+from held_tasks import HeldTasks
+from std_msgs.msg import Float64, String
+
+from process_visualizer.bags.catalogue import Catalogue, read_catalogue
+from process_visualizer.cell.errors import Location
+from process_visualizer.cell.model import Device, DeviceType, Topic
+from process_visualizer.gui.models.device_states_model import DeviceStatesModel
+from process_visualizer.gui.models.launch_model import LaunchModel
+from process_visualizer.gui.snapshots import PlayerSnapshot
+from process_visualizer.launching.node_state import NodeReport, NodeState
+from process_visualizer.launching.part_report import PartReport, PartState
+
+HERE = Location('cell.xml', 1)
+NAMES = ('/heat', '/name', '/door', '/absent')
+OVEN = Device(DeviceType.OTHER, 'oven', HERE,
+              topics=tuple(Topic(name, None, None, True, HERE) for name in NAMES))
+
+
+@pytest.fixture
+def states(qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+           ) -> Iterator[DeviceStatesModel]:
+    monkeypatch.setenv('ROS_HOME', str(tmp_path))
+    launch = LaunchModel(HeldTasks())
+    launch.reports = {'oven': PartReport('oven', PartState.RUNNING, (
+        NodeReport('/oven/driver', NodeState.RUNNING),))}
+    yield DeviceStatesModel(launch)
+
+
+@pytest.fixture
+def recording(tmp_path: Path) -> Catalogue:
+    """The heat at 50 Hz, a name that is latched, a door that was opened once."""
+    path = str(tmp_path / 'a.bag')
+    with rosbag.Bag(path, 'w') as bag:
+        for number in range(101):
+            bag.write('/heat', Float64(number), Time.from_sec(1000.0 + number / 50))
+        header = {'topic': '/name', 'type': String._type, 'md5sum': String._md5sum,
+                  'message_definition': String._full_text, 'latching': '1'}
+        for second in (0.0, 1.0):
+            bag.write('/name', String('x'), Time.from_sec(1000.0 + second),
+                      connection_header=header)
+        bag.write('/door', String('open'), Time.from_sec(1001.0))
+    return read_catalogue([path])
+
+
+def player(recording: Catalogue, counts: List[int], **values: Any) -> PlayerSnapshot:
+    return PlayerSnapshot(stamp_s=1.0, begin_s=1000.0, duration_s=2.0, position_s=1.0, rate=0.25,
+                          achieved_rate=0.0, paused=True, files=recording.paths,
+                          topics=tuple(zip(NAMES, counts)), **values)
+
+
+def shown(states: DeviceStatesModel) -> List[str]:
+    topics = states.state(OVEN).topics
+    return [topics[name].text.replace('\u2009', ' ') for name in NAMES]
+
+
+def test_in_playback_rates_are_those_of_the_recording(states: DeviceStatesModel,
+                                                      recording: Catalogue) -> None:
+    """Paused, the scene is repeated now and then: that was shown as 0.987 Hz, latched as 0 Hz."""
+    states.set_recording(recording)
+    for count in range(5):
+        states.take_player(player(recording, [100 + count, 1, 1]))
+        assert shown(states) == ['50 Hz', 'latched', 'once', '']
+
+
+def test_a_recording_that_the_player_does_not_play_yet(states: DeviceStatesModel,
+                                                       recording: Catalogue) -> None:
+    states.set_recording(recording)
+    states.take_player(player(recording._replace(paths=('/other.bag',)), [1, 1]))
+    assert shown(states) == ['', '', '', '']
+
+
+def test_what_cannot_be_played_is_told(states: DeviceStatesModel, recording: Catalogue) -> None:
+    states.set_recording(recording)
+    states.take_player(player(recording, [100]))
+    assert shown(states)[:2] == ['50 Hz', 'not played']
+    assert states.state(OVEN).summary.text == 'running'

@@ -1,0 +1,144 @@
+"""Who publishes what would be mixed: asked before a launch, told while nodes run."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, List, Tuple
+
+import pytest
+from held_tasks import HeldTasks
+
+from process_visualizer.cell.model import Mode
+from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.generate.choice import Choice
+from process_visualizer.gui.models.launch_guard import LaunchGuard
+from process_visualizer.gui.models.mixture_model import MixtureModel
+from process_visualizer.gui.views.mixture_notice import MixtureNotice
+from process_visualizer.launching.other_publishers import OtherPublisher, Others
+
+DRIVER = OtherPublisher('/oven/heat', '/oven_driver')
+PLAYER = OtherPublisher('/oven/heat', '/play_1')
+
+
+@pytest.fixture
+def choice(tmp_path: Path) -> Choice:
+    path = tmp_path / 'cell.xml'
+    path.write_text('<visualizer><device type="other" name="oven"/></visualizer>')
+    cell = XmlParser({}).parse(str(path))
+    return Choice(cell, Mode.PLAYBACK, cell.devices, bag='/seam.bag')
+
+
+class Guarded:
+    """A guard whose looks end when the test says so."""
+
+    def __init__(self) -> None:
+        self.tasks = HeldTasks()
+        self.launched: List[Choice] = []
+        self.asked: List[str] = []
+        self.settled = 0
+        self.others: Others = ()
+        self.guard = LaunchGuard(self.tasks, self.launched.append, lambda _choice: self.others)
+        self.guard.asked.connect(lambda text, _mode: self.asked.append(text))
+        self.guard.settled.connect(self._settle)
+
+    def _settle(self) -> None:
+        self.settled += 1
+
+    def look_again(self) -> None:
+        """As if its time had come."""
+        self.guard._timer.timeout.emit()
+        self.tasks.end_all()
+
+
+@pytest.fixture
+def guarded(qtbot: Any) -> Guarded:
+    return Guarded()
+
+
+def test_it_launches_where_nobody_is_in_the_way(guarded: Guarded, choice: Choice) -> None:
+    guarded.guard.launch(choice)
+    assert guarded.launched == [] and guarded.guard.is_looking
+    guarded.tasks.end_all()
+    assert guarded.launched == [choice] and guarded.asked == []
+
+
+def test_it_asks_once_and_launches_when_the_driver_has_gone(guarded: Guarded,
+                                                            choice: Choice) -> None:
+    guarded.others = (DRIVER,)
+    guarded.guard.launch(choice)
+    guarded.tasks.end_all()
+    guarded.look_again()
+    assert len(guarded.asked) == 1 and guarded.launched == [] and not guarded.guard.is_looking
+    assert '/oven/heat is published by /oven_driver' in guarded.asked[0]
+    guarded.others, before = (), guarded.settled
+    guarded.look_again()
+    assert guarded.launched == [choice] and guarded.settled > before
+    assert not guarded.guard.is_waiting
+
+
+def test_it_launches_all_the_same_or_never(guarded: Guarded, choice: Choice) -> None:
+    guarded.others = (DRIVER,)
+    guarded.guard.launch(choice)
+    guarded.tasks.end_all()
+    guarded.guard.launch_all_the_same()
+    assert guarded.launched == [choice]
+    guarded.guard.launch(choice)
+    guarded.guard.cancel()
+    guarded.others = ()
+    guarded.look_again()
+    assert guarded.launched == [choice]
+
+
+def beside(own: 'Tuple[str, ...]' = ()) -> 'Tuple[MixtureModel, HeldTasks, List[Others]]':
+    """A model, its tasks, and what it will see; the last thing again and again."""
+    tasks, seen = HeldTasks(), [()]  # type: Tuple[HeldTasks, List[Others]]
+    return MixtureModel(tasks, lambda: own, lambda _choice, _own: seen[0]), tasks, seen
+
+
+def test_what_is_seen_beside_a_run_is_told_until_it_is_gone(qtbot: Any, choice: Choice) -> None:
+    model, tasks, seen = beside()
+    begun: List[int] = []
+    model.begun.connect(lambda: begun.append(1))
+    notice = MixtureNotice(model)
+    qtbot.addWidget(notice)
+
+    def look() -> None:
+        model._timer.timeout.emit()
+        tasks.end_all()
+
+    model.follow(choice)
+    look()
+    assert model.sentences == () and notice.isHidden()
+    seen[0] = (DRIVER,)
+    look()
+    look()
+    assert model.sentences == ('/oven/heat is published by /oven_driver',)
+    assert not notice.isHidden() and begun == [1]
+    seen[0] = ()
+    look()
+    assert notice.isHidden()
+
+
+def test_what_the_player_tells_goes_with_it(qtbot: Any, choice: Choice) -> None:
+    model, _tasks, _seen = beside()
+    notice = MixtureNotice(model)
+    qtbot.addWidget(notice)
+    model.follow(choice)
+    model.take_player(('/q is published by /driver',))
+    assert not notice.isHidden()
+    assert notice._text.text().startswith('/q is published by /driver, beside the recording')
+    model.follow(None)
+    assert notice.isHidden() and model.sentences == ()
+    model.take_player(('/q is published by /driver',))  # the last word of one that has ended
+    assert notice.isHidden()
+
+
+def test_nobody_is_known_while_the_master_does_not_answer(qtbot: Any, choice: Choice) -> None:
+    def fail(_choice: Choice, _own: Any) -> Others:
+        raise OSError('no master')
+    tasks = HeldTasks()
+    model = MixtureModel(tasks, tuple, fail)
+    model.follow(choice)
+    for _ in range(2):
+        model._timer.timeout.emit()
+        tasks.end_all()
+    assert model.sentences == ()
