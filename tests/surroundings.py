@@ -1,10 +1,13 @@
-"""What a test needs of its own: a port for a master, and a screen."""
+"""What a test needs of its own: a port for a master, a screen, processes that stand still."""
 from __future__ import annotations
 
 import os
+import signal
 import socket
 import subprocess
-from contextlib import contextmanager
+import time
+from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import Iterator
 
 SOFTWARE_GRAPHICS = {'LIBGL_ALWAYS_SOFTWARE': '1', 'QT_X11_NO_MITSHM': '1'}
@@ -32,3 +35,29 @@ def virtual_screen() -> Iterator[str]:
     finally:
         process.terminate()
         process.wait()
+
+
+def hear_hangup() -> None:
+    """Let a process that is about to run hear SIGHUP, which it ignores if nohup runs the tests."""
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
+@contextmanager
+def suspended(process_id: int, timeout_s: float = 60.0) -> Iterator[None]:
+    """Let a process stand still: all of its threads, which go on for a moment after the signal."""
+    os.kill(process_id, signal.SIGSTOP)
+    try:
+        deadline_s = time.monotonic() + timeout_s
+        while not _stands_still(process_id):
+            assert time.monotonic() < deadline_s, f'process {process_id} does not stop'
+            time.sleep(0.001)
+        yield
+    finally:
+        with suppress(ProcessLookupError):  # the test may have ended it
+            os.kill(process_id, signal.SIGCONT)
+
+
+def _stands_still(process_id: int) -> bool:
+    """Whether every thread is stopped: proc(5), the field behind the name."""
+    return all(path.read_text().rpartition(')')[2].split()[0] == 'T'
+               for path in Path(f'/proc/{process_id}/task').glob('*/stat'))

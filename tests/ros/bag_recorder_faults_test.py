@@ -16,11 +16,14 @@ from recorder_testing import (
     RecorderUnderTest,
     Stream,
     contents,
+    message_count,
     new_topic,
     numbers,
     rostopic_pub,
+    wait_for_count,
 )
 from std_msgs.msg import String, UInt8MultiArray, UInt32
+from surroundings import suspended
 
 from process_visualizer.bags.bag_errors import BagUnindexed
 from process_visualizer.bags.recording import Recording
@@ -90,8 +93,7 @@ class BagRecorderFaultsTest(unittest.TestCase):
         driver = rostopic_pub(topic)
         try:
             rospy.wait_for_message(topic, UInt32, TIMEOUT_S)
-            driver.send_signal(signal.SIGSTOP)
-            with RecorderUnderTest(connection_timeout=1) as recorder:
+            with suspended(driver.pid), RecorderUnderTest(connection_timeout=1) as recorder:
                 with self.assertRaisesRegex(RecorderError, f'not recording.*{topic}'):
                     recorder.start(topic, name='a')
                 self.assertEqual(recorder.files(), [])
@@ -161,13 +163,38 @@ class BagRecorderFaultsTest(unittest.TestCase):
             self.assertIn('make room', state.problems[-1])
             self.assertGreater(state.dropped, 0)
             self.assertEqual(recorder.files(), ['a.bag'])
-            with rosbag.Bag(path) as bag:
-                count = bag.get_message_count(topic)
-            self.assertGreater(count, 20)
-            self.assertEqual(count, state.messages)
+            self.assertGreater(state.topics[0].messages, 20)
+            self.assertEqual(message_count(path, topic), state.topics[0].messages)
+            self.assertEqual(message_count(path), state.messages)
             with Recording([path]) as recording:
                 report = make_report(recording)
             self.assertGreater(report.topics[0].dropped, 0)
+
+    def test_nothing_is_counted_below_zero_when_nothing_can_be_written(self):
+        topic = new_topic()
+        publisher = rospy.Publisher(topic, UInt8MultiArray, latch=True, queue_size=1)
+        publisher.publish(data=bytes(100_000))
+        with RecorderUnderTest('prlimit', '--fsize=20000', topics=[topic]) as recorder:
+            self.assertTrue(wait_for_count(recorder, topic, 1))
+            path = recorder.start(topic, name='a')
+            state = recorder.client.wait_for(
+                lambda state: state.problems and state.state == RecorderState.IDLE, TIMEOUT_S)
+            self.assertIn('make room', state.problems[-1])
+            self.assertEqual((state.topics[0].messages, state.topics[0].dropped), (0, 1))
+            self.assertEqual(state.messages, message_count(path))
+
+    def test_a_recorded_log_does_not_feed_itself(self):
+        topics = ['/rosout', '/rosout_agg']
+        with RecorderUnderTest() as recorder:
+            path = recorder.start(*topics, name='a')
+            for number in range(20):
+                rospy.logwarn(f'log {number}')
+                self.assertTrue(wait_for_count(recorder, '/rosout', number + 1))
+            # a second of silence is told of what comes regularly
+            state = recorder.client.wait_for(lambda state: state.problems, 6.0)
+            self.assertIsNone(state)
+            recorder.client.stop()
+            self.assertGreaterEqual(message_count(path, '/rosout'), 20)
 
     def small_disk(self, megabytes: int) -> RecorderUnderTest:
         """A recorder on a small disk; without the right to mount one, with files limited so."""
@@ -199,8 +226,7 @@ class BagRecorderFaultsTest(unittest.TestCase):
             state = recorder.client.state
             self.assertIn('the bag is complete until then', state.problems[-1])
             self.assertEqual(state.dropped, 0)
-            with rosbag.Bag(path) as bag:
-                self.assertEqual(bag.get_message_count(topic), state.messages)
+            self.assertEqual(message_count(path), state.messages)
 
     def test_a_folder_that_is_removed_costs_nothing(self):
         topic = new_topic()

@@ -17,17 +17,21 @@ from recorder_testing import (
     RecorderUnderTest,
     Stream,
     contents,
+    message_count,
     new_topic,
     numbers,
+    topics_of,
+    wait_for_count,
 )
 from std_msgs.msg import Header, String, UInt8MultiArray, UInt32
 from tf2_msgs.msg import TFMessage
 
+from process_visualizer.bags.catalogue import read_catalogue
 from process_visualizer.bags.marks import read_marks
-from process_visualizer.bags.recorder_topics import recorded_configuration
+from process_visualizer.bags.recorder_topics import ACCOUNT, MARKS, recorded_configuration
 from process_visualizer.bags.recording import Recording
 from process_visualizer.bags.recording_options import RecorderError, RecordingOptions
-from process_visualizer.bags.report import make_report
+from process_visualizer.bags.report import Completeness, make_report
 from process_visualizer.msg import RecorderState
 
 
@@ -134,7 +138,7 @@ class BagRecorderTest(unittest.TestCase):
             with Recording([path]) as recording:
                 report = make_report(recording)
             self.assertEqual(report.topics[0].lost, 3)
-            self.assertFalse(report.is_complete)
+            self.assertIs(report.completeness, Completeness.INCOMPLETE)
 
     def test_dropped_messages_are_counted_live_and_in_the_report(self):
         topic = new_topic()
@@ -150,7 +154,7 @@ class BagRecorderTest(unittest.TestCase):
             with Recording([path]) as recording:
                 report = make_report(recording)
             self.assertEqual(report.topics[0].dropped, 3)
-            self.assertFalse(report.is_complete)
+            self.assertIs(report.completeness, Completeness.INCOMPLETE)
             self.assertTrue(report.has_account)
 
     def test_the_moment_before_and_going_on_into_the_same_file(self):
@@ -174,6 +178,60 @@ class BagRecorderTest(unittest.TestCase):
             recorder.client.wait_for(lambda state: state.duration > 1.0, TIMEOUT_S)
             recorder.client.stop()
             self.assert_seconds(path, topic, 2.0, 4.0)
+
+    def test_what_is_saved_is_as_long_as_was_asked_for(self):
+        topic = new_topic()
+        with Stream(topic), RecorderUnderTest(recent_duration=30, topics=[topic]) as recorder:
+            self.assertIsNotNone(
+                recorder.client.wait_for(lambda state: state.recent > 2.0, TIMEOUT_S))
+            path = recorder.client.save_recent(
+                RecordingOptions(folder=recorder.folder, recent_s=1.5))
+            with Recording([path]) as recording:
+                duration_s = (recording.end_ns - recording.begin_ns) / 1e9
+            self.assertLess(duration_s, 1.5 + 1e-6)
+            self.assertGreater(duration_s, 1.0)
+
+    def test_a_recording_with_the_past_holds_only_what_was_chosen(self):
+        watched, chosen = new_topic(), new_topic()
+        with Stream(watched), Stream(chosen), RecorderUnderTest(
+                recent_duration=30, topics=[watched]) as recorder:
+            self.assertTrue(wait_for_count(recorder, watched, 50))
+            recorder.client.mark('before')
+            path = recorder.start(chosen, name='a', recent_s=20.0)
+            self.assertTrue(wait_for_count(recorder, chosen, 10))
+            recorder.client.stop()
+            self.assertEqual(topics_of(path), {chosen, MARKS, ACCOUNT})
+
+    def test_what_is_saved_holds_only_what_was_chosen(self):
+        watched, chosen, other = new_topic(), new_topic(), new_topic()
+        with Stream(watched), Stream(chosen), RecorderUnderTest(
+                recent_duration=30, topics=[watched, chosen]) as recorder:
+            self.assertTrue(wait_for_count(recorder, watched, 10))
+            self.assertTrue(wait_for_count(recorder, chosen, 10))
+            with self.assertRaisesRegex(RecorderError, 'nothing is in memory of that'):
+                recorder.client.save_recent(RecordingOptions((other,), recorder.folder))
+            path = recorder.client.save_recent(RecordingOptions((chosen,), recorder.folder))
+            self.assertEqual(topics_of(path), {chosen, ACCOUNT})
+
+    def test_a_count_is_what_the_bags_hold(self):
+        topic, latched = new_topic(), new_topic()
+        publisher = rospy.Publisher(latched, String, latch=True, queue_size=1)
+        publisher.publish('always')
+        with RecorderUnderTest(topics=[topic, latched]) as recorder, Stream(topic):
+            self.assertTrue(wait_for_count(recorder, latched, 1))
+            first = recorder.start(name='a', configuration='{}', split_duration_s=1.0)
+            self.assertIsNotNone(
+                recorder.client.wait_for(lambda state: len(state.files) == 3, TIMEOUT_S))
+            recorder.client.mark('now')
+            paths = recorder.client.stop()
+            self.assertEqual(paths[0], first)
+            state = recorder.client.wait_for(
+                lambda state: state.state == RecorderState.IDLE, TIMEOUT_S)
+            self.assertEqual(state.messages, sum(map(message_count, paths)))
+            for record in state.topics:
+                self.assertEqual(record.messages,
+                                 sum(message_count(path, record.name) for path in paths))
+            self.assertEqual(state.messages, read_catalogue(paths).message_count)
 
     def assert_seconds(self, path, topic, least, most):
         """The topic's messages are all there, and span about so many seconds."""

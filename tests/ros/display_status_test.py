@@ -9,6 +9,8 @@ import rospy
 import rostest
 from cloud_testing import Listener, wait_until
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import Point, PointStamped
+from std_msgs.msg import Header
 
 RVIZ_STARTS_WITHIN_S = 90.0
 
@@ -37,7 +39,7 @@ class DisplayStatusTest(unittest.TestCase):
     def test_lists_every_display(self) -> None:
         self.assertEqual([status.name for status in self.last.status],
                          ['rviz', 'Status report', 'Floor', 'Floor/Good', 'Bad', 'Off',
-                          'Calibration'])
+                          'Calibration', 'Deaf', 'Lost'])
         self.assertEqual(self.displays['Floor/Good'].hardware_id, 'rviz/Grid')
 
     def test_good_display(self) -> None:
@@ -59,6 +61,22 @@ class DisplayStatusTest(unittest.TestCase):
     def test_interactive_markers_that_nobody_publishes_are_no_problem(self) -> None:
         markers = self.displays['Calibration']
         self.assertEqual((markers.level, markers.message), (DiagnosticStatus.OK, ''))
+
+    def test_display_without_subscription(self) -> None:
+        deaf = self.displays['Deaf']
+        self.assertIn('No messages received: RViz has not subscribed /nobody', deaf.message)
+        self.assertGreaterEqual(deaf.level, DiagnosticStatus.WARN)
+
+    def test_message_that_has_no_place_was_received_all_the_same(self) -> None:
+        self.assertIn('No messages received on /lost', self.displays['Lost'].message)
+        publisher = rospy.Publisher('/lost', PointStamped, queue_size=1)
+        with Listener('/rviz/display_status', DiagnosticArray) as reports:
+            def lost() -> DiagnosticStatus:
+                return reports.messages[-1].status[-1]
+            wait_until(lambda: bool(reports.messages) and 'nowhere' in lost().message,
+                       "RViz's own error", lambda: publisher.publish(
+                           PointStamped(Header(frame_id='nowhere'), Point())))
+            self.assertNotIn('No messages', lost().message)
 
     def test_rviz_itself(self) -> None:
         rviz = self.displays['rviz']

@@ -10,6 +10,7 @@ from pathlib import Path
 import rospy
 import rostest
 from player_testing import Player, cell_rows, temporary_folder, write_bag
+from surroundings import suspended
 
 from process_visualizer.msg import PlayerState
 from process_visualizer.nodes.player_client import PlayerClient, PlayerError, PlayerUnreachable
@@ -101,12 +102,9 @@ class PlayerClientTest(unittest.TestCase):
         with Player(self.bag, '--pause') as player:
             client.wait_until_ready(TIMEOUT_S)
             client.seek(0.5)
-            player.process.send_signal(signal.SIGSTOP)
-            try:
-                with self.assertRaisesRegex(PlayerUnreachable, 'timed out'):
-                    client.seek(0.6)
-            finally:
-                player.process.send_signal(signal.SIGCONT)
+            with suspended(player.process.pid), \
+                    self.assertRaisesRegex(PlayerUnreachable, 'timed out'):
+                client.seek(0.6)
             self.wait_for(client, position=0.6)  # done too late, and not to come after the next
             self.assertEqual(client.seek(0.7), 'at 0.700 s')
 

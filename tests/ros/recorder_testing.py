@@ -9,7 +9,7 @@ import tempfile
 import threading
 import time
 from types import TracebackType
-from typing import Any, List, Optional, Tuple, Type
+from typing import Any, List, Optional, Set, Tuple, Type
 
 import rosbag
 import rospy
@@ -101,6 +101,13 @@ class RecorderUnderTest:
         return sorted(os.listdir(self.folder)) if os.path.isdir(self.folder) else []
 
 
+def wait_for_count(recorder: RecorderUnderTest, topic: str, count: int) -> bool:
+    """Wait until so many messages of a topic have been recorded."""
+    return recorder.client.wait_for(
+        lambda state: any(it.name == topic and it.messages >= count for it in state.topics),
+        TIMEOUT_S) is not None
+
+
 def contents(path: str, topic: str) -> List[Tuple[Any, float]]:
     """The messages of a topic with their times, read by rosbag."""
     with rosbag.Bag(path) as bag:
@@ -110,3 +117,15 @@ def contents(path: str, topic: str) -> List[Tuple[Any, float]]:
 def numbers(path: str, topic: str) -> List[int]:
     """The numbers in a topic of type std_msgs/UInt32."""
     return [message.data for message, _ in contents(path, topic)]
+
+
+def topics_of(path: str) -> Set[str]:
+    """The topics of which a bag has messages."""
+    with rosbag.Bag(path) as bag:
+        return set(bag.get_type_and_topic_info().topics)
+
+
+def message_count(path: str, topic: Optional[str] = None) -> int:
+    """How many messages rosbag counts in a bag, of one topic or of all."""
+    with rosbag.Bag(path) as bag:
+        return int(bag.get_message_count(topic))

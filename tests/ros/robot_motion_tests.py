@@ -45,7 +45,9 @@ class RobotMotionTest(unittest.TestCase):
     """Plays the drivers of tools and force sensors."""
 
     def test_velocity_of_a_moving_tool(self) -> None:
-        tool = publisher('/r/tcf', Float32MultiArray)
+        joints, tool = publisher('/r/q_act', Float32MultiArray), publisher('/r/tcf',
+                                                                           Float32MultiArray)
+        joints.publish(array(np.pi / 2, 0.0))  # the model's tool is turned, the reported one not
         with Listener('/r/tool_velocity', TwistStamped) as velocities, \
                 Listener('/r/marker_array', MarkerArray) as arrays:
             begin_s = time.monotonic()
@@ -57,9 +59,9 @@ class RobotMotionTest(unittest.TestCase):
         self.assertLessEqual(arrived, 33 * duration_s)  # 30 Hz
         arrow = markers['velocity', 0]
         self.assertEqual((arrow.header.frame_id, arrow.frame_locked), ('r/tool', True))
-        rotation = arrow.pose.orientation  # the tool's y axis is against the base's
+        rotation = arrow.pose.orientation  # the tool's x axis points along the base's y axis
         np.testing.assert_allclose([rotation.x, rotation.y, rotation.z, rotation.w],
-                                   [0.0, 0.0, -np.sqrt(0.5), np.sqrt(0.5)], atol=0.02)
+                                   [0.0, 0.0, 0.0, 1.0], atol=0.02)
         self.assertRegex(markers['velocity', 1].text, r'^v 0\.1\d\d m/s|^v 0\.09\d m/s')
 
     def test_angular_velocity(self) -> None:
@@ -86,7 +88,7 @@ class RobotMotionTest(unittest.TestCase):
                 rate.sleep()
         np.testing.assert_allclose(median_velocity(velocities), [0.1, 0.0, 0.0], atol=0.005)
         self.assertEqual(velocities.messages[-1].header.frame_id, 'f/base')
-        self.assertEqual(last_markers(arrays)['velocity', 0].header.frame_id, 'f/tool')
+        self.assertEqual(last_markers(arrays)['velocity', 0].header.frame_id, 'f/tip')
 
     def test_standing_tool_has_no_arrow_and_a_stopped_driver_is_shown(self) -> None:
         tool = publisher('/r/tcf', Float32MultiArray)

@@ -42,7 +42,8 @@ class RvizViewTest(unittest.TestCase):
     def test_saved_view_has_all_displays(self) -> None:
         displays = self.saved()['Visualization Manager']['Displays']
         names = [display['Name'] for display in displays]
-        self.assertEqual(names[:3] + names[4:], ['Status report', 'Floor', 'Bad', 'Calibration'])
+        self.assertEqual(names[:3] + names[4:],
+                         ['Status report', 'Floor', 'Bad', 'Calibration', 'Deaf', 'Lost'])
         self.assertFalse(displays[3]['Enabled'])
 
     def test_changed_view_comes_back(self) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Dict, List, Optional, Sequence
 
 from roslib.packages import find_node
+from surroundings import hear_hangup
 
 CELL = find_node('process_visualizer', 'cell')[0]
 """The command `cell`; rosrun would search for it for a second each time."""
@@ -21,11 +22,12 @@ _PERIOD_S = 0.1
 class CellRun:
     """A running command ``cell``; its output is collected while it runs."""
 
-    def __init__(self, arguments: Sequence[str], environment: Dict[str, str]) -> None:
+    def __init__(self, arguments: Sequence[str], environment: Dict[str, str],
+                 prefix: Sequence[str] = ()) -> None:
         self.environment = environment
         self.process = subprocess.Popen(
-            [CELL, *arguments], env=environment, stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT, text=True)
+            [*prefix, CELL, *arguments], env=environment, stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT, text=True, preexec_fn=hear_hangup)
         self._lines: List[str] = []
         self._changed = threading.Condition()
         self._reader = threading.Thread(target=self._read, daemon=True)

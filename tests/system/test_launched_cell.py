@@ -111,8 +111,8 @@ def test_simulated_cell(observed: Observed, simulated_config: str, mark: str) ->
     assert observed.reports['kinect'] == PartReport('kinect')
     last = node_addresses()
     assert set(last) == names - set(plan.parts['kinect'].nodes)
-    assert {name for name in last if last[name] != after[name]} == {'/cell_frames',
-                                                                   '/bag_recorder'}
+    assert {name for name in last if last[name] != after[name]} == {
+        '/cell_frames', '/scene_watch', '/bag_recorder'}
     assert observed.cell.change(fewer) == []
 
     observed.cell.stop()

@@ -5,10 +5,16 @@ import json
 import signal
 import subprocess
 from pathlib import Path
-from typing import Dict
+from typing import Callable, Dict
 
+import numpy as np
 import pytest
 from running import CELL, CellRun, run_command
+
+from process_visualizer.bags.recording import Recording
+from process_visualizer.bags.topic_messages import topic_messages
+from process_visualizer.motion.float32_multi_array import float32_values
+from process_visualizer.motion.speed_series import measuring_times, speeds
 
 TOPICS = ['/ur_rt_upper/q_act', '/ur_rt_upper/tcf', '/ft_upper/ft', '/feed_rate_est']
 MARK = 'the seam tears'
@@ -112,3 +118,30 @@ def test_the_temporary_folder_is_gone_after_a_good_run(ros_environment, write_co
     finally:
         del ros_environment['TMPDIR']
     assert list(tmp_path.glob('process_visualizer-*')) == []
+
+
+def test_while_it_stands_the_velocity_is_that_of_the_curve(bag, ros_environment, simulated_config,
+                                                           run_cell):
+    run = run_cell(simulated_config, '--no-rviz', '--mode', 'playback', '--bag', bag,
+                   '--devices', 'ur_rt_upper')
+    run.wait_for_line('/bag_player: running')
+    curve = curve_of(bag, '/ur_rt_upper/tcf')
+    for position_s in (2.0, 4.5):
+        assert 'success: True' in call(ros_environment, '/bag_player/pause')
+        assert 'success: True' in call(ros_environment, '/bag_player/seek', str(position_s))
+        shown = run_command(ros_environment, 'timeout', '30', 'rostopic', 'echo', '-n', '1',
+                            '/ur_rt_upper/tool_velocity/twist/linear').stdout
+        velocity = [float(line.split()[1]) for line in shown.splitlines() if ': ' in line]
+        assert np.linalg.norm(velocity) == pytest.approx(curve(position_s), abs=1e-4)
+
+
+def curve_of(bag: str, topic: str) -> Callable[[float], float]:
+    """The speed [m/s] that the timeline shows at a position [s]."""
+    with Recording([bag]) as recording:
+        found = topic_messages(recording, recording.index.connections_of(topic),
+                               recording.begin_ns, recording.end_ns, 1 << 30)
+        arrival_s = (np.array(found.times_ns) - recording.begin_ns) / 1e9
+        positions = np.array([float32_values(bytes(it))[:3] for it in found.messages])
+    middle_s, speed = speeds(measuring_times(arrival_s, np.full(len(arrival_s), np.nan)),
+                             positions)
+    return lambda position_s: float(np.interp(position_s, middle_s, speed))

@@ -4,6 +4,7 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
+import sys
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -219,6 +220,104 @@ def test_a_mark_on_a_finished_bag(record, own_environment, tmp_path: Path):
     assert late.returncode == 1 and 'goes from 0 to' in late.stdout
     shown = run_command(own_environment, CELL, 'report', str(bag))
     assert 'mark at 0:00.250: the seam tears' in shown.stdout
+
+
+@pytest.fixture
+def record_without(own_environment: Dict[str, str]) -> Iterator['object']:
+    """Starts `cell record` without a configuration."""
+    runs = []
+
+    def start(*options: str) -> CellRun:
+        runs.append(CellRun(['record', *options], own_environment))
+        return runs[-1]
+
+    yield start
+    for run in runs:
+        run.end()
+
+
+def test_as_rosbag_record_all_topics_for_a_time(record_without, tmp_path: Path):
+    bag = tmp_path / 'new' / 'all.bag'
+    run = record_without('-a', '-x', '/rosout.*', '-O', str(bag), '--duration', '2')
+    assert run.wait() == 0, run.text
+    assert f'recording {bag}' in run.text and 'verdict: ' in run.text
+    assert _count(bag) > 50
+    with rosbag.Bag(str(bag)) as content:
+        assert set(content.get_type_and_topic_info().topics) == {
+            TOPIC, '/process_visualizer/recording'}
+
+
+def test_all_topics_are_those_too_that_come_later(record_without, own_environment,
+                                                  tmp_path: Path):
+    run = record_without('-e', '/robot/.*', '/later/.*', '-O', str(tmp_path / 'a'), '--split',
+                         '--size', '100')
+    run.wait_for_line('recording ')
+    with running(own_environment, 'rostopic', 'pub', '-r', '50', '/later/one', 'std_msgs/Int8',
+                 '1'):
+        _wait_until_recorded(own_environment, '/later/one')
+        assert run.signal_and_wait(signal.SIGINT) == 0, run.text
+    with rosbag.Bag(str(tmp_path / 'a_0.bag')) as content:
+        assert content.get_message_count('/later/one') > 5
+        assert content.get_message_count(TOPIC) > 5
+
+
+def _wait_until_recorded(environment: Dict[str, str], topic: str) -> None:
+    """Wait until a recorder counts ten messages of a topic."""
+    recorder = next(name for name in run_command(environment, 'rosnode', 'list').stdout.split()
+                    if name.startswith('/bag_recorder_'))
+    for _ in range(100):
+        state = run_command(environment, 'timeout', '10', 'rostopic', 'echo', '-n', '1',
+                            f'{recorder}/state').stdout
+        after = state.partition(f'name: "{topic}"')[2].partition('messages: ')[2]
+        if after and int(after.split()[0]) >= 10:
+            return
+    raise AssertionError(f'{topic} is not recorded: {state}')
+
+
+def test_what_a_node_subscribes_to_until_a_size(record_without, own_environment, tmp_path: Path):
+    with running(own_environment, 'rostopic', 'hz', TOPIC, '__name:=listener'), \
+            running(own_environment, 'rostopic', 'pub', '-r', '100', '/other', 'std_msgs/String',
+                    'x' * 20_000):
+        _wait_for(own_environment, 'sh', '-c', f'rostopic info {TOPIC} | grep /listener')
+        run = record_without('/other', '--node', 'listener', '-O', str(tmp_path / 'a.bag'),
+                             '--size', '2', '-q', '-b', '0')
+        assert run.wait() == 0, run.text
+        assert run.text.strip() == ''
+    assert 2 << 20 <= (tmp_path / 'a.bag').stat().st_size < 20 << 20
+    assert _count(tmp_path / 'a.bag') > 1
+
+
+def test_a_node_that_is_not_there(record_without, tmp_path: Path):
+    run = record_without('--node', 'nobody', '--folder', str(tmp_path))
+    assert run.wait() == 1
+    assert '/nobody subscribes to no topic' in run.text
+
+
+def test_the_first_simulated_time_is_waited_for(start_recording, mortal, tmp_path: Path):
+    assert run_command(mortal.environment, 'rosparam', 'set', '/use_sim_time',
+                       'true').returncode == 0
+    run = start_recording(mortal.environment, '--name', 'seam', '--duration', '3')
+    run.wait_for_line('waiting for the first time on /clock')
+    with running(mortal.environment, sys.executable, '-c', CLOCK):
+        assert run.wait() == 0, run.text
+    with rosbag.Bag(str(tmp_path / 'bags' / 'seam.bag')) as bag:
+        assert bag.get_start_time() >= 1000
+        assert bag.get_end_time() < 1100
+
+
+CLOCK = """
+import rospy
+from rosgraph_msgs.msg import Clock
+rospy.set_param('/use_sim_time', False)
+rospy.init_node('clock')
+rospy.set_param('/use_sim_time', True)
+publisher = rospy.Publisher('/clock', Clock, queue_size=10)
+begin = rospy.get_time()
+while not rospy.is_shutdown():
+    publisher.publish(rospy.Time.from_sec(1000 + rospy.get_time() - begin))
+    rospy.sleep(0.01)
+"""
+"""Publishes a simulated time that begins at 1000 s."""
 
 
 def test_without_a_master(ros_environment, start_recording):

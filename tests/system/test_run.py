@@ -5,7 +5,7 @@ import signal
 from pathlib import Path
 
 import pytest
-from running import SOON_S, run_command, wait_until_alone
+from running import SOON_S, CellRun, run_command, wait_until_alone
 
 ROBOT = '''
 <device type="robot" name="arm">
@@ -22,6 +22,19 @@ def test_a_signal_stops_everything(run_cell, write_config, mark, number):
     run.wait_for_line('/arm/robot_state_publisher: running')
     assert run.signal_and_wait(number) == 0
     assert wait_until_alone(mark, SOON_S) == []
+
+
+def test_nohup_is_respected(ros_environment, write_config):
+    """The terminal from which it was started may be closed."""
+    run = CellRun(['run', write_config(FRAMES.format('')), '--no-rviz'], ros_environment, ['nohup'])
+    try:
+        run.wait_for_line('/cell_frames: running')
+        status = Path(f'/proc/{run.process.pid}/status').read_text()
+        [ignored] = [line.split()[1] for line in status.splitlines() if line.startswith('SigIgn')]
+        assert int(ignored, 16) & 1 << signal.SIGHUP - 1
+        assert run.signal_and_wait(signal.SIGINT) == 0
+    finally:
+        run.end()
 
 
 def test_a_killed_run_leaves_nothing(run_cell, write_config, mark):

@@ -7,7 +7,9 @@ import subprocess
 import termios
 import time
 
-DEADLINE_S = 20.0
+from surroundings import hear_hangup
+
+DEADLINE_S = 60.0
 
 
 class TerminalSession:
@@ -21,7 +23,7 @@ class TerminalSession:
             self.process = subprocess.Popen(
                 command, stdin=terminal, stdout=terminal, stderr=terminal, env=environment,
                 start_new_session=True,
-                preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0))
+                preexec_fn=_take_terminal)
         finally:
             os.close(terminal)
 
@@ -62,3 +64,9 @@ class TerminalSession:
 
     def wait(self):
         return self.process.wait(DEADLINE_S)
+
+
+def _take_terminal():
+    """Control the terminal as a shell's first process does, and hear when it is closed."""
+    hear_hangup()
+    fcntl.ioctl(0, termios.TIOCSCTTY, 0)

@@ -96,3 +96,9 @@ def test_a_state_that_is_told_late_holds_since_the_command():
     expected = {100.25: (0, 20.25), 100.75: (0, 22.0), 101.05: (1, 50.05), 101.25: (2, 60.0)}
     for wall_s, (segment, time_s) in expected.items():
         assert clock.bag_time(wall_s)[:2] == (segment, pytest.approx(time_s))
+
+
+def test_play_that_begins_in_a_moment_stands_until_then():
+    clock = clock_of((100.0, 20.0, 4.0, False, 0, 100.05))
+    assert [clock.bag_time(wall_s).time_s for wall_s in (100.0, 100.04)] == [20.0, 20.0]
+    assert clock.bag_time(100.3).time_s == pytest.approx(21.0)

@@ -2,15 +2,20 @@
 from __future__ import annotations
 
 import math
-from typing import List, Tuple
+from typing import List, Optional, Tuple
 
 import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from process_visualizer.motion.speed_series import GAP_S, WINDOW_S, measuring_times, speeds
-from process_visualizer.motion.velocity import VelocityEstimator
+from process_visualizer.motion.speed_series import (
+    WINDOW_S,
+    measuring_times,
+    sending_period_s,
+    speeds,
+)
+from process_visualizer.motion.velocity import GAP_S, VelocityEstimator
 
 # multiples of 0.7 ms never meet the ends of windows and gaps, where rounding would decide
 steps_s = st.one_of(st.sampled_from([11, 3, 71, 428, 2143, 28571]), st.integers(1, 300)).map(
@@ -20,17 +25,33 @@ NO_STAMPS = float('nan')
 
 
 def estimated(times_s: np.ndarray, positions: np.ndarray) -> List[float]:
-    """The speeds of the estimator, each time that it takes a new sample."""
+    """The speeds of the estimator, each time that it takes a new sample, and when poses end."""
     estimator = VelocityEstimator(WINDOW_S, GAP_S)
-    found = []
+    found: List[Optional[float]] = []
     last = None
-    for time_s, position in zip(times_s.tolist(), positions.tolist()):
+    for before_s, time_s, position in zip([0.0, *times_s], times_s, positions):
+        if time_s - before_s > GAP_S:
+            found += ending(estimator)
         estimator.add(time_s, position)
-        velocity = estimator.velocity()
-        if velocity is not None and estimator._samples[-1] is not last:
-            found.append(math.hypot(*velocity))
+        if estimator._samples[-1] is not last:
+            found.append(speed(estimator))
         last = estimator._samples[-1]
+    return [it for it in found + ending(estimator) if it is not None]
+
+
+def ending(estimator: VelocityEstimator) -> List[Optional[float]]:
+    """The speeds of the parts of the last window that get shorter from its beginning."""
+    found = []
+    while estimator._samples:
+        estimator._samples.popleft()
+        found.append(speed(estimator))
     return found
+
+
+def speed(estimator: VelocityEstimator) -> Optional[float]:
+    """The speed of the estimator, if it is known."""
+    velocity = estimator.velocity()
+    return None if velocity is None else math.hypot(*velocity)
 
 
 @given(st.lists(st.tuples(steps_s, points), min_size=1, max_size=150))
@@ -70,6 +91,15 @@ def test_messages_that_come_late_together_are_dated_back() -> None:
     assert np.abs(speed[near] - 0.1).max() < 0.01
     _, raw = speeds(arrival_s, np.outer(measured_s, [0.1, 0.0, 0.0]))
     assert np.abs(raw[near[:len(raw)]] - 0.1).max() > 0.03  # what it is good for
+
+
+def test_a_part_of_a_recording_has_the_times_of_the_whole() -> None:
+    random = np.random.default_rng(2)
+    arrival_s = np.maximum.accumulate(np.arange(5000) * 0.008 + random.exponential(0.01, 5000))
+    none = np.full(5000, NO_STAMPS)
+    whole = measuring_times(arrival_s, none)
+    part = measuring_times(arrival_s[1000:1300], none[1000:1300], sending_period_s(arrival_s))
+    assert part[20:200] == pytest.approx(whole[1020:1200], abs=1e-9)
 
 
 def test_stamps_are_used_where_they_can_be() -> None:

@@ -26,7 +26,7 @@ def read(keyboard):
         if key == "q":
             break
 
-signal.alarm(60)  # nothing is left behind by a test that failed
+signal.alarm(200)  # nothing is left behind by a test that failed
 with Keyboard() as keyboard:
     signal.signal(signal.SIGINT, lambda *_: keyboard.stop())
     reader = threading.Thread(target=read, args=(keyboard,))

@@ -8,20 +8,21 @@ from hypothesis import strategies as st
 from visualization_msgs.msg import Marker
 
 from process_visualizer.motion.rotations import matrix_from_quaternion
+from process_visualizer.motion.tool_place import ToolPlace
 from process_visualizer.nodes.markers import STALE_COLOR, VectorSample
 from process_visualizer.nodes.parameters import Parameters, read_robot_parameters
 from process_visualizer.nodes.robot_display import RobotDisplay, ToolMotion
-from process_visualizer.nodes.robot_messages import ToolPose
 
 PARAMETERS = read_robot_parameters(Parameters({'force_frame': 'r/force'}, '/r/robot_proc'), 'r')
-DOWN = ToolPose((-0.6, 0.0, 0.2), (1.0, 0.0, 0.0, 0.0))  # half a turn about x
+# Half a turn about x.
+DOWN = ToolPlace('r/tool', (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (-0.6, 0.0, 0.2))
 NOW_S = 100.0
 
 
-def shown(velocity=None, force=None, now_s=NOW_S, pose=DOWN):
+def shown(velocity=None, force=None, now_s=NOW_S, place=DOWN, force_frame='r/force'):
     """Return the markers by namespace and number."""
-    motion = None if velocity is None else ToolMotion(pose, np.array(velocity), NOW_S)
-    sample = None if force is None else VectorSample(force, 'r/force', NOW_S)
+    motion = None if velocity is None else ToolMotion(place, np.array(velocity), NOW_S)
+    sample = None if force is None else VectorSample(force, force_frame, NOW_S)
     markers = RobotDisplay(PARAMETERS).markers(motion, sample, now_s)
     return {(marker.ns, marker.id): marker for marker in markers}
 
@@ -50,6 +51,21 @@ def test_force_arrow_acts_in_the_force_frame():
     assert arrow.scale.x == pytest.approx(0.36)
     assert markers['force', 1].text.strip() == 'F 20.0 N'
     assert markers['force', 1].header.frame_id == 'r/force'  # the tool's pose is not known
+
+
+def test_arrows_and_numbers_begin_where_the_tool_is_in_its_frame():
+    place = DOWN._replace(foot=(0.0, 0.1, 0.2))
+    markers = shown(velocity=(0.0, 0.05, 0.0), force=(9.0, 0.0, 0.0), place=place,
+                    force_frame='r/tool')
+    for namespace in ('velocity', 'force'):
+        foot = markers[namespace, 0].pose.position
+        assert (foot.x, foot.y, foot.z) == (0.0, 0.1, 0.2)
+    text = PARAMETERS.text
+    number = markers['velocity', 1].pose.position
+    assert np.allclose((number.x, number.y, number.z),
+                       (-text.outward_m, 0.1, 0.2 - text.up_m))
+    foot = shown(force=(9.0, 0.0, 0.0), place=place)['force', 0].pose.position
+    assert (foot.x, foot.y, foot.z) == (0.0, 0.0, 0.0)  # in a frame of its own
 
 
 def test_numbers_stand_beyond_the_tool_in_two_lines():
@@ -83,6 +99,12 @@ def test_stale_is_grey_and_says_since_when():
         color = markers[namespace, 0].color
         assert (color.r, color.g, color.b, color.a) == STALE_COLOR
         assert markers[namespace, 1].text.strip() == text
+
+
+def test_what_nobody_draws_anew_goes_away():
+    markers = shown(velocity=(0.1, 0.0, 0.0), force=(5.0, 0.0, 0.0))
+    assert len(markers) == 4
+    assert all(0.5 < marker.lifetime.to_sec() < 1.0 for marker in markers.values())
 
 
 def test_numbers_change_ten_times_a_second():

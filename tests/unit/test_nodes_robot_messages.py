@@ -7,7 +7,10 @@ import pytest
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from std_msgs.msg import Float32MultiArray, MultiArrayDimension
 
-from process_visualizer.motion.rotations import matrix_from_rotation_vector
+from process_visualizer.motion.rotations import (
+    matrix_from_quaternion,
+    matrix_from_rotation_vector,
+)
 from process_visualizer.nodes.robot_messages import POSE_DECODERS, WRENCH_DECODERS
 
 
@@ -41,14 +44,25 @@ def wrench_stamped(x=1.0):
     return message
 
 
+def rotation(pose):
+    return matrix_from_quaternion(pose.quaternion)
+
+
 def test_tool_pose():
     vector = decode(POSE_DECODERS, array(0.5, 0.25, -1.0, 0.1, 0.2, 0.3))
     assert tuple(vector.position) == (0.5, 0.25, -1.0)
-    assert np.allclose(vector.rotation(), matrix_from_rotation_vector((0.1, 0.2, 0.3)), atol=1e-6)
+    assert np.allclose(rotation(vector), matrix_from_rotation_vector((0.1, 0.2, 0.3)), atol=1e-6)
     quaternion = decode(POSE_DECODERS, array(0.5, 0.25, -1.0, 0.0, 0.0, 2.0, 2.0))
-    assert np.allclose(quaternion.rotation() @ [1, 0, 0], [0, 1, 0])
+    assert np.allclose(rotation(quaternion) @ [1, 0, 0], [0, 1, 0])
     stamped = decode(POSE_DECODERS, pose_stamped())
     assert (stamped.position[0], stamped.frame) == (0.25, 'r/link0')
+    assert all(pose.has_rotation for pose in (vector, quaternion, stamped))
+
+
+def test_tool_pose_without_a_rotation():
+    pose = decode(POSE_DECODERS, array(0.5, 0.25, -1.0))
+    assert (tuple(pose.position), pose.has_rotation) == ((0.5, 0.25, -1.0), False)
+    assert pose.quaternion == (0.0, 0.0, 0.0, 1.0)
 
 
 def test_wrench():
@@ -59,8 +73,8 @@ def test_wrench():
 
 
 @pytest.mark.parametrize('decoders, message, problem', [
-    (POSE_DECODERS, array(), '6 values.*not 0'),
-    (POSE_DECODERS, array(1, 2, 3), '6 values.*not 3'),
+    (POSE_DECODERS, array(), '3 values.*not 0'),
+    (POSE_DECODERS, array(1, 2, 3, 4), '3 values.*not 4'),
     (POSE_DECODERS, array(1, 2, 3, 4, 5, math.inf), 'NaN or infinity'),
     (POSE_DECODERS, array(1, 2, 3, 0, 0, 0, 0), 'quaternion is zero'),
     (POSE_DECODERS, pose_stamped((0.0, 0.0, 0.0, 0.0)), 'quaternion is zero'),

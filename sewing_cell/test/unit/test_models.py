@@ -13,9 +13,10 @@ from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 import pytest
-import xacro
 from hypothesis import given
 from hypothesis import strategies as st
+
+from process_visualizer.generate.xacro_file import expand_xacro
 
 SEWING_CELL = Path(__file__).resolve().parents[2]
 URDF = SEWING_CELL / "urdf"
@@ -51,8 +52,8 @@ def robots() -> Models:
     """The expanded URDF of both robots, with $(find sewing_cell) answered from this tree."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("ROS_PACKAGE_PATH", f"{SEWING_CELL.parent}{os.pathsep}{SEWING_CELL}")
-        texts = {name: xacro.process_file(str(URDF / f"{name}.urdf.xacro")) for name in ROBOTS}
-    return {name: ElementTree.fromstring(text.toxml()) for name, text in texts.items()}
+        texts = {name: expand_xacro(str(URDF / f"{name}.urdf.xacro")) for name in ROBOTS}
+    return {name: ElementTree.fromstring(text) for name, text in texts.items()}
 
 
 @pytest.fixture(scope="session")

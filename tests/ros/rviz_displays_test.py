@@ -1,0 +1,170 @@
+#!/usr/bin/env python3
+"""Every display type of RViz, as it is generated, subscribes, receives messages and draws them."""
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import subprocess
+import tempfile
+import time
+import unittest
+from typing import Callable, Dict, Iterator, List
+from xmlrpc.client import ServerProxy
+
+import rosgraph
+import rospy
+import rostest
+from cloud_testing import Listener
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from display_data import DisplayData
+from display_places import DEVICE, ROBOT, drawn_pixels, frames, topic, view_text
+from surroundings import SOFTWARE_GRAPHICS, virtual_screen
+from tf2_ros import StaticTransformBroadcaster
+
+from process_visualizer.cell.displays import DISPLAY_TYPES
+from process_visualizer.nodes.view_picture import STATUS_TOPIC, save_picture
+
+WITHIN_S = 60.0
+WITH_TOPIC = [name for name, it in DISPLAY_TYPES.items() if it.message_type]
+LEAST_PIXELS = 15
+SAYS = {  # the status by which a display tells that it has received something
+    'RobotModel': ('robotmodel', 'Ok: '), 'TF': ('tf', 'Ok: Transform OK'),
+    'Map': ('Message', 'Ok: Map received'), 'Camera': ('Image', r'Ok: [1-9]\d* images received'),
+    'Image': ('Image', r'Ok: [1-9]\d* images received'),
+    'DepthCloud': ('Depth Map', r'Ok: [1-9]\d* depth maps received'),
+    **{name: ('Topic', r'Ok: [1-9]\d* messages received') for name in WITH_TOPIC
+       if DISPLAY_TYPES[name].topic_key == 'Topic' and name != 'Map'}}
+
+Report = Dict[str, DiagnosticStatus]
+
+
+@contextlib.contextmanager
+def rviz(view: str) -> Iterator[None]:
+    """RViz on a screen of its own, which this process can take pictures of."""
+    with virtual_screen() as screen:
+        os.environ['DISPLAY'] = screen
+        environment = {**os.environ, **SOFTWARE_GRAPHICS, 'DISABLE_ROS1_EOL_WARNINGS': '1'}
+        process = subprocess.Popen(['rosrun', 'rviz', 'rviz', '-d', view, '__name:=rviz'],
+                                   env=environment)
+        try:
+            yield
+        finally:
+            process.terminate()
+            process.wait()
+
+
+def values(status: DiagnosticStatus) -> Dict[str, str]:
+    """Return a status' values by key."""
+    return {pair.key: pair.value for pair in status.values}
+
+
+def says_received(name: str, report: Report) -> bool:
+    """Tell whether the display's status says that it has received something."""
+    entry, pattern = SAYS.get(name, ('enabled', 'true'))
+    return re.match(pattern, values(report[name]).get(entry, '')) is not None
+
+
+class Reports:
+    """What RViz reports of its displays."""
+
+    def __init__(self, listener: Listener) -> None:
+        self._listener = listener
+
+    def newest(self) -> Report:
+        """The newest report by display; {} before the first."""
+        messages: List[DiagnosticArray] = self._listener.messages
+        return {status.name: status for status in messages[-1].status} if messages else {}
+
+    def wait(self, condition: Callable[[Report], bool]) -> Report:
+        """The first report for which the condition holds, or the last one before time is up."""
+        end = time.monotonic() + WITHIN_S
+        while not (self.newest() and condition(self.newest())) and time.monotonic() < end:
+            time.sleep(0.05)
+        return self.newest()
+
+    def wait_for_frames(self) -> None:
+        """Wait until everything that has been reported is drawn."""
+        first = int(values(self.newest()['rviz'])['frames'])
+        self.wait(lambda report: int(values(report['rviz'])['frames']) > first + 5)
+
+
+class RvizDisplaysTest(unittest.TestCase):
+    """One RViz with all displays, before and after something is published for them."""
+
+    silent: Report
+    shown: Report
+    silent_pixels: Dict[str, int]
+    shown_pixels: Dict[str, int]
+    received: Dict[str, int]
+
+    @classmethod
+    def setUpClass(cls) -> None:
+        with contextlib.ExitStack() as stack:
+            folder = stack.enter_context(tempfile.TemporaryDirectory())
+            broadcaster = StaticTransformBroadcaster()
+            broadcaster.sendTransform(frames())
+            rospy.set_param(topic('RobotModel'), ROBOT)
+            with open(f'{folder}/all.rviz', 'w', encoding='utf-8') as file:
+                file.write(view_text(folder))
+            stack.enter_context(rviz(f'{folder}/all.rviz'))
+            reports = Reports(stack.enter_context(Listener(STATUS_TOPIC, DiagnosticArray)))
+            cls._look(reports, f'{folder}/view.png')
+
+    @classmethod
+    def _look(cls, reports: Reports, picture: str) -> None:
+        reports.wait(lambda report: all(name in report for name in DISPLAY_TYPES))
+        reports.wait_for_frames()
+        cls.silent = reports.newest()
+        save_picture(picture)
+        cls.silent_pixels = drawn_pixels(picture)
+        data = DisplayData(f'/{DEVICE}')
+        cls.shown = reports.wait(lambda report: all(
+            report[name].level == DiagnosticStatus.OK and says_received(name, report)
+            for name in DISPLAY_TYPES))
+        reports.wait_for_frames()
+        cls.received = received_messages()
+        save_picture(picture)
+        cls.shown_pixels = drawn_pixels(picture)
+        data.close()
+
+    def test_says_that_nothing_was_received(self) -> None:
+        for name in WITH_TOPIC:
+            with self.subTest(name):
+                if name == 'InteractiveMarkers':  # RViz waits for a server without a word
+                    continue
+                self.assertEqual(self.silent[name].level, DiagnosticStatus.WARN, self.silent[name])
+                self.assertRegex(self.silent[name].message, '(?i): no .+ received')
+
+    def test_nothing_is_drawn_of_what_was_not_received(self) -> None:
+        for name in WITH_TOPIC:
+            with self.subTest(name):
+                self.assertLess(self.silent_pixels[name], LEAST_PIXELS)
+
+    def test_receives_messages(self) -> None:
+        for name in WITH_TOPIC:
+            with self.subTest(name):
+                self.assertGreater(self.received.get(topic(name), 0), 0)
+
+    def test_status_says_so(self) -> None:
+        for name in DISPLAY_TYPES:
+            with self.subTest(name):
+                self.assertTrue(says_received(name, self.shown), self.shown[name])
+                self.assertEqual(self.shown[name].level, DiagnosticStatus.OK, self.shown[name])
+
+    def test_draws_at_its_place(self) -> None:
+        for name in DISPLAY_TYPES:
+            with self.subTest(name):
+                self.assertGreaterEqual(self.shown_pixels[name], LEAST_PIXELS)
+
+
+def received_messages() -> Dict[str, int]:
+    """The number of messages that RViz has received by topic, as its node says."""
+    uri = rosgraph.Master('/rviz_displays_test').lookupNode('/rviz')
+    subscriptions = ServerProxy(uri).getBusStats('/rviz_displays_test')[1]
+    return {name: sum(link[2] for link in links) for name, links in subscriptions}
+
+
+if __name__ == '__main__':
+    rospy.init_node('rviz_displays_test')
+    rostest.rosrun('process_visualizer', 'rviz_displays_test', RvizDisplaysTest)

@@ -1,0 +1,83 @@
+"""Where the links of robots are: known poses of the makers' arms, fixed frames, what is missing."""
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from process_visualizer.motion.kinematics import Kinematics, Placement
+from process_visualizer.motion.rotations import matrix_from_quaternion, matrix_from_ypr
+
+DATA = Path(__file__).resolve().parents[1] / 'data'
+UR = ('shoulder_pan_joint', 'shoulder_lift_joint', 'elbow_joint', 'wrist_1_joint',
+      'wrist_2_joint', 'wrist_3_joint')
+
+
+def model(name: str) -> Kinematics:
+    return Kinematics((DATA / f'{name}.urdf').read_text())
+
+
+def test_stretched_ur5e() -> None:
+    found = model('ur5e').placement('tool0', 'base_link', dict.fromkeys(UR, 0.0))
+    assert found is not None
+    # The sums of the lengths in the maker's table, seen from base_link (half a turn from base).
+    assert np.allclose(found.position, [0.8172, 0.2329, 0.0628], atol=1e-6)
+    assert np.allclose(matrix_from_quaternion(found.quaternion)[:, 2], [0, 1, 0], atol=1e-6)
+
+
+def test_panda_in_its_usual_pose() -> None:
+    angles = (0.0, -math.pi / 4, 0.0, -3 * math.pi / 4, 0.0, math.pi / 2, math.pi / 4)
+    positions = {f'panda_joint{number}': angle for number, angle in enumerate(angles, 1)}
+    found = model('panda_hand').placement('panda_hand', 'panda_link0', positions)
+    assert found is not None
+    assert np.allclose(found.position, [0.307, 0.0, 0.590], atol=1e-3)
+    assert np.allclose(matrix_from_quaternion(found.quaternion), np.diag([1, -1, -1]), atol=1e-6)
+
+
+def test_a_finger_that_follows_another_one() -> None:
+    found = model('panda_hand').placement('panda_rightfinger', 'panda_hand',
+                                          {'panda_finger_joint1': 0.03})
+    assert found is not None and np.allclose(found.position, [0.0, -0.03, 0.0584])
+
+
+def test_frames_that_are_fixed_to_a_link() -> None:
+    arm = model('panda')
+    arm.fix('panda_link8', 'tip', Placement((0.0, 0.0, 0.1), (0.0, 0.0, 1.0, 0.0)))
+    arm.fix('tip', 'end', Placement((0.2, 0.0, 0.0)))
+    found = arm.placement('end', 'panda_link7', {})
+    assert found is not None and np.allclose(found.position, [-0.2, 0.0, 0.207])
+    arm.fix('elsewhere', 'panda_link8', Placement())  # the model's link stays
+    assert arm.placement('panda_link8', 'panda_link7', {}) == Placement((0.0, 0.0, 0.107))
+
+
+def test_what_is_not_known() -> None:
+    arm = model('panda')
+    assert arm.placement('panda_link8', 'panda_link0', {'panda_joint1': 0.0}) is None
+    assert arm.placement('nowhere', 'panda_link0', {}) is None
+    assert arm.placement('panda_link0', 'panda_link8', {}) is None
+    arm.fix('a', 'b', Placement())
+    arm.fix('b', 'a', Placement())
+    assert arm.placement('a', 'panda_link0', {}) is None
+
+
+@pytest.mark.parametrize('text', [
+    '<robot', '<robot><joint><child link="a"/><origin xyz="0 0 far"/></joint></robot>',
+    '<robot><joint><child link="a"/><origin xyz="0 0"/></joint></robot>'])
+def test_what_is_no_model(text: str) -> None:
+    with pytest.raises(ValueError):
+        Kinematics(text)
+
+
+def test_placements_follow_each_other() -> None:
+    first, second = Placement((1.0, 2.0, 3.0), (0.1, -0.7, 0.3, 0.4)), Placement(
+        (0.5, 0.0, -1.0), (0.0, 0.6, 0.0, 0.8))
+    both = first.then(second)
+    turn = matrix_from_quaternion(first.quaternion)
+    assert np.allclose(both.position, turn @ second.position + first.position)
+    assert np.allclose(matrix_from_quaternion(both.quaternion),
+                       turn @ matrix_from_quaternion(second.quaternion))
+    assert np.allclose(matrix_from_quaternion(Placement().then(first).quaternion),
+                       matrix_from_quaternion(first.quaternion))
+    assert np.allclose(matrix_from_ypr((0, 0, 0)), np.eye(3))

@@ -1,0 +1,78 @@
+"""Nodes that answer, that hang, that have ended, and that were started anew."""
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from contextlib import contextmanager
+from typing import Callable, Dict, Iterator, Optional
+from xmlrpc.server import SimpleXMLRPCServer
+
+from process_visualizer.nodes.node_pulse import ENDED, SILENT, Pulses
+
+
+class Node:
+    """The slave API of a node, on a port of its own."""
+
+    def __init__(self) -> None:
+        self.server = SimpleXMLRPCServer(('127.0.0.1', 0), logRequests=False)
+        self.server.register_function(lambda caller: (1, '', 42), 'getPid')
+        self.uri = f'http://127.0.0.1:{self.server.server_address[1]}/'
+        threading.Thread(target=self.server.serve_forever, args=(0.01,), daemon=True).start()
+
+    def end(self) -> None:
+        self.server.shutdown()
+        self.server.server_close()
+
+
+@contextmanager
+def hanging_node() -> Iterator[str]:
+    """A node that takes connections, as the kernel does for a stopped process, and says nothing."""
+    with socket.create_server(('127.0.0.1', 0)) as server:
+        yield f'http://127.0.0.1:{server.getsockname()[1]}/'
+
+
+def step_until(pulses: Pulses, condition: Callable[[], bool]) -> float:
+    """Step until a condition holds; how long that took [s]."""
+    begin_s = time.monotonic()
+    while not condition():
+        assert time.monotonic() - begin_s < 20.0
+        pulses.step(0.05)
+    return time.monotonic() - begin_s
+
+
+def test_from_answers_to_silence_to_an_end_and_back() -> None:
+    known: Dict[str, Optional[str]] = {}
+    pulses = Pulses(known.get)
+    pulses.watch(['/a', '/never'])
+    node = pulses.nodes['/a']
+    first = Node()
+    known['/a'] = first.uri
+    step_until(pulses, lambda: node._seen)
+    with hanging_node() as uri:
+        known['/a'] = node._uri = uri
+        step_until(pulses, lambda: node.problem == SILENT)
+    step_until(pulses, lambda: node.problem == ENDED)
+    known['/a'] = first.uri
+    step_until(pulses, lambda: node.problem == '')
+    first.end()
+    step_until(pulses, lambda: node.problem == ENDED)
+    known['/a'] = None  # it has taken its leave of the master
+    step_until(pulses, lambda: node._uri is None)
+    assert node.problem == ENDED
+    assert pulses.nodes['/never'].problem == ''
+
+
+def test_one_that_hangs_does_not_hold_up_the_others() -> None:
+    nodes = [Node() for _ in range(3)]
+    with hanging_node() as uri:
+        known = {f'/{number}': node.uri for number, node in enumerate(nodes)}
+        known['/hangs'] = uri
+        pulses = Pulses(known.get)
+        pulses.watch(known)
+        step_until(pulses, lambda: sum(node._seen for node in pulses.nodes.values()) == 3)
+        nodes[0].end()
+        step_until(pulses, lambda: pulses.nodes['/0'].problem == ENDED)
+        assert pulses.nodes['/hangs'].problem == ''  # it never answered: it may still start
+    for node in nodes[1:]:
+        node.end()
