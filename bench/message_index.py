@@ -25,6 +25,8 @@ _PLACES: Dict[str, _Place] = {
     'std_msgs/UInt16': _Place(0, '<u2', 1),
     'std_msgs/Float32': _Place(0, '<f4', FEED_RATE_STEP),
     'std_msgs/String': _Place(4, 'S8', 1),
+    'tf2_msgs/TFMessage': _Place(4, '<u4', 1),  # of the first transform
+    'visualization_msgs/MarkerArray': _Place(4, '<u4', 1),  # of the first marker
 }
 
 

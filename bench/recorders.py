@@ -35,7 +35,7 @@ class OwnRecorder:
                                          '_recent_duration:=0'])
         self._client = BagRecorder()
         self._client.wait_until_ready(_TIMEOUT_S)
-        self._options = RecordingOptions(tuple(topics), os.path.dirname(path),
+        self._options = RecordingOptions(tuple(topics), folder=os.path.dirname(path),
                                          name=os.path.basename(path))
 
     def start(self) -> None:

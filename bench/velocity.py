@@ -1,11 +1,13 @@
 """Compares the tool's velocity with the simulator's truth: live, and played at several rates.
 
-usage: bench/run velocity [--rates 0.25 1 -1 4] [--seconds 22] [--bag FILE] [--plot FILE.png]
+usage: bench/run velocity [--rates 0.25 1 -1 4] [--paused 200] [--seconds 22] [--bag FILE]
+                          [--plot FILE.png]
 
 The simulated cell runs as `cell run` starts it, without RViz, and is recorded. Then the cell runs
-in playback mode with the same devices, and the player plays at each rate. Beside the estimate
-stands what the thesis computes from the same messages: the difference of two positions over the
-time between their arrivals (equation 5.1, figure 6.15).
+in playback mode with the same devices, and the player plays at each rate; then it goes to random
+positions and stands there, by seeking, by single steps, and by pausing while it plays. Beside the
+estimate stands what the thesis computes from the same messages: the difference of two positions
+over the time between their arrivals (equation 5.1, figure 6.15).
 
 An estimate is compared with the truth at its stamp; the delay is how long after that it came.
 Errors are lengths of vectors, as shares of the largest speed. A false zero is a speed that shows no
@@ -24,13 +26,14 @@ import sys
 import time
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
+from typing import Dict, Iterator, List, NamedTuple, Tuple
 
 import numpy as np
 import rosbag
 import rospy
 from recorders import OwnRecorder
 from std_srvs.srv import Trigger
+from velocity_paused import STATE, Comparison, Standing, command, report, standings
 from velocity_plot import write_plot
 from velocity_truth import ROBOT, SEED, Truth
 
@@ -42,7 +45,7 @@ from process_visualizer.nodes.parameters import RobotParameters
 from process_visualizer.nodes.view_picture import wait_for_master
 from process_visualizer.srv import Seek, SetRate
 
-POSE, VELOCITY, STATE = f'/{ROBOT}/tcf', f'/{ROBOT}/tool_velocity', '/bag_player/state'
+POSE, VELOCITY = f'/{ROBOT}/tcf', f'/{ROBOT}/tool_velocity'
 TOPICS = ['/ur_rt_upper/q_act', '/ur_rt_upper/tcf', '/ur_rt_lower/q_act', '/ur_rt_lower/tcf',
           '/ft_upper/ft', '/ft_lower/ft', '/camera/rgb/image_color', '/camera/rgb/camera_info',
           '/camera/depth_registered/image_raw', '/camera/depth_registered/camera_info',
@@ -88,6 +91,10 @@ class Series(NamedTuple):
     truth: np.ndarray
     smooth: np.ndarray  # the truth as the slope over a window that begins half of it before
 
+    def at(self, times_s: np.ndarray) -> np.ndarray:
+        """Velocities (n, 3) [m/s] at other times (n,) [s], on straight lines between those."""
+        return np.column_stack([np.interp(times_s, self.time_s, axis) for axis in self.value.T])
+
     def noise(self) -> str:
         """RMS of the noise in % of the peak, and the largest as a multiple of it."""
         noise = _length(self.value - self.smooth) / _length(self.truth).max() * 100
@@ -114,14 +121,16 @@ def main() -> int:
         if not os.path.exists(bag):
             _record(bag, options.seconds)
         runs = {'live': _read(bag)}
-        runs.update(_played(bag, options.rates, folder))
-    _report(runs, options)
+        played, standing = _played(bag, options, folder)
+    runs.update(played)
+    _report(runs, standing, bag, options)
     return 0
 
 
 def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument('--rates', nargs='+', type=float, default=[0.25, 1.0, -1.0, 4.0])
+    parser.add_argument('--paused', type=int, default=200, help='how many positions')
+    parser.add_argument('--rates', nargs='*', type=float, default=[0.25, 1.0, -1.0, 4.0])
     parser.add_argument('--seconds', type=float, default=22.0, help='of simulation')
     parser.add_argument('--bag', help='keep the recording here, or play this one')
     parser.add_argument('--plot', help='a .png file')
@@ -154,37 +163,32 @@ def _record(bag: str, seconds: float) -> None:
         recorder = BagRecorder()  # of the cell
         recorder.wait_until_ready(_TIMEOUT_S)
         time.sleep(_WARM_UP_S)
-        recorder.start(RecordingOptions((*TOPICS, VELOCITY), os.path.dirname(bag),
+        recorder.start(RecordingOptions((*TOPICS, VELOCITY), folder=os.path.dirname(bag),
                                         name=os.path.basename(bag)))
         time.sleep(seconds)
         recorder.stop()
         recorder.close()
 
 
-def _played(bag: str, rates: Sequence[float], folder: Path) -> Dict[str, Run]:
+def _played(bag: str, options: argparse.Namespace,
+            folder: Path) -> Tuple[Dict[str, Run], Dict[str, List[Standing]]]:
     runs: Dict[str, Run] = {}
     with running_cell('--mode', 'playback', '--bag', bag):
         time.sleep(_WARM_UP_S)
-        for number, rate in enumerate(rates):
-            _command('pause', Trigger)
-            _command('set_rate', SetRate, rate)
+        for number, rate in enumerate(options.rates):
+            command('pause', Trigger)
+            command('set_rate', SetRate, rate)
             path = str(folder / f'played_{number}.bag')
             recorder = OwnRecorder(path, [POSE, VELOCITY, STATE])
             recorder.start()
             state = rospy.wait_for_message(STATE, PlayerState, _TIMEOUT_S)
-            _command('seek', Seek, 0.0 if rate > 0.0 else state.duration)
-            _command('play', Trigger)
+            command('seek', Seek, 0.0 if rate > 0.0 else state.duration)
+            command('play', Trigger)
             _wait_for_the_end(rate)
             recorder.stop()
             runs[f'{rate:g}x'] = _read(path)
             os.remove(path)
-    return runs
-
-
-def _command(name: str, service: type, *request: float) -> None:
-    answer = rospy.ServiceProxy(f'/bag_player/{name}', service)(*request)
-    if not answer.success:
-        raise RuntimeError(f'/bag_player/{name}: {answer.message}')
+        return runs, standings(options.paused) if options.paused else {}
 
 
 def _wait_for_the_end(rate: float) -> None:
@@ -217,7 +221,8 @@ def _read(path: str) -> Run:
     return Run(np.array(poses), np.array(velocities), states, begin_s)
 
 
-def _report(runs: Dict[str, Run], options: argparse.Namespace) -> None:
+def _report(runs: Dict[str, Run], standing: Dict[str, List[Standing]], bag: str,
+            options: argparse.Namespace) -> None:
     truth, plots = Truth(600.0), {}
     live = runs['live'].poses
     begin_s = truth.begin_s(live[:, 0], live[:, 1:])
@@ -233,6 +238,9 @@ def _report(runs: Dict[str, Run], options: argparse.Namespace) -> None:
         print(f'| {name} | {estimate.row()} | {estimate.noise()} | {delay_ms:.0f} | {two.row()} |',
               flush=True)
         plots[name] = (estimate, two)
+    if standing:
+        peak_m_per_s = _length(plots['live'][0].truth).max()
+        report(standing, bag, Comparison(truth, begin_s, peak_m_per_s, plots['1x'][0].at))
     if options.plot:
         write_plot(options.plot, plots)
 

@@ -1,12 +1,12 @@
 """Draws velocities over time as a .png file: the difference of two samples beside the estimate."""
 from __future__ import annotations
 
-import os
 from typing import Any, Dict
 
 import numpy as np
+from png_painter import GRID_COLOR, TEXT_COLOR, draw_text, png_painter
 from PyQt5.QtCore import QPointF, QRectF, Qt
-from PyQt5.QtGui import QColor, QFont, QGuiApplication, QImage, QPainter, QPen, QPolygonF
+from PyQt5.QtGui import QColor, QPainter, QPen, QPolygonF
 
 AXIS, AXIS_NAME = 1, 'y'  # along the table, where the tool moves most
 WIDTH, ROW_HEIGHT, HEADER, FOOTER = 1200, 130, 70, 34
@@ -14,21 +14,13 @@ _LEFT, _GAP, _SPACE = 110, 24, 10
 _LIMIT_M_PER_S = 0.6
 _TICKS_M_PER_S = (-0.4, 0.0, 0.4)
 _TWO_COLOR, _ESTIMATE_COLOR = QColor('#c92a2a'), QColor('#2b8a3e')
-_TRUTH_COLOR, _TEXT_COLOR, _GRID_COLOR = QColor('#1c1c1c'), QColor('#333333'), QColor('#d5d5d5')
+_TRUTH_COLOR = QColor('#1c1c1c')
 
 
 def write_plot(path: str, rows: Dict[str, Any]) -> None:
     """Write the plot: for each name the estimate and the difference of two samples."""
-    os.environ.setdefault('QT_QPA_PLATFORM', 'offscreen')
-    application = QGuiApplication.instance() or QGuiApplication([])
-    image = QImage(WIDTH, HEADER + len(rows) * ROW_HEIGHT + FOOTER, QImage.Format_RGB32)
-    image.fill(Qt.white)
-    painter = QPainter(image)
-    painter.setRenderHint(QPainter.Antialiasing)
-    _Plot(painter).draw(rows)
-    painter.end()
-    image.convertToFormat(QImage.Format_Indexed8).save(path)
-    del application
+    with png_painter(path, WIDTH, HEADER + len(rows) * ROW_HEIGHT + FOOTER) as painter:
+        _Plot(painter).draw(rows)
 
 
 class _Plot:
@@ -65,11 +57,11 @@ class _Plot:
 
     def _panel(self, rect: QRectF, series: Any, color: QColor) -> None:
         painter = self._painter
-        painter.setPen(QPen(_GRID_COLOR, 1))
+        painter.setPen(QPen(GRID_COLOR, 1))
         painter.drawRect(rect)
         for tick in _TICKS_M_PER_S:
             y = self._y(rect, tick)
-            painter.setPen(QPen(_GRID_COLOR, 1))
+            painter.setPen(QPen(GRID_COLOR, 1))
             painter.drawLine(QPointF(rect.left(), y), QPointF(rect.right(), y))
             if rect.left() == _LEFT:
                 self._text(QRectF(_LEFT - 54, y - 10, 48, 20), f'{tick:+.1f}' if tick else '0', 10,
@@ -103,10 +95,6 @@ class _Plot:
     def _y(self, rect: QRectF, value: float) -> float:
         return float(rect.center().y() - 0.5 * rect.height() * value / _LIMIT_M_PER_S)
 
-    def _text(self, rect: QRectF, text: str, points: int, color: QColor = _TEXT_COLOR,
+    def _text(self, rect: QRectF, text: str, points: int, color: QColor = TEXT_COLOR,
               bold: bool = False, align: int = Qt.AlignLeft) -> None:
-        font = QFont('DejaVu Sans', points - 2)
-        font.setBold(bold)
-        self._painter.setFont(font)
-        self._painter.setPen(color)
-        self._painter.drawText(rect, int(align | Qt.AlignVCenter), text)
+        draw_text(self._painter, rect, text, points - 2, color, bold, align)

@@ -1,0 +1,58 @@
+"""Measures where the velocity's arrow points, against the tool's true motion.
+
+usage: bench/run arrow_direction [--seconds 20]
+
+Robots like a UR5e and a Panda, with and without hand, move on a known path while their last joint
+turns by 1 rad/s; their drivers report the tool by several conventions. Where the arrow points and
+begins is what RViz would draw 60 times a second. Angles are from the motion at the time that the
+velocity belongs to; in brackets, from that of the moment, which the delay of the velocity adds to.
+"""
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import rospy
+from arrow_truth import CONVENTIONS, MODELS, Convention, Result, measure
+
+from process_visualizer.nodes.view_picture import wait_for_master
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument('--seconds', type=float, default=20.0, help='of each convention')
+    seconds = parser.parse_args().seconds
+    port = os.environ['ROS_MASTER_URI'].rstrip('/').split(':')[-1]
+    master = subprocess.Popen(['roscore', '-p', port], stdout=subprocess.DEVNULL,
+                              start_new_session=True)
+    try:
+        wait_for_master(30)
+        rospy.init_node('arrow_direction', disable_signals=True)
+        print('| robot | the driver reports | median | p95 | max | foot, p95, mm |\n'
+              '|---|---|---|---|---|---|')
+        for model in MODELS:
+            def row(convention: Convention, result: Result, name: str = model.file) -> None:
+                print(f'| {name} | {convention.title} | {_cells(result)} |', flush=True)
+            measure(model, CONVENTIONS, seconds, Path(os.environ['ROS_HOME']) / model.file, row)
+    finally:
+        master.terminate()
+        master.wait(30)
+    return 0
+
+
+def _cells(result: Result) -> str:
+    angles = [f'{then:.1f}° ({now:.1f}°)' for then, now in zip(
+        _figures(result.of_velocity), _figures(result.of_moment))]
+    return ' | '.join([*angles, f'{np.quantile(result.feet, 0.95) * 1e3:.1f}'])
+
+
+def _figures(angles: np.ndarray) -> 'list[float]':
+    return [float(np.degrees(np.quantile(angles, part))) for part in (0.5, 0.95, 1.0)]
+
+
+if __name__ == '__main__':
+    sys.exit(main())

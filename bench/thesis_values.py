@@ -1,0 +1,32 @@
+"""What the thesis (R. Bilit, NTNU 2012) says of rates and times in its section 6.4.1.
+
+Its figures are pictures; of them only what table 6.2 and the text say is here.
+"""
+from __future__ import annotations
+
+from typing import Dict, NamedTuple
+
+TOOL_FRAME, FORCE = 'tool frame', 'force'
+
+
+class Rates(NamedTuple):
+    """Messages per second as published by the drivers, in the bag, and as played."""
+
+    published: float
+    recorded: float
+    played: float
+
+
+TABLE_6_2: Dict[int, Dict[str, Rates]] = {
+    30: {TOOL_FRAME: Rates(123.5, 102.8, 89.0), FORCE: Rates(93.8, 77.2, 70.3)},
+    10: {TOOL_FRAME: Rates(123.1, 123.0, 100.0), FORCE: Rates(95.7, 95.2, 84.8)},
+    0: {TOOL_FRAME: Rates(9.9, 9.9, 9.9), FORCE: Rates(93.1, 93.1, 93.1)},
+}
+"""By the images per second; at 0 without the Kinect, and with drivers that were set to 10 Hz."""
+
+PLAYED_STEPS_S = (0.0002, 0.2)
+"""Shortest and longest time from one played message to the next (text on figure 6.16).
+
+The text gives these numbers in milliseconds. But 100 messages a second have a mean step of 10 ms,
+so it can only mean seconds.
+"""
