@@ -9,6 +9,8 @@ setup(**generate_distutils_setup(
         'process_visualizer.bags',
         'process_visualizer.cell',
         'process_visualizer.generate',
+        'process_visualizer.generate.ros1_packages',
+        'process_visualizer.generate.ros1_packages.ament_index_python',
         'process_visualizer.gui',
         'process_visualizer.gui.models',
         'process_visualizer.gui.views',
