@@ -1,6 +1,7 @@
 """Builds the model from elements that were read without problems."""
 from __future__ import annotations
 
+import os
 from typing import Any, Dict, Iterable, Optional, Tuple, cast
 
 from process_visualizer.cell.element_reader import Parsed
@@ -76,7 +77,10 @@ def _model(parsed: Optional[Parsed]) -> Optional[Model]:
     if parsed is None:
         return None
     values = parsed.values
-    return Model(values['pkg'], values['path'], parsed.location, _passed_arguments(parsed),
+    package, path = values['pkg'] or '', values['path']
+    if not package:
+        path = os.path.join(os.path.dirname(os.path.abspath(parsed.location.file)), path)
+    return Model(package, path, parsed.location, _passed_arguments(parsed),
                  values['prefix'] or '')
 
 

@@ -79,7 +79,9 @@ class _Check:
             return None
 
     def _model(self, model: Model) -> None:
-        folder = self._folder(model.package, model.location, 'model')
+        folder: Optional[str] = ''
+        if model.package:
+            folder = self._folder(model.package, model.location, 'model')
         if folder is None:
             return
         path = os.path.join(folder, model.path)

@@ -115,8 +115,9 @@ _STRUCTURE: Dict[str, Tag] = {
         alternatives=('rpy', 'ypr')),
     'model': Tag(
         'The model of the device: a URDF or xacro file; `<arg>` elements are for the latter.',
-        {'pkg': _required('package', 'package that holds the file'),
-         'path': _required('path', 'path below the package; ends in .urdf or .xacro'),
+        {'pkg': _optional('package', 'package that holds the file; without it, the folder of this '
+                                     'file does'),
+         'path': _required('path', 'path below the package or folder; ends in .urdf or .xacro'),
          'prefix': _optional('frame', 'what the names of its links begin with then, such as '
                                       '`left_`; keeps two robots of one model apart')},
         children=('arg',), variants={'arg': PASSED_ARGUMENT}),

@@ -77,7 +77,7 @@ class Tool:
 
 @dataclass(frozen=True)
 class Model:
-    """A URDF or xacro file of a package.
+    """A URDF or xacro file of a package; without a package the path is absolute.
 
     ``arguments`` are names and values for a xacro file, ``prefix`` is what links' names get.
     """

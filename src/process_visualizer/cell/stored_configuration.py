@@ -4,7 +4,7 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
-from typing import Any, Dict, NamedTuple
+from typing import Any, Dict, List, NamedTuple
 
 from process_visualizer.cell.model import Cell
 
@@ -18,7 +18,7 @@ class StoredConfiguration(NamedTuple):
 
 
 def configuration_text(cell: Cell) -> str:
-    """Return a cell's files and arguments as JSON in ASCII.
+    """Return a cell's files, with models beside them, and its arguments as JSON in ASCII.
 
     What is not UTF-8 in a file is kept as it is (as lone surrogates).
 
@@ -26,8 +26,14 @@ def configuration_text(cell: Cell) -> str:
         OSError: a file cannot be read.
     """
     texts = {file: Path(file).read_bytes().decode('utf-8', 'surrogateescape')
-             for file in cell.files}
+             for file in [*cell.files, *_models_beside(cell)]}
     return json.dumps({'file': cell.file, 'files': texts, 'arguments': dict(cell.arguments)})
+
+
+def _models_beside(cell: Cell) -> List[str]:
+    """The models that are in no package, but below the folder of a configuration."""
+    models = [device.model for device in cell.devices if device.model is not None]
+    return [model.path for model in models if not model.package and os.path.isfile(model.path)]
 
 
 def stored_configuration(value: Dict[str, Any]) -> StoredConfiguration:

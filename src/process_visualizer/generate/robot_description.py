@@ -13,6 +13,7 @@ import rospkg
 from process_visualizer.cell.errors import Problem
 from process_visualizer.cell.model import Device, Model
 from process_visualizer.cell.substitution import package_advice
+from process_visualizer.cell.suggestions import missing_file
 from process_visualizer.generate.link_prefix import rename_links
 from process_visualizer.generate.xacro_file import XacroError, expand_xacro
 
@@ -60,6 +61,10 @@ class RobotDescription:
 
 def model_path(model: Model) -> str:
     """The absolute path of a model file; raises ModelError when it is not there."""
+    if not model.package:
+        if not os.path.isfile(model.path):
+            raise ModelError(missing_file(model.path))
+        return model.path
     try:
         folder = rospkg.RosPack().get_path(model.package)
     except rospkg.ResourceNotFound:

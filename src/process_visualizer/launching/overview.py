@@ -1,6 +1,7 @@
 """A cell in words, for the terminal."""
 from __future__ import annotations
 
+import os
 from typing import List, Mapping, Sequence
 
 from process_visualizer.cell.model import Cell, Device, DeviceType, Mode, Topic
@@ -23,7 +24,7 @@ def _device_lines(device: Device, descriptions: Mapping[str, RobotDescription]) 
         lines.append(f'  base frame  {device.base.frame}  xyz {_numbers(pose.xyz)} m  '
                      f'yaw pitch roll {_numbers(pose.ypr)} rad')
     if device.model is not None:
-        lines.append(f'  model       {device.model.package}/{device.model.path}')
+        lines.append(f'  model       {os.path.join(device.model.package, device.model.path)}')
     if device.type is DeviceType.ROBOT:
         lines.append(f'  tool frame  {_tool(device, descriptions)}')
     for node in device.nodes:

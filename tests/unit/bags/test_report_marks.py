@@ -77,12 +77,14 @@ def test_marks_that_cannot_be_written(tmp_path: Path) -> None:
     assert added_marks(str(tmp_path / 'no' / 'a.bag')) == []
 
 
-def test_a_configuration_comes_back_with_the_files_it_includes(tmp_path: Path) -> None:
+def test_a_configuration_comes_back_with_the_files_it_names(tmp_path: Path) -> None:
     files = {'cell.xml': '<visualizer><arg name="a"/><include file="parts/robot.xml"/></visualizer>'
                          '<!-- Näher -->'.encode(),
              'parts/robot.xml': '<?xml version="1.0" encoding="iso-8859-1"?>\r\n<visualizer>'
-                                '<device type="other" name="x"><!-- Näher --></device></visualizer>'
-                                .encode('latin-1')}
+                                '<device type="other" name="x"><!-- Näher -->'
+                                '<model path="models/x.urdf" /></device></visualizer>'
+                                .encode('latin-1'),
+             'parts/models/x.urdf': b'<robot name="x"><link name="y" /></robot>'}
     for name, content in files.items():
         path = tmp_path / 'was' / name
         path.parent.mkdir(parents=True, exist_ok=True)

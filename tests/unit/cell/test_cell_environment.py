@@ -134,3 +134,11 @@ def test_the_launch_folder_comes_first(package: Path) -> None:
     assert find_launch_file(str(package), 'camera.launch') == os.path.join(
         package, 'launch', 'camera.launch')
     assert find_launch_file(str(package), 'no.launch') is None
+
+
+def test_model_beside_the_configuration(check: Check, tmp_path: Path) -> None:
+    assert check('<model path="models/arm.urdf"/>') == [
+        'cell.xml:2: <model>: there is no file "models/arm.urdf", nor its folder; check the path']
+    (tmp_path / 'models').mkdir()
+    (tmp_path / 'models' / 'arm.urdf').write_text('<robot name="arm"/>')
+    assert check('<model path="models/arm.urdf"/>') == []

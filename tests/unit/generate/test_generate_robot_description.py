@@ -246,6 +246,18 @@ def test_model_of_a_package(package: Path) -> None:
     assert describe([device('urdf/arm.urdf', base='base')]) == (['d'], [])
 
 
+def test_model_beside_the_configuration(parse: Callable[[str], Cell], tmp_path: Path) -> None:
+    cell = parse('<device type="robot" name="arm"><model path="arm.urdf" />'
+                 '<base frame="base" /></device>')
+    where = tmp_path / 'arm.urdf'
+    [problem] = describe_devices(cell.devices)[1]
+    assert str(problem).endswith(f'<model>: there is no file "{where}"; check the path')
+    where.write_text(GOOD)
+    model = cell.devices[0].model
+    assert model is not None and model_path(model) == str(where)
+    assert list(describe_devices(cell.devices)[0]) == ['arm']
+
+
 def test_missing_file(package: Path) -> None:
     assert describe([device('urdf/arm.urdf')]) == (
         [], [f'cell.xml:7: <model>: there is no file "urdf/arm.urdf" in the package "my_cell" '
