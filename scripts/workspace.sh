@@ -38,7 +38,7 @@ install_python() {
 
 # What the build depends on; Python modules are used from the source tree as they are.
 build_inputs() {
-  (cd "$repository" && find CMakeLists.txt package.xml setup.py cmake env-hooks include msg nodes \
+  (cd "$repository" && find CMakeLists.txt package.xml setup.py cmake compatibility env-hooks include msg nodes \
     src srv sewing_cell tests/cpp *.xml -type f \
     -not -name '*.py' -not -path '*/meshes/*' -not -path '*/__pycache__/*' 2>/dev/null |
     sort | xargs sha256sum; cd "$repository" && sha256sum setup.py sewing_cell/setup.py)

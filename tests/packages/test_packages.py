@@ -81,6 +81,15 @@ def test_a_command_runs(setup: Path) -> None:
     assert '6 devices, no problem' in checked.stdout
 
 
+@pytest.mark.parametrize('command', ['$(find xacro)/xacro', 'xacro'])
+def test_launch_files_call_xacro(setup: Path, tmp_path: Path, command: str) -> None:
+    (tmp_path / 'user.launch').write_text(
+        f"<launch><param name='model' command='{command} "
+        "$(find sewing_cell)/urdf/ur_rt_upper.urdf.xacro'/></launch>")
+    dumped = in_space(setup, f'roslaunch --dump-params {tmp_path}/user.launch')
+    assert 'ur_rt_upper/link0' in dumped.stdout, dumped.stdout
+
+
 def test_every_launch_file_loads(setup: Path) -> None:
     listed = in_space(setup, 'cd "$(rospack find sewing_cell)/launch" && '
                              'for file in *.launch; do roslaunch --nodes sewing_cell "$file" || '

@@ -2,17 +2,15 @@
 
 usage: python3 -m process_visualizer.generate.xacro_child FILE [NAME:=VALUE …]
 
-It is a process of its own because xacro keeps its state in its module. Noetic's xacro 1.14 finds
-packages by rospkg. Elsewhere xacro comes from PyPI, whose 2.x reads the same files but asks the
-package index of ROS 2; here it gets an index that holds the packages of ROS 1.
+It is a process of its own because xacro keeps its state in its module.
 """
 from __future__ import annotations
 
 import json
-import os
+import re
 import sys
 from contextlib import redirect_stdout
-from importlib import metadata
+from pathlib import Path
 from types import TracebackType
 from typing import Any, Dict, List, Mapping, Optional
 from xml.dom import minidom
@@ -20,9 +18,12 @@ from xml.parsers.expat import ExpatError
 
 import rospkg
 
+from process_visualizer.generate.xacro_module import import_xacro, xacro_version
 from process_visualizer.generate.xacro_place import XacroPlace, place_in_files
 
-_INDEX = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'ros1_packages')
+_ARGUMENT = re.compile(r'''<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)|'''
+                       r'''\$\(arg\s+([^)\s]+)|\barg\(\s*["']([^"']+)''')
+"""An argument where a file declares it, or asks for it."""
 
 
 def main(arguments: List[str]) -> int:
@@ -36,34 +37,40 @@ def main(arguments: List[str]) -> int:
 
 
 def _result(path: str, mappings: Dict[str, str]) -> Mapping[str, Any]:
-    sys.path.insert(0, _INDEX)
     try:
-        import xacro
+        xacro = import_xacro()
     except ImportError:
         return {'missing': True}
-    result: Dict[str, Any] = {'xacro': _version(xacro)}
+    result: Dict[str, Any] = {'xacro': xacro_version(xacro)}
     try:
-        document = xacro.process_file(path, mappings=mappings)
-        result['text'] = document.toprettyxml(indent='  ')
+        document = xacro.process_file(path, mappings=dict(mappings))
+        result.update(text=document.toprettyxml(indent='  '),
+                      unused=_unused(mappings, [path, *xacro.all_includes]))
     except Exception as error:  # a xacro file evaluates expressions, which can raise anything
         place = _place(xacro, path, error)
         result.update(message=' '.join((str(error) or repr(error)).split()),
-                      package=_missing_package(error), file=place.file, line=place.line)
+                      package=_missing_package(error), argument=_missing_argument(error),
+                      file=place.file, line=place.line)
     return result
 
 
-def _version(xacro: Any) -> str:
-    """Return what tells which xacro it is: its version, and where that is not known its place."""
-    try:
-        return metadata.version('xacro')
-    except metadata.PackageNotFoundError:
-        return str(os.path.dirname(xacro.__file__))
+def _unused(mappings: Mapping[str, str], files: List[str]) -> Dict[str, List[str]]:
+    """Return arguments that no file speaks of, each with those that the files take."""
+    texts = [Path(file).read_text(encoding='utf-8', errors='replace') for file in files]
+    known = {name for text in texts for names in _ARGUMENT.findall(text) for name in names if name}
+    return {name: sorted(known) for name in mappings if name not in known}
 
 
 def _missing_package(error: Exception) -> str:
     """Return the name of the package that was not found, if that is what is wrong, else ''."""
     cause = getattr(error, 'exc', None)  # xacro's own errors carry the one that they wrap
     return str(cause.args[0]) if isinstance(cause, rospkg.ResourceNotFound) else ''
+
+
+def _missing_argument(error: Exception) -> str:
+    """Return the name of the argument that has no value, if that is what is wrong, else ''."""
+    cause = getattr(error, 'exc', None)
+    return str(cause.args[0]) if type(cause).__name__ == 'ArgException' else ''
 
 
 def _place(xacro: Any, path: str, error: Exception) -> XacroPlace:

@@ -4,9 +4,10 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from typing import Any, Dict, Mapping, Tuple
+from typing import Any, Dict, Mapping, Sequence, Tuple
 
 from process_visualizer.cell.substitution import package_advice
+from process_visualizer.cell.suggestions import advice
 
 TIMEOUT_S = 60.0
 
@@ -22,14 +23,29 @@ def expand_xacro(path: str, arguments: Tuple[Tuple[str, str], ...] = ()) -> str:
         XacroError: it cannot be expanded.
     """
     result = _run(path, dict(arguments))
-    if 'text' in result:
-        return str(result['text'])
     if result.get('missing'):
         raise XacroError(f'{path}: xacro is not installed for {sys.executable}; install it '
                          '(requirements/python.txt) or activate its virtual environment')
-    line = f':{result["line"]}' if result['line'] else ''
-    message = package_advice(result['package']) if result['package'] else result['message']
-    raise XacroError(f'{result["file"]}{line}: xacro: {message} (xacro {result["xacro"]})')
+    if 'text' not in result:
+        line = f':{result["line"]}' if result['line'] else ''
+        raise XacroError(f'{result["file"]}{line}: xacro: {_reason(result)} ({result["xacro"]})')
+    for name, known in result['unused'].items():
+        raise XacroError(f'{path}: {_unused(name, known)}')
+    return str(result['text'])
+
+
+def _reason(result: Mapping[str, Any]) -> str:
+    if result['package']:
+        return package_advice(result['package'])
+    if result['argument']:
+        name = result['argument']
+        return (f'the argument "{name}" has no value; write <arg name="{name}" value="…" /> '
+                'in <model>')
+    return str(result['message'])
+
+
+def _unused(name: str, known: Sequence[str]) -> str:
+    return f'it takes no argument "{name}"; ' + (advice(name, known) if known else 'leave it out')
 
 
 def _run(path: str, mappings: Mapping[str, str]) -> Dict[str, Any]:

@@ -59,6 +59,23 @@ def test_argument_that_names_a_file_which_is_not_there() -> None:
         loaded(UR, kinematics='nowhere.yaml')
 
 
+def test_argument_that_the_file_does_not_take() -> None:
+    with pytest.raises(ModelError, match='arm.xacro: it takes no argument "tf_prefx"; did you mean '
+                                         '"tf_prefix"'):
+        loaded(UR, tf_prefx='left_')
+
+
+def test_argument_that_the_file_only_asks_for(tmp_path: Path) -> None:
+    path = tmp_path / 'arm.xacro'
+    path.write_text('<robot xmlns:xacro="http://ros.org/wiki/xacro" name="$(arg robot_model)">'
+                    '<link name="${xacro.arg(\'link\')}"/></robot>')
+    with pytest.raises(ModelError, match='arm.xacro:1: xacro: the argument "robot_model" has no '
+                                         'value; write <arg name="robot_model" value="…" /> in'):
+        load_robot_description(str(path))
+    description = load_robot_description(str(path), (('robot_model', 'ur5e'), ('link', 'base')))
+    assert description.root_link == 'base'
+
+
 def test_prefix_renames_links_and_no_joints() -> None:
     plain, renamed = loaded(UR), loaded(UR, prefix='left/')
     assert renamed.links == tuple(f'left/{link}' for link in plain.links)

@@ -119,7 +119,8 @@ BROKEN_XACRO: Dict[str, Tuple[str, str]] = {
                         'xacro: there is no package "nope_nope"; install it or source'),
     'missing parameter': (robot('<xacro:macro name="m" params="p"/><xacro:m/>'),
                           r'xacro: Undefined parameters \[p\]'),
-    'undefined argument': (robot('<link name="$(arg a)"/>'), 'xacro: Undefined substitution'),
+    'undefined argument': (robot('<link name="$(arg a)"/>'),
+                           'xacro: the argument "a" has no value; write <arg name="a" value='),
     'recursion': (robot('<xacro:macro name="m"><xacro:m/></xacro:macro><xacro:m/>'),
                   'xacro: maximum recursion depth exceeded'),
     'circular property': (robot('<xacro:property name="a" value="${b}"/>'
@@ -133,7 +134,7 @@ BROKEN_XACRO: Dict[str, Tuple[str, str]] = {
 def test_broken_xacro(text: str, message: str, tmp_path: Path) -> None:
     path = tmp_path / 'model.xacro'
     path.write_text(text, encoding='utf-8')
-    assert re.match(f'model.xacro(:1)?: {message}.* \\(xacro [0-9].*\\)$', error_of(path))
+    assert re.match(f'model.xacro(:1)?: {message}.* \\(xacro [0-9].* in /.*\\)$', error_of(path))
 
 
 @pytest.mark.parametrize('text, message', BROKEN_XACRO.values(), ids=BROKEN_XACRO)

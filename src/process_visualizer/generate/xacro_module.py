@@ -1,0 +1,29 @@
+"""Imports xacro, whichever there is, so that it finds packages of ROS 1.
+
+Noetic's xacro 1.14 finds packages by rospkg. Elsewhere xacro comes from PyPI, whose 2.x reads the
+same files but asks the package index of ROS 2; here it gets an index that holds those of ROS 1.
+"""
+from __future__ import annotations
+
+import os
+import sys
+from importlib import metadata
+from typing import Any
+
+_INDEX = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'ros1_packages')
+
+
+def import_xacro() -> Any:
+    """Return the module xacro; raises ImportError."""
+    sys.path.insert(0, _INDEX)
+    import xacro
+    return xacro
+
+
+def xacro_version(xacro: Any) -> str:
+    """Return which xacro it is: its version, if that is known, and its folder."""
+    folder = os.path.dirname(xacro.__file__)
+    try:
+        return f'xacro {metadata.version("xacro")} in {folder}'
+    except metadata.PackageNotFoundError:
+        return f'xacro in {folder}'
