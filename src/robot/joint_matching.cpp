@@ -22,12 +22,14 @@ std::string listed(const std::vector<std::string>& names) {
 }  // namespace
 
 JointMatching::JointMatching(const std::string& robot_name, std::vector<std::string> joint_names,
-                             const std::map<std::string, double>& offsets)
+                             const std::map<std::string, double>& offsets,
+                             const std::string& prefix)
     : joint_names_(std::move(joint_names)) {
-  const std::string prefix = robot_name + "/";
+  const std::string robot = robot_name + "/";
+  for (const std::string& name : joint_names_) joints_[name] = {name, 0.0};
   for (const std::string& name : joint_names_) {
-    joints_[name] = {name, 0.0};
-    if (name.rfind(prefix, 0) == 0) joints_[name.substr(prefix.size())] = {name, 0.0};
+    joints_.insert({prefix + name, {name, 0.0}});
+    if (name.rfind(robot, 0) == 0) joints_.insert({name.substr(robot.size()), {name, 0.0}});
   }
   for (const auto& [name, offset] : offsets) {
     const auto found = joints_.find(name);
@@ -64,8 +66,8 @@ JointPositions JointMatching::matchByName(const JointPositions& measured) const 
     matched.positions.push_back(measured.positions[i] + joint->second.offset);
   }
   if (matched.names.empty())
-    refuse("none of the names " + listed(measured.names) +
-           " is a joint of the robot; its joints are " + listed(joint_names_));
+    throw ForeignJoints("none of the names " + listed(measured.names) +
+                        " is a joint of the robot; its joints are " + listed(joint_names_));
   return matched;
 }
 

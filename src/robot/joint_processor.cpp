@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kQuietPeriodS = 0.05;
 constexpr std::chrono::seconds kWarningPeriod{5};
+constexpr std::chrono::seconds kSharedTopic{2};
 constexpr char kArray[] = "std_msgs/Float32MultiArray";
 constexpr char kJointState[] = "sensor_msgs/JointState";
 
@@ -53,7 +54,8 @@ JointProcessor::JointProcessor(JointParameters parameters, JointMatching matchin
     : parameters_(std::move(parameters)),
       matching_(std::move(matching)),
       period_(std::chrono::duration_cast<Clock::duration>(
-          std::chrono::duration<double>(1.0 / parameters_.rate_hz))) {
+          std::chrono::duration<double>(1.0 / parameters_.rate_hz))),
+      coverage_(matching_.jointNames()) {
   publisher_ = node_.advertise<sensor_msgs::JointState>("joint_states", 10);
   subscribe();
   timer_ = node_.createWallTimer(ros::WallDuration(kQuietPeriodS),
@@ -91,22 +93,29 @@ void JointProcessor::followChangedType() {
 
 void JointProcessor::receive(const Event& event) {
   was_connected_ = true;
-  quiet_ = false;
   try {
     JointPositions joints = matching_.match(decode(event));
+    used_ = Clock::now();
+    quiet_ = false;
+    coverage_.add(joints.names, *used_);
     held_.emplace();
     held_->name = std::move(joints.names);
     held_->position = std::move(joints.positions);
     flush();
-    watchTime();
+    watch();
+  } catch (const ForeignJoints& error) {
+    if (!used_ || Clock::now() - *used_ > kSharedTopic)
+      warn(std::string("is left out: ") + error.what());
   } catch (const std::exception& error) {
     warn(std::string("is left out: ") + error.what());
   }
 }
 
-void JointProcessor::watchTime() {
-  const std::string problem = time_watch_.problem(ros::Time::now().toSec(), Clock::now());
-  if (!problem.empty()) warn("is shown, but " + problem);
+void JointProcessor::watch() {
+  const auto now = Clock::now();
+  for (const std::string& problem :
+       {time_watch_.problem(ros::Time::now().toSec(), now), coverage_.problem(now)})
+    if (!problem.empty()) warn("is shown, but " + problem);
 }
 
 // Not ROS_WARN_THROTTLE, which says nothing while ROS time stands still.

@@ -1,7 +1,7 @@
 // The node joint_proc: joint states of one robot, in the namespace with the robot's name.
 //
 // Parameters: ~topic, ~msg, ~joint_names (without them those of robot_description), ~joint_offsets,
-// ~joint_rate.
+// ~joint_rate, ~prefix (which the driver's names of joints may begin with, beside those names).
 
 #include <ros/callback_queue.h>
 
@@ -87,7 +87,8 @@ int main(int argc, char** argv) {
   try {
     const JointParameters parameters = readParameters();
     process_visualizer::JointProcessor processor(
-        parameters, JointMatching(parameters.robot_name, readJointNames(), readOffsets()));
+        parameters, JointMatching(parameters.robot_name, readJointNames(), readOffsets(),
+                                  ros::param::param<std::string>("~prefix", "")));
     spinUntilShutdown();
   } catch (const std::exception& error) {
     ROS_FATAL("%s", error.what());

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "process_visualizer/robot/joint_coverage.hpp"
 #include "process_visualizer/robot/joint_matching.hpp"
 #include "process_visualizer/robot/time_watch.hpp"
 
@@ -36,6 +37,25 @@ TEST(JointMatching, NamesMatchWithAndWithoutTheRobotsName) {
   EXPECT_EQ(found.positions, (Positions{1.0, 3.0}));
 }
 
+TEST(JointMatching, NamesMatchWithAndWithoutAPrefix) {
+  const JointPositions found =
+      JointMatching("left", {"a", "b"}, {}, "l_").match({{"l_a", "r_a", "b"}, {1.0, 2.0, 3.0}});
+  EXPECT_EQ(found.names, (Names{"a", "b"}));
+  EXPECT_EQ(found.positions, (Positions{1.0, 3.0}));
+}
+
+TEST(JointMatching, JointsOfAnotherRobotAreTold) {
+  const JointMatching matching("r", kJoints);
+  EXPECT_THROW(matching.match({{"x"}, {1.0}}), ForeignJoints);
+  try {
+    matching.match({{"a", "b"}, {1.0}});
+    FAIL() << "two names with one position fit";
+  } catch (const ForeignJoints&) {
+    FAIL() << "the joints are those of the robot";
+  } catch (const std::invalid_argument&) {
+  }
+}
+
 TEST(JointMatching, WhatDoesNotFitSaysWhy) {
   expectProblem({{}, {1.0, 2.0}},
                 "3 values are expected, one for each joint of r/a, r/b, r/c, not 2");
@@ -67,6 +87,18 @@ TEST(MovableJoints, OfWhatIsNoUrdf) {
   EXPECT_THROW(movableJoints("<robot>"), std::invalid_argument);
   EXPECT_THROW(movableJoints("<cell/>"), std::invalid_argument);
   EXPECT_THROW(movableJoints(""), std::invalid_argument);
+}
+
+TEST(JointCoverage, JointsThatNoMessageTellsAbout) {
+  JointCoverage coverage({"a", "b", "finger"});
+  const JointCoverage::Clock::time_point begin;
+  EXPECT_EQ(coverage.problem(begin + std::chrono::hours(1)), "");  // nothing has come yet
+  coverage.add({"a", "b"}, begin);
+  EXPECT_EQ(coverage.problem(begin + std::chrono::seconds(2)), "");
+  EXPECT_EQ(coverage.problem(begin + std::chrono::seconds(4)).find("none says where finger is"),
+            0U);
+  coverage.add({"finger"}, begin + std::chrono::seconds(5));
+  EXPECT_EQ(coverage.problem(begin + std::chrono::seconds(6)), "");
 }
 
 TEST(TimeWatch, TimeThatGoesOnIsRight) {

@@ -58,6 +58,21 @@ class RobotJointsTest(unittest.TestCase):
                        and states.messages[-1].position[0] == sent[-1], 'the last joint state')
             self.assertEqual([state.position[0] for state in states.messages], sent)
 
+    def test_a_topic_that_another_robot_shares_and_a_joint_that_nobody_tells_about(self) -> None:
+        joints = publisher('/m/joints', JointState)
+
+        def publish() -> None:
+            joints.publish(JointState(name=['arm'], position=[0.5]))
+            joints.publish(JointState(name=['others'], position=[0.5]))
+
+        with log_listener() as log:
+            wait_until(lambda: logged(log, Log.WARN, 'm: ', '/m/joints', 'where m/finger is'),
+                       'a warning of the joint', publish)
+            self.assertFalse(logged(log, Log.WARN, 'none of the names'))
+            wait_until(lambda: logged(log, Log.WARN, 'none of the names others is a joint'),
+                       'a warning when all are those of another robot', lambda: joints.publish(
+                           JointState(name=['others'], position=[0.5])))
+
     def test_joint_states_that_stop_are_shown(self) -> None:
         joints = publisher('/p/joints', JointState)
         with Listener('/p/marker_array', MarkerArray) as arrays:

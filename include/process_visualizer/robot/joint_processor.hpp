@@ -8,6 +8,7 @@
 #include <string>
 
 #include "process_visualizer/recorder/message.hpp"
+#include "process_visualizer/robot/joint_coverage.hpp"
 #include "process_visualizer/robot/joint_matching.hpp"
 #include "process_visualizer/robot/time_watch.hpp"
 
@@ -28,8 +29,9 @@ struct JointParameters {
 /// nothing. Drivers that send faster than a screen shows would otherwise cost each robot's state
 /// publisher, and the master, which that asks at every state.
 ///
-/// A message that cannot be used is left out with a throttled warning. While ROS time stands still
-/// or goes back (simulated time), the states are published nevertheless, with a warning too.
+/// A message that cannot be used is left out with a throttled warning; without one if it has joints
+/// of other robots only, while those of this one come on the same topic. While ROS time stands
+/// still or goes back (simulated time), the states are published nevertheless, with a warning too.
 class JointProcessor {
  public:
   JointProcessor(JointParameters parameters, JointMatching matching);
@@ -45,7 +47,7 @@ class JointProcessor {
   JointPositions decode(const Event& event) const;
   void flush();
   bool isDue();
-  void watchTime();
+  void watch();
   void warn(const std::string& problem);
 
   JointParameters parameters_;
@@ -60,6 +62,8 @@ class JointProcessor {
   Clock::duration period_;
   Clock::time_point next_;
   Clock::time_point next_warning_;
+  std::optional<Clock::time_point> used_;  ///< when a message last had joints of this robot
+  JointCoverage coverage_;
   TimeWatch time_watch_;
 };
 

@@ -102,6 +102,8 @@ def _joint_nodes(device: Device, description: Optional[RobotDescription]) -> Lis
     parameters: Dict[str, Any] = {'topic': topic.name, 'joint_names': list(description.joints)}
     if topic.message_type is not None:
         parameters['msg'] = topic.message_type
+    if device.model is not None and device.model.prefix:
+        parameters['prefix'] = device.model.prefix
     return [ProcessorNode(_PACKAGE, 'joint_proc', 'joint_proc', parameters)]
 
 

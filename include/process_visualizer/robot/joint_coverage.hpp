@@ -1,0 +1,31 @@
+#pragma once
+
+#include <chrono>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace process_visualizer {
+
+/// Notices joints of a robot that no message tells about, such as those of a gripper whose states
+/// come on another topic. What they move cannot be drawn.
+class JointCoverage {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  explicit JointCoverage(const std::vector<std::string>& joint_names);
+
+  /// Takes the joints that a message tells about.
+  void add(const std::vector<std::string>& names, Clock::time_point now);
+
+  /// Returns what is wrong: joints that no message has told about since the first one came, some
+  /// seconds ago. Several senders may share a topic, each with a part of the joints.
+  std::string problem(Clock::time_point now) const;
+
+ private:
+  std::set<std::string> missing_;
+  Clock::time_point first_;
+  bool begun_ = false;
+};
+
+}  // namespace process_visualizer
