@@ -69,7 +69,7 @@ def _missing_package(error: Exception) -> str:
 
 def _missing_argument(error: Exception) -> str:
     """Return the name of the argument that has no value, if that is what is wrong, else ''."""
-    cause = getattr(error, 'exc', None)
+    cause: Any = getattr(error, 'exc', None)
     return str(cause.args[0]) if type(cause).__name__ == 'ArgException' else ''
 
 
