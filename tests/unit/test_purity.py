@@ -8,7 +8,7 @@ from typing import Iterator, List
 import pytest
 
 SOURCE = Path(__file__).resolve().parents[2] / 'src'
-PACKAGES = ('cell', 'generate', 'motion', 'bags')
+PACKAGES = ('cell', 'generate', 'motion', 'bags', 'discovery')
 FORBIDDEN = ('rospy', 'PyQt5')
 
 

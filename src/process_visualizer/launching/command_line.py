@@ -19,19 +19,21 @@ from process_visualizer.generate.plan import Plan, PlanError, write_plan
 from process_visualizer.generate.robot_description import describe_devices
 from process_visualizer.launching.bag_commands import add_bag_commands, execute_bag_command
 from process_visualizer.launching.mixed_sources import MixedSources, refuse_mixture
+from process_visualizer.launching.new_command import add_new_options, execute_new
 from process_visualizer.launching.overview import overview
 from process_visualizer.launching.record_command import record
 from process_visualizer.launching.record_options import add_record_options, record_options
 from process_visualizer.launching.run_command import run_plan
 
-_DESCRIPTION = ('Checks, shows, generates, runs or records the robot cell of a configuration file; '
-                'reports on recordings.')
+_DESCRIPTION = ('Checks, shows, generates, runs or records the robot cell of a configuration file, '
+                'or makes such a file; reports on recordings.')
 _NAMED_VALUE = re.compile('[A-Za-z]\\w*:=')
 _COMMANDS = {
     'check': 'report every problem of the configuration; exit code 1 if there is one',
     'show': 'list devices, nodes and topics',
     'generate': 'write the launch file, the RViz file and the models',
     'run': 'generate, start everything, and stop all of it on Ctrl-C',
+    'new': 'write a configuration for what runs, or for what a bag holds',
     'record': "record the devices' topics, or others, until Ctrl-C, then report",
 }
 
@@ -64,6 +66,10 @@ def _parser() -> argparse.ArgumentParser:
             command.set_defaults(args=[])
             add_record_options(command)
             continue
+        if name == 'new':
+            command.set_defaults(args=[])
+            add_new_options(command)
+            continue
         command.add_argument('config', metavar='CONFIG', help='the configuration file')
         command.add_argument('args', metavar='NAME:=VALUE', nargs='*',
                              help='values for the <arg> elements of the configuration')
@@ -85,6 +91,8 @@ def _add_run_options(command: argparse.ArgumentParser) -> None:
 def _execute(options: argparse.Namespace) -> int:
     if options.command == 'record':
         return _record(options)
+    if options.command == 'new':
+        return execute_new(options)
     cell = XmlParser(_named_values(options.args)).parse(options.config)
     if options.command == 'check':
         return _check(cell)

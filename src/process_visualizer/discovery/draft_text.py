@@ -1,0 +1,63 @@
+"""A draft of a configuration as the text of its file."""
+from __future__ import annotations
+
+import textwrap
+from typing import Iterator, List
+from xml.sax.saxutils import quoteattr
+
+from process_visualizer.discovery.draft import Draft, DraftDevice, DraftElement
+
+_WIDTH = 96
+
+
+def draft_text(draft: Draft) -> str:
+    """Return the file's text."""
+    frame = '' if draft.frame == 'world' else f' frame={quoteattr(draft.frame)}'
+    head = [f'Made by "cell new" from {draft.where}. Remove what is not wanted, and look at each '
+            'comment.', *draft.remarks]
+    lines = ['<?xml version="1.0" encoding="utf-8"?>', *_comment(head, ''), f'<visualizer{frame}>']
+    for device in draft.devices:
+        lines += _device(device)
+    return '\n'.join([*lines, '</visualizer>', ''])
+
+
+def _device(device: DraftDevice) -> Iterator[str]:
+    yield from _comment(device.comments, '  ')
+    opening = f'  <device type="{device.type}" name={quoteattr(device.name)}'
+    if not device.elements:
+        yield f'{opening} />'
+        return
+    yield f'{opening}>'
+    for element in device.elements:
+        yield from _comment([element.comment] if element.comment else [], '    ')
+        if element.active:
+            yield from _element(element, '    ')
+        else:
+            yield from (f'    <!-- {_safe(line)} -->' for line in _element(element, ''))
+    yield '  </device>'
+
+
+def _element(element: DraftElement, indent: str) -> Iterator[str]:
+    words = ' '.join([element.tag, *(f'{name}={quoteattr(value)}'
+                                     for name, value in element.attributes.items())])
+    if not element.children:
+        yield f'{indent}<{words} />'
+        return
+    yield f'{indent}<{words}>'
+    for child in element.children:
+        yield from _element(child, f'{indent}  ')
+    yield f'{indent}</{element.tag}>'
+
+
+def _comment(paragraphs: List[str], indent: str) -> List[str]:
+    lines = [line for it in paragraphs
+             for line in textwrap.wrap(_safe(it), _WIDTH, break_long_words=False)]
+    if len(lines) < 2:
+        return [f'{indent}<!-- {line} -->' for line in lines]
+    return [f'{indent}<!--', *(f'{indent}  {line}' for line in lines), f'{indent}-->']
+
+
+def _safe(text: str) -> str:
+    """The text as it may stand in a comment: without two hyphens, or what XML has no sign for."""
+    shown = ''.join(it if it.isprintable() and it not in '\ufffe\uffff' else '?' for it in text)
+    return shown.replace('--', '-\u2010').rstrip('-')

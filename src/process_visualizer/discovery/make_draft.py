@@ -1,0 +1,151 @@
+"""From what was seen to a configuration; asks nobody and reads no file."""
+from __future__ import annotations
+
+from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
+
+from process_visualizer.discovery.camera_device import camera_device
+from process_visualizer.discovery.camera_groups import CameraGroup, camera_groups
+from process_visualizer.discovery.cell_names import CellNames
+from process_visualizer.discovery.draft import Draft, DraftDevice
+from process_visualizer.discovery.found_model import FoundModel
+from process_visualizer.discovery.frame_forest import FrameForest
+from process_visualizer.discovery.names import is_frame, is_topic
+from process_visualizer.discovery.other_devices import ROOT_DEVICE, Machines, by_namespace
+from process_visualizer.discovery.own_topics import device_topics
+from process_visualizer.discovery.place import Places, global_frame
+from process_visualizer.discovery.robot_device import add_model, robot_device, robot_name
+from process_visualizer.discovery.robot_topics import RobotGroup, robot_groups
+from process_visualizer.discovery.seen import Seen, SeenTopic
+
+
+class Made(NamedTuple):
+    """A draft, and the texts of the models that belong beside its file, by file name."""
+
+    draft: Draft
+    models: Dict[str, str]
+
+
+def make_draft(seen: Seen, models: Sequence[FoundModel]) -> Made:
+    """Return the configuration for what was seen, with the models that were found for it."""
+    return _Making(seen, [it for it in models if all(map(is_frame, it.description.links))]).made()
+
+
+class _Making:
+    """One draft."""
+
+    def __init__(self, seen: Seen, models: Sequence[FoundModel]) -> None:
+        self._topics = [it for it in device_topics(seen.topics) if is_topic(it.name)]
+        self._draft = Draft(seen.where, remarks=[*seen.remarks, *_left_out(seen)])
+        self._models = models
+        self._forest = FrameForest(it for it in seen.transforms
+                                   if is_frame(it.parent) and is_frame(it.child))
+        self._prefixes = _prefixes(models)
+        self._links: Set[str] = {self._prefixes[i] + link for i, model in enumerate(models)
+                                 for link in model.description.links}
+        bases = [model.description.root_link for model in models]
+        self._draft.frame = global_frame(self._forest, self._links, bases)
+        self._names = CellNames((it.name for it in self._topics),
+                                {*self._links, self._draft.frame})
+        self._places = Places(self._forest, self._draft.frame)
+        self._texts: Dict[str, str] = {}
+
+    def made(self) -> Made:
+        groups = robot_groups(self._topics, self._models)
+        robots = [self._robot(group) for group in groups]
+        self._add_still_models(groups)
+        taken = {it.name for group in groups for it in group.topics}
+        cameras = camera_groups([it for it in self._topics if it.name not in taken])
+        taken |= {it.name for group in cameras for it in group.topics}
+        owners = self._owners(groups, robots, cameras)
+        self._add_rest([it for it in self._topics if it.name not in taken], owners)
+        self._draft.devices = [it for it in self._draft.devices if it.elements]
+        self._draft.remarks += self._places.remarks
+        return Made(self._draft, self._texts)
+
+    def _robot(self, group: RobotGroup) -> DraftDevice:
+        name = self._names.device('robot', robot_name(group))
+        device = robot_device(group, name, self._prefix(group.model), self._names, self._places,
+                              self._forest)
+        self._add(device, group.model)
+        return device
+
+    def _prefix(self, model: Optional[FoundModel]) -> str:
+        return next((self._prefixes[i] for i, it in enumerate(self._models) if it is model), '')
+
+    def _add(self, device: DraftDevice, model: Optional[FoundModel] = None) -> None:
+        self._draft.devices.append(device)
+        if model is not None and not model.package:
+            self._texts[f'{device.name}.urdf'] = model.description.text
+
+    def _add_still_models(self, groups: Sequence[RobotGroup]) -> None:
+        """Add the models whose joints nobody publishes."""
+        for model in self._models:
+            if any(group.model is model for group in groups):
+                continue
+            wanted = model.namespace.strip('/').rpartition('/')[2] or model.name
+            device = DraftDevice('other', self._names.device('other', wanted))
+            add_model(device, model, self._prefix(model))
+            attributes, comment = self._places.base_attributes(
+                self._prefix(model) + model.description.root_link)
+            device.add('base', attributes, comment)
+            if model.joints:
+                device.comments.append(f'Nobody was seen who publishes joints of {device.name}.')
+            self._add(device, model)
+
+    def _owners(self, groups: Sequence[RobotGroup], robots: Sequence[DraftDevice],
+                cameras: Sequence[CameraGroup]) -> Dict[str, DraftDevice]:
+        """Add the cameras; return who owns the other topics below a first part of a namespace."""
+        owners: Dict[str, DraftDevice] = {}
+        for group in cameras:
+            kind = 'depth_sensor' if group.is_depth_sensor else 'other'
+            name = self._names.device(kind, group.namespace.rpartition('/')[2] or 'camera')
+            device = camera_device(group, name, self._names, self._places, self._forest,
+                                   self._links)
+            self._add(device)
+            owners.setdefault(_first(group.namespace), device)
+        for robot, device in zip(groups, robots):
+            for topic in robot.topics:
+                if topic.name.count('/') > 1:
+                    owners.setdefault(_first(topic.name), device)
+        return owners
+
+    def _add_rest(self, topics: Sequence[SeenTopic], owners: Dict[str, DraftDevice]) -> None:
+        bases = [base.attributes['frame'] for it in self._draft.devices
+                 for base in [it.first('base')] if base is not None]
+        machines = Machines(self._names, self._places, self._forest, {*self._links, *bases})
+        by_name = {it.name: it for it in self._draft.devices}
+        for first, found in by_namespace(topics).items():
+            device = owners.get(first) if first else None
+            device = device or by_name.get(first)
+            if device is None:
+                device = DraftDevice('other', self._names.device('other', first or ROOT_DEVICE))
+                self._add(device)
+            machines.add_topics(device, found)
+
+
+def _first(name: str) -> str:
+    return name.strip('/').partition('/')[0]
+
+
+def _prefixes(models: Sequence[FoundModel]) -> List[str]:
+    """What the links of each model get so that no two are called alike."""
+    taken: Set[str] = set()
+    prefixes = []
+    for number, model in enumerate(models):
+        links = model.description.links
+        own = model.namespace.strip('/').rpartition('/')[2] or model.name
+        for prefix in (model.prefix, '', *_prefix_names(own, number)):
+            if is_frame(prefix or 'a') and not taken & {prefix + link for link in links}:
+                break
+        prefixes.append(prefix)
+        taken |= {prefix + link for link in links}
+    return prefixes
+
+
+def _prefix_names(own: str, number: int) -> Tuple[str, ...]:
+    return f'{own}/', f'{own}_{number + 1}/', f'robot_{number + 1}/', f'model_{number + 1}_/'
+
+
+def _left_out(seen: Seen) -> List[str]:
+    names = [it.name for it in device_topics(seen.topics) if not is_topic(it.name)]
+    return [f'Left out, as a configuration cannot name them: {", ".join(names)}.'] if names else []

@@ -1,0 +1,90 @@
+"""The model files of all packages: which may be that of a robot, by its name or its joints."""
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import dataclass
+from typing import Collection, Dict, Iterator, List, Optional
+
+import rospkg
+
+_ROBOT = re.compile(r'<robot\b[^>]*?\bname\s*=\s*["\']([^"\']*)["\']')
+_JOINT = re.compile(r'<joint\b[^>]*?\bname\s*=\s*["\']([^"\']*)["\']')
+_ENDINGS = ('.urdf', '.xacro')
+_DEEPEST, _LARGEST_BYTES = 4, 2 << 20
+_NO_MODELS = ('test', 'tests', 'bench', 'build')
+_SAFE_PATH = re.compile(r'[\w. /+-]+\Z')
+
+
+@dataclass(frozen=True)
+class ModelFile:
+    """A URDF or xacro file that may be a whole robot: ``name`` as its <robot> says."""
+
+    package: str
+    path: str
+    name: str
+    folder: str
+
+    @property
+    def file(self) -> str:
+        """Its absolute path."""
+        return os.path.join(self.folder, self.path)
+
+    @property
+    def stem(self) -> str:
+        """The name of the file without its endings."""
+        return os.path.basename(self.path).partition('.')[0]
+
+
+class ModelFiles:
+    """The model files of the packages that ROS finds; each package is looked into once."""
+
+    def __init__(self, packages: Optional[rospkg.RosPack] = None) -> None:
+        self._packages = packages or rospkg.RosPack()
+        self._files: Optional[List[ModelFile]] = None
+        self._joints: Dict[str, List[str]] = {}
+
+    def all(self) -> List[ModelFile]:
+        """Return the files of all packages, by their names."""
+        if self._files is None:
+            self._files = [it for package in sorted(self._packages.list())
+                           for it in self._look_into(package)]
+        return self._files
+
+    def may_have(self, package: str, joints: Collection[str]) -> bool:
+        """Whether the files of a package name joints that end like all of these."""
+        endings = self._joints.get(package, [])
+        return bool(endings) and all(
+            any(joint.endswith(ending) for ending in endings) for joint in joints)
+
+    def _look_into(self, package: str) -> Iterator[ModelFile]:
+        folder = str(self._packages.get_path(package))
+        for path in _model_paths(folder):
+            text = _text(os.path.join(folder, path))
+            endings = {it.rpartition('}')[2].rpartition(')')[2] for it in _JOINT.findall(text)}
+            self._joints.setdefault(package, []).extend(sorted(endings - {''}))
+            robot = _ROBOT.search(text)
+            # a name that is an expression needs arguments that only a launch file knows
+            if robot is not None and '$' not in robot.group(1) and _SAFE_PATH.match(path):
+                yield ModelFile(package, path, robot.group(1), folder)
+
+
+def _model_paths(folder: str) -> Iterator[str]:
+    for top, folders, names in os.walk(folder):
+        below = os.path.relpath(top, folder)
+        is_deep = below.count(os.sep) + 1 >= _DEEPEST
+        folders[:] = [] if is_deep else sorted(
+            it for it in folders if not it.startswith('.') and it not in _NO_MODELS
+            and not os.path.isfile(os.path.join(top, it, 'package.xml')))
+        for name in sorted(names):
+            if name.endswith(_ENDINGS):
+                yield os.path.normpath(os.path.join(below, name))
+
+
+def _text(file: str) -> str:
+    """The text of a file; nothing of one that cannot be read."""
+    try:
+        with open(file, encoding='utf-8', errors='replace') as stream:
+            return stream.read(_LARGEST_BYTES)
+    except OSError:
+        return ''

@@ -1,0 +1,157 @@
+"""Finds the models of what was seen: the file of a package, or the description itself."""
+from __future__ import annotations
+
+import os
+import tempfile
+from typing import Dict, List, Optional, Sequence, Set, Tuple
+from xml.etree import ElementTree
+
+from process_visualizer.discovery.found_model import FoundModel
+from process_visualizer.discovery.model_files import ModelFile, ModelFiles
+from process_visualizer.discovery.names import words
+from process_visualizer.discovery.own_topics import device_topics
+from process_visualizer.discovery.robot_topics import (
+    is_joints,
+    robot_groups,
+    without_model,
+)
+from process_visualizer.discovery.seen import Seen, SeenDescription, SeenTopic
+from process_visualizer.generate.robot_description import (
+    ModelError,
+    RobotDescription,
+    load_robot_description,
+)
+
+_MOST_TRIES = 8
+"""Files that are expanded for one robot."""
+_DIGITS = 5
+
+
+class ModelSearch:
+    """Finds models; what cannot be used is told by ``remarks``."""
+
+    def __init__(self, files: Optional[ModelFiles] = None) -> None:
+        self._files = files or ModelFiles()
+        self._expanded: Dict[str, Optional[RobotDescription]] = {}
+        self.remarks: List[str] = []
+
+    def find(self, seen: Seen, known: Sequence[FoundModel] = ()) -> List[FoundModel]:
+        """Return the models of the descriptions, then those for joints that none of these has.
+
+        Those that are ``known`` already come first.
+        """
+        models = [*known, *(model for it in seen.descriptions
+                            for model in self._of_description(it))]
+        joint_topics = [it for it in device_topics(seen.topics) if is_joints(it)]
+        frames = {name for it in seen.transforms for name in (it.parent, it.child)}
+        taken = [group.joint_topic for group in robot_groups(joint_topics, models) if group.model]
+        for topic in without_model(joint_topics, models, taken):
+            models += self._for_topic(topic, frames)
+        return models
+
+    def _for_topic(self, topic: SeenTopic, frames: Set[str]) -> List[FoundModel]:
+        """Models for a topic with joints: several where it has those of several robots."""
+        models: List[FoundModel] = []
+        left = set(topic.joints)
+        while left or not models:
+            model = self._for_joints(topic, left, frames, {it.path for it in models})
+            if model is None:
+                break
+            models.append(model)
+            left -= model.joints
+        return models
+
+    def _of_description(self, seen: SeenDescription) -> List[FoundModel]:
+        try:
+            description = _loaded(seen.text)
+        except ModelError as error:
+            self.remarks.append(f'The description {seen.namespace}/robot_description cannot be '
+                                f'used: {error}')
+            return []
+        name = ElementTree.fromstring(seen.text).get('name', '')
+        for file in self._named(name, description):
+            found = self._expand(file)
+            if found is not None and _same(found.text, description.text):
+                return [FoundModel(seen.namespace, name, found, file.package, file.path)]
+        return [FoundModel(seen.namespace, name, description,
+                           reason=f'{seen.namespace}/robot_description as it was seen')]
+
+    def _named(self, name: str, description: RobotDescription) -> List[ModelFile]:
+        """Files that may be the description of that name, the likeliest first."""
+        joints = list(description.joints)
+        named = [it for it in self._files.all() if it.name == name]
+        others = [it for it in self._files.all() if it.name != name and joints
+                  and self._files.may_have(it.package, joints)]
+        others.sort(key=lambda it: -len(words(it.stem) & words(name)))
+        return [*named, *others][:_MOST_TRIES]
+
+    def _for_joints(self, topic: SeenTopic, joints: Set[str], frames: Set[str],
+                    used: Set[str]) -> Optional[FoundModel]:
+        """A model for joints of a topic, which nobody has described."""
+        namespace = topic.name.rpartition('/')[0]
+        own = words(namespace)
+        likely = [it for it in self._files.all() if it.path not in used
+                  and (own & words(it.stem) or own & words(it.name) or topic.joints)
+                  and (not topic.joints or self._files.may_have(it.package, topic.joints))]
+        likely.sort(key=lambda it: -len(own & (words(it.stem) | words(it.name))))
+        if not topic.joints:
+            likely = [it for it in likely if namespace.rpartition('/')[2] in (it.stem, it.name)]
+        for file in likely[:_MOST_TRIES]:
+            found = self._expand(file)
+            if found is not None and _fits(found, topic, frames):
+                reason = 'found by the names of its joints' if topic.joints else \
+                    'found by its name and the number of its joints'
+                return FoundModel(namespace, file.name, found, file.package, file.path,
+                                  f'{reason}: is it the one?')
+        return None
+
+    def _expand(self, file: ModelFile) -> Optional[RobotDescription]:
+        if file.file not in self._expanded:
+            try:
+                self._expanded[file.file] = load_robot_description(file.file)
+            except ModelError:
+                self._expanded[file.file] = None  # it needs arguments, or is no whole robot
+        return self._expanded[file.file]
+
+
+def _loaded(text: str) -> RobotDescription:
+    with tempfile.TemporaryDirectory(prefix='process_visualizer-') as folder:
+        path = os.path.join(folder, 'robot_description.urdf')
+        with open(path, 'w', encoding='utf-8') as file:
+            file.write(text)
+        return load_robot_description(path)
+
+
+def _fits(description: RobotDescription, topic: SeenTopic, frames: Set[str]) -> bool:
+    """Whether a model has just the joints of a topic, or all of its own are among them."""
+    joints = set(description.joints)
+    if topic.joints:
+        return len(joints) > 0 and joints <= set(topic.joints)
+    return len(joints) == topic.length or (topic.length is None and bool(
+        frames & set(description.links)))
+
+
+_Shape = Tuple[Tuple[object, ...], ...]
+
+
+def _same(text: str, other: str) -> bool:
+    """Whether two descriptions have the same joints at the same places, and so the same links."""
+    return _shape(text) == _shape(other)
+
+
+def _shape(text: str) -> _Shape:
+    root = ElementTree.fromstring(text)
+    return tuple(sorted(_joint_shape(joint) for joint in root.findall('joint')))
+
+
+def _joint_shape(joint: ElementTree.Element) -> Tuple[object, ...]:
+    parent, child, origin = (joint.find(tag) for tag in ('parent', 'child', 'origin'))
+    return (joint.get('name', ''), joint.get('type', ''),
+            '' if parent is None else parent.get('link', ''),
+            '' if child is None else child.get('link', ''),
+            *(_numbers(origin, name) for name in ('xyz', 'rpy')))
+
+
+def _numbers(origin: Optional[ElementTree.Element], name: str) -> Tuple[float, ...]:
+    text = '0 0 0' if origin is None else origin.get(name, '0 0 0')
+    return tuple(round(float(word), _DIGITS) + 0.0 for word in text.split())

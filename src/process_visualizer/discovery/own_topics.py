@@ -1,0 +1,50 @@
+"""Which topics are no device's: those of this program, of ROS itself and of RViz."""
+from __future__ import annotations
+
+import re
+from typing import Iterable, Set, Tuple
+
+from process_visualizer.bags.recorder_topics import PREFIX
+from process_visualizer.discovery.seen import SeenTopic
+
+_OWN_NODES = frozenset({
+    'joint_proc', 'robot_proc', 'depth_proc', 'variable_proc', 'roi_filter', 'cell_frames',
+    'scene_watch', 'bag_recorder', 'process_visualizer', 'robot_state_publisher'})
+_OTHER_NODES = re.compile(r'rviz(_.*)?|rosout|record_\d+|rqt.*|cell_(new|record).*')
+_OF_ROS = frozenset({'/rosout', '/rosout_agg', '/clock', '/tf', '/tf_static', '/statistics'})
+_DESCRIPTION = '/robot_description'
+_PREFIXES = (PREFIX, '/bag_player/', '/bag_recorder/', '/rviz/', '/process_visualizer/')
+_PACKAGES = frozenset({'actionlib_msgs', 'bond', 'diagnostic_msgs', 'dynamic_reconfigure',
+                       'process_visualizer', 'rosgraph_msgs', 'theora_image_transport'})
+_TYPES = re.compile(r'.*Action(Goal|Feedback|Result)|visualization_msgs/InteractiveMarker.*')
+_COMPRESSED = re.compile(r'(.+)/(compressed|compressedDepth|theora)')
+_ROBOT_OUTPUTS = ('joint_states', 'tool_velocity', 'tool_force', 'marker_array')
+
+
+def device_topics(topics: Iterable[SeenTopic]) -> Tuple[SeenTopic, ...]:
+    """Return the topics that may be what a device sends."""
+    found = tuple(topics)
+    names = {topic.name for topic in found}
+    own = _robots_outputs(names)
+    return tuple(it for it in found if it.name not in own and not _is_other(it, names))
+
+
+def _is_other(topic: SeenTopic, names: Set[str]) -> bool:
+    compressed = _COMPRESSED.fullmatch(topic.name)
+    return (topic.name in _OF_ROS or topic.name.endswith(_DESCRIPTION)
+            or topic.name.startswith(_PREFIXES) or bool(_TYPES.fullmatch(topic.type))
+            or topic.type.partition('/')[0] in _PACKAGES
+            or bool(compressed and compressed.group(1) in names)
+            or bool(topic.publishers) and all(map(_is_other_node, topic.publishers)))
+
+
+def _is_other_node(name: str) -> bool:
+    last = name.rpartition('/')[2]
+    return last in _OWN_NODES or bool(_OTHER_NODES.fullmatch(last))
+
+
+def _robots_outputs(names: Set[str]) -> Set[str]:
+    """What a robot's processor sends, known by names: not every bag says who sent its messages."""
+    robots = {name[:-len('/tool_velocity')] for name in names if name.endswith('/tool_velocity')}
+    return {f'{robot}/{output}' for robot in robots if f'{robot}/marker_array' in names
+            for output in _ROBOT_OUTPUTS}

@@ -1,0 +1,117 @@
+"""A robot as a device of the configuration."""
+from __future__ import annotations
+
+import re
+from typing import Dict, List, Optional
+
+from process_visualizer.cell.errors import Location
+from process_visualizer.cell.model import Device, DeviceType, Pose
+from process_visualizer.discovery.cell_names import CellNames
+from process_visualizer.discovery.draft import DraftDevice, DraftElement
+from process_visualizer.discovery.found_model import FoundModel
+from process_visualizer.discovery.frame_forest import FrameForest, pose_of
+from process_visualizer.discovery.names import is_frame
+from process_visualizer.discovery.place import Places, pose_attributes
+from process_visualizer.discovery.robot_topics import RobotGroup
+from process_visualizer.discovery.seen import SeenTopic
+from process_visualizer.generate.tool_frame import tool_frame
+
+_FORCE_NAME = re.compile(r'(^|[/_])(ft|force|wrench|sensor)([/_]|$)')
+_NOWHERE = Location('', 0)
+
+
+def robot_name(group: RobotGroup) -> str:
+    """Return what a robot is called: after its namespace, else as in its model."""
+    for namespace in (group.namespace, group.joint_topic.name.rpartition('/')[0]):
+        if namespace.strip('/'):
+            return namespace.strip('/').rpartition('/')[2]
+    return group.model.name if group.model is not None else 'robot'
+
+
+def robot_device(group: RobotGroup, name: str, prefix: str, names: CellNames, places: Places,
+                 forest: FrameForest) -> DraftDevice:
+    """Return the device of a robot; the links of its model get the ``prefix``."""
+    device = DraftDevice('robot', name)
+    add_model(device, group.model, prefix)
+    if group.model is not None:
+        base = prefix + group.model.description.root_link
+    else:
+        base = names.frame(f'{name}/base_link')
+    attributes, comment = places.base_attributes(base)
+    device.add('base', attributes, comment)
+    add_topic(device, group.joint_topic, 'joint_states')
+    if group.pose_topic is not None:
+        add_topic(device, group.pose_topic, 'tool_center_frame')
+    if group.wrench_topic is not None:
+        add_topic(device, group.wrench_topic, 'force_sensor')
+        _add_force(device, group, group.wrench_topic, prefix, names, forest)
+    _say_what_is_missing(device, group)
+    return device
+
+
+def add_model(device: DraftDevice, model: Optional[FoundModel], prefix: str = '') -> None:
+    """Add the model; without one a line to be completed."""
+    if model is None:
+        device.add('model', {'pkg': 'my_robot_description', 'path': 'urdf/my_robot.urdf.xacro'},
+                   'no model was found: name its file here, and the root link of it in <base>',
+                   active=False)
+        return
+    attributes = {'pkg': model.package} if model.package else {}
+    attributes['path'] = model.path or f'{device.name}.urdf'
+    if prefix:
+        attributes['prefix'] = prefix
+    arguments = tuple(DraftElement('arg', {'name': name, 'value': value})
+                      for name, value in model.arguments)
+    device.add('model', attributes, model.reason, children=arguments)
+
+
+def add_topic(device: DraftDevice, topic: SeenTopic, function: str = '', comment: str = '',
+              **more: str) -> None:
+    """Add a topic, with what it is used for."""
+    namespace, _, name = topic.name.rpartition('/')
+    attributes: Dict[str, str] = {'ns': namespace.strip('/')} if namespace.strip('/') else {}
+    attributes['name'] = name
+    if function:
+        attributes.update(type=function, msg=topic.type)
+    device.add('topic', {**attributes, **more}, comment)
+
+
+def _add_force(device: DraftDevice, group: RobotGroup, topic: SeenTopic, prefix: str,
+               names: CellNames, forest: FrameForest) -> None:
+    """Add the sensor's frame where tf or the messages name one that no model has."""
+    if group.model is None:
+        return
+    links = group.model.description.links
+    child = next((it for it in forest.frames if _FORCE_NAME.search(it) and is_frame(it)
+                  and names.is_free(it) and (forest.parent(it) or '') in links), None)
+    if child is not None:
+        found = forest.transform(child)
+        device.add('force', {'parentframe': prefix + found.parent, 'frame': names.frame(child),
+                             **_whole_pose(pose_of(found.placement))})
+        return
+    unknown = [it for it in topic.frames if is_frame(it) and it not in links
+               and it not in forest.frames and names.is_free(it)]
+    if unknown:
+        device.add('force', {'parentframe': prefix + tool_link(group.model),
+                             'frame': names.frame(unknown[0]), **_whole_pose(Pose())},
+                   'the messages name this frame, and nothing tells where it is: write its pose')
+
+
+def tool_link(model: FoundModel) -> str:
+    """Return the link that the program takes for the tool."""
+    return tool_frame(Device(DeviceType.ROBOT, 'robot', _NOWHERE), model.description).frame
+
+
+def _whole_pose(pose: Pose) -> Dict[str, str]:
+    found = pose_attributes(pose)
+    return {**found, 'ypr': found.get('ypr', '0 0 0')}
+
+
+def _say_what_is_missing(device: DraftDevice, group: RobotGroup) -> None:
+    missing: List[str] = []
+    if group.pose_topic is None:
+        missing.append('no pose of its tool (PoseStamped), so no velocity')
+    if group.wrench_topic is None:
+        missing.append('no force (WrenchStamped)')
+    if missing:
+        device.comments.append(f'Of {device.name} was seen {" and ".join(missing)}.')

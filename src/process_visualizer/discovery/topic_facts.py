@@ -1,0 +1,157 @@
+"""What some messages of each topic tell: frames, joints, numbers, transforms, descriptions."""
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from typing import Any, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple
+
+from process_visualizer.bags.message_definition import (
+    DefinitionError,
+    parse_definitions,
+    short_name,
+)
+from process_visualizer.bags.message_layout import MessageDamaged
+from process_visualizer.bags.message_values import Values, message_values
+from process_visualizer.discovery.seen import (
+    SeenDescription,
+    SeenNumber,
+    SeenTopic,
+    SeenTransform,
+    Source,
+)
+from process_visualizer.motion.kinematics import Placement
+
+TF_TYPES = ('tf2_msgs/TFMessage', 'tf/tfMessage')
+_JOINT_STATE = 'sensor_msgs/JointState'
+_STRING = 'std_msgs/String'
+_MOST_NUMBERS = 200
+_LEAST_NORM = 1e-3  # of a quaternion
+_NO_NUMBERS = ('header', 'layout')
+
+
+def seen_topics(sources: Sequence[Source]) -> Tuple[SeenTopic, ...]:
+    """Return the topics by name; of one with two types that of its first source."""
+    by_topic: Dict[str, List[Source]] = defaultdict(list)
+    for source in sources:
+        by_topic[source.topic].append(source)
+    return tuple(_topic(by_topic[name]) for name in sorted(by_topic))
+
+
+def seen_transforms(sources: Iterable[Source]) -> Tuple[SeenTransform, ...]:
+    """Return the last transform of each frame; what cannot be one is left out."""
+    found: Dict[str, SeenTransform] = {}
+    for source in sources:
+        if short_name(source.type) in TF_TYPES:
+            is_static = source.topic == '/tf_static'
+            for values in _readable(source):
+                for it in _transforms(values, is_static):
+                    found[it.child] = it
+    return tuple(found.values())
+
+
+def seen_descriptions(sources: Iterable[Source]) -> Tuple[SeenDescription, ...]:
+    """Return the robot descriptions that are sent as std_msgs/String, one for each topic."""
+    found: Dict[str, SeenDescription] = {}
+    for source in sources:
+        if short_name(source.type) == _STRING:
+            for values in _readable(source):
+                text = values.get('data', '')
+                if is_description(text):
+                    namespace = source.topic.rpartition('/')[0]
+                    found[source.topic] = SeenDescription(namespace, text)
+    return tuple(found.values())
+
+
+def is_description(text: Any) -> bool:
+    """Whether a parameter or text is a robot description."""
+    return isinstance(text, str) and '<robot' in text and '<link' in text
+
+
+def _topic(sources: Sequence[Source]) -> SeenTopic:
+    kind = short_name(sources[0].type)
+    messages = [values for source in sources if short_name(source.type) == kind
+                for values in _readable(source)]
+    frames = (values['header']['frame_id'].lstrip('/') for values in messages
+              if _has_header(values))
+    joints = (name for values in messages if kind == _JOINT_STATE
+              for name in _texts(values.get('name')))
+    return SeenTopic(
+        sources[0].topic, kind, tuple(dict.fromkeys(it.publisher for it in sources)),
+        tuple(dict.fromkeys(frame for frame in frames if frame)),
+        tuple(dict.fromkeys(joints)), _length(messages), _numbers(messages))
+
+
+def _readable(source: Source) -> Iterator[Values]:
+    """The values of those messages of a source that can be understood."""
+    kind = short_name(source.type)
+    try:
+        definitions = parse_definitions(kind, source.definition)
+    except DefinitionError:
+        return
+    for data in source.messages:
+        try:
+            yield message_values(kind, definitions, data)
+        except (MessageDamaged, DefinitionError):
+            continue
+
+
+def _texts(value: Any) -> List[str]:
+    return [it for it in value if isinstance(it, str)] if isinstance(value, list) else []
+
+
+def _has_header(values: Values) -> bool:
+    header = values.get('header')
+    return isinstance(header, dict) and isinstance(header.get('frame_id'), str)
+
+
+def _length(messages: Sequence[Values]) -> Optional[int]:
+    lengths = {len(it['data']) for it in messages if isinstance(it.get('data'), list)}
+    return lengths.pop() if len(lengths) == 1 else None
+
+
+def _numbers(messages: Sequence[Values]) -> Tuple[SeenNumber, ...]:
+    """The numbers that all messages have."""
+    series: Dict[str, List[float]] = defaultdict(list)
+    whole: Dict[str, bool] = {}
+    for values in messages:
+        for path, value in _flat(values):
+            series[path].append(float(value))
+            whole[path] = isinstance(value, int) and whole.get(path, True)
+    return tuple(_number(path, found, whole[path]) for path, found in series.items()
+                 if len(found) == len(messages) and all(map(math.isfinite, found)))[:_MOST_NUMBERS]
+
+
+def _number(path: str, values: Sequence[float], is_whole: bool) -> SeenNumber:
+    rises = is_whole and len(values) > 2 and all(a < b for a, b in zip(values, values[1:]))
+    return SeenNumber(path, min(values), max(values), rises, is_whole)
+
+
+def _flat(values: Values, before: str = '') -> Iterator[Tuple[str, float]]:
+    """Paths and numbers: those of fields, of fields within them, and of the array ``data``."""
+    for name, value in values.items():
+        path = f'{before}{name}'
+        if isinstance(value, dict) and name not in _NO_NUMBERS:
+            yield from _flat(value, f'{path}.')
+        elif isinstance(value, (int, float)) and not isinstance(value, bool):
+            yield path, value
+        elif isinstance(value, list) and path == 'data':
+            yield from ((f'{path}[{i}]', it) for i, it in enumerate(value)
+                        if isinstance(it, (int, float)) and not isinstance(it, bool))
+
+
+def _transforms(values: Values, is_static: bool) -> Iterator[SeenTransform]:
+    for it in values.get('transforms', ()):
+        try:
+            parent, child = it['header']['frame_id'].lstrip('/'), it['child_frame_id'].lstrip('/')
+            position, rotation = it['transform']['translation'], it['transform']['rotation']
+            placement = Placement(_take(position, 'xyz'), _take(rotation, 'xyzw'))
+        except (KeyError, TypeError, AttributeError):
+            continue  # a message of another type under the name of one on tf
+        norm = math.hypot(*placement.quaternion)
+        if parent and child and math.isfinite(sum(placement.position)) \
+                and _LEAST_NORM < norm < 1.0 / _LEAST_NORM:
+            yield SeenTransform(parent, child, placement, is_static)
+
+
+def _take(values: Values, names: str) -> Any:
+    return tuple(float(values[name]) for name in names)

@@ -1,0 +1,119 @@
+"""Looks at a system that runs: listens to all topics for a moment, and reads its parameters."""
+from __future__ import annotations
+
+import threading
+import time
+from collections import defaultdict
+from typing import Any, Dict, Iterable, List, Set, Tuple
+
+import rosgraph
+import rospy
+
+from process_visualizer.discovery.own_topics import device_topics
+from process_visualizer.discovery.seen import Seen, SeenDescription, SeenTopic, Source
+from process_visualizer.discovery.topic_facts import (
+    is_description,
+    seen_descriptions,
+    seen_topics,
+    seen_transforms,
+)
+
+LOOK_S = 3.0
+"""So long it is listened to the topics."""
+_MOST_MESSAGES, _LARGE_BYTES = 100, 100_000
+_FRAME_TOPICS = ('/tf', '/tf_static')
+_DESCRIPTION = 'robot_description'
+
+
+def look_at_system(master: rosgraph.Master, look_s: float = LOOK_S) -> Seen:
+    """Return what runs; this process must be a node.
+
+    Raises:
+        rosgraph.MasterException, OSError: the master does not answer.
+    """
+    known = _published(master)
+    wanted = {it.name for it in device_topics(known)} | {
+        it.name for it in known if it.name in _FRAME_TOPICS}
+    sources = _Listener(wanted).listen(look_s)
+    heard = seen_topics(sources)
+    names = {topic.name for topic in heard}
+    silent = [it for it in known if it.name in wanted - names - set(_FRAME_TOPICS)]
+    descriptions = {it.namespace: it for it in (*seen_descriptions(sources),
+                                                *_descriptions(master))}
+    return Seen(f'what runs at {master.master_uri}', (*heard, *silent), seen_transforms(sources),
+                tuple(descriptions.values()), _remarks(silent))
+
+
+def _published(master: rosgraph.Master) -> List[SeenTopic]:
+    types = dict(master.getTopicTypes())
+    publishers = master.getSystemState()[0]
+    return [SeenTopic(name, types.get(name, ''), tuple(nodes)) for name, nodes in publishers
+            if types.get(name, '*') != '*']
+
+
+def _descriptions(master: rosgraph.Master) -> Iterable[SeenDescription]:
+    for name in sorted(master.getParamNames()):
+        if name.rpartition('/')[2] == _DESCRIPTION:
+            text = master.getParam(name)
+            if is_description(text):
+                yield SeenDescription(name.rpartition('/')[0], text)
+
+
+def _remarks(silent: Iterable[SeenTopic]) -> Tuple[str, ...]:
+    names = [it.name for it in silent]
+    if not names:
+        return ()
+    return (f'Nothing came within {LOOK_S:g} s on {", ".join(names)}: whether they hold variables '
+            'is not known.',)
+
+
+class _Listener:
+    """Subscribes to topics of any type and keeps some messages of each publisher."""
+
+    def __init__(self, topics: Set[str]) -> None:
+        self._topics = topics
+        self._changed = threading.Condition()
+        self._messages: Dict[Tuple[str, str], List[bytes]] = defaultdict(list)
+        self._headers: Dict[Tuple[str, str], Dict[str, str]] = {}
+        self._enough: Set[str] = set()
+
+    def listen(self, look_s: float) -> List[Source]:
+        subscribers = {topic: rospy.Subscriber(topic, rospy.AnyMsg, self._take, topic)
+                       for topic in sorted(self._topics)}
+        try:
+            self._wait(look_s, subscribers)
+        finally:
+            for subscriber in subscribers.values():
+                subscriber.unregister()
+        with self._changed:
+            return [_source(topic, self._headers[topic, node], messages)
+                    for (topic, node), messages in self._messages.items()]
+
+    def _wait(self, look_s: float, subscribers: Dict[str, rospy.Subscriber]) -> None:
+        """Wait; what sends large messages is listened to for one of them only."""
+        end_s = time.monotonic() + look_s
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._enough, max(0.0, end_s - time.monotonic()))
+                enough, self._enough = self._enough, set()
+            if not enough:
+                return
+            for topic in enough & set(subscribers):
+                subscribers.pop(topic).unregister()
+
+    def _take(self, message: Any, topic: str) -> None:
+        header = message._connection_header
+        node = header.get('callerid', '')
+        with self._changed:
+            messages = self._messages[topic, node]
+            self._headers[topic, node] = header
+            if len(messages) < _MOST_MESSAGES:
+                messages.append(bytes(message._buff))
+            if len(message._buff) > _LARGE_BYTES:
+                self._enough.add(topic)
+                self._changed.notify()
+
+
+def _source(topic: str, header: Dict[str, str], messages: List[bytes]) -> Source:
+    return Source(topic, header.get('type', ''), header.get('message_definition', ''),
+                  header.get('callerid', ''), tuple(messages))

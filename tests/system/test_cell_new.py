@@ -1,0 +1,71 @@
+"""``cell new`` beside drivers that run: what it writes passes ``cell check``, and runs."""
+from __future__ import annotations
+
+import subprocess
+import time
+from pathlib import Path
+from typing import Callable, Dict, Iterator
+
+import pytest
+import rosgraph
+from running import CELL, CellRun, run_command
+
+from process_visualizer.cell.model import TopicFunction
+from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.launching.ros_api import CALLER_ID
+from process_visualizer.launching.ros_master import RosMaster
+
+DESCRIPTION = '''<robot name="lower"><link name="low/base" /><link name="low/tool" />
+<joint name="j" type="continuous"><parent link="low/base" /><child link="low/tool" /></joint>
+</robot>'''
+
+
+@pytest.fixture
+def drivers(master: RosMaster, ros_environment: Dict[str, str]) -> Iterator[None]:
+    """The simulated drivers, tf for one robot's base, and a description of something else."""
+    commands = (
+        ['sewing_cell', 'simulator', '_image_rate:=2', '_joint_rate:=20', '_force_rate:=20'],
+        ['tf2_ros', 'static_transform_publisher', *'0 1 0.5 0 0 0 table ur_rt_upper/link0'.split()])
+    processes = [subprocess.Popen(['rosrun', *command], env=ros_environment)
+                 for command in commands]
+    rosgraph.Master(CALLER_ID).setParam('/low/robot_description', DESCRIPTION)
+    wait_for_topics('/ur_rt_lower/tcf', '/camera/rgb/image_color', '/tf_static')
+    yield
+    for process in processes:
+        process.terminate()
+        process.wait()
+
+
+def wait_for_topics(*names: str) -> None:
+    deadline_s = time.monotonic() + 40.0
+    while not set(names) <= {name for name, _ in rosgraph.Master(CALLER_ID).getTopicTypes()}:
+        assert time.monotonic() < deadline_s, f'not all of {names} are there'
+        time.sleep(0.1)
+
+
+def test_a_configuration_for_what_runs(drivers: None, ros_environment: Dict[str, str],
+                                       run_cell: Callable[..., CellRun], tmp_path: Path) -> None:
+    config = str(tmp_path / 'cell.xml')
+    made = run_command(ros_environment, CELL, 'new', '-o', config)
+    assert made.returncode == 0, made.stdout
+    assert made.stdout.splitlines()[:2] == [config, str(tmp_path / 'low.urdf')]
+    assert '2 robots, 1 depth sensor, 2 other devices' in made.stdout
+    checked = run_command(ros_environment, CELL, 'check', config)
+    assert (checked.returncode, checked.stdout) == (0, f'{config}: 5 devices, no problem\n')
+    is_what_runs(config)
+    run = run_cell(config, '--no-rviz')
+    run.wait_for_line('/ur_rt_upper/robot_proc: running')
+    run.wait_for_line('/camera/depth_proc: running')
+
+
+def is_what_runs(config: str) -> None:
+    cell = XmlParser().parse(config)
+    upper, low = cell.device('ur_rt_upper'), cell.device('low')
+    assert cell.frame == 'table' and upper.base is not None
+    assert (upper.base.frame, upper.base.pose.xyz) == ('ur_rt_upper/link0', (0.0, 1.0, 0.5))
+    assert upper.model is not None and upper.model.package == 'sewing_cell'
+    assert {function: getattr(upper.topic_for(function), 'name', '')
+            for function in (TopicFunction.JOINT_STATES, TopicFunction.FORCE_SENSOR)} == {
+        TopicFunction.JOINT_STATES: '/ur_rt_upper/q_act',
+        TopicFunction.FORCE_SENSOR: '/ft_upper/ft'}
+    assert low.model is not None and low.model.package == ''

@@ -1,0 +1,86 @@
+"""Cells as they are seen, for the tests."""
+from __future__ import annotations
+
+from typing import Dict, Iterable, List, Sequence, Tuple
+
+from hypothesis import strategies as st
+
+from process_visualizer.discovery.found_model import FoundModel
+from process_visualizer.discovery.seen import Seen, SeenNumber, SeenTopic, SeenTransform
+from process_visualizer.generate.robot_description import RobotDescription
+from process_visualizer.motion.kinematics import Placement
+
+FLOATS, JOINTS = 'std_msgs/Float32MultiArray', 'sensor_msgs/JointState'
+POSE, WRENCH = 'geometry_msgs/PoseStamped', 'geometry_msgs/WrenchStamped'
+IMAGE, INFO, CLOUD = 'sensor_msgs/Image', 'sensor_msgs/CameraInfo', 'sensor_msgs/PointCloud2'
+
+
+def urdf(links: Sequence[str], joints: Sequence[str]) -> str:
+    """A chain: the joints, and behind them fixed ones, connect the links."""
+    parts = [f'<link name="{link}" />' for link in links]
+    names = [*joints, *(f'fixed_{number}' for number in range(len(links)))]
+    for number, (parent, child) in enumerate(zip(links, links[1:])):
+        kind = 'continuous' if number < len(joints) else 'fixed'
+        parts.append(f'<joint name="{names[number]}" type="{kind}"><parent link="{parent}" />'
+                     f'<child link="{child}" /></joint>')
+    return f'<robot name="r">{"".join(parts)}</robot>'
+
+
+def model(namespace: str, name: str, links: Sequence[str], joints: Sequence[str]) -> FoundModel:
+    """A model that belongs beside the configuration."""
+    return FoundModel(namespace, name, RobotDescription(
+        urdf(links, joints), tuple(links), {joint: 'continuous' for joint in joints},
+        dict(zip(links[1:], links)), frozenset(links)))
+
+
+def transform(parent: str, child: str, *xyz: float) -> SeenTransform:
+    """A transform without a rotation."""
+    x, y, z = xyz or (0.0, 0.0, 0.0)
+    return SeenTransform(parent, child, Placement((x, y, z)))
+
+
+def number(path: str = 'data', low: float = 0.0, high: float = 1.0) -> SeenNumber:
+    """A number that changes."""
+    return SeenNumber(path, low, high)
+
+
+_PARTS = st.sampled_from(['arm', 'left', 'right', 'camera', 'depth', 'rgb', 'joint_states', 'tcf',
+                          'ft', 'points', 'image_raw', 'camera_info', 'data', 'q', 'pose', 'oven',
+                          'marker_array', 'tool_velocity', 'sensors', 'robot', 'world', '2d', 'ä',
+                          'a b', 'x&<y', '', 'goal'])
+_NAMES = st.lists(_PARTS, min_size=1, max_size=4).map(lambda parts: '/' + '/'.join(parts))
+_TYPES = st.sampled_from([
+    FLOATS, JOINTS, POSE, WRENCH, IMAGE, INFO, CLOUD, 'std_msgs/Float64', 'sensor_msgs/Temperature',
+    'sensor_msgs/LaserScan', 'visualization_msgs/MarkerArray', 'my_msgs/Oven', 'std_msgs/String',
+    'nav_msgs/Path', 'sensor_msgs/CompressedImage', 'x', ''])
+_FRAMES = st.sampled_from(['world', 'map', 'base', 'tool', 'arm/base', 'camera_link', 'optical',
+                           'oven', 'oven/base', 'sensors/base', 'ä', 'a b', '-->', '"', '$(x)'])
+_JOINT_NAMES = st.sampled_from(['j1', 'j2', 'j3', 'finger'])
+_NUMBERS = st.builds(
+    lambda path, ends: SeenNumber(path, min(ends), max(ends)),
+    st.sampled_from(['data', 'temperature', 'a.b', 'data[0]', 'x-y', 'seq', '$(arg z)', 'state']),
+    st.tuples(*2 * [st.floats(allow_nan=False, allow_infinity=False)]))
+_TOPICS = st.builds(
+    SeenTopic, _NAMES, _TYPES, st.sampled_from([(), ('/driver',), ('/arm/robot_proc',), ('/é"',)]),
+    st.lists(_FRAMES, max_size=2, unique=True).map(tuple),
+    st.lists(_JOINT_NAMES, max_size=3, unique=True).map(tuple),
+    st.sampled_from([None, 3, 6, 7, 50]), st.lists(_NUMBERS, max_size=9).map(tuple))
+_TRANSFORMS = st.builds(transform, _FRAMES, _FRAMES, *3 * [st.floats(-9, 9)])
+_MODELS = st.builds(model, st.sampled_from(['', '/arm', '/left', '/right/ä', '/a b']),
+                    st.sampled_from(['arm', 'ur', 'ä', '']),
+                    st.lists(_FRAMES, min_size=1, max_size=4, unique=True),
+                    st.lists(_JOINT_NAMES, max_size=3, unique=True))
+
+
+def _one_of_each(topics: Iterable[SeenTopic]) -> Tuple[SeenTopic, ...]:
+    found: Dict[str, SeenTopic] = {it.name: it for it in topics}
+    return tuple(found.values())
+
+
+cells: 'st.SearchStrategy[Tuple[Seen, List[FoundModel]]]' = st.tuples(
+    st.builds(Seen, st.sampled_from(['a.bag', 'ö--"<&>.bag', 'x\n\x00--->']),
+              st.lists(_TOPICS, max_size=12).map(_one_of_each),
+              st.lists(_TRANSFORMS, max_size=8).map(tuple), st.just(()),
+              st.lists(st.text(max_size=30), max_size=2).map(tuple)),
+    st.lists(_MODELS, max_size=3))
+"""Whatever may be seen, and models for it."""

@@ -1,0 +1,161 @@
+"""What a bag shows, which models suit it, and what is written to the disk."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, List, Tuple
+
+import pytest
+import rosbag
+from genpy import Time
+from geometry_msgs.msg import PoseStamped, Quaternion, Transform, TransformStamped, Vector3
+from sensor_msgs.msg import Image, JointState, Temperature
+from std_msgs.msg import Header, String
+from tf2_msgs.msg import TFMessage
+
+from process_visualizer.bags.recording import Recording
+from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.discovery.bag_look import look_into
+from process_visualizer.discovery.model_search import ModelSearch
+from process_visualizer.discovery.new_configuration import NewConfiguration, write_new
+from process_visualizer.discovery.seen import Seen, SeenDescription, SeenTopic
+from process_visualizer.launching.command_line import main
+from process_visualizer.launching.new_command import from_bags
+
+JOINTS = ('left_pan', 'left_lift')
+XACRO = '''<robot name="little" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:arg name="prefix" default="left_" />
+  <xacro:property name="p" value="$(arg prefix)" />
+  <link name="${p}base" /><link name="${p}arm" /><link name="${p}hand" />
+  <joint name="${p}pan" type="continuous"><parent link="${p}base" /><child link="${p}arm" /></joint>
+  <joint name="${p}lift" type="continuous"><parent link="${p}arm" /><child link="${p}hand" />
+    <origin xyz="0 0 0.5" /></joint>
+</robot>'''
+
+
+@pytest.fixture
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A package with the model of a robot, found through ROS_PACKAGE_PATH."""
+    folder = tmp_path / 'packages' / 'little_description'
+    (folder / 'urdf').mkdir(parents=True)
+    (folder / 'package.xml').write_text('<package><name>little_description</name></package>')
+    (folder / 'urdf' / 'little.urdf.xacro').write_text(XACRO)
+    monkeypatch.setenv('ROS_PACKAGE_PATH', str(folder.parent))
+    return folder
+
+
+def joint_states(number: int) -> JointState:
+    return JointState(name=list(JOINTS), position=[0.1 * number, 0.0])
+
+
+def frames(parent: str, child: str, x: float) -> TFMessage:
+    return TFMessage([TransformStamped(Header(frame_id=parent), child, Transform(
+        Vector3(x, 0, 0), Quaternion(0, 0, 0, 1)))])
+
+
+def write_bag(path: Path, rows: List[Tuple[str, Any]], count: int = 30,
+              compression: str = 'none') -> str:
+    with rosbag.Bag(str(path), 'w', compression=compression) as bag:
+        for number in range(count):
+            for topic, message in rows:
+                bag.write(topic, message(number), Time(1000 + number))
+    return str(path)
+
+
+ROWS = [('/little/joint_states', joint_states),
+        ('/little/pose', lambda _: PoseStamped(Header(frame_id='/left_base'), PoseStamped().pose)),
+        ('/tf_static', lambda _: frames('/world', '/left_base', 2.0)),
+        ('/oven', lambda number: Temperature(Header(frame_id='oven'), 20.0 + number, 0.0)),
+        ('/camera/image_raw', lambda _: Image(header=Header(frame_id='eye'), data=bytes(200_000)))]
+
+
+@pytest.mark.parametrize('compression', ['none', 'lz4'])
+def test_what_a_bag_shows(tmp_path: Path, compression: str) -> None:
+    bag = write_bag(tmp_path / 'a.bag', ROWS, compression=compression)
+    with Recording([bag]) as recording:
+        seen = look_into(recording)
+    topics = {it.name: it for it in seen.topics}
+    assert topics['/little/joint_states'].joints == JOINTS
+    assert topics['/little/pose'].frames == ('left_base',)
+    assert [(it.parent, it.child, it.placement.position) for it in seen.transforms] == [
+        ('world', 'left_base', (2.0, 0.0, 0.0))]
+    temperature, variance = topics['/oven'].numbers
+    assert (temperature.path, temperature.low, variance.changes) == ('temperature', 20.0, False)
+    assert temperature.high > 45.0
+
+
+def test_only_a_few_messages_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    bag = write_bag(tmp_path / 'a.bag', ROWS, 1000)
+    read: List[int] = []
+    message = Recording.message
+    monkeypatch.setattr(Recording, 'message',
+                        lambda self, position: read.append(position) or message(self, position))
+    with Recording([bag]) as recording:
+        look_into(recording)
+    assert len(read) < 700  # 500 of them on /tf_static, of 5000 in all
+
+
+def test_a_configuration_of_a_bag(tmp_path: Path, package: Path, capsys: Any) -> None:
+    bag = write_bag(tmp_path / 'a.bag', ROWS)
+    config = str(tmp_path / 'cell.xml')
+    assert main(['new', bag, '-o', config]) == 0
+    assert main(['check', config]) == 0
+    robot = XmlParser().parse(config).device('little_robot')
+    assert robot.model is not None and robot.base is not None
+    assert (robot.model.package, robot.model.path) == ('little_description',
+                                                       'urdf/little.urdf.xacro')
+    assert (robot.base.frame, robot.base.pose.xyz) == ('left_base', (2.0, 0.0, 0.0))
+    capsys.readouterr()
+    assert main(['new', bag, '-o', config]) == 1
+    assert capsys.readouterr().err == (
+        f'cell: "{config}" is there already; --force overwrites it\n')
+    assert main(['new', bag, '-o', config, '--force']) == 0
+
+
+def test_descriptions_in_a_bag(tmp_path: Path, package: Path) -> None:
+    """As a package has it it is named; another one is written beside the configuration."""
+    text = XACRO[XACRO.index('<link'):].replace('${p}', 'left_')
+    same = '<robot name="little">' + text
+    other = same.replace('0 0 0.5', '0 0 0.6')
+    in_package = 'pkg="little_description" path="urdf/little.urdf.xacro"'
+    for description, attributes in ((same, in_package), (other, 'path="little_robot.urdf"')):
+        rows = [*ROWS[:3], ('/little/robot_description', lambda _, it=description: String(it))]
+        new = from_bags([write_bag(tmp_path / 'a.bag', rows, 3)])
+        assert f'<model {attributes} />' in new.text
+        assert list(new.models.values()) == ([other] if description is other else [])
+
+
+def test_a_description_that_cannot_be_used_is_told(package: Path) -> None:
+    search = ModelSearch()
+    bad = '<robot name="x"><link name="a" /><link name="b" /></robot>'
+    assert search.find(Seen('x', (), (), (SeenDescription('/arm', bad),))) == []
+    [remark] = search.remarks
+    assert remark.startswith('The description /arm/robot_description cannot be used: ')
+
+
+def test_joints_that_no_package_has(package: Path) -> None:
+    topic = SeenTopic('/arm/joint_states', 'sensor_msgs/JointState', joints=('left_pan', 'right_x'))
+    assert ModelSearch().find(Seen('x', (topic,))) == []
+
+
+def test_a_bag_without_devices(tmp_path: Path, capsys: Any) -> None:
+    bag = write_bag(tmp_path / 'a.bag', [('/tf', lambda _: frames('a', 'b', 0.0))])
+    assert main(['new', bag, '-o', str(tmp_path / 'cell.xml')]) == 1
+    assert capsys.readouterr().err.startswith('cell: a.bag: no device was seen')
+    assert not (tmp_path / 'cell.xml').exists()
+
+
+def test_no_file_is_overwritten_and_none_written_by_half(tmp_path: Path) -> None:
+    (tmp_path / 'arm.urdf').write_text('mine')
+    new = NewConfiguration('<visualizer />', {'arm.urdf': '<robot />'}, '')
+    with pytest.raises(FileExistsError, match='arm.urdf" is there already'):
+        write_new(new, str(tmp_path / 'cell.xml'), False)
+    assert [it.name for it in tmp_path.iterdir()] == ['arm.urdf']
+    with pytest.raises(OSError):
+        write_new(new, str(tmp_path / 'no' / 'cell.xml'), False)
+
+
+def test_no_master(capsys: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv('ROS_MASTER_URI', 'http://localhost:1')
+    assert main(['new']) == 1
+    assert capsys.readouterr().err == (
+        'cell: there is no ROS master at http://localhost:1; start the drivers, or name a bag\n')
