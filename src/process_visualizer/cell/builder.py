@@ -1,4 +1,4 @@
-"""Builds the model from elements that were read without problems."""
+"""Builds the model from elements that were read."""
 from __future__ import annotations
 
 import os
@@ -29,16 +29,17 @@ from process_visualizer.cell.model import (
     Vector3,
     WarningLimits,
 )
+from process_visualizer.cell.suggestions import nearest
 
 _ROSLAUNCH_NODE_ATTRIBUTES = ('args', 'machine', 'respawn', 'respawn_delay', 'required',
                               'launch-prefix', 'clear_params', 'cwd')
 
 
 def build_device(parsed: Parsed, global_frame: str) -> Device:
-    """The device of a sound ``<device>`` element."""
-    name = parsed.values['name']
+    """The device of a ``<device>`` element, whose wrong type or missing name is guessed."""
+    name = parsed.values['name'] or str(parsed.location)
     return Device(
-        type=DeviceType(parsed.values['type']),
+        type=_device_type(parsed),
         name=name,
         location=parsed.location,
         base=_base(parsed.first('base')),
@@ -55,6 +56,13 @@ def build_device(parsed: Parsed, global_frame: str) -> Device:
         parameters=tuple(build_roslaunch_element(child) for child in parsed.children
                          if child.tag in ('param', 'rosparam')),
     )
+
+
+def _device_type(parsed: Parsed) -> DeviceType:
+    """Its type; where that is wrong the one that was probably meant."""
+    types = [one.value for one in DeviceType]
+    found = parsed.values['type'] or nearest(parsed.given.get('type', ''), types)
+    return DeviceType(found or DeviceType.OTHER.value)
 
 
 def build_roslaunch_element(parsed: Parsed) -> RoslaunchElement:
@@ -112,13 +120,13 @@ def _mode(text: Optional[str]) -> Optional[Mode]:
 def _node(parsed: Parsed, device_name: str) -> Node:
     values = parsed.values
     attributes = {name: parsed.given[name] for name in _ROSLAUNCH_NODE_ATTRIBUTES
-                  if name in parsed.given}
+                  if name in parsed.given and name not in parsed.wrong}
     attributes.update({name: values[name] for name in ('args', 'launch-prefix', 'output')
                        if values[name] is not None})
     namespace = values['ns'] if values['ns'] is not None else device_name
     return Node(values['pkg'], values['type'], values['name'], namespace,
                 _mode(values['ifstate']), attributes,
-                tuple(build_roslaunch_element(child) for child in parsed.children),
+                tuple(build_roslaunch_element(child) for child in parsed.children if child.sound),
                 parsed.location)
 
 

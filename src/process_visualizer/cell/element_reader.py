@@ -17,25 +17,29 @@ class Parsed:
     """An element with its typed values.
 
     ``readable`` is False when its own attributes are wrong, ``sound`` also when something below
-    it is. ``values`` has every attribute of the tag; None for one that is neither given nor has a
-    default. ``given`` has the substituted text of those that stand in the file.
+    it is. ``values`` has every attribute of the tag: of a wrong one the default, and None for one
+    that has none. It is ``complete`` if it has all that it needs, so that further problems can be
+    found. ``given`` has the substituted text of those that stand in the file, ``wrong`` the names
+    of those that have no such value.
     """
 
     tag: str
     location: Location
     values: Dict[str, Any] = field(default_factory=dict)
     given: Dict[str, str] = field(default_factory=dict)
+    wrong: List[str] = field(default_factory=list)
     text: str = ''
     children: List['Parsed'] = field(default_factory=list)
     readable: bool = True
     sound: bool = True
+    complete: bool = True
 
     def all(self, tag: str) -> List['Parsed']:
-        """The sound children with this tag, in file order."""
-        return [child for child in self.children if child.tag == tag and child.sound]
+        """The complete children with this tag, in file order."""
+        return [child for child in self.children if child.tag == tag and child.complete]
 
     def first(self, tag: str) -> Optional['Parsed']:
-        """The first sound child with this tag."""
+        """The first complete child with this tag."""
         return next(iter(self.all(tag)), None)
 
 
@@ -56,6 +60,7 @@ class ElementReader:
         parsed = Parsed(element.tag, element.location)
         self._read_attributes(element, tag, parsed)
         parsed.readable = parsed.readable and len(self._problems) == before
+        parsed.complete = _is_complete(parsed, tag)
         if parsed.values.get('if') is False or parsed.values.get('unless') is True:
             return None
         self._read_text(element, tag, parsed)
@@ -92,14 +97,13 @@ class ElementReader:
             if text is not None:
                 text = substitute(text, self._arguments, element.location.file)
                 parsed.given[name] = text
-            else:
-                text = attribute.default
-            return None if text is None else _convert(attribute, text)
+                return _convert(attribute, text)
         except UnresolvedArgumentError:  # reported where the argument is declared
             parsed.readable = False
         except ValueError as error:
+            parsed.wrong.append(name)
             self._problem(element, f'attribute "{name}": {error}')
-        return None
+        return None if attribute.default is None else _convert(attribute, attribute.default)
 
     def _read_text(self, element: Element, tag: Tag, parsed: Parsed) -> None:
         parsed.text = element.text
@@ -141,6 +145,13 @@ class ElementReader:
 
     def _problem(self, element: Element, message: str) -> None:
         self._problems.add(element.location, element.tag, message)
+
+
+def _is_complete(parsed: Parsed, tag: Tag) -> bool:
+    needed = [name for name, attribute in tag.attributes.items() if attribute.required]
+    return (all(parsed.values[name] is not None for name in needed)
+            and (not tag.needs_alternative
+                 or any(parsed.values[name] is not None for name in tag.alternatives)))
 
 
 def _convert(attribute: Attribute, text: str) -> Any:

@@ -28,7 +28,7 @@ def check_machines(machines: Iterable[Parsed], devices: Iterable[Parsed],
         if name in names:
             problems.add(machine.location, 'machine', f'a machine named {quoted(name)} exists '
                                                       'already; choose another name')
-        names.append(name)
+        names += [name] if name else []
     for node in (child for device in devices for child in device.all('node')):
         name = node.values['machine']
         if name and name not in names:

@@ -11,7 +11,7 @@ from process_visualizer.cell.errors import Location, ProblemList
 from process_visualizer.cell.language import MESSAGE_TYPES
 from process_visualizer.cell.model import Device, DeviceType, Node, Topic, TopicFunction
 from process_visualizer.cell.roslaunch_rules import check_node, check_parameter
-from process_visualizer.cell.suggestions import advice
+from process_visualizer.cell.suggestions import advice, nearest
 
 TF_MESSAGE = 'tf2_msgs/TFMessage'
 _ROBOT_TOPICS = ('joint_states', 'tool_center_frame', 'force_sensor')
@@ -31,6 +31,8 @@ def check_devices(parsed_devices: Sequence[Parsed], global_frame: str,
     _report_duplicates(frames, 'the frame "{}"', problems)
     for variable in (child for parsed in parsed_devices for child in parsed.all('variable')):
         _check_variable(variable, problems)
+    for topic in (child for parsed in parsed_devices for child in parsed.all('topic')):
+        _check_message_of_wrong_type(topic, problems)
     for launch in (child for parsed in parsed_devices for child in parsed.all('launch')):
         passed_arguments(launch, problems)
     for frame, location, tag in frames:
@@ -69,18 +71,19 @@ def _reserved_names(device: Device) -> List[str]:
     return own + [f'/{name}' for name in _PROGRAM_NODES]
 
 
-def check_device(device: Device, whole: bool, problems: ProblemList) -> None:
+def check_device(device: Device, parsed: Parsed, problems: ProblemList) -> None:
     """Everything that must fit together within one device.
 
-    ``whole`` is False when something of it could not be read; what is missing is then no problem.
+    What could not be read of it is no further problem.
     """
-    rules: Tuple[Callable[[Device, ProblemList], None], ...] = (
-        _check_elements_of_type, _check_model_file_name, _check_force, _check_topics,
-        _check_arrows)
+    rules: List[Callable[[Device, ProblemList], None]] = [
+        _check_model_file_name, _check_force, _check_topics, _check_arrows]
+    if parsed.values['type'] is not None:
+        rules += [_check_elements_of_type, _check_topics_of_type]
+    if parsed.sound:
+        rules.append(_check_region)
     for rule in rules:
         rule(device, problems)
-    if whole:
-        _check_region(device, problems)
     for display in device.displays:
         check_display(display, problems)
     for node in device.nodes:
@@ -140,17 +143,32 @@ def _check_topics(device: Device, problems: ProblemList) -> None:
                         for topic in with_function if topic.function is not None),
                        'a topic of type "{}"', problems)
     for topic in with_function:
-        _check_topic_function(topic, device, problems)
+        _check_topic_function(topic, problems)
 
 
-def _check_topic_function(topic: Topic, device: Device, problems: ProblemList) -> None:
+def _check_topics_of_type(device: Device, problems: ProblemList) -> None:
+    for topic in device.topics:
+        function = '' if topic.function is None else topic.function.value
+        wanted = DeviceType.ROBOT if function in _ROBOT_TOPICS else DeviceType.DEPTH_SENSOR
+        if function and device.type is not wanted:
+            problems.add(topic.location, 'topic', f'type "{function}" belongs to devices of type '
+                         f'"{wanted.value}"; this one has the type "{device.type.value}"')
+
+
+def _check_message_of_wrong_type(topic: Parsed, problems: ProblemList) -> None:
+    """What a topic carries must suit the type that was probably meant."""
+    given, message = topic.given.get('type'), topic.values['msg']
+    meant = nearest(given or '', MESSAGE_TYPES)
+    if topic.values['type'] is None and meant is not None and message is not None \
+            and message not in MESSAGE_TYPES[meant]:
+        problems.add(topic.location, 'topic', f'"{message}" cannot be read as {meant}; '
+                     + advice(message, MESSAGE_TYPES[meant]))
+
+
+def _check_topic_function(topic: Topic, problems: ProblemList) -> None:
     if topic.function is None:
         return
     function = topic.function.value
-    wanted = DeviceType.ROBOT if function in _ROBOT_TOPICS else DeviceType.DEPTH_SENSOR
-    if device.type is not wanted:
-        problems.add(topic.location, 'topic', f'type "{function}" belongs to devices of type '
-                     f'"{wanted.value}"; this one has the type "{device.type.value}"')
     possible = MESSAGE_TYPES[function]
     if topic.message_type is not None and topic.message_type not in possible:
         problems.add(topic.location, 'topic', f'"{topic.message_type}" cannot be read as '
@@ -174,7 +192,7 @@ def _check_variable(parsed: Parsed, problems: ProblemList) -> None:
     """The attributes of a ``<variable>`` that go together."""
     values = parsed.values
     scale = {name: values.get(name) for name in ('color_begin', 'color_end', 'end_color')}
-    missing = [name for name, value in scale.items() if value is None]
+    missing = [name for name in scale if name not in parsed.given]
     if 0 < len(missing) < len(scale):
         problems.add(parsed.location, 'variable', 'a colour scale needs color_begin, color_end '
                      f'and end_color; {" and ".join(missing)} is missing')

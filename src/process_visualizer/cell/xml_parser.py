@@ -33,6 +33,15 @@ class XmlParser:
 
     def parse(self, path: str) -> Cell:
         """The cell of the file; raises ConfigurationError with every problem found."""
+        cell, problems = self.read(path)
+        problems.raise_if_any()
+        return cell
+
+    def read(self, path: str) -> Tuple[Cell, ProblemList]:
+        """The cell as far as it can be understood, in which more may be wrong, and the problems.
+
+        Raises ConfigurationError when the file is no configuration at all.
+        """
         problems = ProblemList()
         root = _read_root(path)
         reading = _Reading(problems)
@@ -42,9 +51,8 @@ class XmlParser:
         devices = _build_devices(reading.devices, reading.frame or DEFAULT_FRAME, problems)
         if not len(problems) and not devices:
             problems.add(root.location, ROOT, 'lists no device; add a <device>')
-        problems.raise_if_any()
         return Cell(os.path.abspath(path), reading.frame or DEFAULT_FRAME, devices,
-                    reading.machine_elements(), tuple(reading.files), self._given)
+                    reading.machine_elements(), tuple(reading.files), self._given), problems
 
 
 def _read_root(path: str) -> Element:
@@ -62,10 +70,9 @@ def _build_devices(parsed_devices: List[Parsed], frame: str,
                    problems: ProblemList) -> Tuple[Device, ...]:
     devices = []
     for parsed in parsed_devices:
-        if parsed.readable:
-            device = build_device(parsed, frame)
-            check_device(device, parsed.sound, problems)
-            devices.append(device)
+        device = build_device(parsed, frame)
+        check_device(device, parsed, problems)
+        devices.append(device)
     check_node_names(devices, problems)
     check_outputs(devices, problems)
     return with_variable_topics(devices)

@@ -2,28 +2,84 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Dict, Sequence
+from typing import Any, Dict, Mapping, Tuple
 
-from process_visualizer.cell.model import Device, DeviceType
+import numpy as np
 
-_REACH_M = 0.85
-"""How far a robot or a machine extends around its base."""
-_DISTANCE_PER_RADIUS = 2.35
+from process_visualizer.motion.rotations import matrix_from_ypr
+
+FIELD_OF_VIEW_RAD = math.pi / 4
+"""From the upper to the lower edge of RViz's picture."""
+_MARGIN = 1.08
+_BEFORE, _SMALLEST_M = 0.1, 0.1
+"""How far the camera is from the nearest point at least: of the whole size, and in m."""
+_GRID_CELLS = 12
+_GRID_STEPS = (1.0, 2.0, 5.0, 10.0)
 
 
-def camera_pose(devices: Sequence[Device]) -> Dict[str, Any]:
-    """Focal point and distance (m) of an orbiting camera, in RViz's terms.
+def camera_pose(points: np.ndarray, view: Mapping[str, Any], aspect: float) -> Dict[str, Any]:
+    """Focal point and distance (m) of an orbiting camera that sees all points, in RViz's terms.
 
-    Depth sensors do not count: they look at the scene from far away. Without a base frame to go
-    by, the result is empty and the default view stays.
+    The camera stands as close as it can. ``points`` (n, 3) are in m in the global frame, ``view``
+    has the angles ``Pitch`` and ``Yaw`` from which it looks, and ``aspect`` is the width of the
+    picture by its height. Without points the result is empty and the default view stays.
     """
-    points = [device.base.pose.xyz for device in devices
-              if device.base is not None and device.type is not DeviceType.DEPTH_SENSOR]
-    if not points:
+    if not len(points):
         return {}
-    low = [min(point[axis] for point in points) for axis in range(3)]
-    high = [max(point[axis] for point in points) for axis in range(3)]
-    center = [(a + b) / 2 for a, b in zip(low, high)]
-    radius = _REACH_M + math.dist(low, high) / 2
-    return {'Distance': round(radius * _DISTANCE_PER_RADIUS, 3),
-            'Focal Point': {axis: round(value, 3) for axis, value in zip('XYZ', center)}}
+    axes = camera_axes(float(view.get('Pitch', 0.0)), float(view.get('Yaw', 0.0)))
+    right, up, back = (points @ axes).T
+    slope = math.tan(0.5 * FIELD_OF_VIEW_RAD) / _MARGIN
+    x, nearest_x = _fitted(right, back, slope * aspect)
+    y, nearest_y = _fitted(up, back, slope)
+    size = float(np.ptp(points, axis=0).max())
+    camera = max(nearest_x, nearest_y, float(back.max()) + max(_BEFORE * size, _SMALLEST_M))
+    middle = 0.5 * float(back.min() + back.max())
+    focus = axes @ np.array([x, y, middle])
+    return {'Distance': round(camera - middle, 3),
+            'Focal Point': {axis: round(float(value), 3) for axis, value in zip('XYZ', focus)}}
+
+
+def seen_points(points: np.ndarray, view: Mapping[str, Any], aspect: float) -> np.ndarray:
+    """Which of the points (n, 3) are in the picture of an orbiting camera, in RViz's terms."""
+    focus = view.get('Focal Point') or {}
+    axes = camera_axes(float(view.get('Pitch', 0.0)), float(view.get('Yaw', 0.0)))
+    place = np.array([float(focus.get(axis, 0.0)) for axis in 'XYZ'])
+    right, up, back = ((points - place) @ axes).T
+    reach = math.tan(0.5 * FIELD_OF_VIEW_RAD) * (float(view.get('Distance', 0.0)) - back)
+    return np.asarray((reach > 0.0) & (np.abs(right) < aspect * reach) & (np.abs(up) < reach))
+
+
+def camera_axes(pitch: float, yaw: float) -> np.ndarray:
+    """The directions (3, 3) to the right, up and to the camera, as columns in the global frame.
+
+    RViz's orbiting camera stands, seen from its focal point, in the direction of the angles.
+    """
+    turned = matrix_from_ypr((yaw, -pitch, 0.0))
+    return np.column_stack([turned[:, 1], turned[:, 2], turned[:, 0]])
+
+
+def _fitted(across: np.ndarray, back: np.ndarray, slope: float) -> Tuple[float, float]:
+    """Where across, and how far back, a camera sees all points between two lines of a slope.
+
+    A point is seen if ``|across - x| <= slope * (camera - back)``; both lines bound x, and the
+    camera is as near as possible where the two bounds meet.
+    """
+    least, greatest = float((across + slope * back).max()), float((across - slope * back).min())
+    return 0.5 * (least + greatest), 0.5 * (least - greatest) / slope
+
+
+def grid_below(points: np.ndarray) -> Dict[str, Any]:
+    """Cell size and place of a grid of some cells around the points, in RViz's terms."""
+    if not len(points):
+        return {}
+    low, high = points.min(axis=0), points.max(axis=0)
+    cell = _round_size(1.25 * float((high - low)[:2].max()) / _GRID_CELLS)
+    x, y = (cell * round(float(value) / cell) for value in 0.5 * (low + high)[:2])
+    return {'Cell Size': cell, 'Offset': {'X': round(x, 3), 'Y': round(y, 3), 'Z': 0},
+            'Plane Cell Count': _GRID_CELLS}
+
+
+def _round_size(size: float) -> float:
+    """The next size of 1, 2, 5, 10, …"""
+    power = 10.0 ** math.floor(math.log10(max(size, 1e-3)))
+    return float(next(step * power for step in _GRID_STEPS if step * power >= 0.999 * size))

@@ -2,19 +2,22 @@
 from __future__ import annotations
 
 import os
+from typing import Mapping
 
+import numpy as np
 import rospkg
 
 from process_visualizer.cell.errors import ConfigurationError, Location, Problem
 from process_visualizer.cell.model import Cell
 from process_visualizer.cell.stored_configuration import configuration_text
-from process_visualizer.generate.camera import camera_pose
+from process_visualizer.generate.cell_extent import cell_extent
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.drivers import inspect_launch_files
+from process_visualizer.generate.frame_rules import frame_problems
 from process_visualizer.generate.launch_file import LaunchFileBuilder, has_recorder, urdf_file
 from process_visualizer.generate.parts import add_parts
 from process_visualizer.generate.plan import CONFIGURATION_FILE, LAUNCH_FILE, RVIZ_FILE, Plan
-from process_visualizer.generate.robot_description import describe_devices
+from process_visualizer.generate.robot_description import RobotDescription, describe_devices
 from process_visualizer.generate.rviz_config import RVizConfig
 
 
@@ -41,11 +44,12 @@ class _Generation:
     def __init__(self, choice: Choice) -> None:
         self._choice = choice
         self._descriptions, problems = describe_devices(choice.devices)
+        problems += frame_problems(choice.devices, self._descriptions)
         if problems:
             raise ConfigurationError(problems)
         self.launch_files = inspect_launch_files(choice)
         self.builder = LaunchFileBuilder(choice, self._descriptions, self.launch_files.paths)
-        self.view = _view(choice)
+        self.view = _view(choice, self._descriptions)
 
     def plan(self) -> Plan:
         """All files but those of parts."""
@@ -73,16 +77,17 @@ def _configuration_text(cell: Cell) -> str:
                                           f'cannot be read: {error.strerror}')]) from None
 
 
-def _view(choice: Choice) -> RVizConfig:
+def _view(choice: Choice, descriptions: Mapping[str, RobotDescription]) -> RVizConfig:
     path = default_rviz_file()
     try:
         config = RVizConfig(path, choice.cell.frame)
     except (OSError, ValueError) as error:
         raise ConfigurationError([Problem(Location(path, 1), '', str(error))]) from None
-    config.add_devices(choice.devices)
-    config.look_from(camera_pose(choice.devices))
     if choice.window is not None:
         config.place(choice.window)
+    extent = cell_extent(choice.cell, choice.devices, descriptions)
+    config.look_at(np.concatenate([np.empty((0, 3)), *extent.values()]))
+    config.add_devices(choice.devices)
     if choice.view is not None:
         config.adopt(choice.view)
     return config

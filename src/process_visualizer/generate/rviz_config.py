@@ -3,14 +3,20 @@ from __future__ import annotations
 
 from typing import Any, Dict, List, Mapping, Optional, Sequence
 
+import numpy as np
 import yaml
 
 from process_visualizer.cell.model import Device
+from process_visualizer.generate.camera import camera_pose, grid_below
 from process_visualizer.generate.displays import DisplayConfig, device_displays
 from process_visualizer.generate.view_file import read_view
 from process_visualizer.generate.view_merge import merged_view
 from process_visualizer.generate.watch_parameters import WATCH_TOPIC
-from process_visualizer.generate.window_geometry import Rectangle, window_geometry
+from process_visualizer.generate.window_geometry import (
+    Rectangle,
+    scene_aspect,
+    window_geometry,
+)
 
 _STATUS_DISPLAY: DisplayConfig = {
     'Class': 'process_visualizer/DisplayStatus', 'Name': 'Status report', 'Enabled': True}
@@ -35,6 +41,7 @@ class RVizConfig:
         self._displays: List[DisplayConfig] = list(self._manager.get('Displays') or [])
         self._saved: Optional[Mapping[str, Any]] = None
         self._window: Optional[Rectangle] = None
+        self._grid: Dict[str, Any] = {}
 
     def add_devices(self, devices: Sequence[Device]) -> None:
         """Add a group with the displays of each device that has any.
@@ -50,13 +57,25 @@ class RVizConfig:
                     'Class': 'rviz/Group', 'Name': f'{device.name} ({device.type.value})',
                     'Enabled': True, 'Displays': displays})
 
-    def look_from(self, pose: Mapping[str, Any]) -> None:
-        """Set what ``pose`` says of the current view (focal point, distance, …)."""
-        view = self._manager.setdefault('Views', {}).setdefault('Current', {})
-        view.update(pose)
+    @property
+    def current_view(self) -> Dict[str, Any]:
+        """The camera, in RViz's terms."""
+        view: Dict[str, Any] = self._manager.setdefault('Views', {}).setdefault('Current', {})
+        return view
+
+    def look_at(self, points: np.ndarray) -> None:
+        """Let camera and default grid show all points (n, 3) [m] of the global frame.
+
+        The camera keeps its angles. To be called when the window has its place.
+        """
+        window = self._config.get('Window Geometry', {})
+        size = self._window or Rectangle(0, 0, window.get('Width', 1), window.get('Height', 1))
+        self.current_view.update(
+            camera_pose(points, self.current_view, scene_aspect(size.width, size.height)))
+        self._grid = grid_below(points)
 
     def displays_text(self) -> str:
-        """What is shown in which frame, but not from where: a text to compare."""
+        """What is shown in which frame, but not from where, nor on which grid: to be compared."""
         shown = [self._manager['Global Options'].get('Fixed Frame'), self._displays]
         return yaml.safe_dump(shown, sort_keys=True)
 
@@ -70,7 +89,9 @@ class RVizConfig:
 
     def text(self) -> str:
         """The file's content."""
-        self._manager['Displays'] = [*self._displays, _WATCH_DISPLAY, _CALIBRATION_DISPLAY,
+        displays = [{**display, **self._grid} if display.get('Class') == _GRID else display
+                    for display in self._displays]
+        self._manager['Displays'] = [*displays, _WATCH_DISPLAY, _CALIBRATION_DISPLAY,
                                     _STATUS_DISPLAY]
         saved = self._saved
         config = self._config if saved is None else merged_view(self._config, saved)

@@ -9,6 +9,8 @@ TITLE_BAR_PX = 32
 _SMALLEST_WIDTH_PX = 640
 _WIDTH_FOR_DISPLAYS_PX = 1300
 """From here on there is room for the list of displays beside the scene."""
+_DISPLAYS_PX, _DOCK_EDGES_PX, _BARS_PX = 345, 30, 90
+"""What the list of displays, the docks' edges, and menu, tool and status bar take of a window."""
 _STATE_WITHOUT_DISPLAYS = (
     '000000ff00000000fd00000001000000000000012c00000360fc0200000001fb0000001000440069007300700'
     '06c0061007900730000000024000003600000005e00ffffff00000474000003600000000400000004000000080'
@@ -41,6 +43,12 @@ def view_rectangle(room: Rectangle, launcher: Rectangle) -> Rectangle:
     width = min(room.width, max(_SMALLEST_WIDTH_PX, left, right))
     x = room.x if left > right else room.x + room.width - width
     return Rectangle(x, room.y, width, max(1, room.height - TITLE_BAR_PX))
+
+
+def scene_aspect(width: int, height: int) -> float:
+    """The width of the scene by its height in a generated window of RViz of that size."""
+    displays = 0 if width < _WIDTH_FOR_DISPLAYS_PX else _DISPLAYS_PX
+    return max(width - displays - _DOCK_EDGES_PX, 1) / max(height - _BARS_PX, 1)
 
 
 def window_geometry(rectangle: Rectangle, docks: Optional[Any] = None) -> Dict[str, Any]:

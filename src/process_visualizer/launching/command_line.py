@@ -9,15 +9,15 @@ from typing import Dict, List, Optional, Sequence
 
 from process_visualizer.bags.bag_errors import BagError
 from process_visualizer.cell.environment import check_environment
-from process_visualizer.cell.errors import ConfigurationError, Problem, ProblemList
+from process_visualizer.cell.errors import ConfigurationError
 from process_visualizer.cell.model import Cell, Mode
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.generate.choice import Choice, RvizStart, choose_devices
-from process_visualizer.generate.drivers import inspect_launch_files
 from process_visualizer.generate.generator import generate
 from process_visualizer.generate.plan import Plan, PlanError, write_plan
 from process_visualizer.generate.robot_description import describe_devices
 from process_visualizer.launching.bag_commands import add_bag_commands, execute_bag_command
+from process_visualizer.launching.check_command import check
 from process_visualizer.launching.mixed_sources import MixedSources, refuse_mixture
 from process_visualizer.launching.new_command import add_new_options, execute_new
 from process_visualizer.launching.overview import overview
@@ -93,9 +93,9 @@ def _execute(options: argparse.Namespace) -> int:
         return _record(options)
     if options.command == 'new':
         return execute_new(options)
-    cell = XmlParser(_named_values(options.args)).parse(options.config)
     if options.command == 'check':
-        return _check(cell)
+        return check(options.config, _named_values(options.args))
+    cell = XmlParser(_named_values(options.args)).parse(options.config)
     if options.command == 'show':
         devices = choose_devices(cell, _names(options.devices))
         print(overview(cell, devices, describe_devices(devices)[0]))
@@ -143,35 +143,6 @@ def _choice(cell: Cell, options: argparse.Namespace) -> Choice:
             raise ValueError(f'roslaunch cannot hand on the path {bag!a}; rename it')
     rviz = RvizStart.NONE if options.no_rviz else RvizStart.REQUIRED
     return Choice(cell, mode, choose_devices(cell, _names(options.devices)), rviz, bag)
-
-
-def _check(cell: Cell) -> int:
-    problems, warnings = _look_at_machine(cell)
-    for problem in [*problems, *warnings]:
-        print(problem, file=sys.stderr)
-    if not problems:
-        count = len(cell.devices)
-        print(f'{cell.file}: {_counted(count, "device")}, no problem'
-              + (f', {_counted(len(warnings), "warning")}' if warnings else ''))
-    return 1 if problems else 0
-
-
-def _counted(count: int, noun: str) -> str:
-    return f'{count} {noun}' + ('' if count == 1 else 's')
-
-
-def _look_at_machine(cell: Cell) -> 'tuple[List[Problem], List[Problem]]':
-    """What is wrong on this machine, and what is only missing for a device."""
-    found = ProblemList()
-    found.extend(check_environment(cell))
-    if not len(found):
-        found.extend(describe_devices(cell.devices)[1])
-    warnings: Dict[Problem, None] = {}
-    for mode in Mode:
-        inspected = inspect_launch_files(Choice(cell, mode, cell.devices))
-        warnings.update(dict.fromkeys(inspected.warnings))
-    known = {problem.location for problem in found.sorted()}
-    return found.sorted(), [warning for warning in warnings if warning.location not in known]
 
 
 def _plan(choice: Choice) -> Plan:

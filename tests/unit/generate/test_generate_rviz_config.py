@@ -4,18 +4,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Callable, Dict
 
+import numpy as np
 import pytest
 import yaml
-from hypothesis import given
-from hypothesis import strategies as st
 
-from process_visualizer.cell.errors import Location
-from process_visualizer.cell.model import BaseFrame, Cell, Device, DeviceType, Pose
-from process_visualizer.generate.camera import camera_pose
+from process_visualizer.cell.model import Cell
 from process_visualizer.generate.rviz_config import RVizConfig
+from process_visualizer.generate.window_geometry import Rectangle
 
 DEFAULT = Path(__file__).resolve().parents[3] / 'rviz_config' / 'default.rviz'
-HERE = Location('cell.xml', 1)
 Parse = Callable[[str], Cell]
 
 
@@ -31,10 +28,6 @@ def manager(cell: Cell) -> Dict[str, Any]:
     result = content(config)['Visualization Manager']
     assert isinstance(result, dict)
     return result
-
-
-def device(name: str, x: float, kind: DeviceType = DeviceType.ROBOT) -> Device:
-    return Device(kind, name, HERE, base=BaseFrame(name, Pose((x, 0.0, 0.0)), HERE))
 
 
 def test_default_part_is_kept() -> None:
@@ -84,11 +77,25 @@ def test_file_has_no_aliases(parse: Parse) -> None:
     assert '&id' not in config.text()
 
 
-def test_camera_changes_only_what_is_said() -> None:
+def test_camera_keeps_its_angles_and_looks_at_the_points() -> None:
     config = RVizConfig(str(DEFAULT), 'map')
     before = content(config)['Visualization Manager']['Views']['Current']
-    config.look_from({'Distance': 9})
-    assert content(config)['Visualization Manager']['Views']['Current'] == {**before, 'Distance': 9}
+    config.look_at(np.array([(4.0, 0.0, 0.0), (6.0, 0.0, 0.0)]))
+    after = content(config)['Visualization Manager']['Views']['Current']
+    changed = {key for key in after if after[key] != before[key]}
+    assert changed == {'Distance', 'Focal Point'}
+    assert after['Focal Point']['X'] == pytest.approx(5.0, abs=0.5)
+
+
+def test_camera_stands_further_away_from_a_narrow_window() -> None:
+    points = np.array([(x, y, 0.0) for x in (-3.0, 3.0) for y in (-3.0, 3.0)])
+    distances = []
+    for width in (600, 1280):
+        config = RVizConfig(str(DEFAULT), 'map')
+        config.place(Rectangle(0, 0, width, 800))
+        config.look_at(points)
+        distances.append(config.current_view['Distance'])
+    assert distances[0] > distances[1]
 
 
 @pytest.mark.parametrize('text', [
@@ -110,22 +117,3 @@ def test_default_part_of_bytes(tmp_path: Path) -> None:
 def test_missing_default_part(tmp_path: Path) -> None:
     with pytest.raises(OSError, match='none.rviz'):
         RVizConfig(str(tmp_path / 'none.rviz'), 'map')
-
-
-def test_camera_without_frames_stays() -> None:
-    assert camera_pose([]) == {}
-    assert camera_pose([Device(DeviceType.ROBOT, 'r', HERE)]) == {}
-    assert camera_pose([device('kinect', 1.0, DeviceType.DEPTH_SENSOR)]) == {}
-
-
-def test_camera_looks_at_the_middle() -> None:
-    pose = camera_pose([device('a', 1.0), device('b', 3.0),
-                        device('kinect', 50.0, DeviceType.DEPTH_SENSOR)])
-    assert pose['Focal Point'] == {'X': 2.0, 'Y': 0.0, 'Z': 0.0}
-
-
-@given(st.lists(st.floats(-100, 100), min_size=1, max_size=5))
-def test_camera_stands_outside_of_the_cell(positions: 'list[float]') -> None:
-    pose = camera_pose([device('d', x) for x in positions])
-    farthest = max(abs(x - pose['Focal Point']['X']) for x in positions)
-    assert pose['Distance'] > 2 * farthest + 1

@@ -1,11 +1,13 @@
 """The command ``cell``: texts and exit codes of check, show and generate."""
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Callable, List, Tuple
 
 import pytest
 
+from process_visualizer.generate.saved_views import SavedViews
 from process_visualizer.launching.command_line import main
 
 REPOSITORY = Path(__file__).resolve().parents[3]
@@ -74,6 +76,99 @@ def test_check_looks_into_models(cell: Cell, write: Write, tmp_path: Path,
     assert f'cell.xml:2: <model>: {folder}/a.urdf: not a valid URDF' in error
 
 
+def test_check_reports_at_once_what_is_wrong_in_the_file_and_on_this_computer(
+        cell: Cell, write: Write) -> None:
+    """A wrong type, wrong values and what is not installed: nothing of that hides another."""
+    code, lines, errors = cell('check', write('''<device type="robt" name="arm">
+        <base frame="b" xyz="0 0"/>
+        <model pkg="gone" path="a.urdf" prefx="x"/>
+        <topic name="q" type="joint_state" msg="std_msgs/Float32Array"/>
+        <topic name="p" type="tool_center_frame" msg="geometry_msgs/Pose"/>
+        <node pkg="lost" type="driver" name="driver" respawn="often"/>
+        <variable topic="t" frame="b" low="2" high="1" scale="x"/></device>
+        <device name="a"><launch pkg="nowhere" type="a.launch"/></device>'''))
+    assert (code, lines) == (1, [])
+    expected = [(2, 'robot'), (3, '"xyz"'), (4, 'prefix'), (4, '"gone"'),
+                (5, '"joint_states"'), (5, 'Float32MultiArray'), (6, 'PoseStamped'),
+                (7, '"respawn"'), (7, '"lost"'), (8, '"scale"'), (8, 'exchange'),
+                (9, '"type" is missing'), (9, '"nowhere"')]
+    assert len(errors) == len(expected), errors
+    for line, word in expected:
+        assert any(f'cell.xml:{line}: ' in error and word in error for error in errors), word
+
+
+@pytest.fixture
+def arm_cell(write: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Write:
+    """Writes a cell with an arm that has the content; its model is that of a UR5e."""
+    folder = tmp_path / 'my_cell'
+    folder.mkdir()
+    (folder / 'package.xml').write_text('<package><name>my_cell</name></package>')
+    model = REPOSITORY / 'tests' / 'data' / 'ur5e.urdf'
+    (folder / 'ur5e.urdf').write_text(model.read_text())
+    (folder / 'd.launch').write_text(
+        '<launch><node pkg="tf2_ros" type="static_transform_publisher" name="n" '
+        'args="0 0 1 0 0 0 base_link shelf"/></launch>')
+    monkeypatch.setenv('ROS_PACKAGE_PATH', f'{folder}:{os.environ["ROS_PACKAGE_PATH"]}')
+    monkeypatch.setenv('ROS_HOME', str(tmp_path / 'home'))
+    return lambda content, others='': write(
+        '<device type="robot" name="arm"><base frame="base_link"/>'
+        f'<model pkg="my_cell" path="ur5e.urdf"/>{content}</device>{others}')
+
+
+JOINTS = '<topic name="q" type="joint_states"/>'
+
+
+def test_check_warns_of_frames_that_nothing_has(cell: Cell, arm_cell: Write) -> None:
+    code, _, warnings = cell('check', arm_cell(JOINTS + '''<tool frame="tol0"/>
+        <variable topic="t" frame="wrist_3_joint"/>
+        <variable topic="u" frame="hot/air"/>
+        <variable topic="v" frame="shelf"/><launch pkg="my_cell" type="d.launch"/>'''))
+    assert code == 0
+    assert [warning.partition('cell.xml:')[2] for warning in warnings] == [
+        '2: <tool>: warning: no model, <base>, <tool> or <force> has the frame "tol0"; did you '
+        'mean "tool0"?',
+        '3: <variable>: warning: "wrist_3_joint" is a joint and no frame; did you mean its link '
+        '"wrist_3_link"?',
+        '4: <variable>: warning: no model, <base>, <tool> or <force> has the frame "hot/air"; it '
+        'is not shown unless a driver publishes the frame in tf']
+
+
+def test_check_warns_of_a_robot_that_nothing_moves(cell: Cell, arm_cell: Write) -> None:
+    code, _, (warning,) = cell('check', arm_cell(''))
+    assert code == 0
+    assert 'no topic of "arm" has the type "joint_states", so its model does not move' in warning
+    assert cell('check', arm_cell(JOINTS))[2] == []
+
+
+@pytest.mark.parametrize('command', ['check', 'generate'])
+def test_a_base_that_is_a_link_of_another_model_is_refused(command: str, cell: Cell,
+                                                           arm_cell: Write) -> None:
+    code, _, (error,) = cell(command, arm_cell(
+        JOINTS, '\n<device type="other" name="lamp"><base frame="tool0"/></device>'))
+    assert code == 1
+    assert error.endswith('cell.xml:3: <base>: the frame "tool0" is a link of the model of "arm", '
+                          'which says where it is; choose another name')
+
+
+def test_two_devices_with_one_base_frame_are_refused(cell: Cell, arm_cell: Write) -> None:
+    code, _, (error,) = cell('check', arm_cell(
+        JOINTS, '\n<device type="other" name="lamp"><base frame="/base_link"/></device>'))
+    assert (code, 'the frame "base_link" exists already' in error) == (1, True)
+
+
+def test_check_warns_of_a_chosen_view_without_a_device(cell: Cell, arm_cell: Write,
+                                                       tmp_path: Path) -> None:
+    path = arm_cell(JOINTS, '<device type="other" name="lamp"><base frame="l"/></device>')
+    assert cell('generate', path)[0] == 0
+    SavedViews(path, ['arm', 'lamp']).save('mine', str(tmp_path / 'cell.rviz'))
+    assert cell('check', path)[2] == []
+    path = arm_cell(JOINTS, '\n<device type="other" name="lamp"><base frame="l" xyz="9 9 0"/>'
+                            '</device>')
+    (warning,) = cell('check', path)[2]
+    assert 'cell.xml:3: <device>: warning: nothing of "lamp" is in the picture of the chosen ' \
+           'view "mine"' in warning
+
+
 def test_warnings_do_not_fail_the_check(cell: Cell, write: Write, tmp_path: Path,
                                         monkeypatch: pytest.MonkeyPatch) -> None:
     folder = tmp_path / 'my_cell'
@@ -84,8 +179,8 @@ def test_warnings_do_not_fail_the_check(cell: Cell, write: Write, tmp_path: Path
     path = write('<device type="other" name="d"><launch pkg="my_cell" type="d.launch"/></device>')
     assert cell('check', path) == (
         0, [f'{path}: 1 device, no problem, 1 warning'],
-        [f'{path}:2: <launch>: device "d": d.launch: the node /n needs the package "nope", which '
-         'is not installed; the device starts without it'])
+        [f'{path}:2: <launch>: warning: device "d": d.launch: the node /n needs the package '
+         '"nope", which is not installed; the device starts without it'])
 
 
 @pytest.mark.parametrize('command', ['check', 'show', 'generate', 'run'])

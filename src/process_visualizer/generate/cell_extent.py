@@ -1,0 +1,108 @@
+"""The space that a cell takes: what the first picture of it has to show."""
+from __future__ import annotations
+
+import itertools
+from typing import Dict, Mapping, Tuple
+
+import numpy as np
+
+from process_visualizer.cell.model import Cell, Device, DeviceType, RegionOfInterest
+from process_visualizer.generate.cell_frames import CellFrames
+from process_visualizer.generate.robot_description import RobotDescription
+from process_visualizer.generate.tool_frame import tool_frame
+from process_visualizer.motion.kinematics import Placement
+from process_visualizer.motion.rotations import matrix_from_quaternion
+
+_UNKNOWN_M = 0.5
+"""How far something without a readable model is taken to extend around its base."""
+_ARROW_M = 0.15
+"""Room for a variable's arrow and number."""
+_SIGHT_M = 1.5
+"""How far a depth sensor is taken to see, if it is all that a cell has."""
+_SIGHT_SLOPE = 0.5
+_CUBE = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+
+
+def cell_extent(cell: Cell, devices: Tuple[Device, ...],
+                descriptions: Mapping[str, RobotDescription]) -> Dict[str, np.ndarray]:
+    """Points (n, 3) in the global frame [m] around what is to be seen of each device, by its name.
+
+    Robots with their reach, machines, regions of interest, and the places of variables. A depth
+    sensor itself counts only in a cell of depth sensors: it looks at the others from far away.
+    What is only scenery (a model, but no data) counts but for what rises above the others, such as
+    a mast.
+    """
+    extents = _Extents(cell, devices, descriptions)
+    found = {device.name: extents.of_device(device) for device in devices}
+    if not any(map(len, found.values())):
+        found = {device.name: extents.sight(device) for device in devices}
+    return _with_scenery(found, {it.name: extents.scenery(it) for it in devices})
+
+
+class _Extents:
+    def __init__(self, cell: Cell, devices: Tuple[Device, ...],
+                 descriptions: Mapping[str, RobotDescription]) -> None:
+        self._descriptions = descriptions
+        self._frames = CellFrames(cell, devices, descriptions)
+
+    def of_device(self, device: Device) -> np.ndarray:
+        """What belongs to the device's data."""
+        parts = [self._around(variable.frame, _ARROW_M * _CUBE) for variable in device.variables]
+        if device.roi is not None:
+            parts.append(self._around(device.roi.frame, _region(device.roi)))
+        if device.type is not DeviceType.DEPTH_SENSOR and not _is_scenery(device):
+            parts.append(self._machine(device))
+        return np.concatenate([np.empty((0, 3)), *parts])
+
+    def scenery(self, device: Device) -> np.ndarray:
+        """The model of a device that has nothing but that."""
+        return self._machine(device) if _is_scenery(device) else np.empty((0, 3))
+
+    def sight(self, device: Device) -> np.ndarray:
+        """A depth sensor and the space before it."""
+        if device.base is None or device.type is not DeviceType.DEPTH_SENSOR:
+            return np.empty((0, 3))
+        depth, side = _SIGHT_M, _SIGHT_SLOPE * _SIGHT_M
+        cone = np.array([(0, 0, 0), *((depth, y, z) for y in (-side, side) for z in (-side, side))])
+        if device.base.frame.endswith('optical_frame'):  # REP 103: z forward there
+            cone = cone[:, [1, 2, 0]]
+        return self._around(device.base.frame, cone)
+
+    def _machine(self, device: Device) -> np.ndarray:
+        if device.base is None:
+            return np.empty((0, 3))
+        model = self._frames.models.get(device.name)
+        body = np.empty((0, 3)) if model is None else model.body()
+        if not len(body):
+            body = _UNKNOWN_M * _CUBE
+        if model is not None and device.type is DeviceType.ROBOT:
+            tool = tool_frame(device, self._descriptions[device.name]).parent
+            body = np.concatenate([body, model.reach(tool)])
+        return self._around(device.base.frame, body)
+
+    def _around(self, frame: str, points: np.ndarray) -> np.ndarray:
+        place = self._frames.place(frame)
+        return np.empty((0, 3)) if place is None else _moved(place, points)
+
+
+def _is_scenery(device: Device) -> bool:
+    return (device.type is DeviceType.OTHER and device.model is not None
+            and not device.topics and not device.variables)
+
+
+def _with_scenery(found: Dict[str, np.ndarray],
+                  scenery: Dict[str, np.ndarray]) -> Dict[str, np.ndarray]:
+    """Add the scenery, without what rises above all the rest."""
+    rest = np.concatenate([np.empty((0, 3)), *found.values()])
+    top = rest.max(axis=0) if len(rest) else np.full(3, np.inf)
+    top[:2] = np.inf
+    return {name: np.concatenate([points, np.minimum(scenery[name], top)])
+            for name, points in found.items()}
+
+
+def _region(roi: RegionOfInterest) -> np.ndarray:
+    return np.array(roi.center) + 0.5 * _CUBE * np.array(roi.size)
+
+
+def _moved(place: Placement, points: np.ndarray) -> np.ndarray:
+    return points @ matrix_from_quaternion(place.quaternion).T + np.array(place.position)

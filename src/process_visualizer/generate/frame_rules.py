@@ -1,0 +1,149 @@
+"""What is wrong with the frames of a cell, given the links of its models."""
+from __future__ import annotations
+
+from typing import Dict, Iterable, Iterator, List, Mapping, NamedTuple, Set, Tuple
+from xml.etree import ElementTree
+
+from process_visualizer.cell.errors import Location, Problem
+from process_visualizer.cell.model import Cell, Device, DeviceType, Display, Property, TopicFunction
+from process_visualizer.cell.suggestions import nearest
+from process_visualizer.generate.processor_nodes import frame_parameters
+from process_visualizer.generate.robot_description import RobotDescription
+from process_visualizer.generate.tool_frame import tool_frame
+
+_FRAME_PROPERTIES = ('Reference Frame', 'Target Frame')
+_FIXED_FRAME = '<Fixed Frame>'
+
+
+class _Use(NamedTuple):
+    frame: str
+    location: Location
+    element: str
+
+
+def frame_problems(devices: Iterable[Device],
+                   descriptions: Mapping[str, RobotDescription]) -> List[Problem]:
+    """Frames that a device places although they are links of a model, which places them too."""
+    owners = {link: name for name, description in descriptions.items()
+              for link in description.parents}
+    return [Problem(place.location, place.element,
+                    f'the frame "{place.frame}" is a link of the model of "{owners[place.frame]}", '
+                    'which says where it is; choose another name')
+            for place in _placed(devices) if place.frame in owners]
+
+
+def frame_warnings(cell: Cell, descriptions: Mapping[str, RobotDescription],
+                   published: Iterable[str]) -> List[Problem]:
+    """Frames that nothing of what is known has; only a driver can bring them in tf.
+
+    ``published`` are further frames that are known. There is no telling before every model can be
+    read.
+    """
+    if any(device.model is not None and device.name not in descriptions for device in cell.devices):
+        return []
+    known = _known_frames(cell, descriptions) | set(published)
+    joints = _joints(descriptions.values())
+    return [Problem(use.location, use.element, _advice(use.frame, known, joints))
+            for device in cell.devices for use in _uses(device) if use.frame not in known]
+
+
+def joint_warnings(devices: Iterable[Device],
+                   descriptions: Mapping[str, RobotDescription]) -> List[Problem]:
+    """Robots whose models have joints, but no topic that moves them."""
+    return [Problem(device.location, 'device',
+                    f'no topic of "{device.name}" has the type "joint_states", so its model does '
+                    'not move; write <topic name="…" type="joint_states" /> for what its driver '
+                    'publishes')
+            for device in devices
+            if device.type is DeviceType.ROBOT and device.name in descriptions
+            and descriptions[device.name].joints
+            and device.topic_for(TopicFunction.JOINT_STATES) is None]
+
+
+def _placed(devices: Iterable[Device]) -> Iterator[_Use]:
+    for device in devices:
+        if device.base is not None:
+            yield _Use(device.base.frame, device.base.location, 'base')
+        if device.force is not None:
+            yield _Use(device.force.frame, device.force.location, 'force')
+
+
+def _known_frames(cell: Cell, descriptions: Mapping[str, RobotDescription]) -> Set[str]:
+    placed = frame_parameters(cell, cell.devices)['frames']
+    links = {link for description in descriptions.values() for link in description.links}
+    bare = {tool_frame(device, None).frame for device in cell.devices  # a robot without a model
+            if device.type is DeviceType.ROBOT and device.model is None and device.tool is None}
+    return {cell.frame, *links, *bare, *(frame['child'] for frame in placed)}
+
+
+def _uses(device: Device) -> Iterator[_Use]:
+    """The frames that elements of a device name, but for those they place."""
+    if device.tool is not None:
+        yield _Use(device.tool.frame, device.tool.location, 'tool')
+    if device.force is not None:
+        yield _Use(device.force.parent_frame, device.force.location, 'force')
+    if device.roi is not None:
+        yield _Use(device.roi.frame, device.roi.location, 'roi')
+    for topic in device.topics:
+        if topic.frame is not None:
+            yield _Use(topic.frame, topic.location, 'topic')
+    for variable in device.variables:
+        yield _Use(variable.frame, variable.location, 'variable')
+    for display in device.displays:
+        yield from _display_uses(display)
+
+
+def _display_uses(display: Display) -> Iterator[_Use]:
+    for item in display.properties:
+        if item.name in _FRAME_PROPERTIES and item.value not in (None, '', _FIXED_FRAME):
+            yield _property_use(item, display)
+    for child in display.children:
+        yield from _display_uses(child)
+
+
+def _property_use(item: Property, display: Display) -> _Use:
+    return _Use((item.value or '').lstrip('/'), item.location or display.location, 'property')
+
+
+def _joints(descriptions: Iterable[RobotDescription]) -> Dict[str, str]:
+    """The link that each joint moves."""
+    found: Dict[str, str] = {}
+    for description in descriptions:
+        for joint in ElementTree.fromstring(description.text).findall('joint'):
+            child = joint.find('child')
+            if child is not None:
+                found[joint.get('name', '')] = child.get('link', '')
+    return found
+
+
+def _advice(frame: str, known: Set[str], joints: Mapping[str, str]) -> str:
+    if frame in joints:
+        return f'"{frame}" is a joint and no frame; did you mean its link "{joints[frame]}"?'
+    meant = _meant(frame, known)
+    text = f'no model, <base>, <tool> or <force> has the frame "{frame}"'
+    return f'{text}; ' + (f'did you mean "{meant}"?' if meant is not None else
+                          'it is not shown unless a driver publishes the frame in tf')
+
+
+def _meant(frame: str, known: Set[str]) -> 'str | None':
+    """The same name behind another prefix, or else the name most like it."""
+    word = frame.split('/')[-1]
+    behind = sorted(name for name in known if name.endswith(('/' + word, '_' + word)))
+    return behind[0] if behind else nearest(frame, known)
+
+
+def static_frames(words: Iterable[Tuple[str, str, str]]) -> Set[str]:
+    """The frames that static_transform_publishers bring: of package, type and arguments."""
+    found: Set[str] = set()
+    for package, kind, arguments in words:
+        if package in ('tf', 'tf2_ros') and kind == 'static_transform_publisher':
+            found |= {word.lstrip('/') for word in arguments.split() if not _is_number(word)}
+    return found
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True

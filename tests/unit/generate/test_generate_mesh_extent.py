@@ -1,0 +1,77 @@
+"""How large meshes are, in files of the three kinds that RViz reads."""
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from process_visualizer.generate.mesh_extent import mesh_corners
+
+TRIANGLE = [(0.0, 0.0, 0.0), (1.0, 0.0, -2.0), (0.5, 3.0, 0.0)]
+LOW, HIGH = [0.0, 0.0, -2.0], [1.0, 3.0, 0.0]
+COLLADA = '''<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+  <asset><unit name="millimeter" meter="0.001"/></asset>
+  <library_geometries><geometry id="g"><mesh>
+    <source id="p"><float_array id="pa" count="9">0 0 0 1 0 -2 0.5 3 0</float_array></source>
+    <source id="n"><float_array id="na" count="3">99 99 99</float_array></source>
+    <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+  </mesh></geometry></library_geometries>
+  <library_nodes><node id="part"><instance_geometry url="#g"/></node></library_nodes>
+  <library_visual_scenes><visual_scene id="s"><node>
+    <translate>10 0 0</translate><rotate>0 0 1 90</rotate><scale>2 2 2</scale>
+    <node><matrix>1 0 0 0 0 1 0 0 0 0 1 5 0 0 0 1</matrix>{shown}</node>
+  </node></visual_scene></library_visual_scenes>
+</COLLADA>'''
+
+
+def binary_stl() -> bytes:
+    face = struct.pack('<12fH', 0, 0, 1, *(value for corner in TRIANGLE for value in corner), 0)
+    return b'solid but binary'.ljust(80) + struct.pack('<I', 1) + face
+
+
+def text_stl() -> bytes:
+    corners = '\n'.join(f'   vertex {x} {y} {z}' for x, y, z in TRIANGLE)
+    return (f'solid a\n facet normal 0 0 1\n  outer loop\n{corners}\n  endloop\n endfacet\n'
+            'endsolid a\n').encode()
+
+
+def obj() -> bytes:
+    corners = '\n'.join(f'v {x} {y} {z} 1.0' for x, y, z in TRIANGLE)
+    return f'# a triangle\n{corners}\nvn 9 9 9\nf 1 2 3\n'.encode()
+
+
+@pytest.mark.parametrize(('name', 'content'), [
+    ('a.stl', binary_stl()), ('b.STL', text_stl()), ('c.obj', obj())])
+def test_triangle(name: str, content: bytes, tmp_path: Path) -> None:
+    (tmp_path / name).write_bytes(content)
+    np.testing.assert_allclose(mesh_corners(str(tmp_path / name)), [LOW, HIGH])
+
+
+@pytest.mark.parametrize('shown', ['<instance_geometry url="#g"/>', '<instance_node url="#part"/>'])
+def test_collada_with_its_unit_and_its_nodes(shown: str, tmp_path: Path) -> None:
+    path = tmp_path / 'a.dae'
+    path.write_text(COLLADA.format(shown=shown))
+    np.testing.assert_allclose(mesh_corners(str(path)),
+                               [[0.004, 0.0, 0.006], [0.010, 0.002, 0.010]], atol=1e-12)
+
+
+@pytest.mark.parametrize(('name', 'content'), [
+    ('a.dae', b'<COLLADA'),
+    ('b.dae', COLLADA.format(shown='<instance_geometry url="#x"/>').encode()),
+    ('c.stl', b''), ('d.obj', b'v 1 2 x\n'), ('e.fbx', b'Kaydara'),
+    ('f.obj', b'v nan 0 0\n')])
+def test_what_cannot_be_read_has_no_size(name: str, content: bytes, tmp_path: Path) -> None:
+    (tmp_path / name).write_bytes(content)
+    assert mesh_corners(str(tmp_path / name)) is None
+    assert mesh_corners(str(tmp_path / 'gone.stl')) is None
+
+
+def test_changed_file_is_read_again(tmp_path: Path) -> None:
+    path = tmp_path / 'a.obj'
+    path.write_bytes(obj())
+    mesh_corners(str(path))
+    path.write_bytes(b'v 7 7 7\n')
+    np.testing.assert_allclose(mesh_corners(str(path)), [[7, 7, 7]] * 2)
