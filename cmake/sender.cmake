@@ -18,7 +18,14 @@ target_link_libraries(process_visualizer_sender Threads::Threads)
 install(TARGETS process_visualizer_sender LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})
 
 if(CATKIN_ENABLE_TESTING)
-  catkin_add_gtest(test_sender tests/cpp/test_sender.cpp)
-  process_visualizer_compile(test_sender)
-  target_link_libraries(test_sender process_visualizer_sender)
+  foreach(name test_sender test_transfer)
+    catkin_add_gtest(${name} tests/cpp/${name}.cpp)
+    process_visualizer_compile(${name})
+    target_link_libraries(${name} process_visualizer_sender)
+  endforeach()
 endif()
+
+# A benchmark: cmake --build build --target bench_sender_load
+add_executable(bench_sender_load EXCLUDE_FROM_ALL bench/sender_load.cpp)
+process_visualizer_compile(bench_sender_load)
+target_link_libraries(bench_sender_load process_visualizer_sender)

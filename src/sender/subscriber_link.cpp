@@ -52,9 +52,11 @@ std::int64_t SubscriberLink::nextWrite() const {
 }
 
 SubscriberLink::State SubscriberLink::write(std::int64_t now_ns) {
-  const auto& [packet, transfer] = queue_.front();
-  const ssize_t count = send(socket_, packet->data() + front_written_,
-                             transfer.sizeOf(front_written_, now_ns), MSG_DONTWAIT | MSG_NOSIGNAL);
+  Parts parts;
+  msghdr message{};
+  message.msg_iov = parts.data();
+  message.msg_iovlen = gather(now_ns, parts);
+  const ssize_t count = sendmsg(socket_, &message, MSG_DONTWAIT | MSG_NOSIGNAL);
   if (count >= 0)
     written(static_cast<std::size_t>(count));
   else if (errno == EAGAIN || errno == EWOULDBLOCK)
@@ -62,6 +64,19 @@ SubscriberLink::State SubscriberLink::write(std::int64_t now_ns) {
   else if (errno != EINTR)
     markBroken();
   return state_;
+}
+
+/// The next parts that may be written at a time; returns how many. All but the last of them end
+/// their packets.
+std::size_t SubscriberLink::gather(std::int64_t now_ns, Parts& parts) const {
+  std::size_t count = 0, begin = front_written_;
+  for (auto it = queue_.begin(); it != queue_.end() && count < parts.size(); ++it, begin = 0) {
+    if (count > 0 && it->transfer.timeOf(0) > now_ns) break;
+    const std::size_t size = it->transfer.sizeOf(begin, now_ns);
+    parts[count++] = {const_cast<char*>(it->packet->data()) + begin, size};
+    if (begin + size < it->packet->size()) break;
+  }
+  return count;
 }
 
 void SubscriberLink::markBroken() {
@@ -83,10 +98,12 @@ void SubscriberLink::dropOldest() {
 
 void SubscriberLink::written(std::size_t bytes) {
   front_written_ += bytes;
-  if (front_written_ < queue_.front().packet->size()) return;
-  queued_bytes_ -= queue_.front().packet->size();
-  queue_.pop_front();
-  front_written_ = 0;
+  while (!queue_.empty() && front_written_ >= queue_.front().packet->size()) {
+    const std::size_t size = queue_.front().packet->size();
+    front_written_ -= size;
+    queued_bytes_ -= size;
+    queue_.pop_front();
+  }
   if (queue_.empty()) state_ = State::kIdle;
 }
 

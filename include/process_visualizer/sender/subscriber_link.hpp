@@ -1,5 +1,8 @@
 #pragma once
 
+#include <sys/uio.h>
+
+#include <array>
 #include <deque>
 
 #include "process_visualizer/sender/packet.hpp"
@@ -31,7 +34,8 @@ class SubscriberLink {
   void add(PacketPtr packet, std::int64_t due_ns);
   /// When the next part may be written; `Wakeup::kNever` if there is none, or the link is blocked.
   std::int64_t nextWrite() const;
-  /// Writes the next part.
+  /// Writes the next part, and with it what else may be written: a system call costs more than
+  /// the bytes of a small message.
   State write(std::int64_t now_ns);
   void markBroken();
   /// The subscriber takes something again.
@@ -47,6 +51,10 @@ class SubscriberLink {
     Transfer transfer;
   };
 
+  static constexpr std::size_t kMostParts = 64;
+  using Parts = std::array<iovec, kMostParts>;
+
+  std::size_t gather(std::int64_t now_ns, Parts& parts) const;
   void dropOldest();
   void written(std::size_t bytes);
 
