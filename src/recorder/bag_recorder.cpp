@@ -133,6 +133,7 @@ std::string BagRecorder::begin(const Start::Request& request) {
     throw RecordingError("no topic is chosen: tick a device whose topics are recorded");
   try {
     connect();
+    const std::lock_guard<std::mutex> lock(mutex_);  // nothing comes between past and recording
     open(options, request, past(ros::Time::now(), request.recent, choice_));
   } catch (const RecordingError&) {
     setPhase(RecorderState::IDLE);
@@ -146,13 +147,17 @@ std::string BagRecorder::save(const Start::Request& request) {
   requireIdle();
   const TopicChoice choice(request.topics, request.patterns, request.excluded);
   if (!ros::Time::isValid()) throw RecordingError(kNoTime);
+  const RecordingOptions options = optionsOf(request, node_, folder_);
   const ros::Time now = ros::Time::now();
   const double all = std::numeric_limits<double>::infinity();
-  const Past last =
-      past(now, request.recent > 0 ? request.recent : all, choice.isEmpty() ? choice_ : choice);
-  if (last.messages.empty())
-    throw RecordingError("nothing is in memory of that time: are the devices running?");
-  open(optionsOf(request, node_, folder_), request, last);
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const Past last =
+        past(now, request.recent > 0 ? request.recent : all, choice.isEmpty() ? choice_ : choice);
+    if (last.messages.empty())
+      throw RecordingError("nothing is in memory of that time: are the devices running?");
+    open(options, request, last);
+  }
   finish(std::chrono::milliseconds(0), now);
   const RecordingStatus status = last_->status();
   if (!status.problem.empty()) throw RecordingError(status.problem);
@@ -197,9 +202,8 @@ void BagRecorder::connect() {
         "; look whether the nodes still answer, and at ROS_IP and ROS_HOSTNAME");
 }
 
-/// What a bag begins with that holds the last seconds of a choice.
+/// What a bag begins with that holds the last seconds of a choice; the mutex has to be locked.
 Past BagRecorder::past(const ros::Time& now, double recent_s, const TopicChoice& choice) const {
-  const std::lock_guard<std::mutex> lock(mutex_);
   const Past all = recent_.last(now, recent_s);
   const auto is_wanted = [&](const Message& message) {
     return message.connection == mark_connection_ || message.topic() == kCalibration ||
@@ -213,10 +217,10 @@ Past BagRecorder::past(const ros::Time& now, double recent_s, const TopicChoice&
   return past;
 }
 
+/// Begins a recording with what has been; the mutex has to be locked.
 void BagRecorder::open(const RecordingOptions& options, const Start::Request& request,
                        const Past& past) {
   const std::string& text = request.configuration.empty() ? configuration_ : request.configuration;
-  const std::lock_guard<std::mutex> lock(mutex_);
   RecordingContents contents;
   contents.latched = past.latched;
   if (!text.empty())

@@ -179,6 +179,22 @@ class BagRecorderTest(unittest.TestCase):
             recorder.client.stop()
             self.assert_seconds(path, topic, 2.0, 4.0)
 
+    def test_nothing_is_lost_where_the_past_goes_on_into_the_recording(self):
+        many, topic = new_topic(), new_topic()
+        publisher = rospy.Publisher(many, UInt32, queue_size=100_000)
+        with Stream(topic), RecorderUnderTest(
+                recent_duration=60, topics=[many, topic]) as recorder:
+            self.assertTrue(wait_for_count(recorder, topic, 1))
+            for number in range(60_000):  # to copy these takes longer than a period of the stream
+                publisher.publish(number)
+            self.assertTrue(wait_for_count(recorder, many, 60_000))
+            path = recorder.start(name='on', recent_s=60.0)
+            recorder.client.wait_for(lambda state: state.duration > 0.2, TIMEOUT_S)
+            recorder.client.stop()
+            found = numbers(path, topic)
+            self.assertEqual(found, list(range(found[0], found[0] + len(found))))
+            self.assertEqual(len(numbers(path, many)), 60_000)
+
     def test_what_is_saved_is_as_long_as_was_asked_for(self):
         topic = new_topic()
         with Stream(topic), RecorderUnderTest(recent_duration=30, topics=[topic]) as recorder:
