@@ -5,6 +5,7 @@
 #include <ros/this_node.h>
 #include <ros/xmlrpc_manager.h>
 
+#include <algorithm>
 #include <chrono>
 #include <functional>
 #include <future>
@@ -15,11 +16,11 @@
 namespace process_visualizer {
 namespace {
 
-enum class Answer { kNone, kDead, kTopics };
+enum class Answer { kNone, kDead, kLinks };
 
 struct Bus {
   Answer answer = Answer::kNone;
-  std::set<std::string> topics;  ///< that it sends to this node
+  Links links;  ///< to this node
 };
 
 using Buses = std::map<std::string, Bus>;  ///< by the name of the node
@@ -43,19 +44,18 @@ bool askForConnections(const std::string& address, XmlRpc::XmlRpcValue& answer) 
   return client.execute("getBusInfo", arguments, answer);
 }
 
-/// What arrives here from a publisher that does not tell what it sends.
-std::set<std::string> topicsArrivingFrom(const std::string& address) {
+/// The connections here from a publisher that does not tell what it sends.
+Links linksArrivingFrom(const std::string& address) {
   XmlRpc::XmlRpcValue answer;
   const std::string own = ros::XMLRPCManager::instance()->getServerURI();
-  return askForConnections(own, answer) ? topicsReceivedFrom(address, answer)
-                                        : std::set<std::string>();
+  return askForConnections(own, answer) ? linksFrom(address, answer) : Links();
 }
 
 Bus askForBus(const std::string& address, const std::string& receiver) {
   XmlRpc::XmlRpcValue answer;
   if (!askForConnections(address, answer)) return {Answer::kDead, {}};
-  const auto topics = topicsSentTo(receiver, answer);
-  return {Answer::kTopics, topics ? *topics : topicsArrivingFrom(address)};
+  const auto links = linksTo(receiver, answer);
+  return {Answer::kLinks, links ? *links : linksArrivingFrom(address)};
 }
 
 /// Asks in a thread of its own, since a process that is stopped accepts a question and never
@@ -100,13 +100,25 @@ std::optional<Publishers> publishersAtMaster() {
   return publishersIn(state);
 }
 
+LinksOfNodes linksHere(const Publishers& publishers, const std::set<std::string>& topics,
+                       double timeout_s) {
+  LinksOfNodes links;
+  for (auto& [node, bus] : askAll(publishers, topics, timeout_s)) links[node] = bus.links;
+  return links;
+}
+
 std::vector<std::string> unconnectedPublishers(const Publishers& publishers,
                                                const std::set<std::string>& topics,
-                                               double timeout_s) {
+                                               const LinksOfNodes& old, double timeout_s) {
   Buses buses = askAll(publishers, topics, timeout_s);
   std::vector<std::string> unconnected;
   forEachPublisher(publishers, topics, [&](const std::string& topic, const std::string& node) {
-    if (buses[node].answer != Answer::kDead && buses[node].topics.count(topic) == 0)
+    const auto known = old.find(node);
+    const auto is_new = [&](const Links::value_type& link) {
+      return link.first == topic && (known == old.end() || known->second.count(link) == 0);
+    };
+    const auto& [answer, links] = buses[node];
+    if (answer != Answer::kDead && std::none_of(links.begin(), links.end(), is_new))
       unconnected.push_back(topic + " (" + node + ")");
   });
   return unconnected;
@@ -118,7 +130,7 @@ std::set<std::string> topicsWithLivingPublisher(const Publishers& publishers,
   Buses buses = askAll(publishers, topics, timeout_s);
   std::set<std::string> living;
   forEachPublisher(publishers, topics, [&](const std::string& topic, const std::string& node) {
-    if (buses[node].answer == Answer::kTopics) living.insert(topic);
+    if (buses[node].answer == Answer::kLinks) living.insert(topic);
   });
   return living;
 }

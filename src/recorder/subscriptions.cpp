@@ -1,8 +1,10 @@
 #include "process_visualizer/recorder/subscriptions.hpp"
 
+#include <algorithm>
 #include <boost/make_shared.hpp>
 #include <chrono>
 #include <future>
+#include <iterator>
 #include <thread>
 #include <utility>
 
@@ -11,7 +13,8 @@ namespace {
 
 constexpr unsigned kUnlimited = 0;  // for roscpp's queue: the recorder's own one is bounded
 constexpr std::chrono::milliseconds kPeriod(20);
-constexpr unsigned kPatience = 3;  ///< looks; a publisher of many topics takes a while to connect
+constexpr double kQuestionS = 0.5;  ///< a publisher that takes longer may have connected meanwhile
+constexpr unsigned kPatience = 3;   ///< looks; a publisher of many topics takes a while to connect
 
 /// Whether it is time to subscribe anew: after 3, 6, 12, 24, ... looks.
 bool isTurn(unsigned looks) {
@@ -46,11 +49,28 @@ Subscriptions::~Subscriptions() {
 }
 
 void Subscriptions::choose(const std::set<std::string>& topics) {
+  noteOldLinks(topics);
   const std::lock_guard<std::mutex> lock(mutex_);
   for (auto it = subscribers_.begin(); it != subscribers_.end();)
     it = topics.count(it->first) != 0 ? std::next(it) : subscribers_.erase(it);
   for (const std::string& topic : topics)
     if (subscribers_.count(topic) == 0) subscribe(topic);
+}
+
+/// Notes the connections that publishers still have of topics that are to be subscribed anew.
+void Subscriptions::noteOldLinks(const std::set<std::string>& topics) {
+  std::set<std::string> added;
+  const std::set<std::string> known = this->topics();
+  std::set_difference(topics.begin(), topics.end(), known.begin(), known.end(),
+                      std::inserter(added, added.end()));
+  if (added.empty()) return;
+  const auto publishers = publishersAtMaster();
+  if (!publishers) return;
+  for (const auto& [node, links] : linksHere(*publishers, added, kQuestionS)) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    for (const auto& link : links)
+      if (added.count(link.first) != 0) old_links_[node].insert(link);
+  }
 }
 
 std::set<std::string> Subscriptions::topics() const {
@@ -75,10 +95,17 @@ std::vector<std::string> Subscriptions::waitUntilConnected(double timeout_s) {
     const std::chrono::duration<double> left = deadline - Clock::now();
     const auto publishers = publishersAtMaster();
     if (!publishers) return {"the ROS master does not answer"};
-    auto unconnected = unconnectedPublishers(*publishers, topics(), left.count());
+    // A publisher whose connections all have one number would never be believed.
+    const LinksOfNodes old = left.count() > timeout_s / 2 ? oldLinks() : LinksOfNodes();
+    auto unconnected = unconnectedPublishers(*publishers, topics(), old, left.count());
     if (unconnected.empty() || Clock::now() >= deadline) return unconnected;
     std::this_thread::sleep_for(kPeriod);  // other programs cannot be waited for
   }
+}
+
+LinksOfNodes Subscriptions::oldLinks() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return old_links_;
 }
 
 void Subscriptions::runAfterArrived(const std::function<void()>& function) {

@@ -5,7 +5,7 @@ namespace {
 
 using XmlRpc::XmlRpcValue;
 
-constexpr int kPeer = 1, kDirection = 2, kTopic = 4;  // of an entry of getBusInfo
+constexpr int kNumber = 0, kPeer = 1, kDirection = 2, kTopic = 4;  // of an entry of getBusInfo
 constexpr int kSuccess = 1;
 
 int lengthOf(const XmlRpcValue& value) {
@@ -14,6 +14,11 @@ int lengthOf(const XmlRpcValue& value) {
 
 std::string textAt(XmlRpcValue& list, int place) {
   return place < lengthOf(list) ? textOf(list[place]) : std::string();
+}
+
+int numberAt(XmlRpcValue& list, int place) {
+  const bool is_number = list[place].getType() == XmlRpcValue::TypeInt;
+  return is_number ? static_cast<int>(list[place]) : 0;
 }
 
 bool isSuccess(XmlRpcValue& answer) {
@@ -28,14 +33,13 @@ bool areConnections(XmlRpcValue& list) {
   return true;
 }
 
-/// The topics of the connections with a peer in one direction: "i" to this node, "o" from it.
-std::set<std::string> topicsOf(XmlRpcValue& connections, const std::string& peer,
-                               const std::string& direction) {
-  std::set<std::string> topics;
+/// The connections with a peer in one direction: "i" to this node, "o" from it.
+Links linksOf(XmlRpcValue& connections, const std::string& peer, const std::string& direction) {
+  Links links;
   for (int i = 0; i < lengthOf(connections); ++i)
     if (textAt(connections[i], kPeer) == peer && textAt(connections[i], kDirection) == direction)
-      topics.insert(textAt(connections[i], kTopic));
-  return topics;
+      links.insert({textAt(connections[i], kTopic), numberAt(connections[i], kNumber)});
+  return links;
 }
 
 }  // namespace
@@ -59,14 +63,13 @@ Publishers publishersIn(XmlRpcValue& system_state) {
   return publishers;
 }
 
-std::optional<std::set<std::string>> topicsSentTo(const std::string& subscriber,
-                                                  XmlRpcValue& answer) {
+std::optional<Links> linksTo(const std::string& subscriber, XmlRpcValue& answer) {
   if (!isSuccess(answer) || !areConnections(answer[2])) return std::nullopt;
-  return topicsOf(answer[2], subscriber, "o");
+  return linksOf(answer[2], subscriber, "o");
 }
 
-std::set<std::string> topicsReceivedFrom(const std::string& publisher, XmlRpcValue& answer) {
-  return isSuccess(answer) ? topicsOf(answer[2], publisher, "i") : std::set<std::string>();
+Links linksFrom(const std::string& publisher, XmlRpcValue& answer) {
+  return isSuccess(answer) ? linksOf(answer[2], publisher, "i") : Links();
 }
 
 }  // namespace process_visualizer

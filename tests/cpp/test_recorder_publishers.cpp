@@ -41,26 +41,26 @@ TEST(Connections, AreReadInBothDirections) {
   XmlRpcValue answer = list({1, "",
                              list({connection("/me", "o", "/a"), connection("/you", "o", "/b"),
                                    connection("http://x:1/", "i", "/c")})});
-  EXPECT_EQ(topicsSentTo("/me", answer), Names{"/a"});
-  EXPECT_EQ(topicsReceivedFrom("http://x:1/", answer), Names{"/c"});
+  EXPECT_EQ(linksTo("/me", answer), (Links{{"/a", 1}}));
+  EXPECT_EQ(linksFrom("http://x:1/", answer), (Links{{"/c", 1}}));
 }
 
 TEST(Connections, OfOddAnswersAreNotKnown) {
   for (XmlRpcValue odd : valuesOfAllTypes()) {
-    EXPECT_EQ(topicsSentTo("/me", odd), std::nullopt);
+    EXPECT_EQ(linksTo("/me", odd), std::nullopt);
     XmlRpcValue odd_code = list({odd, "", list({})});
-    EXPECT_EQ(topicsSentTo("/me", odd_code).has_value(), odd.getType() == XmlRpcValue::TypeInt);
+    EXPECT_EQ(linksTo("/me", odd_code).has_value(), odd.getType() == XmlRpcValue::TypeInt);
     XmlRpcValue odd_connection = list({1, "", list({odd})});
-    EXPECT_EQ(topicsSentTo("/me", odd_connection), std::nullopt);
-    EXPECT_EQ(topicsReceivedFrom("/me", odd_connection), Names{});
+    EXPECT_EQ(linksTo("/me", odd_connection), std::nullopt);
+    EXPECT_EQ(linksFrom("/me", odd_connection), Links{});
     if (odd.getType() == XmlRpcValue::TypeArray) continue;
     XmlRpcValue odd_list = list({1, "", odd});
-    EXPECT_EQ(topicsSentTo("/me", odd_list), std::nullopt);
+    EXPECT_EQ(linksTo("/me", odd_list), std::nullopt);
     XmlRpcValue odd_field = list({1, "", list({list({1, odd, odd, odd, odd})})});
-    EXPECT_EQ(topicsSentTo("/me", odd_field).has_value(), odd.getType() == XmlRpcValue::TypeString);
+    EXPECT_EQ(linksTo("/me", odd_field).has_value(), odd.getType() == XmlRpcValue::TypeString);
   }
   XmlRpcValue error = list({0, "no", list({connection("/me", "o", "/a")})});
-  EXPECT_EQ(topicsSentTo("/me", error), std::nullopt);
+  EXPECT_EQ(linksTo("/me", error), std::nullopt);
 }
 
 TEST(SystemState, IsReadWhateverItIs) {

@@ -51,6 +51,17 @@ class BagRecorderTest(unittest.TestCase):
                 for topic in topics:
                     self.assertEqual(numbers(path, topic), list(range(300)))
 
+    def test_all_of_a_topic_is_there_each_time_it_is_recorded(self):
+        topic = new_topic()
+        publisher = rospy.Publisher(topic, UInt32, queue_size=1000)
+        with RecorderUnderTest() as recorder:
+            for name in 'abcdefgh':  # rospy keeps the connections of before until it sends again
+                path = recorder.start(topic, name=name)
+                for number in range(50):
+                    publisher.publish(number)
+                recorder.client.stop()
+                self.assertEqual(numbers(path, topic), list(range(50)))
+
     def test_a_bag_is_active_until_it_is_finished(self):
         topic = new_topic()
         with RecorderUnderTest() as recorder, Stream(topic):

@@ -43,6 +43,8 @@ class Subscriptions {
   std::vector<std::string> followChangedTypes(const Publishers& publishers, double timeout_s);
 
  private:
+  void noteOldLinks(const std::set<std::string>& topics);
+  LinksOfNodes oldLinks() const;
   std::set<std::string> unconnectedTopics(const Publishers& publishers) const;
   void subscribe(const std::string& topic);
   void take(const std::string& topic, const ros::MessageEvent<RawMessage const>& event);
@@ -56,6 +58,7 @@ class Subscriptions {
   ros::AsyncSpinner spinner_;
   mutable std::mutex mutex_;  ///< for the subscribers
   std::map<std::string, ros::Subscriber> subscribers_;
+  LinksOfNodes old_links_;  ///< of subscriptions before, which some publishers keep
   /// Looks in a row that found a living publisher and no connection.
   std::map<std::string, unsigned> unconnected_;
   /// By topic and address; the header is kept so that its address stays its own.

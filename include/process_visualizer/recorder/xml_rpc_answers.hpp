@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 
 namespace process_visualizer {
 
@@ -17,15 +18,17 @@ using Publishers = std::map<std::string, std::set<std::string>>;
 /// Reads what getSystemState returns.
 Publishers publishersIn(XmlRpc::XmlRpcValue& system_state);
 
-/// Reads the answer to getBusInfo: the topics that a publisher sends to a subscriber.
+/// The connections between two nodes: topic, and the number by which a node tells them apart.
+using Links = std::set<std::pair<std::string, int>>;
+
+/// Reads the answer to getBusInfo: the connections by which a publisher sends to a subscriber.
 /// \param subscriber as the publisher knows it: its name
 /// \returns nothing if the answer is not a list of connections
-std::optional<std::set<std::string>> topicsSentTo(const std::string& subscriber,
-                                                  XmlRpc::XmlRpcValue& answer);
+std::optional<Links> linksTo(const std::string& subscriber, XmlRpc::XmlRpcValue& answer);
 
-/// Reads a subscriber's answer to getBusInfo: the topics that it receives from a publisher.
-/// \param publisher as the subscriber knows it: the address of its XML-RPC server
-std::set<std::string> topicsReceivedFrom(const std::string& publisher, XmlRpc::XmlRpcValue& answer);
+/// Reads a subscriber's answer to getBusInfo: the connections by which it receives from a
+/// publisher. \param publisher as the subscriber knows it: the address of its XML-RPC server
+Links linksFrom(const std::string& publisher, XmlRpc::XmlRpcValue& answer);
 
 /// Returns a value if it is a text, else an empty one.
 std::string textOf(const XmlRpc::XmlRpcValue& value);
