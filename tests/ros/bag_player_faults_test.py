@@ -5,11 +5,15 @@ from __future__ import annotations
 import os
 import signal
 import socket
+import socketserver
 import subprocess
 import sys
+import threading
 import unittest
 from pathlib import Path
-from typing import BinaryIO, Sequence, Tuple
+from typing import Any, BinaryIO, Sequence, Tuple
+from xmlrpc.client import ServerProxy
+from xmlrpc.server import SimpleXMLRPCServer
 
 import rospy
 import rostest
@@ -43,6 +47,36 @@ def run(command: Sequence[str], **environment: str) -> Tuple[int, str]:
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
         env={**os.environ, **environment})
     return process.returncode, process.stdout
+
+
+class SlowMaster:
+    """Passes on what a node asks the master; the first call of one method waits to be released."""
+
+    def __init__(self, method: str) -> None:
+        self._method = method
+        self.is_asked, self.release = threading.Event(), threading.Event()
+        self._server = SlowMaster._Server(('localhost', 0), logRequests=False, allow_none=True)
+        self._server.register_instance(self)
+        self._thread = threading.Thread(target=self._server.serve_forever)
+        self._thread.start()
+        self.uri = f'http://localhost:{self._server.server_address[1]}'
+
+    class _Server(socketserver.ThreadingMixIn, SimpleXMLRPCServer):
+        daemon_threads = True
+
+    def _dispatch(self, method: str, arguments: Sequence[Any]) -> Any:
+        if method == self._method and not self.is_asked.is_set():
+            self.is_asked.set()
+            self.release.wait(20.0)
+        return getattr(ServerProxy(os.environ['ROS_MASTER_URI']), method)(*arguments)
+
+    def __enter__(self) -> SlowMaster:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._server.shutdown()
+        self._thread.join()
+        self._server.server_close()
 
 
 class BadImage(Image):
@@ -244,6 +278,22 @@ class BagPlayerFaultsTest(unittest.TestCase):
             self.assertRegex(output, r"^bag_player: playback has failed at 0.* s: "
                                      r"RuntimeError\('a fault'\) in .*, line \d+; start it again")
             self.assertNotIn('Traceback', output)
+
+    def test_a_signal_while_the_master_is_asked_ends_it(self) -> None:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            with self.subTest(number), SlowMaster('registerService') as master:
+                player = subprocess.Popen([PROGRAM, self.bag(), '--pause', '-k'],
+                                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                                          stderr=subprocess.STDOUT, text=True,
+                                          env={**os.environ, 'ROS_MASTER_URI': master.uri})
+                self.assertTrue(master.is_asked.wait(20.0))
+                player.send_signal(number)
+                master.release.set()
+                try:
+                    output, _ = player.communicate(timeout=20.0)
+                finally:
+                    player.kill()
+                self.assertEqual((player.returncode, 'Traceback' in output), (0, False), output)
 
     def test_signals_end_it(self) -> None:
         for number in (signal.SIGINT, signal.SIGTERM):

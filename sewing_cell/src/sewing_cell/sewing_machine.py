@@ -19,7 +19,7 @@ from process_visualizer.nodes.parameters import (
     private_parameters,
 )
 from process_visualizer.nodes.playback import PlaybackFollower
-from process_visualizer.nodes.process_end import spin_to_end
+from process_visualizer.nodes.process_end import spin_to_end, start_node
 from process_visualizer.nodes.value_board import ShownValue, TextPlace, ValueBoard
 
 MESH = 'package://sewing_cell/meshes/sewing_machine.dae'
@@ -185,7 +185,7 @@ class SewingTransformer:
 
 def main() -> None:
     """Run the node; it ends with status 1 when a parameter is wrong."""
-    rospy.init_node('sewing_machine')
+    start_node('sewing_machine')
     try:
         SewingTransformer(SewingParameters.read(private_parameters()))
     except ParameterError as error:

@@ -12,7 +12,7 @@ from typing import Callable
 
 import rospy
 
-from process_visualizer.nodes.process_end import spin_to_end
+from process_visualizer.nodes.process_end import spin_to_end, start_node
 from sewing_cell.cycle import SewingCycle
 from sewing_cell.driver_groups import ForceDriver, JointDriver, KinectDriver, MachineDriver
 from sewing_cell.simulator_parameters import ParameterError, SimulatorParameters
@@ -89,7 +89,7 @@ def _fail(error: Exception) -> None:
 
 def main() -> int:
     """Run the node; the exit code is 1 when a parameter cannot be used."""
-    rospy.init_node("simulator")
+    start_node("simulator")
     try:
         parameters = SimulatorParameters.read(rospy.get_param)
     except ParameterError as error:

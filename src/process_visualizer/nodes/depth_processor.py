@@ -13,7 +13,7 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Float32
 
 from process_visualizer.nodes.playback import PlaybackFollower
-from process_visualizer.nodes.process_end import spin_to_end
+from process_visualizer.nodes.process_end import spin_to_end, start_node
 
 # std_msgs/Header on the wire: seq, stamp (s, ns), and the length of frame_id, which follows.
 _HEADER = struct.Struct('<4I')
@@ -112,6 +112,6 @@ class DepthProcessor:
 
 def main() -> None:
     """Run the node until ROS shuts it down."""
-    rospy.init_node('depth_proc')
+    start_node('depth_proc')
     processor = DepthProcessor()  # noqa: F841, keeps the subscription alive
     spin_to_end()

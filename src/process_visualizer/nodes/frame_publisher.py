@@ -12,7 +12,7 @@ from tf2_msgs.msg import TFMessage
 from process_visualizer.motion.frame_tree import Frame, FrameTree
 from process_visualizer.motion.rotations import quaternion_from_ypr
 from process_visualizer.nodes.parameters import ParameterError, Parameters
-from process_visualizer.nodes.process_end import spin_to_end
+from process_visualizer.nodes.process_end import spin_to_end, start_node
 from process_visualizer.srv import SetFrame, SetFrameRequest, SetFrameResponse
 
 
@@ -71,7 +71,7 @@ def read_frames(entries: Any) -> List[Frame]:
 
 def main() -> None:
     """Run the node; it ends with status 1 when its frames are wrong."""
-    rospy.init_node('cell_frames')
+    start_node('cell_frames')
     try:
         FramePublisher(FrameTree(read_frames(rospy.get_param('~frames', []))))
     except ValueError as error:

@@ -26,6 +26,7 @@ from process_visualizer.nodes.bag_player import (
     PlayerSettings,
 )
 from process_visualizer.nodes.player_terminal import PlayerTerminal
+from process_visualizer.nodes.process_end import start_node
 from process_visualizer.nodes.reindexing import ReindexRefused, reindexed
 from process_visualizer.nodes.timed_sender import take_long_slices
 
@@ -50,6 +51,8 @@ def main(arguments: Optional[Sequence[str]] = None,
             ValueError) as error:
         print(f'bag_player: {error}', file=sys.stderr)
     except (rospy.ROSException, rosgraph.MasterException, OSError) as error:
+        if rospy.is_shutdown():  # by a signal, in the middle of beginning
+            return 0
         print(f'bag_player: the ROS master cannot be used: {error}; is roscore running?',
               file=sys.stderr)
     return 1
@@ -65,7 +68,7 @@ def take_priority() -> None:
 def _play(options: PlayerOptions, words: List[str], recording_type: Type[Recording]) -> int:
     with opened(options, recording_type) as recording:
         rosgraph.Master('/bag_player').getPid()  # instead of rospy's endless wait for a master
-        rospy.init_node('bag_player', argv=without_topic_remaps(words))
+        start_node('bag_player', without_topic_remaps(words))
         choice = TopicChoice(options.topics, options.exclude, options.prefix,
                              topic_remaps(words, rospy.get_namespace()))
         topics = [it.topic for it in recording.index.connections]

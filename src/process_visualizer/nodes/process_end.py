@@ -1,17 +1,42 @@
-"""The end of a rospy node's process, which rospy alone does not always reach."""
+"""The end of a rospy node's process, which rospy alone does not always reach; and its beginning."""
 from __future__ import annotations
 
 import logging
 import os
+import signal
 import sys
 import threading
 import time
-from typing import Callable, NoReturn
+from typing import Callable, List, NoReturn, Optional
 
 import rospy
 
 _SHUTDOWN_S = 1.2
 """For all that a shutdown does, which includes a farewell to the master and to every node."""
+
+
+def start_node(name: str, argv: Optional[List[str]] = None) -> None:
+    """Make this process a node that SIGINT and SIGTERM shut down; ends it if one comes meanwhile.
+
+    To be called by the main thread, instead of ``rospy.init_node``. rospy's handlers shut down in
+    the thread that the signal interrupts. If that is just asking the master, it holds the lock
+    that the farewell needs, and waits for itself for ever.
+    """
+    received = threading.Event()
+
+    def shut_down() -> None:
+        received.wait()
+        rospy.signal_shutdown('a signal')
+
+    threading.Thread(target=shut_down, name='end at a signal', daemon=True).start()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: received.set())
+    try:
+        rospy.init_node(name, argv=argv, disable_signals=True)
+    except rospy.ROSInitException:
+        if not rospy.is_shutdown():
+            raise
+        end_process(0)
 
 
 def spin_to_end(*cleanups: Callable[[], None]) -> NoReturn:

@@ -24,7 +24,7 @@ from process_visualizer.nodes.parameters import (
     read_robot_parameters,
 )
 from process_visualizer.nodes.playback import PlaybackFollower
-from process_visualizer.nodes.process_end import spin_to_end
+from process_visualizer.nodes.process_end import spin_to_end, start_node
 from process_visualizer.nodes.recorded_motion import RecordedMotion
 from process_visualizer.nodes.robot_display import RobotDisplay, ToolMotion
 from process_visualizer.nodes.robot_messages import WRENCH_DECODERS, ToolPose, Wrench
@@ -231,7 +231,7 @@ def robot_model() -> Kinematics:
 
 def main() -> None:
     """Run the node; it ends with status 1 when a parameter is wrong."""
-    rospy.init_node('robot_proc')
+    start_node('robot_proc')
     robot_name = rospy.get_namespace().strip('/')
     try:
         RobotProcessor(read_robot_parameters(private_parameters(), robot_name))

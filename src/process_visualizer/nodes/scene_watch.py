@@ -24,6 +24,7 @@ from process_visualizer.nodes.parameters import (
     Parameters,
     private_parameters,
 )
+from process_visualizer.nodes.process_end import start_node
 
 TEXT_PERIOD_S = 0.2
 CALM_PERIOD_S = 1.0  # RViz has something to show, also when the frames come after it
@@ -137,7 +138,7 @@ class SceneWatch:
 
 def main() -> None:
     """Run the node; it ends with status 1 when a parameter is wrong."""
-    rospy.init_node('scene_watch')
+    start_node('scene_watch')
     try:
         watch = SceneWatch(private_parameters())
     except ParameterError as error:

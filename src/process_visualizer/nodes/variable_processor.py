@@ -26,7 +26,7 @@ from process_visualizer.nodes.message_reader import WARNING_PERIOD_S
 from process_visualizer.nodes.newest_message import NewestMessage, RawMessage
 from process_visualizer.nodes.parameters import ArrowStyle, ParameterError, private_parameters
 from process_visualizer.nodes.playback import PlaybackFollower
-from process_visualizer.nodes.process_end import spin_to_end
+from process_visualizer.nodes.process_end import spin_to_end, start_node
 from process_visualizer.nodes.value_board import ShownValue, TextPlace, ValueBoard
 from process_visualizer.nodes.variable_parameters import VariableParameters, VariablesParameters
 
@@ -174,7 +174,7 @@ def text_places(parameters: VariablesParameters, vectors: Sequence[Vector]) -> L
 
 def main() -> None:
     """Run the node; it ends with status 1 when a parameter is wrong."""
-    rospy.init_node('variable_proc')
+    start_node('variable_proc')
     device = rospy.get_namespace().strip('/')
     try:
         VariableProcessor(device, VariablesParameters.read(private_parameters()))
