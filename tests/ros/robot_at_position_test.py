@@ -264,6 +264,13 @@ class RobotAtPositionTest(unittest.TestCase):
             wait_until(lambda at=(after - before)[:2] / 0.1: self.screen.velocity() is not None and
                        np.abs(self.screen.velocity()[:2] - at).max() < 0.005, str(position_s))
 
+    def test_poses_in_the_frame_of_the_maker(self) -> None:
+        self.screen = Screen('m')
+        player = self.paused_player()
+        for position_s in (4.0, 11.0, 0.5):
+            self.command(player, 'seek', Seek, position_s)
+            self.assert_shown(position_s, np.multiply(self.truth.velocity(position_s), (-1, -1, 1)))
+
 
 @contextmanager
 def robot_processor(namespace: str, topic: str) -> Iterator[None]:

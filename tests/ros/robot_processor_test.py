@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import rospy
 import rostest
+from robot_frames_tests import RobotFramesTest
 from robot_input_tests import RobotInputTest
 from robot_joints_tests import RobotJointsTest
 from robot_motion_tests import RobotMotionTest
 from robot_playback_tests import RobotPlaybackTest
 
-TESTS = (RobotInputTest, RobotJointsTest, RobotMotionTest, RobotPlaybackTest)
+TESTS = (RobotFramesTest, RobotInputTest, RobotJointsTest, RobotMotionTest, RobotPlaybackTest)
 
 if __name__ == '__main__':
     rospy.init_node('robot_processor_test')

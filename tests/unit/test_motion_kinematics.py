@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from process_visualizer.motion.kinematics import Kinematics, Placement
 from process_visualizer.motion.rotations import matrix_from_quaternion, matrix_from_ypr
@@ -81,3 +83,44 @@ def test_placements_follow_each_other() -> None:
     assert np.allclose(matrix_from_quaternion(Placement().then(first).quaternion),
                        matrix_from_quaternion(first.quaternion))
     assert np.allclose(matrix_from_ypr((0, 0, 0)), np.eye(3))
+
+
+def test_frames_that_the_model_connects_with_the_base() -> None:
+    """The frame ``base`` of a UR is turned by half a turn; either carries the other or neither."""
+    arm = model('ur5e')
+    found = arm.connection('base', 'base_link', {})
+    assert found is not None
+    assert np.allclose(matrix_from_quaternion(found.quaternion), np.diag([-1, -1, 1]), atol=1e-6)
+    for frame, other in (('base_link', 'base'), ('base', 'base_link_inertia'),
+                         ('tool0', 'wrist_3_link'), ('wrist_3_link', 'tool0')):
+        there, back = arm.connection(frame, other, {}), arm.connection(other, frame, {})
+        assert there is not None and back is not None
+        assert np.allclose(there.then(back).position, 0.0, atol=1e-9)
+        assert not arm.moves(frame, other) and arm.connects(frame, other)
+
+
+@given(st.lists(st.floats(-3, 3), min_size=6, max_size=6),
+       st.sampled_from(['forearm_link', 'base', 'tool0']), st.sampled_from(['tool0', 'base']))
+def test_connection_agrees_with_what_carries_both(angles: 'list[float]', frame: str,
+                                                  other: str) -> None:
+    arm, positions = model('ur5e'), dict(zip(UR, angles))
+    found = arm.connection(frame, other, positions)
+    outer, inner = (arm.placement(it, 'base_link', positions) for it in (other, frame))
+    assert found is not None and outer is not None and inner is not None
+    assert np.allclose(outer.then(found).position, inner.position, atol=1e-9)
+    assert np.allclose(matrix_from_quaternion(outer.then(found).quaternion),
+                       matrix_from_quaternion(inner.quaternion), atol=1e-9)
+
+
+def test_a_joint_between_two_frames() -> None:
+    arm = model('ur5e')
+    assert arm.moves('tool0', 'base') and arm.connects('tool0', 'base')
+    assert arm.connection('tool0', 'base', {}) is None  # where the joints are is not known
+    assert arm.connection('nowhere', 'base', {}) is None
+    assert not arm.connects('nowhere', 'base') and not arm.moves('nowhere', 'base')
+    arm.fix('world', 'base_link', Placement((0.0, 0.0, 0.8)))  # below the root, which the cell has
+    found = arm.connection('world', 'base_link', {})
+    assert found is not None and np.allclose(found.position, [0.0, 0.0, -0.8])
+    arm.fix('a', 'b', Placement())
+    arm.fix('b', 'a', Placement())  # a ring is no connection
+    assert not arm.connects('a', 'base')

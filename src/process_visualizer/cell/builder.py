@@ -149,7 +149,7 @@ def _topic(parsed: Parsed) -> Topic:
     values = parsed.values
     function = None if values['type'] is None else TopicFunction(values['type'])
     return Topic(absolute_topic(values['ns'], values['name']), function, values['msg'],
-                 values['record'], parsed.location, values['frame'])
+                 values['record'], parsed.location, values['frame'], values['parentframe'])
 
 
 def _display(parsed: Parsed) -> Display:

@@ -221,6 +221,9 @@ _DRAWN: Dict[str, Tag] = {
                                      'carry'),
          'frame': _optional('frame', 'with `msg="tf2_msgs/TFMessage"`: which frame of tf the tool '
                                      'is; without it the tool frame (see `<tool>`)'),
+         'parentframe': _optional('frame', 'frame that poses or forces are given in, where the '
+                                           'messages name none; without it the base frame, and '
+                                           'the force frame'),
          'record': _optional('boolean', 'whether the topic is recorded', 'True')}),
     'rviz': Tag(
         'An RViz display of the device.',

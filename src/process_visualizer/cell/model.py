@@ -134,6 +134,7 @@ class Topic:
     record: bool
     location: Location
     frame: Optional[str] = None  # of a tf topic: which frame
+    parent_frame: Optional[str] = None  # in which the values are, where messages name none
 
 
 @dataclass(frozen=True)

@@ -144,6 +144,8 @@ def _check_topics(device: Device, problems: ProblemList) -> None:
                        'a topic of type "{}"', problems)
     for topic in with_function:
         _check_topic_function(topic, problems)
+    for topic in device.topics:
+        _check_parent_frame(topic, problems)
 
 
 def _check_topics_of_type(device: Device, problems: ProblemList) -> None:
@@ -163,6 +165,15 @@ def _check_message_of_wrong_type(topic: Parsed, problems: ProblemList) -> None:
             and message not in MESSAGE_TYPES[meant]:
         problems.add(topic.location, 'topic', f'"{message}" cannot be read as {meant}; '
                      + advice(message, MESSAGE_TYPES[meant]))
+
+
+def _check_parent_frame(topic: Topic, problems: ProblemList) -> None:
+    functions = TopicFunction.TOOL_CENTER_FRAME, TopicFunction.FORCE_SENSOR
+    if topic.parent_frame is not None \
+            and (topic.function not in functions or topic.message_type == TF_MESSAGE):
+        problems.add(topic.location, 'topic', 'attribute "parentframe" belongs to poses and forces '
+                     f'(type "tool_center_frame" or "force_sensor") that are not {TF_MESSAGE}; '
+                     'remove it')
 
 
 def _check_topic_function(topic: Topic, problems: ProblemList) -> None:

@@ -85,8 +85,9 @@ def _uses(device: Device) -> Iterator[_Use]:
     if device.roi is not None:
         yield _Use(device.roi.frame, device.roi.location, 'roi')
     for topic in device.topics:
-        if topic.frame is not None:
-            yield _Use(topic.frame, topic.location, 'topic')
+        for frame in (topic.frame, topic.parent_frame):
+            if frame is not None:
+                yield _Use(frame, topic.location, 'topic')
     for variable in device.variables:
         yield _Use(variable.frame, variable.location, 'variable')
     for display in device.displays:

@@ -83,6 +83,8 @@ def robot_parameters(device: Device, description: Optional[RobotDescription]) ->
     parameters['tool_frame'] = tool_frame(device, description).frame
     if device.tool is not None:
         parameters['arrow_foot'] = 'tool_frame'
+    if device.model is not None and device.model.prefix:
+        parameters['link_prefix'] = device.model.prefix
     if device.force is not None:
         parameters['force_frame'] = device.force.frame
     functions = (TopicFunction.JOINT_STATES, TopicFunction.TOOL_CENTER_FRAME,
@@ -113,6 +115,8 @@ def _topic(topic: Topic) -> Dict[str, str]:
         values['msg'] = topic.message_type
     if topic.frame is not None:
         values['frame'] = topic.frame
+    if topic.parent_frame is not None:
+        values['parent_frame'] = topic.parent_frame
     return values
 
 

@@ -9,6 +9,7 @@ from process_visualizer.motion.rotations import (
     NO_ROTATION,
     Quaternion,
     Triple,
+    conjugate,
     product,
     quaternion_from_rotation_vector,
     quaternion_from_ypr,
@@ -27,6 +28,12 @@ class Placement(NamedTuple):
         x, y, z = rotated(self.quaternion, inner.position)
         a, b, c = self.position
         return Placement((a + x, b + y, c + z), product(self.quaternion, inner.quaternion))
+
+    def inverse(self) -> 'Placement':
+        """Return the place of the outside in this frame."""
+        turn = conjugate(self.quaternion)
+        x, y, z = rotated(turn, self.position)
+        return Placement((-x, -y, -z), turn)
 
 
 class _Joint(NamedTuple):
@@ -72,10 +79,11 @@ class Kinematics:
             child = element.find('child')
             if child is not None:
                 self._joints[child.get('link', '')] = _joint(element)
+        self._placed = frozenset(self._joints)
 
     def fix(self, parent: str, frame: str, placement: Placement) -> None:
-        """Add or move a frame that is fixed to another one; the model's links stay."""
-        if frame not in self.links:
+        """Add or move a frame that is fixed to another one; links that the model places stay."""
+        if frame not in self._placed:
             self._joints[frame] = _Joint(parent, placement)
 
     def placement(self, frame: str, base: str,
@@ -96,6 +104,39 @@ class Kinematics:
                 return None
             found = inner.then(found)
         return found if self._chain(frame, base) is not None else None
+
+    def connection(self, frame: str, other: str,
+                   positions: Mapping[str, float]) -> Optional[Placement]:
+        """Return where a frame is in another one, whichever carries the other, or what both.
+
+        None as of ``placement``.
+        """
+        root = self._common(frame, other)
+        inner = None if root is None else self.placement(frame, root, positions)
+        outer = None if root is None else self.placement(other, root, positions)
+        return None if inner is None or outer is None else outer.inverse().then(inner)
+
+    def connects(self, frame: str, other: str) -> bool:
+        """Tell whether two frames are connected, whatever the joints' positions."""
+        return self._common(frame, other) is not None
+
+    def moves(self, frame: str, other: str) -> bool:
+        """Tell whether a joint lies between two frames that are connected."""
+        root = self._common(frame, other)
+        return root is not None and any(
+            joint.kind != 'fixed' for end in (frame, other)
+            for joint in self._chain(end, root) or ())
+
+    def _common(self, frame: str, other: str) -> Optional[str]:
+        """Return the first frame that carries both, which may be one of them."""
+        for _ in range(len(self._joints) + 1):
+            if self._chain(frame, other) is not None:
+                return other
+            joint = self._joints.get(other)
+            if joint is None:
+                return None
+            other = joint.parent
+        return None
 
     def _chain(self, frame: str, base: str) -> Optional[List[_Joint]]:
         """Return the joints from a frame down to the base."""

@@ -168,12 +168,14 @@ class TopicParameters:
     name: str = ''
     message_type: str = ''  # package/Type; empty: what the topic turns out to carry
     frame: str = ''  # of a tf topic: which frame
+    parent_frame: str = ''  # in which the values are, where the message does not say it
 
     @staticmethod
     def read(parameters: Parameters) -> 'TopicParameters':
         """Return the topic of a group of parameters."""
         return TopicParameters(parameters.text('name', ''), parameters.text('msg', ''),
-                               parameters.frame('frame', ''))
+                               parameters.frame('frame', ''),
+                               parameters.frame('parent_frame', ''))
 
 
 @dataclass(frozen=True)
@@ -205,6 +207,7 @@ class RobotParameters:
     foot_at_tool_frame: bool = False  # else arrows begin where the driver says that the tool is
     tool_limit_m: float = 0.01  # from here a reported tool is not where the model has it
     tool_limit_rad: float = 0.1
+    link_prefix: str = ''  # what the configuration has put before the names of the model's links
 
 
 def read_robot_parameters(parameters: Parameters, robot_name: str) -> RobotParameters:
@@ -239,4 +242,5 @@ def read_robot_parameters(parameters: Parameters, robot_name: str) -> RobotParam
         foot_at_tool_frame=parameters.choice('arrow_foot', _FEET) == _FEET[1],
         tool_limit_m=limit.number('position', RobotParameters.tool_limit_m, above=0.0),
         tool_limit_rad=limit.number('angle', RobotParameters.tool_limit_rad, above=0.0),
+        link_prefix=parameters.frame('link_prefix', ''),
     )

@@ -86,6 +86,9 @@ class RobotDisplay:
                                   place.foot)
             shown.append(_Shown('velocity', parameters.velocity_arrow, sample))
         if force:
+            if motion and force.frame == parameters.base_frame:  # it acts at the tool
+                force = replace(force, vector=motion.place.in_frame(force.vector),
+                                frame=motion.place.frame)
             if motion and force.frame == motion.place.frame:  # without a force frame of its own
                 force = replace(force, foot=motion.place.foot)
             shown.append(_Shown('force', parameters.force_arrow, force))

@@ -12,6 +12,7 @@ from geometry_msgs.msg import TwistStamped, Vector3, WrenchStamped
 from visualization_msgs.msg import MarkerArray
 
 from process_visualizer.motion.kinematics import Kinematics
+from process_visualizer.nodes.base_frames import BaseFrames
 from process_visualizer.nodes.frame_reader import TF_MESSAGE
 from process_visualizer.nodes.frame_watch import FrameWatch
 from process_visualizer.nodes.markers import Pace, VectorSample
@@ -58,6 +59,7 @@ class RobotProcessor:
         model = robot_model()
         self._frames = FrameWatch(parameters.robot_name, parameters.base_frame, model.links)
         self._tool = ToolPlacer(parameters, model)
+        self._base_frames = BaseFrames(parameters, model, self._on_static)
         self._drawing = Pace(1.0 / parameters.marker_rate_hz)
         self._lock = threading.Lock()  # each topic has its thread, and so has the timer
         self._pose: Optional[ToolPose] = None
@@ -75,7 +77,8 @@ class RobotProcessor:
         if parameters.joint_states.name or model.links:
             rospy.Subscriber('joint_states', rospy.AnyMsg, self._on_joints, queue_size=1,
                              tcp_nodelay=True)
-        self._input = ToolInput(parameters, self._on_tool_pose, self._on_static)
+        self._input = ToolInput(parameters, self._on_tool_pose, self._on_static,
+                                self._base_frames)
         self._subscribe_force(parameters.force_sensor)
         if self._recorded is not None:
             self._recorded.start()
@@ -97,6 +100,7 @@ class RobotProcessor:
     def _on_joints(self, message: Any) -> None:
         """Draw with the joint states that move the robot on the screen: arrows turn with it."""
         now_s = rospy.get_time()
+        self._base_frames.take_joints(message._buff)
         with self._lock:
             self._joints_time_s = self._playback.clock.data_time_s(now_s)
             self._joints_s = now_s
@@ -161,14 +165,20 @@ class RobotProcessor:
             self._tool_velocity.publish(message)
 
     def _on_wrench(self, wrench: Wrench) -> None:
-        frame, now_s = wrench.frame or self._parameters.force_frame, rospy.get_time()
+        frame, now_s = self._force_frame(wrench), rospy.get_time()
+        drawn_frame, force = self._base_frames.drawn_force(frame, wrench.force)
         with self._lock:
-            self._force = VectorSample(wrench.force, frame,
+            self._force = VectorSample(force, drawn_frame,
                                        self._playback.clock.data_time_s(now_s))
-            self._frames.want(frame, self._parameters.force_sensor.name)
+            self._frames.want(drawn_frame, self._parameters.force_sensor.name)
             self._draw_data(now_s)
         if self._tool_force.get_num_connections() > 0:
             self._publish_force(rospy.Time.from_sec(now_s), frame, wrench)
+
+    def _force_frame(self, wrench: Wrench) -> str:
+        parameters = self._parameters
+        given = wrench.frame or parameters.force_sensor.parent_frame
+        return self._base_frames.name(given) if given else parameters.force_frame
 
     def _publish_force(self, stamp: rospy.Time, frame: str, wrench: Wrench) -> None:
         message = WrenchStamped()

@@ -187,6 +187,12 @@ VALUES: List[Bad] = [
               'frame="tool0"/>',
               '3: <topic>: attribute "frame" belongs to msg="tf2_msgs/TFMessage"',
               schema_sees=False),
+    _in_robot('parent frame of joints', '<topic name="a" type="joint_states" '
+              'parentframe="base"/>',
+              '3: <topic>: attribute "parentframe" belongs to poses and forces', schema_sees=False),
+    _in_robot('parent frame in tf', '<topic name="a" type="tool_center_frame" parentframe="base" '
+              'msg="tf2_msgs/TFMessage"/>',
+              '3: <topic>: attribute "parentframe" belongs to poses and forces', schema_sees=False),
     _in_robot('size', '<topic name="a" type="pointcloud"/><roi size="1 0 1"/>',
               '3: <roi>: attribute "size": "1 0 1": each edge length', kind='depth_sensor'),
     _in_robot('environment variable', _NODE + '><env name="A B" value=""/></node>',

@@ -102,6 +102,17 @@ def test_tool_frame_in_tf(parse: Parse) -> None:
         'name': '/tf', 'msg': 'tf2_msgs/TFMessage', 'frame': 'tool0'}}
 
 
+def test_frames_of_the_maker(parse: Parse) -> None:
+    """What the driver calls its frames, and in which its arrays are."""
+    robot = device(parse, 'robot', '<model pkg="p" path="a.urdf" prefix="left_"/>'
+                   '<topic name="t" type="tool_center_frame" parentframe="/left_base"/>')
+    parameters = robot_parameters(robot, None)
+    assert parameters['link_prefix'] == 'left_'
+    assert parameters['topics'] == {'tool_center_frame': {
+        'name': '/t', 'parent_frame': 'left_base'}}
+    assert 'link_prefix' not in robot_parameters(device(parse, 'robot', ''), None)
+
+
 def test_robot_with_everything(parse: Parse) -> None:
     found = robot_parameters(device(parse, 'robot', '''
         <base frame="/base"/>
