@@ -9,9 +9,9 @@ import struct
 from process_visualizer.bags.bag_records import Connection
 from process_visualizer.bags.message_layout import Data
 
-_MARKER = 'visualization_msgs/Marker'
+MARKER = 'visualization_msgs/Marker'
 _MARKER_ARRAY = 'visualization_msgs/MarkerArray'
-_DEFINITIONS = {(_MARKER, '4048c9de2a16f4ae8e0538085ebf1b97'),
+_DEFINITIONS = {(MARKER, '4048c9de2a16f4ae8e0538085ebf1b97'),
                 (_MARKER_ARRAY, 'd155b9ce5188fbaf89745847fd5882d7')}
 _DELETE_ALL = 3
 _LENGTH = struct.Struct('<I')

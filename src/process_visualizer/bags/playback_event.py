@@ -8,6 +8,7 @@ from process_visualizer.bags.bag_records import Connection
 from process_visualizer.bags.emptied import can_be_emptied, emptied
 from process_visualizer.bags.marker_removal import shows_markers
 from process_visualizer.bags.message_loader import LoadedMessage, MessageLoader, first_stamp
+from process_visualizer.bags.partial_messages import PartialMessages
 from process_visualizer.bags.scene import Scene
 from process_visualizer.bags.static_scene import StaticScene
 
@@ -46,6 +47,7 @@ class EventMaker:
         self._index = index
         self._loader = loader
         self._scene = Scene(index)
+        self._partial = PartialMessages(index, loader, self._scene)
         self._moment = index.count_until(begin_ns + MOMENT_NS)
         self._static = {topic: StaticScene(loader, positions)
                         for topic, positions in self._scene.static_topics.items()}
@@ -78,6 +80,7 @@ class EventMaker:
         time_ns = int(self._index.time_ns[count - 1]) if count else self._index.begin_ns
         moment = 0 if begins else self._moment
         positions = self._scene.positions(count, moment)
+        positions = sorted({*positions, *self._partial.beside(positions, time_ns)})
         absent = [] if begins else self._scene.absent_topics(count, moment)
         messages = self._emptied(dict.fromkeys([*self._marker_topics, *absent]))
         messages += self._withdrawals(self._scene.latched_sources(without=positions))
@@ -99,8 +102,14 @@ class EventMaker:
         if self._connection_of(position).latching:
             gone = set(self._scene.latched_sources(without=shown))
             messages += self._withdrawals(gone.intersection([self._scene.source_of(position)]))
-        again = shown if with_markers else self._scene.shown_again(position)
-        return messages + self._loader.load_all(again)
+        return messages + self._loader.load_all(self._again(position, shown, with_markers))
+
+    def _again(self, position: int, shown: List[int], with_markers: bool) -> List[int]:
+        """The positions (rising) of what is to be published before the message at a position."""
+        if with_markers:
+            time_ns = int(self._index.time_ns[position]) - 1
+            return sorted({*shown, *self._partial.beside(shown, time_ns)})
+        return self._partial.replaced(position) or self._scene.shown_again(position)
 
     def _with_partners(self, positions: List[int]) -> List[LoadedMessage]:
         """The messages at some positions, and earlier ones with the same stamp as one of these.

@@ -7,9 +7,9 @@ import numpy as np
 
 from process_visualizer.bags.bag_index import BagIndex
 from process_visualizer.bags.bag_records import Connection
+from process_visualizer.bags.message_parts import TRANSFORM_TYPES
 
 _STATIC = 'tf_static'
-_TRANSFORMS = ('tf2_msgs/TFMessage', 'tf/tfMessage')
 
 
 class Scene:
@@ -115,7 +115,7 @@ class Scene:
         return self._index.connections[int(self._index.connection[position])].topic
 
     def _has_transforms(self, topic: str) -> bool:
-        return self._index.connections[self._topics[topic][0]].type in _TRANSFORMS
+        return self._index.connections[self._topics[topic][0]].type in TRANSFORM_TYPES
 
     def _last(self, source: int, count: int) -> Optional[int]:
         lasts = [self._index.last_before(count, number) for number in self._numbers[source]]
@@ -124,7 +124,7 @@ class Scene:
 
 def is_static(connection: Connection) -> bool:
     """Tell whether it has static transforms, which hold for ever, whoever publishes others."""
-    return connection.topic.rpartition('/')[2] == _STATIC and connection.type in _TRANSFORMS
+    return connection.topic.rpartition('/')[2] == _STATIC and connection.type in TRANSFORM_TYPES
 
 
 def sources(connections: Sequence[Connection]) -> List[int]:
@@ -138,7 +138,7 @@ def sources(connections: Sequence[Connection]) -> List[int]:
 
 
 def _group(connection: Connection) -> Tuple[str, ...]:
-    of_its_own = connection.latching or connection.type in _TRANSFORMS
+    of_its_own = connection.latching or connection.type in TRANSFORM_TYPES
     if of_its_own and not is_static(connection):
         return connection.topic, connection.caller_id
     return connection.topic,

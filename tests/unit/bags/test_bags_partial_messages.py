@@ -1,0 +1,209 @@
+"""After a seek all frames and all markers are there, though each message has only one of them."""
+from __future__ import annotations
+
+from io import BytesIO
+from pathlib import Path
+from typing import Any, Dict, List, NamedTuple, Sequence, Tuple
+
+import genpy
+import pytest
+import rosbag
+from geometry_msgs.msg import Point, TransformStamped
+from hypothesis import given
+from hypothesis import strategies as st
+from std_msgs.msg import ColorRGBA
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import Marker, MarkerArray
+
+from process_visualizer.bags.bag_records import Connection
+from process_visualizer.bags.message_layout import MessageDamaged
+from process_visualizer.bags.message_loader import LoadedMessage, MessageLoader
+from process_visualizer.bags.message_parts import CLEARS, parts_reader
+from process_visualizer.bags.partial_messages import ALWAYS, FARTHEST_NS, MOST
+from process_visualizer.bags.playback_event import EventMaker
+from process_visualizer.bags.recording import Recording
+
+PERIOD_S = 0.02
+Seen = Dict[Tuple[str, str], float]
+"""A value by topic and what it is of: the frame or the marker's namespace and id."""
+
+
+class Told(NamedTuple):
+    """A message at a time [s] from a node, of some frames or markers."""
+
+    time_s: float
+    topic: str
+    caller: str
+    message: Any
+
+
+def transforms(value: float, frames: Sequence[str]) -> TFMessage:
+    """A message with the transforms of some frames, each with a value."""
+    message = TFMessage()
+    for frame in frames:
+        transform = TransformStamped(child_frame_id=frame)
+        transform.header.frame_id = 'world'
+        transform.transform.translation.x = value
+        transform.transform.rotation.w = 1.0
+        message.transforms.append(transform)
+    return message
+
+
+def marker(value: float, number: int, action: int = Marker.ADD, lifetime_s: float = 0.0) -> Marker:
+    """A marker with a value; with points, colours and texts, so that the next one is found."""
+    result = Marker(ns='ns', id=number, type=Marker.LINE_STRIP, action=action, text='text',
+                    points=[Point()] * 2, colors=[ColorRGBA()] * 2, mesh_resource='package://a')
+    result.header.frame_id = 'world'
+    result.lifetime = genpy.Duration(lifetime_s)
+    result.pose.position.x = value
+    return result
+
+
+def write(path: Path, told: Sequence[Told]) -> str:
+    """A bag with the messages."""
+    with rosbag.Bag(str(path), 'w') as bag:
+        for it in told:
+            header = {'topic': it.topic, 'type': it.message._type, 'md5sum': it.message._md5sum,
+                      'message_definition': it.message._full_text, 'callerid': it.caller}
+            bag.write(it.topic, it.message, genpy.Time(1000 + it.time_s),
+                      connection_header=header)
+    return str(path)
+
+
+def see(seen: Seen, topic: str, message: Any) -> None:
+    """Do with a message what RViz and tf2 do."""
+    if message._type == TFMessage._type:
+        for it in message.transforms:
+            seen[topic, it.child_frame_id] = it.transform.translation.x
+        return
+    for it in message.markers if message._type == MarkerArray._type else [message]:
+        if it.action == Marker.DELETEALL:
+            for key in [key for key in seen if key[0] == topic]:
+                del seen[key]
+        elif it.action == Marker.DELETE:
+            seen.pop((topic, f'{it.ns} {it.id}'), None)
+        else:
+            seen[topic, f'{it.ns} {it.id}'] = it.pose.position.x
+
+
+class Player:
+    """Events of a bag, and what is seen once they are published."""
+
+    def __init__(self, path: str) -> None:
+        self.recording = Recording([path])
+        self.events = EventMaker(self.recording.index, MessageLoader(self.recording),
+                                 self.recording.begin_ns)
+
+    def show(self, seen: Seen, messages: Sequence[LoadedMessage]) -> None:
+        """Publish messages."""
+        types = {it._type: it for it in (TFMessage, Marker, MarkerArray)}
+        for it in messages:
+            connection = self.recording.index.connections[it.connection]
+            if not it.withdrawn:
+                see(seen, connection.topic, types[connection.type]().deserialize(bytes(it.data)))
+
+
+@st.composite
+def tellings(draw: Any) -> List[Told]:
+    """Messages of nodes that tell of frames and markers now in one message, now in several."""
+    told = []
+    for number in range(draw(st.integers(1, 30))):
+        value, time_s = float(number), number * PERIOD_S
+        kind = draw(st.sampled_from(['tf', 'marker', 'array']))
+        if kind == 'tf':
+            caller, names = draw(st.sampled_from([('/a', 'abc'), ('/b', 'de')]))
+            frames = draw(st.lists(st.sampled_from(names), min_size=1, max_size=3, unique=True))
+            told.append(Told(time_s, '/tf', caller, transforms(value, frames)))
+            continue
+        actions = st.sampled_from([Marker.ADD, Marker.ADD, Marker.DELETE, Marker.DELETEALL])
+        markers = [marker(value, draw(st.integers(0, 3)), draw(actions))
+                   for _ in range(draw(st.integers(1, 3)) if kind == 'array' else 1)]
+        told.append(Told(time_s, f'/{kind}', '/a',
+                         MarkerArray(markers) if kind == 'array' else markers[0]))
+    return told
+
+
+def scanned(told: Sequence[Told], count: int) -> Seen:
+    """What is seen after some messages, of those before; frames also where they come soon."""
+    seen: Seen = {}
+    for it in told[:count]:
+        see(seen, it.topic, it.message)
+    return seen
+
+
+@given(tellings(), st.data())
+def test_a_seek_and_a_way_back_show_what_was_there(tmp_path_factory: pytest.TempPathFactory,
+                                                   told: List[Told], data: Any) -> None:
+    player = Player(write(tmp_path_factory.mktemp('bags') / 'a.bag', told))
+    soon = sum(it.time_s <= 0.2 for it in told)  # what comes so soon may be there from the start
+    count = data.draw(st.integers(min(soon, len(told)), len(told)))
+    seen: Seen = {}
+    player.show(seen, player.events.scene(count).messages)
+    assert seen == scanned(told, count)
+    for position in reversed(range(min(soon, count), count)):
+        player.show(seen, player.events.backward(position).messages)
+        assert seen.items() >= scanned(told, position).items()
+
+
+def test_what_is_seldom_told_is_found_once_it_is_known(tmp_path: Path) -> None:
+    told = [Told(number * 0.01, '/tf', '/a',
+                 transforms(float(number), ['seldom' if number % 100 == 0 else 'often']))
+            for number in range(1000)]
+    player = Player(write(tmp_path / 'a.bag', told))
+    for count in (500, 999, 260):
+        seen: Seen = {}
+        player.show(seen, player.events.scene(count).messages)
+        assert seen == scanned(told, count)
+
+
+def test_how_much_is_read_is_bounded(tmp_path: Path) -> None:
+    told = [Told(number * 0.01, '/tf', '/a', transforms(float(number), ['often']))
+            for number in range(1000)]
+    player = Player(write(tmp_path / 'a.bag', told))
+    reads: List[int] = []
+    read = player.recording.message
+    player.recording.message = lambda position: reads.append(position) or read(position)
+    player.events.scene(900)
+    assert len(reads) <= min(MOST, FARTHEST_NS * 1e-9 / 0.01) + 5
+    reads.clear()
+    player.events.scene(700)
+    assert len(reads) <= ALWAYS + 5
+
+
+def test_a_marker_whose_time_is_over_does_not_come_back(tmp_path: Path) -> None:
+    told = [Told(0.0, '/m', '/a', marker(1.0, 1, lifetime_s=0.5)),
+            Told(0.1, '/m', '/a', marker(2.0, 2)),
+            Told(0.4, '/m', '/a', marker(3.0, 3)),
+            Told(1.0, '/m', '/a', marker(4.0, 3))]
+    player = Player(write(tmp_path / 'a.bag', told))
+    for count, expected in ((3, {'ns 1', 'ns 2', 'ns 3'}), (4, {'ns 2', 'ns 3'})):
+        seen: Seen = {}
+        player.show(seen, player.events.scene(count).messages)
+        assert {key for _, key in seen} == expected
+
+
+@given(tellings())
+def test_parts_are_those_that_the_real_types_have(told: List[Told]) -> None:
+    for it in told:
+        buffer = BytesIO()
+        it.message.serialize(buffer)
+        read = parts_reader(Connection(it.topic, it.message._type, it.message._md5sum, '', False,
+                                       it.caller))
+        assert read is not None
+        expected: Seen = {}
+        for single in getattr(it.message, 'markers', [it.message]):
+            if getattr(single, 'action', None) == Marker.DELETEALL:
+                expected['', ''] = 0.0
+            elif getattr(single, 'action', None) == Marker.DELETE:
+                expected['', f'{single.ns} {single.id}'] = 0.0
+            else:
+                see(expected, '', single)
+        assert len({part.key for part in read(buffer.getvalue())}) == len(expected)
+        for length in range(len(buffer.getvalue())):
+            with pytest.raises(MessageDamaged):
+                read(buffer.getvalue()[:length])
+
+
+def test_other_types_are_whole_states() -> None:
+    assert parts_reader(Connection('/a', 'std_msgs/String', '', '', False, '/n')) is None
+    assert CLEARS.key == b''
