@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Dict, Mapping, Tuple
+from typing import Any, Dict, Mapping
 
 import numpy as np
 
@@ -13,6 +13,7 @@ FIELD_OF_VIEW_RAD = math.pi / 4
 _MARGIN = 1.08
 _BEFORE, _SMALLEST_M = 0.1, 0.1
 """How far the camera is from the nearest point at least: of the whole size, and in m."""
+_HALVINGS = 40
 _GRID_CELLS = 12
 _GRID_STEPS = (1.0, 2.0, 5.0, 10.0)
 
@@ -29,12 +30,11 @@ def camera_pose(points: np.ndarray, view: Mapping[str, Any], aspect: float) -> D
     axes = camera_axes(float(view.get('Pitch', 0.0)), float(view.get('Yaw', 0.0)))
     right, up, back = (points @ axes).T
     slope = math.tan(0.5 * FIELD_OF_VIEW_RAD) / _MARGIN
-    x, nearest_x = _fitted(right, back, slope * aspect)
-    y, nearest_y = _fitted(up, back, slope)
     size = float(np.ptp(points, axis=0).max())
-    camera = max(nearest_x, nearest_y, float(back.max()) + max(_BEFORE * size, _SMALLEST_M))
+    camera = max(_nearest(right, back, slope * aspect), _nearest(up, back, slope),
+                 float(back.max()) + max(_BEFORE * size, _SMALLEST_M))
     middle = 0.5 * float(back.min() + back.max())
-    focus = axes @ np.array([x, y, middle])
+    focus = axes @ np.array([_middle(right, camera - back), _middle(up, camera - back), middle])
     return {'Distance': round(camera - middle, 3),
             'Focal Point': {axis: round(float(value), 3) for axis, value in zip('XYZ', focus)}}
 
@@ -58,14 +58,24 @@ def camera_axes(pitch: float, yaw: float) -> np.ndarray:
     return np.column_stack([turned[:, 1], turned[:, 2], turned[:, 0]])
 
 
-def _fitted(across: np.ndarray, back: np.ndarray, slope: float) -> Tuple[float, float]:
-    """Where across, and how far back, a camera sees all points between two lines of a slope.
+def _nearest(across: np.ndarray, back: np.ndarray, slope: float) -> float:
+    """How far back a camera sees all points between two lines of a slope, at least.
 
-    A point is seen if ``|across - x| <= slope * (camera - back)``; both lines bound x, and the
-    camera is as near as possible where the two bounds meet.
+    A point is seen from x if ``|across - x| <= slope * (camera - back)``; the camera is as near as
+    possible where the bounds that the two lines are for x meet.
     """
-    least, greatest = float((across + slope * back).max()), float((across - slope * back).min())
-    return 0.5 * (least + greatest), 0.5 * (least - greatest) / slope
+    least, greatest = (across + slope * back).max(), (across - slope * back).min()
+    return float(0.5 * (least - greatest) / slope)
+
+
+def _middle(across: np.ndarray, depth: np.ndarray) -> float:
+    """From where points at some depths reach as far to one side of the picture as to the other."""
+    low, high = float(across.min()), float(across.max())
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        slopes = (across - middle) / depth
+        low, high = (middle, high) if slopes.max() + slopes.min() > 0.0 else (low, middle)
+    return 0.5 * (low + high)
 
 
 def grid_below(points: np.ndarray) -> Dict[str, Any]:

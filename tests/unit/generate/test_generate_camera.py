@@ -59,6 +59,7 @@ def test_the_picture_is_filled(middle: Point, size: Point, aspect: float) -> Non
     array = np.array(middle) + corners * np.array(size)
     places = in_picture(array, camera_pose(array, VIEW, aspect), VIEW, aspect)
     assert np.ptp(places, axis=0).max() > 1.5
+    np.testing.assert_allclose(places.max(axis=0), -places.min(axis=0), atol=0.02)
 
 
 def test_far_away_and_tiny() -> None:
