@@ -70,6 +70,19 @@ load() {
   set -u
 }
 
+# What the environment says of the network of ROS: prepare clears it, with all that ROS has set.
+keep_network() {
+  named_master=${ROS_MASTER_URI:-}
+  named_hostname=${ROS_HOSTNAME:-}
+  named_ip=${ROS_IP:-}
+}
+
+restore_network() {
+  [ -z "$named_master" ] || export ROS_MASTER_URI=$named_master
+  [ -z "$named_hostname" ] || export ROS_HOSTNAME=$named_hostname
+  [ -z "$named_ip" ] || export ROS_IP=$named_ip
+}
+
 # Installs and builds under a lock, so that two calls at once do not disturb each other.
 prepare() {
   unset "${!ROS_@}" CMAKE_PREFIX_PATH PYTHONPATH

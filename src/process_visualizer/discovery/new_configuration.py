@@ -1,13 +1,17 @@
 """Writes a new configuration, and the models that belong beside it."""
 from __future__ import annotations
 
+import dataclasses
 import os
-from typing import Dict, NamedTuple, Optional, Sequence, Tuple
+from typing import Container, Dict, NamedTuple, Optional, Sequence, Tuple
 
+from process_visualizer.bags.recording import Recording
+from process_visualizer.discovery.bag_look import look_into
 from process_visualizer.discovery.draft_text import draft_text
 from process_visualizer.discovery.found_model import FoundModel
 from process_visualizer.discovery.make_draft import make_draft
 from process_visualizer.discovery.model_search import ModelSearch
+from process_visualizer.discovery.recorded_models import recorded_models
 from process_visualizer.discovery.seen import Seen
 
 
@@ -41,8 +45,25 @@ def new_configuration(seen: Seen, known: Sequence[FoundModel] = (),
     return NewConfiguration(draft_text(made.draft), made.models, summary)
 
 
-def write_new(new: NewConfiguration, path: str, may_overwrite: bool) -> Tuple[str, ...]:
+def from_bags(paths: Sequence[str]) -> NewConfiguration:
+    """Return a configuration for a recording.
+
+    Raises:
+        BagError: it cannot be read.
+        ValueError: it holds nothing of a device.
+    """
+    with Recording(paths) as recording:
+        models, remarks = recorded_models(recording)
+        seen = look_into(recording)
+    told = remarks if models else [*remarks, *seen.remarks]
+    return new_configuration(dataclasses.replace(seen, remarks=tuple(told)), models)
+
+
+def write_new(new: NewConfiguration, path: str,
+              may_overwrite: Optional[Container[str]] = ()) -> Tuple[str, ...]:
     """Write a configuration and its models; return their paths, that of the configuration first.
+
+    Of the files that are there those that ``may_overwrite`` names are overwritten (None: all).
 
     Raises:
         FileExistsError: there is one of these files, and it may not be overwritten.
@@ -51,10 +72,9 @@ def write_new(new: NewConfiguration, path: str, may_overwrite: bool) -> Tuple[st
     folder = os.path.dirname(os.path.abspath(path))
     texts = {path: new.text, **{os.path.join(folder, name): text
                                 for name, text in new.models.items()}}
-    if not may_overwrite:
-        for file in texts:
-            if os.path.lexists(file):
-                raise FileExistsError(f'"{file}" is there already; --force overwrites it')
+    for file in texts if may_overwrite is not None else ():
+        if file not in (may_overwrite or ()) and os.path.lexists(file):
+            raise FileExistsError(f'"{file}" is there already')
     for file, text in reversed(list(texts.items())):
         with open(file, 'w', encoding='utf-8') as stream:
             stream.write(text)

@@ -38,7 +38,7 @@ class Machines:
                  known_frames: Collection[str]) -> None:
         """``known_frames`` are those of models and devices that are there already."""
         self._names, self._places, self._forest = names, places, forest
-        self._known: Set[str] = {*known_frames, *forest.frames, places.frame}
+        self._known: Set[str] = {*known_frames, places.frame}
         self._color = 0
 
     def add_topics(self, device: DraftDevice, topics: Sequence[SeenTopic]) -> None:
@@ -69,11 +69,23 @@ class Machines:
         base = device.first('base')
         if known or base is not None:
             return known[0] if known else str(base.attributes['frame'] if base else '')
-        like = [frame for frame in sorted(self._forest.children(self._places.frame))
-                if frame == device.name or frame.startswith((f'{device.name}/', f'{device.name}_'))]
-        free = [frame for frame in (*like, *topic.frames)
-                if is_frame(frame) and self._names.is_free(frame)]
+        free = [frame for frame in (*self._called_like(device), *topic.frames)
+                if self._can_be_base(frame)]
+        moved = [frame for frame in topic.frames if frame in self._forest.frames
+                 and is_frame(frame)]
+        if moved and not free:
+            return moved[0]  # something else carries it, which only tf knows
         return self._add_base(device, free[0] if free else f'{device.name}/base')
+
+    def _called_like(self, device: DraftDevice) -> List[str]:
+        beginnings = (f'{device.name}/', f'{device.name}_')
+        return [frame for frame in sorted(self._forest.children(self._places.frame))
+                if frame == device.name or frame.startswith(beginnings)]
+
+    def _can_be_base(self, frame: str) -> bool:
+        """Whether nobody has a frame, and nothing but the global frame carries it."""
+        return (is_frame(frame) and self._names.is_free(frame)
+                and self._forest.parent(frame) in (None, self._places.frame))
 
     def _add_base(self, device: DraftDevice, wanted: str) -> str:
         frame = self._names.frame(wanted)

@@ -176,6 +176,12 @@ def _open() -> Shape:
                   _polygon((3.5, 18.5), (6.5, 10.8), (21.5, 10.8), (18.2, 18.5)))
 
 
+def _new() -> Shape:
+    """A sheet of paper with a plus."""
+    return _lines(_polygon((5, 3.5), (13.5, 3.5), (19, 9), (19, 20.5), (5, 20.5)),
+                  _line((12, 10.5), (12, 17.5)), _line((8.5, 14), (15.5, 14)))
+
+
 def _view() -> Shape:
     """A cube, as RViz shows things in space."""
     return _lines(_polygon((12, 3), (20, 7.5), (20, 16.5), (12, 21), (4, 16.5), (4, 7.5)),
@@ -224,6 +230,6 @@ _SHAPES: Dict[str, Callable[[], Shape]] = {
     'step_back': _step_back, 'step_forward': _step_forward, 'play_backwards': _play_backwards,
     'loop': _loop, 'loop_begin': _loop_begin, 'loop_end': _loop_end, 'mark': _mark,
     'record': _record, 'restart': _restart, 'reload': _reload, 'folder': _folder, 'open': _open,
-    'view': _view, 'save': _save, 'revert': _revert, 'help': _help, 'warning': _warning, 'ok': _ok,
-    'died': _died, 'waiting': _waiting,
+    'new': _new, 'view': _view, 'save': _save, 'revert': _revert, 'help': _help,
+    'warning': _warning, 'ok': _ok, 'died': _died, 'waiting': _waiting,
 }

@@ -18,6 +18,7 @@ from process_visualizer.gui.models.launch_guard import LaunchGuard
 from process_visualizer.gui.models.launch_model import LaunchModel, Phase
 from process_visualizer.gui.models.master_model import MasterModel
 from process_visualizer.gui.models.mixture_model import MixtureModel
+from process_visualizer.gui.models.new_configuration_model import NewConfigurationModel
 from process_visualizer.gui.models.playback_model import PlaybackModel
 from process_visualizer.gui.models.recording_model import RecordingModel
 from process_visualizer.gui.models.values_model import ValuesModel
@@ -47,6 +48,7 @@ class Launcher(QObject):
         self.link = RosLink(self)
         self.master = MasterModel(self.tasks, self.link, self)
         self.cell = CellModel(self.tasks, self)
+        self.new = NewConfigurationModel(self.tasks, self.link.look_at_system, self)
         self.launch = LaunchModel(self.tasks, self)
         self.guard = LaunchGuard(self.tasks, self.launch.launch, parent=self)
         self.mixture = MixtureModel(self.tasks, self._own_nodes, parent=self)
@@ -141,6 +143,8 @@ class Launcher(QObject):
         """What has to be done before anything can be launched; empty if nothing has."""
         if self.master.is_connecting:
             return 'Starting the ROS master…'
+        if self.new.is_making:
+            return f'Looking at {self.new.where}…'
         return 'Reading the configuration…' if self.cell.is_loading else ''
 
     def _connect(self) -> None:
@@ -153,10 +157,12 @@ class Launcher(QObject):
         self.link.recorder_state.connect(self.recording.take_state)
         self.link.recorder_state.connect(self.states.take_recorder)
         for model in (self.master, self.launch, self.recording, self.playback, self.bag,
-                      self.calibration, self.view):
+                      self.calibration, self.view, self.new):
             model.failed.connect(self.failed)
-        for model in (self.guard, self.launch, self.recording, self.playback, self.states):
+        for model in (self.guard, self.launch, self.recording, self.playback, self.states,
+                      self.new):
             model.changed.connect(self.status_changed)
+        self.new.made.connect(self.cell.open)
         self.launch.changed.connect(self._follow_launch)
         self.launch.stopped.connect(self.recording.take_end_of_run)
         self.mixture.begun.connect(self._pause_mixture)

@@ -42,6 +42,7 @@ from process_visualizer.gui.views.labels import colour, title, tool_button
 from process_visualizer.gui.views.launch_view import LaunchView
 from process_visualizer.gui.views.log_view import LogView
 from process_visualizer.gui.views.mixture_notice import MixtureNotice
+from process_visualizer.gui.views.new_configuration_view import NewConfigurationView
 from process_visualizer.gui.views.playback_panel import PlaybackPanel
 from process_visualizer.gui.views.recording_panel import RecordingPanel
 
@@ -69,6 +70,7 @@ class LauncherApp(QMainWindow):
         self._devices_panel = DevicesPanel()
         self.devices = self._devices_panel.devices
         self.problems = self._devices_panel.problems
+        self.new = NewConfigurationView(launcher.new, lambda: launcher.cell.path, self)
         self.launch = LaunchView()
         self.mixture = MixtureNotice(launcher.mixture)
         self.recording = RecordingPanel(launcher.recording)
@@ -120,7 +122,9 @@ class LauncherApp(QMainWindow):
                  self._launcher.cell.reload),
                 ('help', 'show_keys', 'Keys (?)', self._show_help)):
             row.addWidget(tool_button(name, symbol, hint, action))
+        row.insertWidget(row.count() - 2, self.new.button)
         layout.addLayout(row)
+        layout.addWidget(self.new)
         layout.addWidget(self._devices_panel)
         return group
 
@@ -144,6 +148,8 @@ class LauncherApp(QMainWindow):
         launcher.states.changed.connect(self._show_states)
         launcher.status_changed.connect(self._show_status)
         launcher.failed.connect(self._tell)
+        self.new.open_wanted.connect(self._open)
+        launcher.new.told.connect(self.statusBar().showMessage)
         launcher.recording.finished.connect(launcher.bag.add_recent)
         self.recording.play_wanted.connect(self._play)
         self.problems.open_wanted.connect(self._open_in_editor)

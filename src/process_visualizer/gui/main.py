@@ -7,7 +7,7 @@ import re
 import signal
 import socket
 import sys
-from typing import Dict, Optional, Sequence, Tuple
+from typing import Any, Dict, Optional, Sequence, Tuple
 
 import rospkg
 from PyQt5.QtCore import QObject, QRect, QSocketNotifier, Qt, pyqtSignal
@@ -47,6 +47,8 @@ def main() -> int:
     place_window(app, window, launcher, settings)
     window.show()
     _begin(launcher, settings, options, arguments)
+    if not options.config and not _last_configuration(settings):
+        window.new.offer()
     code = app.exec_()
     _remember(app, window, launcher, settings)
     launcher.close()
@@ -136,10 +138,16 @@ def _configuration(settings: Settings, given: str,
                    arguments: Dict[str, str]) -> Tuple[str, Dict[str, str]]:
     if given:
         return given, arguments
-    last = settings.value('configuration', {})
-    if os.path.isfile(last.get('path', '')):
+    last = _last_configuration(settings)
+    if last:
         return last['path'], {**last.get('arguments', {}), **arguments}
     return os.path.join(_package_folder(), 'devices.xml'), arguments
+
+
+def _last_configuration(settings: Settings) -> Dict[str, Any]:
+    """What was open last, if its file is still there; else nothing."""
+    last: Dict[str, Any] = settings.value('configuration', {})
+    return last if os.path.isfile(last.get('path', '')) else {}
 
 
 def _package_folder() -> str:

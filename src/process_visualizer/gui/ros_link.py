@@ -12,6 +12,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from PyQt5.QtCore import QObject, pyqtSignal
 
 from process_visualizer.cell.model import Pose
+from process_visualizer.discovery.new_configuration import NewConfiguration
 from process_visualizer.gui.snapshots import (
     DisplaySnapshot,
     PlayerSnapshot,
@@ -22,6 +23,7 @@ from process_visualizer.msg import PlayerState, RecorderState, TopicRecord
 from process_visualizer.nodes.bag_recorder import BagRecorder
 from process_visualizer.nodes.player_client import PlayerClient
 from process_visualizer.nodes.pose_marker import PoseMarker
+from process_visualizer.nodes.system_look import from_system
 from process_visualizer.srv import SetFrame
 
 NODE = 'process_visualizer'
@@ -77,6 +79,16 @@ class RosLink(QObject):
         """Leave the master."""
         if rospy.core.is_initialized():
             rospy.signal_shutdown('the launcher is closed')
+
+    @staticmethod
+    def look_at_system() -> NewConfiguration:
+        """Return a configuration for what runs; takes some seconds.
+
+        Raises ValueError when nothing runs that belongs into one, or there is no master.
+        """
+        if not rospy.core.is_initialized():
+            raise ValueError('the launcher has no ROS master to ask')
+        return from_system()
 
     def move_frame(self, frame: str, xyz: Sequence[float], ypr: Sequence[float]) -> str:
         """Move a base frame while everything runs; returns what was done.

@@ -23,6 +23,7 @@ from process_visualizer.launching.new_command import add_new_options, execute_ne
 from process_visualizer.launching.overview import overview
 from process_visualizer.launching.record_command import record
 from process_visualizer.launching.record_options import add_record_options, record_options
+from process_visualizer.launching.ros_master import RosMaster, RosMasterError
 from process_visualizer.launching.run_command import run_plan
 
 _DESCRIPTION = ('Checks, shows, generates, runs or records the robot cell of a configuration file, '
@@ -52,7 +53,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         for problem in error.problems:
             print(problem, file=sys.stderr)
         return 1
-    except (BagError, PlanError, MixedSources, ValueError, OSError) as error:
+    except (BagError, PlanError, MixedSources, RosMasterError, ValueError, OSError) as error:
         print(f'cell: {error}', file=sys.stderr)
         return 1
 
@@ -104,6 +105,7 @@ def _execute(options: argparse.Namespace) -> int:
     plan = _plan(choice)
     if options.command == 'generate':
         return _generate(plan, options.output or '.')
+    RosMaster().check()
     refuse_mixture(choice)
     return run_plan(plan, options.output, choice)
 

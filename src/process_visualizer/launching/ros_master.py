@@ -54,6 +54,10 @@ class RosMaster:
         except (OSError, HTTPException, XmlRpcError, ValueError):
             return None
 
+    def check(self) -> None:
+        """Raise RosMasterError unless it answers, or could be started here; takes 3 s at most."""
+        self._is_there()
+
     def ensure(self) -> bool:
         """Make sure that there is a master; True if it is one of our own.
 

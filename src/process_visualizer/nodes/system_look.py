@@ -9,6 +9,7 @@ from typing import Any, Dict, Iterable, List, Set, Tuple
 import rosgraph
 import rospy
 
+from process_visualizer.discovery.new_configuration import NewConfiguration, new_configuration
 from process_visualizer.discovery.own_topics import device_topics
 from process_visualizer.discovery.seen import Seen, SeenDescription, SeenTopic, Source
 from process_visualizer.discovery.topic_facts import (
@@ -23,6 +24,18 @@ LOOK_S = 3.0
 _MOST_MESSAGES, _LARGE_BYTES = 100, 100_000
 _FRAME_TOPICS = ('/tf', '/tf_static')
 _DESCRIPTION = 'robot_description'
+
+
+def from_system() -> NewConfiguration:
+    """Return a configuration for what runs; this process must be a node.
+
+    Raises:
+        ValueError: nothing runs that belongs into one, or the master has gone.
+    """
+    try:
+        return new_configuration(look_at_system(rosgraph.Master(rospy.get_name())))
+    except (rosgraph.MasterException, ConnectionError) as error:
+        raise ValueError(f'the ROS master does not answer any more: {error}') from error
 
 
 def look_at_system(master: rosgraph.Master, look_s: float = LOOK_S) -> Seen:

@@ -172,7 +172,8 @@ def test_variables(tmp_path: Path) -> None:
     text, cell = written(Seen('x', topics, (transform('world', 'oven_frame', 1.0, 2.0, 0.0),)), [],
                          tmp_path)
     oven, sensors = cell.devices
-    assert oven.base is None or oven.base.frame != 'oven_frame'
+    assert oven.base is not None
+    assert (oven.base.frame, oven.base.pose.xyz) == ('oven_frame', (1.0, 2.0, 0.0))
     [temperature] = oven.variables
     assert (temperature.unit, temperature.frame, temperature.field) == (
         '°C', 'oven_frame', 'temperature')

@@ -16,10 +16,13 @@ from process_visualizer.bags.recording import Recording
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.discovery.bag_look import look_into
 from process_visualizer.discovery.model_search import ModelSearch
-from process_visualizer.discovery.new_configuration import NewConfiguration, write_new
+from process_visualizer.discovery.new_configuration import (
+    NewConfiguration,
+    from_bags,
+    write_new,
+)
 from process_visualizer.discovery.seen import Seen, SeenDescription, SeenTopic
 from process_visualizer.launching.command_line import main
-from process_visualizer.launching.new_command import from_bags
 
 JOINTS = ('left_pan', 'left_lift')
 XACRO = '''<robot name="little" xmlns:xacro="http://www.ros.org/wiki/xacro">
@@ -148,10 +151,10 @@ def test_no_file_is_overwritten_and_none_written_by_half(tmp_path: Path) -> None
     (tmp_path / 'arm.urdf').write_text('mine')
     new = NewConfiguration('<visualizer />', {'arm.urdf': '<robot />'}, '')
     with pytest.raises(FileExistsError, match='arm.urdf" is there already'):
-        write_new(new, str(tmp_path / 'cell.xml'), False)
+        write_new(new, str(tmp_path / 'cell.xml'), [str(tmp_path / 'cell.xml')])
     assert [it.name for it in tmp_path.iterdir()] == ['arm.urdf']
     with pytest.raises(OSError):
-        write_new(new, str(tmp_path / 'no' / 'cell.xml'), False)
+        write_new(new, str(tmp_path / 'no' / 'cell.xml'))
 
 
 def test_no_master(capsys: Any, monkeypatch: pytest.MonkeyPatch) -> None:

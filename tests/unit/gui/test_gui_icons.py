@@ -15,8 +15,8 @@ from process_visualizer.gui.style import ACCENT, BAD, apply_style
 
 PROMISED = ('play', 'pause', 'stop', 'to_start', 'to_end', 'step_back', 'step_forward',
             'play_backwards', 'loop', 'loop_begin', 'loop_end', 'mark', 'record', 'restart',
-            'reload', 'folder', 'open', 'view', 'save', 'revert', 'help', 'warning', 'ok', 'died',
-            'waiting')
+            'reload', 'folder', 'open', 'new', 'view', 'save', 'revert', 'help', 'warning', 'ok',
+            'died', 'waiting')
 
 
 def image_of(name: str, side: int, mode: QIcon.Mode = QIcon.Normal,

@@ -1,0 +1,81 @@
+"""A configuration that is made in the window, one at a time; what is told if there is none."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import List
+
+import pytest
+from held_tasks import HeldTasks
+from PyQt5.QtCore import QSettings
+
+from process_visualizer.discovery.new_configuration import NewConfiguration
+from process_visualizer.gui.main import _last_configuration
+from process_visualizer.gui.models.new_configuration_model import NewConfigurationModel
+from process_visualizer.gui.settings import Settings
+
+NEW = NewConfiguration('<visualizer />', {'arm.urdf': '<robot />'}, '1 robot')
+
+
+class Watched:
+    """A model, and what it says."""
+
+    def __init__(self, reason: str = '') -> None:
+        self.tasks = HeldTasks()
+        self.reason = reason
+        self.model = NewConfigurationModel(self.tasks, self._look)  # type: ignore[arg-type]
+        self.said: List[str] = []
+        for signal in (self.model.made, self.model.told, self.model.failed):
+            signal.connect(self.said.append)
+
+    def _look(self) -> NewConfiguration:
+        if self.reason:
+            raise ValueError(self.reason)
+        return NEW
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / 'cell.xml'
+
+
+def test_it_is_written_and_told(qapp: object, path: Path) -> None:
+    watched = Watched()
+    path.write_text('the operator was asked about this one')
+    watched.model.make(str(path))
+    watched.model.make(str(path))
+    assert watched.model.is_making and watched.model.where == 'what runs'
+    assert len(watched.tasks.held) == 1
+    watched.tasks.end_all()
+    assert not watched.model.is_making
+    assert watched.said == ['cell.xml: 1 robot. Its comments say what is to be decided.', str(path)]
+    assert path.read_text() == NEW.text and path.with_name('arm.urdf').read_text() == '<robot />'
+
+
+def test_no_other_file_is_overwritten(qapp: object, path: Path) -> None:
+    watched = Watched()
+    other = path.with_name('arm.urdf')
+    other.write_text('mine')
+    watched.model.make(str(path))
+    watched.tasks.end_all()
+    assert watched.said == [f'No configuration was made: "{other}" is there already']
+    assert not path.exists()
+
+
+def test_why_there_is_none(qapp: object, path: Path) -> None:
+    nothing, no_bag = Watched('nothing runs'), Watched()
+    nothing.model.make(str(path))
+    no_bag.model.make(str(path), [str(path.with_name('a.bag'))])
+    for watched in (nothing, no_bag):
+        watched.tasks.end_all()
+        assert not watched.model.is_making
+    assert nothing.said == ['No configuration was made: nothing runs']
+    assert no_bag.said[0].startswith(f'No configuration was made: {path.parent}/a.bag: cannot be')
+
+
+def test_the_offer_stands_where_nothing_was_open_before(path: Path) -> None:
+    settings = Settings(QSettings(str(path.parent / 'settings'), QSettings.IniFormat))
+    assert _last_configuration(settings) == {}
+    settings.store('configuration', {'path': str(path), 'arguments': {}})
+    assert _last_configuration(settings) == {}
+    path.touch()
+    assert _last_configuration(settings) == {'path': str(path), 'arguments': {}}
