@@ -92,9 +92,8 @@ def a_configuration_is_made(operator: Operator, path: Path, bag: Path) -> None:
 
 def choose(operator: Operator, name: str, path: Path) -> None:
     """Choose a file in a dialog that is open."""
-    dialog = operator.widget(name, QFileDialog)
-    dialog.setDirectory(str(path.parent))
-    dialog.findChild(QLineEdit, 'fileNameEdit').setText(path.name)
+    [dialog] = [it for it in operator.window.findChildren(QFileDialog, name) if it.isVisible()]
+    dialog.findChild(QLineEdit, 'fileNameEdit').setText(str(path))
     dialog.accept()
 
 

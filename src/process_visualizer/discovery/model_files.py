@@ -4,12 +4,14 @@ from __future__ import annotations
 import os
 import re
 from dataclasses import dataclass
-from typing import Collection, Dict, Iterator, List, Optional
+from typing import Collection, Dict, Iterator, List, Optional, Pattern, Tuple
 
 import rospkg
 
 _ROBOT = re.compile(r'<robot\b[^>]*?\bname\s*=\s*["\']([^"\']*)["\']')
 _JOINT = re.compile(r'<joint\b[^>]*?\bname\s*=\s*["\']([^"\']*)["\']')
+_ARGUMENT = re.compile(r'<xacro:arg\b[^>]*?\bname\s*=\s*["\']([^"\']*)["\']')
+_EXPRESSION = re.compile(r'\$\{[^}]*\}|\$\([^)]*\)')
 _ENDINGS = ('.urdf', '.xacro')
 _DEEPEST, _LARGEST_BYTES = 4, 2 << 20
 _NO_MODELS = ('test', 'tests', 'bench', 'build')
@@ -18,12 +20,16 @@ _SAFE_PATH = re.compile(r'[\w. /+-]+\Z')
 
 @dataclass(frozen=True)
 class ModelFile:
-    """A URDF or xacro file that may be a whole robot: ``name`` as its <robot> says."""
+    """A URDF or xacro file that may be a whole robot: ``name`` as its <robot> says.
+
+    ``arguments`` are the names of those that xacro takes.
+    """
 
     package: str
     path: str
     name: str
     folder: str
+    arguments: Tuple[str, ...] = ()
 
     @property
     def file(self) -> str:
@@ -42,7 +48,7 @@ class ModelFiles:
     def __init__(self, packages: Optional[rospkg.RosPack] = None) -> None:
         self._packages = packages or rospkg.RosPack()
         self._files: Optional[List[ModelFile]] = None
-        self._joints: Dict[str, List[str]] = {}
+        self._joints: Dict[str, List[Pattern[str]]] = {}
 
     def all(self) -> List[ModelFile]:
         """Return the files of all packages, by their names."""
@@ -52,21 +58,28 @@ class ModelFiles:
         return self._files
 
     def may_have(self, package: str, joints: Collection[str]) -> bool:
-        """Whether the files of a package name joints that end like all of these."""
-        endings = self._joints.get(package, [])
-        return bool(endings) and all(
-            any(joint.endswith(ending) for ending in endings) for joint in joints)
+        """Whether the files of a package name joints that may come out as all of these."""
+        patterns = self._joints.get(package, [])
+        return bool(patterns) and all(
+            any(pattern.fullmatch(joint) for pattern in patterns) for joint in joints)
 
     def _look_into(self, package: str) -> Iterator[ModelFile]:
         folder = str(self._packages.get_path(package))
         for path in _model_paths(folder):
             text = _text(os.path.join(folder, path))
-            endings = {it.rpartition('}')[2].rpartition(')')[2] for it in _JOINT.findall(text)}
-            self._joints.setdefault(package, []).extend(sorted(endings - {''}))
+            self._joints.setdefault(package, []).extend(_patterns(text))
             robot = _ROBOT.search(text)
             # a name that is an expression needs arguments that only a launch file knows
             if robot is not None and '$' not in robot.group(1) and _SAFE_PATH.match(path):
-                yield ModelFile(package, path, robot.group(1), folder)
+                arguments = tuple(dict.fromkeys(_ARGUMENT.findall(text)))
+                yield ModelFile(package, path, robot.group(1), folder, arguments)
+
+
+def _patterns(text: str) -> List[Pattern[str]]:
+    """The names of joints in a file, where any text may stand for what xacro fills in."""
+    names = {_EXPRESSION.sub('*', name) for name in _JOINT.findall(text)}
+    return [re.compile('.*'.join(map(re.escape, name.split('*'))))
+            for name in sorted(names)]
 
 
 def _model_paths(folder: str) -> Iterator[str]:

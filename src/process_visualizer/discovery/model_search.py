@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import os
+import re
 import tempfile
 from typing import Dict, List, Optional, Sequence, Set, Tuple
 from xml.etree import ElementTree
@@ -25,6 +26,9 @@ from process_visualizer.generate.robot_description import (
 _MOST_TRIES = 8
 """Files that are expanded for one robot."""
 _DIGITS = 5
+_HANDS = ('hand', 'gripper')
+_PREFIX = re.compile('prefix$')
+_Arguments = Tuple[Tuple[str, str], ...]
 
 
 class ModelSearch:
@@ -32,7 +36,8 @@ class ModelSearch:
 
     def __init__(self, files: Optional[ModelFiles] = None) -> None:
         self._files = files or ModelFiles()
-        self._expanded: Dict[str, Optional[RobotDescription]] = {}
+        self._expanded: Dict[Tuple[str, _Arguments],
+                             Optional[RobotDescription]] = {}
         self.remarks: List[str] = []
 
     def find(self, seen: Seen, known: Sequence[FoundModel] = ()) -> List[FoundModel]:
@@ -97,21 +102,36 @@ class ModelSearch:
         if not topic.joints:
             likely = [it for it in likely if namespace.rpartition('/')[2] in (it.stem, it.name)]
         for file in likely[:_MOST_TRIES]:
-            found = self._expand(file)
-            if found is not None and _fits(found, topic, frames):
-                reason = 'found by the names of its joints' if topic.joints else \
-                    'found by its name and the number of its joints'
-                return FoundModel(namespace, file.name, found, file.package, file.path,
-                                  f'{reason}: is it the one?')
+            for arguments in self._arguments(file, topic):
+                found = self._expand(file, arguments)
+                if found is not None and _fits(found, topic, frames):
+                    reason = 'the names of its joints' if topic.joints else \
+                        'its name and the number of its joints'
+                    return FoundModel(namespace, file.name, found, file.package, file.path,
+                                      f'found by {reason}: is it the one?', arguments)
         return None
 
-    def _expand(self, file: ModelFile) -> Optional[RobotDescription]:
-        if file.file not in self._expanded:
+    def _arguments(self, file: ModelFile, topic: SeenTopic) -> List[_Arguments]:
+        """What to try: with a hand if there are more joints, with a prefix of all joints, bare."""
+        bare = self._expand(file)
+        if bare is None or not topic.joints:
+            return [()]
+        prefix = _common_prefix(bare, topic)
+        prefixes: List[_Arguments] = [((name, prefix),) for name in file.arguments
+                                      if prefix and _PREFIX.search(name)] or [()]
+        hands: List[_Arguments] = [((name, 'true'),) for name in file.arguments if name in _HANDS
+                                   if len(topic.joints) > len(bare.joints)]
+        return [(*first, *second) for first in prefixes for second in (*hands, ())]
+
+    def _expand(self, file: ModelFile,
+                arguments: _Arguments = ()) -> Optional[RobotDescription]:
+        key = (file.file, arguments)
+        if key not in self._expanded:
             try:
-                self._expanded[file.file] = load_robot_description(file.file)
+                self._expanded[key] = load_robot_description(file.file, arguments)
             except ModelError:
-                self._expanded[file.file] = None  # it needs arguments, or is no whole robot
-        return self._expanded[file.file]
+                self._expanded[key] = None  # it needs other arguments, or is no whole robot
+        return self._expanded[key]
 
 
 def _loaded(text: str) -> RobotDescription:
@@ -129,6 +149,17 @@ def _fits(description: RobotDescription, topic: SeenTopic, frames: Set[str]) -> 
         return len(joints) > 0 and joints <= set(topic.joints)
     return len(joints) == topic.length or (topic.length is None and bool(
         frames & set(description.links)))
+
+
+def _common_prefix(description: RobotDescription, topic: SeenTopic) -> str:
+    """What stands before the names of all joints of a model in a topic; '' if nothing does."""
+    first = next(iter(description.joints), '')
+    for joint in topic.joints if first else ():
+        prefix = joint[:-len(first)]
+        if prefix and joint.endswith(first) and {
+                prefix + name for name in description.joints} <= set(topic.joints):
+            return prefix
+    return ''
 
 
 _Shape = Tuple[Tuple[object, ...], ...]

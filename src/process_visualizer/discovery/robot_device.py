@@ -36,7 +36,7 @@ def robot_device(group: RobotGroup, name: str, prefix: str, names: CellNames, pl
     if group.model is not None:
         base = prefix + group.model.description.root_link
     else:
-        base = names.frame(f'{name}/base_link')
+        base = names.frame(_base_of_poses(group, names, places) or f'{name}/base_link')
     attributes, comment = places.base_attributes(base)
     device.add('base', attributes, comment)
     add_topic(device, group.joint_topic, 'joint_states')
@@ -47,6 +47,13 @@ def robot_device(group: RobotGroup, name: str, prefix: str, names: CellNames, pl
         _add_force(device, group, group.wrench_topic, prefix, names, forest)
     _say_what_is_missing(device, group)
     return device
+
+
+def _base_of_poses(group: RobotGroup, names: CellNames, places: Places) -> str:
+    """The frame in which a driver gives the poses of its tool, if it can be the base frame."""
+    frames = group.pose_topic.frames if group.pose_topic is not None else ()
+    return next((it for it in frames if is_frame(it) and names.is_free(it)
+                 and it != places.frame), '')
 
 
 def add_model(device: DraftDevice, model: Optional[FoundModel], prefix: str = '') -> None:

@@ -22,6 +22,7 @@ from process_visualizer.discovery.new_configuration import (
     write_new,
 )
 from process_visualizer.discovery.seen import Seen, SeenDescription, SeenTopic
+from process_visualizer.generate.robot_description import load_robot_description
 from process_visualizer.launching.command_line import main
 
 JOINTS = ('left_pan', 'left_lift')
@@ -162,3 +163,22 @@ def test_no_master(capsys: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     assert main(['new']) == 1
     assert capsys.readouterr().err == (
         'cell: there is no ROS master at http://localhost:1; start the drivers, or name a bag\n')
+
+
+MAKERS = Path(__file__).parents[2] / 'data' / 'makers'
+
+
+@pytest.mark.parametrize('file, arguments', [
+    ('ur_style_description/urdf/arm.xacro', (('tf_prefix', 'left_'),)),
+    ('ur_style_description/urdf/arm.xacro', ()),
+    ('panda_style_description/robots/arm.urdf.xacro', (('hand', 'true'),)),
+    ('panda_style_description/robots/arm.urdf.xacro', ())])
+def test_makers_models_are_found_by_joints(monkeypatch: pytest.MonkeyPatch, file: str,
+                                           arguments: Tuple[Tuple[str, str], ...]) -> None:
+    """With the prefix that the names of the joints have, and with the hand that has more joints."""
+    monkeypatch.setenv('ROS_PACKAGE_PATH', str(MAKERS))
+    joints = load_robot_description(str(MAKERS / file), arguments).joints
+    topic = SeenTopic('/driver/joint_states', 'sensor_msgs/JointState', joints=tuple(joints))
+    [model] = ModelSearch().find(Seen('x', (topic,)))
+    assert (f'{model.package}/{model.path}', model.arguments) == (file, arguments)
+    assert model.joints == set(joints)
