@@ -13,7 +13,7 @@ import rosbag
 import rosgraph
 from genpy import Time
 from operator_at_work import Operator, nodes
-from PyQt5.QtWidgets import QApplication, QFileDialog, QLineEdit, QMenu, QMessageBox
+from PyQt5.QtWidgets import QApplication, QFileDialog, QMenu, QMessageBox
 from running_program import SMALL_CELL
 from std_msgs.msg import Float64
 
@@ -91,10 +91,13 @@ def a_configuration_is_made(operator: Operator, path: Path, bag: Path) -> None:
 
 
 def choose(operator: Operator, name: str, path: Path) -> None:
-    """Choose a file in a dialog that is open."""
+    """Choose a file in a dialog that is open, as its list of files would."""
     [dialog] = [it for it in operator.window.findChildren(QFileDialog, name) if it.isVisible()]
-    dialog.findChild(QLineEdit, 'fileNameEdit').setText(str(path))
-    dialog.accept()
+    if name == 'new_bags':
+        dialog.filesSelected.emit([str(path)])
+    else:
+        dialog.fileSelected.emit(str(path))
+    dialog.reject()
 
 
 def devices(operator: Operator) -> 'dict[str, list[str]]':
