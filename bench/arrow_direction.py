@@ -36,7 +36,7 @@ def main() -> int:
               '|---|---|---|---|---|---|')
         for model in MODELS:
             def row(convention: Convention, result: Result, name: str = model.file) -> None:
-                print(f'| {name} | {convention.title} | {_cells(result)} |', flush=True)
+                print(f'| {name} | {convention.title} | {cells(result)} |', flush=True)
             measure(model, CONVENTIONS, seconds, Path(os.environ['ROS_HOME']) / model.file, row)
     finally:
         master.terminate()
@@ -44,7 +44,7 @@ def main() -> int:
     return 0
 
 
-def _cells(result: Result) -> str:
+def cells(result: Result) -> str:
     angles = [f'{then:.1f}° ({now:.1f}°)' for then, now in zip(
         _figures(result.of_velocity), _figures(result.of_moment))]
     return ' | '.join([*angles, f'{np.quantile(result.feet, 0.95) * 1e3:.1f}'])

@@ -192,7 +192,7 @@ def _orientation(form: str, tool: Placement) -> Sequence[float]:
 class Screen:
     """What RViz would draw of the velocity's arrow, 60 times a second."""
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: Model, device: str = 'arm') -> None:
         self._model = model
         self._buffer = tf2_ros.Buffer()
         self._listener = tf2_ros.TransformListener(self._buffer)
@@ -200,9 +200,9 @@ class Screen:
         self._arrow: Optional[Marker] = None
         self._arrow_s = 0.0
         self._subscribers = [
-            rospy.Subscriber('/arm/tool_velocity', TwistStamped, self._on_velocity,
+            rospy.Subscriber(f'/{device}/tool_velocity', TwistStamped, self._on_velocity,
                              tcp_nodelay=True),
-            rospy.Subscriber('/arm/marker_array', MarkerArray, self._on_markers,
+            rospy.Subscriber(f'/{device}/marker_array', MarkerArray, self._on_markers,
                              tcp_nodelay=True)]
 
     def end(self) -> None:
@@ -265,14 +265,14 @@ def measure(model: Model, conventions: Sequence[Convention], duration_s: float, 
         try:
             for convention in conventions:
                 driver.report_as(convention)
-                _wait_for_arrow(screen)
+                wait_for_arrow(screen)
                 take(convention, screen.watch(path, convention.tool, duration_s))
         finally:
             driver.end()
             screen.end()
 
 
-def _wait_for_arrow(screen: Screen) -> None:
+def wait_for_arrow(screen: Screen) -> None:
     """Wait until what is drawn belongs to what is reported now."""
     end_s = time.monotonic() + 60.0
     screen._arrow = None

@@ -73,7 +73,9 @@ def _known_frames(cell: Cell, descriptions: Mapping[str, RobotDescription]) -> S
     links = {link for description in descriptions.values() for link in description.links}
     bare = {tool_frame(device, None).frame for device in cell.devices  # a robot without a model
             if device.type is DeviceType.ROBOT and device.model is None and device.tool is None}
-    return {cell.frame, *links, *bare, *(frame['child'] for frame in placed)}
+    in_tf = {topic.frame for device in cell.devices for topic in device.topics
+             if topic.frame is not None}  # the driver brings it on that topic
+    return {cell.frame, *links, *bare, *in_tf, *(frame['child'] for frame in placed)}
 
 
 def _uses(device: Device) -> Iterator[_Use]:

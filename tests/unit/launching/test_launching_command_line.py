@@ -133,6 +133,13 @@ def test_check_warns_of_frames_that_nothing_has(cell: Cell, arm_cell: Write) -> 
         'is not shown unless a driver publishes the frame in tf']
 
 
+def test_check_believes_that_a_driver_brings_the_frame_of_a_tf_topic(cell: Cell,
+                                                                     arm_cell: Write) -> None:
+    path = arm_cell(JOINTS + '<topic name="tf" type="tool_center_frame" msg="tf2_msgs/TFMessage" '
+                    'frame="tool0_controller"/><variable topic="t" frame="tool0_controller"/>')
+    assert cell('check', path)[2] == []
+
+
 def test_check_warns_of_a_robot_that_nothing_moves(cell: Cell, arm_cell: Write) -> None:
     code, _, (warning,) = cell('check', arm_cell(''))
     assert code == 0
