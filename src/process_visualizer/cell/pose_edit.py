@@ -1,4 +1,4 @@
-"""Writes the pose of a base frame into the configuration file, in place, and takes it back."""
+"""Writes poses of base frames and tools into the configuration file, and takes them back."""
 from __future__ import annotations
 
 import hashlib
@@ -12,10 +12,10 @@ from typing import Dict, List, NamedTuple, Optional
 
 from process_visualizer.cell.errors import Location, quoted
 from process_visualizer.cell.model import BaseFrame, Cell, Pose, Vector3
+from process_visualizer.cell.number_text import number_text
 from process_visualizer.cell.start_tags import StartTag, TagText, encoding_of, start_tags, tag_text
+from process_visualizer.cell.tool_edit import with_tool
 
-DECIMALS = 6
-"""Of metres and radians: a micrometre."""
 _WORD = re.compile(r'\S+')
 
 
@@ -34,7 +34,8 @@ class SavedPose(NamedTuple):
 class PoseEditor:
     """Edits the files of a configuration that has just been parsed.
 
-    Nothing but numbers changes in a file: comments, layout, quotes, encoding and line ends stay.
+    Only numbers change in a file, and <tool> is added: comments, layout, quotes, encoding and line
+    ends stay.
     A file that somebody else has changed meanwhile is not touched.
     """
 
@@ -61,9 +62,30 @@ class PoseEditor:
             changed = with_pose(data, tag, pose)
         except ValueError as error:
             raise PoseEditError(f'{base.location}: <base>: {error}') from error
-        if changed == data:
-            return None
-        saved = _replace(base.location.file, data, changed)
+        return None if changed == data else self._save(base.location.file, data, changed)
+
+    def save_tool(self, device: str, frame: str, pose: Pose) -> SavedPose:
+        """Write the tool of a robot that has none in the file: its pose in a frame.
+
+        Raises:
+            KeyError: there is no such device.
+            PoseEditError: nothing is written.
+        """
+        found = self._cell.device(device)
+        here = found.location
+        data = self._unchanged(here)
+        tags = [tag for tag in start_tags(data) if (tag.tag, tag.line) == ('device', here.line)]
+        shared = [it.name for it in self._cell.devices if it.location == here]
+        if found.tool is not None or len(tags) != 1 or len(shared) != 1:
+            raise PoseEditError(f'{here}: the device "{device}" has a <tool>, or its start tag is '
+                                'that of several devices; edit it by hand')
+        try:
+            return self._save(here.file, data, with_tool(data, tags[0], frame, pose))
+        except ValueError as error:
+            raise PoseEditError(f'{here}: <device>: {error}') from error
+
+    def _save(self, file: str, before: bytes, after: bytes) -> SavedPose:
+        saved = _replace(file, before, after)
         self._digests[os.path.abspath(saved.file)] = saved.digest
         return saved
 
@@ -155,12 +177,6 @@ def _edited(tag: StartTag, written: TagText, name: str, vector: Vector3) -> str:
 
 def _kept_or(old: str, new: str) -> str:
     return old if number_text(float(old)) == new else new
-
-
-def number_text(value: float) -> str:
-    """Return a number with at most DECIMALS decimals, such as 0.1 or -3; never -0."""
-    text = f'{round(value, DECIMALS) + 0.0:.{DECIMALS}f}'  # -0.0 + 0.0 is 0.0
-    return text.rstrip('0').rstrip('.')
 
 
 def _with_values(written: TagText, edits: Dict[str, str]) -> str:

@@ -74,6 +74,9 @@ class Kinematics:
         except ElementTree.ParseError as error:
             raise ValueError(f'not well-formed XML: {error}') from None
         self.links = [link.get('name', '') for link in root.findall('link')]
+        self.collision_only = {link.get('name', '') for link in root.findall('link')
+                               if link.find('visual') is None
+                               and link.find('collision') is not None}
         self._joints: Dict[str, _Joint] = {}
         for element in root.findall('joint'):
             child = element.find('child')
@@ -137,6 +140,21 @@ class Kinematics:
                 return None
             other = joint.parent
         return None
+
+    def carriers(self, frame: str, base: str) -> Optional[List[str]]:
+        """Return the frame and all that carry it up to the base; None if the base does not."""
+        if self._chain(frame, base) is None:
+            return None
+        found = [frame]
+        while found[-1] != base:
+            found.append(self._joints[found[-1]].parent)
+        return found
+
+    def fixed_to(self, frame: str, base: str) -> str:
+        """Return the frame nearest to the base that no moving joint parts from a frame."""
+        while frame != base and frame in self._joints and self._joints[frame].kind == 'fixed':
+            frame = self._joints[frame].parent
+        return frame
 
     def _chain(self, frame: str, base: str) -> Optional[List[_Joint]]:
         """Return the joints from a frame down to the base."""

@@ -15,7 +15,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from process_visualizer.cell.model import Cell, Pose
-from process_visualizer.cell.pose_edit import PoseEditError, PoseEditor, number_text
+from process_visualizer.cell.number_text import number_text
+from process_visualizer.cell.pose_edit import PoseEditError, PoseEditor
 from process_visualizer.cell.xml_parser import XmlParser
 
 POSE = Pose((1.25, -0.5, 0.0), (0.1, 0.0, -3.141593))
@@ -280,3 +281,39 @@ def test_the_configurations_that_come_with_the_package(tmp_path: Path) -> None:
     path.write_bytes(data)
     PoseEditor(parsed(path)).save('kinect', Pose((-0.53, 0.1, 1.9), (0.0, 1.55, 0.0)))
     assert path.read_bytes() == data.replace(b'xyz="-0.53 0.09 1.90"', b'xyz="-0.53 0.1 1.90"')
+
+
+@pytest.mark.parametrize('before, after', [
+    ('<v>\n  <device type="robot" name="a">\n      <base frame="f"/>\n  </device>\n</v>',
+     '<v>\n  <device type="robot" name="a">\n      {}\n      <base frame="f"/>\n  </device>\n</v>'),
+    ('<v>\r\n<device type="robot"\r\n name="a"> <!-- the left one -->\r\n<!-- its place -->\r\n'
+     '\t<base frame="f"/></device>\r\n</v>',
+     '<v>\r\n<device type="robot"\r\n name="a"> <!-- the left one -->\r\n  {}\r\n'
+     '<!-- its place -->\r\n\t<base frame="f"/></device>\r\n</v>'),
+    ('<v><device type="robot" name="a"><base frame="f"/></device></v>',
+     '<v><device type="robot" name="a">{}<base frame="f"/></device></v>')])
+def test_a_tool_is_added_and_nothing_else_changes(tmp_path: Path, before: str, after: str
+                                                  ) -> None:
+    before, after = (text.replace('v>', 'visualizer>') for text in (before, after))
+    path = written(tmp_path, before)
+    editor = PoseEditor(parsed(path))
+    saved = editor.save_tool('a', 'tool0', ZERO)
+    assert path.read_bytes().decode() == after.format('<tool frame="tool0" />')
+    tool = parsed(path).device('a').tool
+    assert tool is not None and (tool.frame, tool.pose) == ('tool0', ZERO)
+    editor.revert(saved)
+    editor.save_tool('a', 'hand', POSE)
+    tool = parsed(path).device('a').tool
+    assert tool is not None and (tool.frame, tool.pose) == ('hand', POSE)
+
+
+@pytest.mark.parametrize('text, problem', [
+    ('<device type="robot" name="a"/>', 'by hand'),
+    ('<device type="robot" name="a"><tool frame="t"/></device>', 'has a <tool>'),
+    ('<device type="robot" name="a"></device><device type="robot" name="b"></device>',
+     'several devices')])
+def test_a_tool_that_is_not_added(tmp_path: Path, text: str, problem: str) -> None:
+    path = written(tmp_path, f'<visualizer>{text}</visualizer>')
+    with pytest.raises(PoseEditError, match=problem):
+        PoseEditor(parsed(path)).save_tool('a', 'tool0', ZERO)
+    assert path.read_text() == f'<visualizer>{text}</visualizer>'
