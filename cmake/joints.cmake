@@ -1,6 +1,7 @@
 # The joint processor: which position belongs to which joint (no node), and the node joint_proc.
 
-add_library(process_visualizer_joints src/robot/joint_coverage.cpp src/robot/joint_matching.cpp
+add_library(process_visualizer_joints src/robot/complaint.cpp src/robot/joint_coverage.cpp
+  src/robot/joint_matching.cpp
   src/robot/time_watch.cpp)
 process_visualizer_compile(process_visualizer_joints)
 

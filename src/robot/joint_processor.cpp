@@ -1,5 +1,6 @@
 #include "process_visualizer/robot/joint_processor.hpp"
 
+#include <diagnostic_msgs/DiagnosticArray.h>
 #include <std_msgs/Float32MultiArray.h>
 
 #include <boost/make_shared.hpp>
@@ -14,6 +15,7 @@ namespace {
 constexpr double kQuietPeriodS = 0.05;
 constexpr std::chrono::seconds kWarningPeriod{5};
 constexpr std::chrono::seconds kSharedTopic{2};
+constexpr std::chrono::milliseconds kReportPeriod{500};
 constexpr char kArray[] = "std_msgs/Float32MultiArray";
 constexpr char kJointState[] = "sensor_msgs/JointState";
 
@@ -57,6 +59,7 @@ JointProcessor::JointProcessor(JointParameters parameters, JointMatching matchin
           std::chrono::duration<double>(1.0 / parameters_.rate_hz))),
       coverage_(matching_.jointNames()) {
   publisher_ = node_.advertise<sensor_msgs::JointState>("joint_states", 10);
+  diagnostics_ = node_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
   subscribe();
   timer_ = node_.createWallTimer(ros::WallDuration(kQuietPeriodS),
                                  [this](const ros::WallTimerEvent&) { tick(); });
@@ -67,6 +70,7 @@ void JointProcessor::tick() {
   // Only what nothing has followed: between two messages it would be late, and the next one is not.
   if (quiet_) flush();
   quiet_ = true;
+  report();
 }
 
 void JointProcessor::subscribe() {
@@ -113,18 +117,55 @@ void JointProcessor::receive(const Event& event) {
 
 void JointProcessor::watch() {
   const auto now = Clock::now();
+  bool is_good = true;
   for (const std::string& problem :
-       {time_watch_.problem(ros::Time::now().toSec(), now), coverage_.problem(now)})
-    if (!problem.empty()) warn("is shown, but " + problem);
+       {time_watch_.problem(ros::Time::now().toSec(), now), coverage_.problem(now)}) {
+    if (problem.empty()) continue;
+    warn("is shown, but " + problem);
+    is_good = false;
+  }
+  if (is_good) complaint_.noteGood();
 }
 
 // Not ROS_WARN_THROTTLE, which says nothing while ROS time stands still.
 void JointProcessor::warn(const std::string& problem) {
   const auto now = Clock::now();
+  const std::string text = "a message on " + subscriber_.getTopic() + " " + problem;
+  complaint_.add(text, now);
   if (now < next_warning_) return;
   next_warning_ = now + kWarningPeriod;
-  ROS_WARN("%s: a message on %s %s", parameters_.robot_name.c_str(), subscriber_.getTopic().c_str(),
-           problem.c_str());
+  ROS_WARN("%s: %s", parameters_.robot_name.c_str(), text.c_str());
+}
+
+// Says what holds, and once that it does not hold any more.
+void JointProcessor::report() {
+  const auto now = Clock::now();
+  if (complaint_.count() == 0 || now < next_report_) return;
+  next_report_ = now + kReportPeriod;
+  const bool holds = complaint_.holds(now);
+  diagnostic_msgs::DiagnosticArray report;
+  report.header.stamp = ros::Time::now();
+  report.status.push_back(status(holds));
+  diagnostics_.publish(report);
+  if (!holds) complaint_.clear();
+}
+
+diagnostic_msgs::DiagnosticStatus JointProcessor::status(bool holds) const {
+  diagnostic_msgs::DiagnosticStatus status;
+  status.name = ros::this_node::getName() + ": " + subscriber_.getTopic();
+  status.hardware_id = parameters_.robot_name;
+  status.level =
+      holds ? diagnostic_msgs::DiagnosticStatus::WARN : diagnostic_msgs::DiagnosticStatus::OK;
+  status.message = holds ? complaint_.text() : "all is well";
+  if (!holds) return status;
+  diagnostic_msgs::KeyValue messages, duration;
+  messages.key = "messages";
+  messages.value = std::to_string(complaint_.count());
+  duration.key = "for_s";
+  duration.value =
+      std::to_string(std::chrono::duration<double>(Clock::now() - complaint_.since()).count());
+  status.values = {messages, duration};
+  return status;
 }
 
 JointPositions JointProcessor::decode(const Event& event) const {

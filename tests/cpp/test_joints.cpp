@@ -3,6 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "process_visualizer/robot/complaint.hpp"
 #include "process_visualizer/robot/joint_coverage.hpp"
 #include "process_visualizer/robot/joint_matching.hpp"
 #include "process_visualizer/robot/time_watch.hpp"
@@ -120,6 +121,22 @@ TEST(TimeWatch, TimeThatStandsStillOrGoesBackIsNamed) {
   EXPECT_NE(back.find("gone back"), std::string::npos) << back;
   EXPECT_EQ(watch.problem(7.0, begin + std::chrono::seconds(5)), back);  // it may not be said yet
   EXPECT_EQ(watch.problem(8.0, begin + std::chrono::seconds(8)), "");
+}
+
+TEST(Complaint, StandsUntilGoodMessagesComeForSomeTime) {
+  Complaint complaint;
+  Complaint::Time now;
+  EXPECT_FALSE(complaint.holds(now));
+  complaint.add("first", now);
+  complaint.add("second", now += std::chrono::seconds(1));
+  EXPECT_EQ(complaint.count(), 2U);
+  EXPECT_EQ(complaint.text(), "second");
+  EXPECT_TRUE(complaint.holds(now + std::chrono::hours(1)));  // the last message was a bad one
+  complaint.noteGood();
+  EXPECT_TRUE(complaint.holds(now + std::chrono::seconds(2)));
+  EXPECT_FALSE(complaint.holds(now + std::chrono::seconds(4)));
+  complaint.add("third", now + std::chrono::seconds(3));
+  EXPECT_TRUE(complaint.holds(now + std::chrono::seconds(9)));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@ from typing import Sequence, Tuple
 
 import rospy
 from cloud_testing import Listener, log_listener, logged, wait_until
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from robot_testing import (
     array,
@@ -68,6 +69,25 @@ class RobotInputTest(unittest.TestCase):
             wait_until(lambda: logged(log, Log.WARN, 's: ', '/s/pose', 'stamp'),
                        'a warning about the stamps', lambda: pose.publish(sent))
 
+    def test_complaints_stand_on_diagnostics_while_they_hold(self) -> None:
+        """Of robot_proc and joint_proc: counted, and told when they do not hold any more."""
+        pose, joints = publisher('/s/pose', PoseStamped), publisher('/s/joints', JointState)
+        sent = PoseStamped()
+        sent.header.frame_id = 'base'
+        with Listener('/diagnostics', DiagnosticArray) as reports:
+            for is_good in (False, True):
+                sent.pose.orientation.w = float(is_good)
+
+                def send(names: Sequence[str] = ('a', 'b') if is_good else ('a',)) -> None:
+                    sent.header.stamp = rospy.Time.now()
+                    pose.publish(sent)
+                    joints.publish(JointState(name=names, position=[0.1, 0.2]))
+
+                for name, problem in (('/s/robot_proc: /s/pose', 'quaternion is zero'),
+                                      ('/s/joint_proc: /s/joints', 'is left out')):
+                    wait_until(lambda name=name, problem=problem, is_good=is_good: told(
+                        reports, name, 'all is well' if is_good else problem), name, send)
+
     def test_wrong_parameters_end_the_node_with_a_message(self) -> None:
         rospy.set_param('/broken', '<robot>')
         rospy.set_param('/one', '<robot name="t"><joint name="a" type="revolute"/></robot>')
@@ -86,6 +106,14 @@ class RobotInputTest(unittest.TestCase):
             self.assertEqual(status, 1, output)
             self.assertIn(problem, output)
             self.assertNotIn('Traceback', output)
+
+
+def told(reports: Listener, name: str, text: str) -> bool:
+    """Tell whether this is what was said last of something; a problem of several messages."""
+    found = [status for report in list(reports.messages) for status in report.status
+             if status.name == name][-1:]
+    return any(text in status.message and (status.level == DiagnosticStatus.OK or int(
+        {it.key: it.value for it in status.values}['messages']) > 2) for status in found)
 
 
 def run_node(node: str, arguments: Sequence[str]) -> Tuple[int, str]:

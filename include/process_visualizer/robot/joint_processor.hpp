@@ -1,5 +1,6 @@
 #pragma once
 
+#include <diagnostic_msgs/DiagnosticStatus.h>
 #include <ros/ros.h>
 #include <sensor_msgs/JointState.h>
 
@@ -8,6 +9,7 @@
 #include <string>
 
 #include "process_visualizer/recorder/message.hpp"
+#include "process_visualizer/robot/complaint.hpp"
 #include "process_visualizer/robot/joint_coverage.hpp"
 #include "process_visualizer/robot/joint_matching.hpp"
 #include "process_visualizer/robot/time_watch.hpp"
@@ -29,9 +31,10 @@ struct JointParameters {
 /// nothing. Drivers that send faster than a screen shows would otherwise cost each robot's state
 /// publisher, and the master, which that asks at every state.
 ///
-/// A message that cannot be used is left out with a throttled warning; without one if it has joints
-/// of other robots only, while those of this one come on the same topic. While ROS time stands
-/// still or goes back (simulated time), the states are published nevertheless, with a warning too.
+/// A message that cannot be used is left out with a throttled warning, which stands on /diagnostics
+/// for as long as it holds; without one if it has joints of other robots only, while those of this
+/// one come on the same topic. While ROS time stands still or goes back (simulated time), the
+/// states are published nevertheless, with a warning too.
 class JointProcessor {
  public:
   JointProcessor(JointParameters parameters, JointMatching matching);
@@ -49,6 +52,8 @@ class JointProcessor {
   bool isDue();
   void watch();
   void warn(const std::string& problem);
+  void report();
+  diagnostic_msgs::DiagnosticStatus status(bool holds) const;
 
   JointParameters parameters_;
   JointMatching matching_;
@@ -64,6 +69,9 @@ class JointProcessor {
   Clock::time_point next_warning_;
   std::optional<Clock::time_point> used_;  ///< when a message last had joints of this robot
   JointCoverage coverage_;
+  Complaint complaint_;
+  ros::Publisher diagnostics_;
+  Clock::time_point next_report_;
   TimeWatch time_watch_;
 };
 

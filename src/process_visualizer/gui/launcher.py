@@ -21,8 +21,10 @@ from process_visualizer.gui.models.mixture_model import MixtureModel
 from process_visualizer.gui.models.new_configuration_model import NewConfigurationModel
 from process_visualizer.gui.models.playback_model import PlaybackModel
 from process_visualizer.gui.models.recording_model import RecordingModel
+from process_visualizer.gui.models.tool_model import ToolModel
 from process_visualizer.gui.models.values_model import ValuesModel
 from process_visualizer.gui.models.view_model import ViewModel
+from process_visualizer.gui.models.warnings_model import WarningsModel
 from process_visualizer.gui.ros_link import RosLink, RosLinkError
 from process_visualizer.gui.snapshots import PlayerSnapshot
 from process_visualizer.gui.status import player_activity, recorder_activity, status_text
@@ -52,13 +54,15 @@ class Launcher(QObject):
         self.launch = LaunchModel(self.tasks, self)
         self.guard = LaunchGuard(self.tasks, self.launch.launch, parent=self)
         self.mixture = MixtureModel(self.tasks, self._own_nodes, parent=self)
-        self.states = DeviceStatesModel(self.launch)
+        self.warnings = WarningsModel(self.link.warnings, self)
+        self.states = DeviceStatesModel(self.launch, self.warnings)
         self.recording = RecordingModel(self.tasks, self.link.recorder, self)
         self.playback = PlaybackModel(self.tasks, self.link.player, PlayerError, parent=self)
         self.bag = BagModel(self.tasks, parent=self)
         self.values = ValuesModel(self.tasks, self.playback, parent=self)
         self.view = ViewModel(self.tasks, self.cell, self.launch)
         self.calibration = CalibrationModel(self.tasks, self.link.move_frame, self)
+        self.tool = ToolModel(self.tasks, self)
         self._player: Optional[PlayerSnapshot] = None
         self._devices_when_ready: Optional[Sequence[str]] = None
         self._launches_when_ready = False
@@ -153,11 +157,13 @@ class Launcher(QObject):
         self.calibration.marker_wanted.connect(self._show_marker)
         self.calibration.moved.connect(lambda frame, pose: self.tasks.run(
             _MARKER, lambda: self.link.move_marker(frame, pose)))
-        self.calibration.saved.connect(lambda _device: self.cell.reload())
+        for saved in (self.calibration.saved, self.tool.saved):
+            saved.connect(lambda _device: self.cell.reload())
+        self.warnings.changed.connect(self._follow_warnings)
         self.link.recorder_state.connect(self.recording.take_state)
         self.link.recorder_state.connect(self.states.take_recorder)
         for model in (self.master, self.launch, self.recording, self.playback, self.bag,
-                      self.calibration, self.view, self.new):
+                      self.calibration, self.tool, self.view, self.new):
             model.failed.connect(self.failed)
         for model in (self.guard, self.launch, self.recording, self.playback, self.states,
                       self.new):
@@ -176,6 +182,7 @@ class Launcher(QObject):
         running = self.launch.running
         mode = running.mode if running is not None and self.launch.is_running else None
         self.mixture.follow(running)
+        self.warnings.follow(running is not None)
         self.recording.set_running(mode is Mode.REALTIME)
         self.calibration.set_running(mode is not None)
         if mode is Mode.PLAYBACK:
@@ -196,8 +203,14 @@ class Launcher(QObject):
         self.bag.set_devices(self.cell.chosen)
         self.values.set_devices(self.cell.chosen)
         self.calibration.set_devices(self.cell.devices)
-        if self.cell.editor is not None:
-            self.calibration.set_save(self.cell.editor.save)
+        editor = self.cell.editor
+        self.tool.set_devices(self.cell.devices, None if editor is None else editor.save_tool)
+        if editor is not None:
+            self.calibration.set_save(editor.save)
+
+    def _follow_warnings(self) -> None:
+        self.tool.take_warnings({device.name: self.states.warnings(device.name)
+                                 for device in self.cell.devices})
 
     def _follow_bag(self) -> None:
         self.playback.set_marks(self.bag.marks)

@@ -45,6 +45,8 @@ from process_visualizer.gui.views.mixture_notice import MixtureNotice
 from process_visualizer.gui.views.new_configuration_view import NewConfigurationView
 from process_visualizer.gui.views.playback_panel import PlaybackPanel
 from process_visualizer.gui.views.recording_panel import RecordingPanel
+from process_visualizer.gui.views.tool_notice import ToolNotice
+from process_visualizer.gui.views.warnings_view import WarningsView
 
 _MARGIN = 10
 
@@ -73,6 +75,7 @@ class LauncherApp(QMainWindow):
         self.new = NewConfigurationView(launcher.new, lambda: launcher.cell.path, self)
         self.launch = LaunchView()
         self.mixture = MixtureNotice(launcher.mixture)
+        self.tool = ToolNotice(launcher.tool)
         self.recording = RecordingPanel(launcher.recording)
         self.playback = PlaybackPanel(launcher.playback, launcher.bag, launcher.values)
         self.calibration = CalibrationPanel(launcher.calibration)
@@ -100,6 +103,7 @@ class LauncherApp(QMainWindow):
         layout.addWidget(self._devices_group())
         layout.addWidget(self.launch)
         layout.addWidget(self.mixture)
+        layout.addWidget(self.tool)
         layout.addWidget(self.panels, 1)
         self.setCentralWidget(body)
 
@@ -156,6 +160,7 @@ class LauncherApp(QMainWindow):
         self.devices.ticked.connect(launcher.cell.tick)
         self.devices.restart_wanted.connect(launcher.launch.restart)
         self.devices.log_wanted.connect(self._show_log)
+        self.devices.warnings_wanted.connect(self._show_warnings)
         self.launch.mode_chosen.connect(launcher.cell.set_mode)
         self.launch.launch_wanted.connect(launcher.start)
         self.launch.quit_wanted.connect(self._quit)
@@ -229,6 +234,9 @@ class LauncherApp(QMainWindow):
         report = self._launcher.launch.reports.get(device)
         if report is not None:
             LogView.show_node(self, report, node)
+
+    def _show_warnings(self, device: str) -> None:
+        WarningsView(device, self._launcher.states, self).show()
 
     def _show_help(self) -> None:
         KeysDialog(help_text(self._keys), self).open()

@@ -2,14 +2,16 @@
 from __future__ import annotations
 
 import os
+import time
 from typing import Any, List, Optional, Sequence, Tuple, cast
 from xmlrpc.client import Error as XmlRpcError
 from xmlrpc.client import ServerProxy
 
 import rosgraph
 import rospy
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from PyQt5.QtCore import QObject, pyqtSignal
+from rosgraph_msgs.msg import Log
 
 from process_visualizer.cell.model import Pose
 from process_visualizer.discovery.new_configuration import NewConfiguration
@@ -19,6 +21,7 @@ from process_visualizer.gui.snapshots import (
     RecorderSnapshot,
     TopicSnapshot,
 )
+from process_visualizer.launching.node_warnings import NodeWarnings, Severity
 from process_visualizer.msg import PlayerState, RecorderState, TopicRecord
 from process_visualizer.nodes.bag_recorder import BagRecorder
 from process_visualizer.nodes.player_client import PlayerClient
@@ -29,6 +32,7 @@ from process_visualizer.srv import SetFrame
 NODE = 'process_visualizer'
 _PHASES = {RecorderState.IDLE: 'idle', RecorderState.STARTING: 'starting',
            RecorderState.RECORDING: 'recording', RecorderState.STOPPING: 'stopping'}
+_SEVERITIES = {DiagnosticStatus.WARN: Severity.WARNING, DiagnosticStatus.ERROR: Severity.ERROR}
 
 
 class RosLinkError(Exception):
@@ -55,7 +59,8 @@ class RosLink(QObject):
                                    begins=False)
         self.recorder = BagRecorder(lambda state: self.recorder_state.emit(_recorder(state)),
                                     begins=False)
-        self._subscriber: Optional[rospy.Subscriber] = None
+        self.warnings = NodeWarnings()
+        self._subscribers: List[rospy.Subscriber] = []
         self._marker = PoseMarker(self.pose_dragged.emit)
 
     def begin(self) -> None:
@@ -71,9 +76,22 @@ class RosLink(QObject):
     def _subscribe(self) -> None:
         self.player.begin()
         self.recorder.begin()
-        self._subscriber = rospy.Subscriber(
-            '/rviz/display_status', DiagnosticArray,
-            lambda report: self.displays.emit(_displays(report)), queue_size=2)
+        self._subscribers = [
+            rospy.Subscriber('/rviz/display_status', DiagnosticArray,
+                             lambda report: self.displays.emit(_displays(report)), queue_size=2),
+            rospy.Subscriber('/rosout', Log, self._take_log),
+            rospy.Subscriber('/diagnostics', DiagnosticArray, self._take_states)]
+
+    def _take_log(self, log: Any) -> None:
+        if log.level >= Log.WARN:
+            severity = Severity.WARNING if log.level == Log.WARN else Severity.ERROR
+            self.warnings.take_log(_sender(log), severity, log.msg, time.monotonic())
+
+    def _take_states(self, report: Any) -> None:
+        for it in report.status:
+            self.warnings.take_state(_sender(report), it.name, _SEVERITIES.get(it.level),
+                                     it.message, time.monotonic(),
+                                     {pair.key: pair.value for pair in it.values})
 
     def end(self) -> None:
         """Leave the master."""
@@ -136,6 +154,11 @@ def _refuse_second_launcher() -> None:
     if pid != os.getpid():
         raise RosLinkError(f'Another launcher (process {pid}) already uses the master '
                            f'{rosgraph.get_master_uri()}. Close it, or set ROS_MASTER_URI.')
+
+
+def _sender(message: Any) -> str:
+    """The node that has sent a message, whatever the message says."""
+    return str(message._connection_header['callerid'])
 
 
 def _player(state: PlayerState) -> PlayerSnapshot:

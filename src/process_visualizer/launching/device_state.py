@@ -9,6 +9,7 @@ from process_visualizer.bags.catalogue import CatalogueTopic
 from process_visualizer.cell.model import Device
 from process_visualizer.launching.figures import live_rate_text, rate_text
 from process_visualizer.launching.node_state import NodeReport, NodeState
+from process_visualizer.launching.node_warnings import NodeWarning, Severity, by_node, counted
 from process_visualizer.launching.part_report import PartReport, PartState
 from process_visualizer.launching.topic_watch import TopicActivity
 
@@ -24,34 +25,43 @@ class Level(IntEnum):
 
 
 class Line(NamedTuple):
-    """A state in words."""
+    """A state in words; ``short`` is for where there is little room, if ``text`` is long."""
 
     level: Level
     text: str
+    short: str = ''
 
 
 _OFF = Line(Level.OFF, '')
 
 
 class DeviceState(NamedTuple):
-    """The state of a device, and of its nodes and topics by their names."""
+    """The state of a device, and of its nodes and topics by their names.
+
+    ``warnings`` are what its nodes complain of now.
+    """
 
     summary: Line
     nodes: Dict[str, Line]
     topics: Dict[str, Line]
+    warnings: Tuple[NodeWarning, ...] = ()
 
 
 def device_state(device: Device, report: Optional[PartReport],
-                 lines: Mapping[str, Line]) -> DeviceState:
+                 lines: Mapping[str, Line], warnings: Tuple[NodeWarning, ...] = ()
+                 ) -> DeviceState:
     """Return the state of a device; ``report`` is None while it does not run.
 
-    ``lines`` are those of topics, see ``live_line`` and ``recorded_line``.
+    ``lines`` are those of topics, see ``live_line`` and ``recorded_line``; ``warnings`` may be
+    those of other devices too.
     """
     if report is None or report.state is PartState.STOPPED:
         return DeviceState(_OFF, {}, {topic.name: _OFF for topic in device.topics})
-    nodes = {node.name: node_line(node) for node in report.nodes}
+    nodes = {node.name: _warned(node_line(node), by_node(warnings, {node.name}))
+             for node in report.nodes}
     topics = {topic.name: lines.get(topic.name, _OFF) for topic in device.topics}
-    return DeviceState(_summary(report, topics), nodes, topics)
+    own = by_node(warnings, set(nodes))
+    return DeviceState(_summary(report, topics, own), nodes, topics, own)
 
 
 def node_line(node: NodeReport) -> Line:
@@ -64,6 +74,18 @@ def node_line(node: NodeReport) -> Line:
         level = Level.BAD if node.exit_code else Level.WARNING
         return Line(level, _end(node.exit_code))
     return Line(Level.BAD, f'cannot be started: {node.reason}')
+
+
+def _warned(line: Line, warnings: Tuple[NodeWarning, ...]) -> Line:
+    """Return the state of a node, and how much it complains of."""
+    if not warnings or line.level is not Level.GOOD:
+        return line
+    return Line(_level(warnings), f'{line.text}, {counted(warnings)}')
+
+
+def _level(warnings: Tuple[NodeWarning, ...]) -> Level:
+    is_error = any(it.severity is Severity.ERROR for it in warnings)
+    return Level.BAD if is_error else Level.WARNING
 
 
 def _end(exit_code: Optional[int]) -> str:
@@ -119,8 +141,12 @@ def part_line(report: PartReport) -> Line:
     return Line(Level.GOOD, 'running')
 
 
-def _summary(report: PartReport, topics: Mapping[str, Line]) -> Line:
+def _summary(report: PartReport, topics: Mapping[str, Line],
+             warnings: Tuple[NodeWarning, ...]) -> Line:
     line = part_line(report)
+    if line.level is Level.GOOD and warnings:
+        count = counted(warnings)
+        return Line(_level(warnings), f'{count}: {warnings[0].text}', f'{count}: click to read')
     silent = [(name, topic) for name, topic in topics.items() if topic.level is Level.WARNING]
     if line.level is Level.GOOD and silent:
         name, topic = silent[0]

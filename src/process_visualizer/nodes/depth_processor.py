@@ -12,6 +12,7 @@ import rospy
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Float32
 
+from process_visualizer.nodes.complaints import Complaints
 from process_visualizer.nodes.playback import PlaybackFollower
 from process_visualizer.nodes.process_end import spin_to_end, start_node
 
@@ -71,14 +72,16 @@ class DepthProcessor:
     """
 
     def __init__(self) -> None:
+        self._complaints = Complaints(rospy.get_namespace().strip('/'))
         self._playback = PlaybackFollower()
         self._last_s: Optional[float] = None
         self._age = rospy.Publisher('points_age', Float32, queue_size=1)
         self._age_timer = rospy.Timer(rospy.Duration.from_sec(AGE_PERIOD_S), self._publish_age,
                                       reset=True)
         self._publisher = rospy.Publisher('points', SerializedPointCloud2, queue_size=1)
+        self._topic: str = rospy.resolve_name(rospy.get_param('~topic', '~input'))
         self._subscriber = rospy.Subscriber(
-            rospy.get_param('~topic', '~input'), rospy.AnyMsg, self._republish,
+            self._topic, rospy.AnyMsg, self._republish,
             queue_size=1, buff_size=_BUFFER_SIZE, tcp_nodelay=True)
         self._received = False
         self._timer = rospy.Timer(
@@ -89,16 +92,16 @@ class DepthProcessor:
         self._last_s = self._playback.data_time_s()
         connection = message._connection_header
         if connection['md5sum'] != PointCloud2._md5sum:
-            rospy.logerr_throttle(
-                _REPORT_PERIOD_S,
-                f"{self._subscriber.resolved_name} carries {connection['type']} (published by "
-                f"{connection['callerid']}), but the clouds must be {PointCloud2._type}")
+            self._complain(f"{self._topic} carries {connection['type']} (published by "
+                           f"{connection['callerid']}), but the clouds must be "
+                           f"{PointCloud2._type}")
             return
         try:
             parts = restamp(message._buff, rospy.Time.now())
         except ValueError as error:
-            rospy.logerr_throttle(_REPORT_PERIOD_S, f'{self._subscriber.resolved_name}: {error}')
+            self._complain(f'{self._topic}: {error}')
             return
+        self._complaints.note_good(self._topic)
         self._publisher.publish(SerializedPointCloud2(*parts))
 
     def _publish_age(self, _event: rospy.timer.TimerEvent) -> None:
@@ -107,7 +110,10 @@ class DepthProcessor:
 
     def _report_silence(self, _event: rospy.timer.TimerEvent) -> None:
         if not self._received:
-            rospy.logwarn(f'No cloud has come on {self._subscriber.resolved_name} yet')
+            self._complaints.state(self._topic, f'No cloud has come on {self._topic} yet')
+
+    def _complain(self, problem: str) -> None:
+        self._complaints.add(self._topic, problem, is_error=True)
 
 
 def main() -> None:

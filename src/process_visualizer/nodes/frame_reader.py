@@ -8,6 +8,7 @@ import tf2_ros
 from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
 
+from process_visualizer.nodes.complaints import Complaints
 from process_visualizer.nodes.message_reader import TopicReader
 from process_visualizer.nodes.robot_messages import ToolPose, deserialize
 
@@ -59,13 +60,13 @@ class FramePoses:
 class FrameReader:
     """Hands on each new pose of a frame in the base frame."""
 
-    def __init__(self, device: str, topic: str, base_frame: str, frame: str,
+    def __init__(self, complaints: Complaints, topic: str, base_frame: str, frame: str,
                  callback: Callable[[ToolPose], None],
                  on_static: Callable[[], None] = lambda: None) -> None:
         """Subscribe the topic and the static transforms.
 
         Args:
-            device: the device's name, for messages to the user.
+            complaints: those of the node.
             topic: what carries the transforms, such as /tf.
             base_frame, frame: the pose is that of frame in base_frame.
             callback: called with each new pose; may raise ValueError with what is wrong.
@@ -76,9 +77,9 @@ class FrameReader:
         self._callback, self._on_static_change = callback, on_static
         self._static: Dict[str, TransformStamped] = {}  # by child
         self._last_arrival = rospy.Time()
-        TopicReader(device, STATIC_TOPIC, TF_MESSAGE, {TF_MESSAGE: transforms_in},
+        TopicReader(complaints, STATIC_TOPIC, TF_MESSAGE, {TF_MESSAGE: transforms_in},
                     self._on_static)
-        TopicReader(device, topic, TF_MESSAGE, {TF_MESSAGE: transforms_in}, self._on_transforms)
+        TopicReader(complaints, topic, TF_MESSAGE, {TF_MESSAGE: transforms_in}, self._on_transforms)
 
     def decoder(self) -> PoseDecoder:
         """Return what finds the poses in messages of the topic, given in the order of sending."""

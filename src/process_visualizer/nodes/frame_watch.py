@@ -8,12 +8,13 @@ import rospy
 import tf2_ros
 from tf2_msgs.msg import TFMessage
 
+from process_visualizer.nodes.complaints import Complaints
 from process_visualizer.nodes.frame_reader import STATIC_TOPIC, TF_TOPIC
-from process_visualizer.nodes.message_reader import WARNING_PERIOD_S
 from process_visualizer.nodes.robot_messages import deserialize
 
 PATIENCE_S = 5.0  # from the first data to the first look: the other nodes start too
 LISTENING_S = 1.0
+PERIOD_S = 5.0
 
 
 class FrameWatch:
@@ -24,9 +25,9 @@ class FrameWatch:
     once is not looked for any more.
     """
 
-    def __init__(self, device: str, base_frame: str, links: Collection[str]) -> None:
-        """Take the device's name, for messages to the user, its base frame, and its links."""
-        self._device = device
+    def __init__(self, complaints: Complaints, base_frame: str, links: Collection[str]) -> None:
+        """Take where to complain, a robot's base frame, and its links."""
+        self._complaints = complaints
         self._base_frame = base_frame
         self._found: Set[str] = {base_frame, *links}
         self._wanted: Dict[str, str] = {}  # the topic by the frame
@@ -61,7 +62,7 @@ class FrameWatch:
         assert self._moving is not None
         self._moving.unregister()
         self._moving = None
-        self._next_s = time.monotonic() + WARNING_PERIOD_S
+        self._next_s = time.monotonic() + PERIOD_S
         for frame in list(self._wanted):
             problem = self._problem(frame)
             if problem:
@@ -72,6 +73,7 @@ class FrameWatch:
     def _take(self, frame: str) -> None:
         self._found.add(frame)
         del self._wanted[frame]
+        self._complaints.end(frame)
 
     def _is_fixed(self, frame: str) -> bool:
         """Tell whether a frame is fixed to one that was found."""
@@ -89,8 +91,8 @@ class FrameWatch:
         return '' if connected else str(problem)
 
     def _warn(self, frame: str, problem: str) -> None:
-        rospy.logwarn('%s: what %s brings is not drawn, as tf does not connect the frame %s with '
-                      '%s: %s', self._device, self._wanted[frame], frame, self._base_frame, problem)
+        self._complaints.state(frame, f'what {self._wanted[frame]} brings is not drawn, as tf does '
+                               f'not connect the frame {frame} with {self._base_frame}: {problem}')
 
     def _on_static(self, message: Any) -> None:
         for transform in deserialize(TFMessage, message._buff).transforms:

@@ -9,11 +9,10 @@ import genpy
 import rospy
 
 from process_visualizer.motion.time_watch import TimeWatch
+from process_visualizer.nodes.complaints import Complaints
 
 Quantity = TypeVar('Quantity')
 Decoder = Callable[[bytes], Quantity]
-
-WARNING_PERIOD_S = 5.0
 
 
 class DoubtfulMessage(Exception):
@@ -24,18 +23,18 @@ class TopicReader(Generic[Quantity]):
     """Subscribes a topic and hands its decoded content to a callback, one message at a time.
 
     The type is taken from the publisher's connection, so that one node reads the thesis' arrays
-    and standard messages alike. A message that cannot be used is left out with a throttled
-    warning that names device and topic; the last good one stays. One that comes while ROS time
-    stands still or has gone back is used, with a warning too.
+    and standard messages alike. A message that cannot be used is left out with a complaint that
+    names the topic; the last good one stays. One that comes while ROS time stands still or has
+    gone back is used, with a complaint too.
     """
 
-    def __init__(self, device: str, topic: str, message_type: str,
+    def __init__(self, complaints: Complaints, topic: str, message_type: str,
                  decoders: Dict[str, Decoder[Quantity]],
                  callback: Callable[[Quantity], None]) -> None:
         """Subscribe.
 
         Args:
-            device: the device's name, for messages to the user.
+            complaints: those of the node.
             topic: the topic's name.
             message_type: the only type that is taken ('package/Type'), or '' for each of decoders.
             decoders: for each type, a function of the serialised message; it raises ValueError
@@ -43,13 +42,12 @@ class TopicReader(Generic[Quantity]):
             callback: called in the thread of the subscription; may raise ValueError likewise, or
                 DoubtfulMessage when it has used the content nevertheless.
         """
-        self._device = device
+        self._complaints = complaints
         self._topic = rospy.resolve_name(topic)
         self._decoders = decoders
         self._message_type = message_type
         self._callback = callback
         self._lock = threading.Lock()  # two publishers of a topic are two threads
-        self._next_warning_s = 0.0
         self._time_watch = TimeWatch()
         rospy.Subscriber(topic, rospy.AnyMsg, self._receive, tcp_nodelay=True)
 
@@ -58,6 +56,7 @@ class TopicReader(Generic[Quantity]):
             try:
                 self._callback(self._decode(message))
                 self._watch_time()
+                self._complaints.note_good(self._topic)
             except ValueError as error:
                 self._warn(f'is left out: {error}')
             except DoubtfulMessage as doubt:
@@ -80,7 +79,4 @@ class TopicReader(Generic[Quantity]):
             raise ValueError(f'its bytes are not those of {carried}: {error}') from error
 
     def _warn(self, problem: str) -> None:
-        now_s = time.monotonic()
-        if now_s >= self._next_warning_s:
-            self._next_warning_s = now_s + WARNING_PERIOD_S
-            rospy.logwarn('%s: a message on %s %s', self._device, self._topic, problem)
+        self._complaints.add(self._topic, f'a message on {self._topic} {problem}')

@@ -13,6 +13,7 @@ from visualization_msgs.msg import MarkerArray
 
 from process_visualizer.motion.kinematics import Kinematics
 from process_visualizer.nodes.base_frames import BaseFrames
+from process_visualizer.nodes.complaints import Complaints
 from process_visualizer.nodes.frame_reader import TF_MESSAGE
 from process_visualizer.nodes.frame_watch import FrameWatch
 from process_visualizer.nodes.markers import Pace, VectorSample
@@ -56,9 +57,10 @@ class RobotProcessor:
         self._parameters = parameters
         self._playback = PlaybackFollower()
         self._display = RobotDisplay(parameters)
-        model = robot_model()
-        self._frames = FrameWatch(parameters.robot_name, parameters.base_frame, model.links)
-        self._tool = ToolPlacer(parameters, model)
+        self._complaints = Complaints(parameters.robot_name)
+        model = robot_model(self._complaints)
+        self._frames = FrameWatch(self._complaints, parameters.base_frame, model.links)
+        self._tool = ToolPlacer(parameters, model, self._complaints)
         self._base_frames = BaseFrames(parameters, model, self._on_static)
         self._drawing = Pace(1.0 / parameters.marker_rate_hz)
         self._lock = threading.Lock()  # each topic has its thread, and so has the timer
@@ -77,8 +79,8 @@ class RobotProcessor:
         if parameters.joint_states.name or model.links:
             rospy.Subscriber('joint_states', rospy.AnyMsg, self._on_joints, queue_size=1,
                              tcp_nodelay=True)
-        self._input = ToolInput(parameters, self._on_tool_pose, self._on_static,
-                                self._base_frames)
+        self._input = ToolInput(parameters, self._complaints, self._on_tool_pose,
+                                self._on_static, self._base_frames)
         self._subscribe_force(parameters.force_sensor)
         if self._recorded is not None:
             self._recorded.start()
@@ -94,7 +96,7 @@ class RobotProcessor:
 
     def _subscribe_force(self, topic: TopicParameters) -> None:
         if topic.name:
-            TopicReader(self._parameters.robot_name, topic.name, topic.message_type,
+            TopicReader(self._complaints, topic.name, topic.message_type,
                         WRENCH_DECODERS, self._on_wrench)
 
     def _on_joints(self, message: Any) -> None:
@@ -228,14 +230,14 @@ class RobotProcessor:
         return ToolMotion(place, shown.velocity, time_s)
 
 
-def robot_model() -> Kinematics:
+def robot_model(complaints: Complaints) -> Kinematics:
     """Return the robot's model, the parameter robot_description; an empty one without it."""
     text = rospy.get_param('robot_description', '<robot />')
     try:
         return Kinematics(text)
     except (ValueError, TypeError) as error:
-        rospy.logwarn('parameter %s: a URDF is expected: %s',
-                      rospy.resolve_name('robot_description'), error)
+        name = rospy.resolve_name('robot_description')
+        complaints.state(name, f'parameter {name}: a URDF is expected: {error}')
         return Kinematics()
 
 

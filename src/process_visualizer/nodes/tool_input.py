@@ -4,6 +4,7 @@ from __future__ import annotations
 from typing import Callable, Optional
 
 from process_visualizer.nodes.base_frames import BaseFrames
+from process_visualizer.nodes.complaints import Complaints
 from process_visualizer.nodes.frame_reader import TF_MESSAGE, FrameReader, PoseDecoder
 from process_visualizer.nodes.message_reader import TopicReader
 from process_visualizer.nodes.parameters import RobotParameters
@@ -13,12 +14,13 @@ from process_visualizer.nodes.robot_messages import POSE_DECODERS, ToolPose
 class ToolInput:
     """The tool's poses, from messages of a pose or of transforms; each in the base frame."""
 
-    def __init__(self, parameters: RobotParameters, callback: Callable[[ToolPose], None],
-                 on_static: Callable[[], None], base_frames: BaseFrames) -> None:
+    def __init__(self, parameters: RobotParameters, complaints: Complaints,
+                 callback: Callable[[ToolPose], None], on_static: Callable[[], None],
+                 base_frames: BaseFrames) -> None:
         """Subscribe, if there is a topic.
 
         Args:
-            parameters, base_frames: the robot processor's.
+            parameters, complaints, base_frames: the robot processor's.
             callback: called with each pose; may raise as that of TopicReader.
             on_static: called when static transforms have changed that the poses depend on.
         """
@@ -27,10 +29,10 @@ class ToolInput:
         self._frames: Optional[FrameReader] = None
         if self._topic.message_type == TF_MESSAGE:
             frame = self._topic.frame or parameters.tool_frame
-            self._frames = FrameReader(parameters.robot_name, self._topic.name,
-                                       parameters.base_frame, frame, callback, on_static)
+            self._frames = FrameReader(complaints, self._topic.name, parameters.base_frame, frame,
+                                       callback, on_static)
         elif self._topic.name:
-            TopicReader(parameters.robot_name, self._topic.name, self._topic.message_type,
+            TopicReader(complaints, self._topic.name, self._topic.message_type,
                         POSE_DECODERS, self._take)
 
     def decoder(self, message_type: str) -> Optional[PoseDecoder]:

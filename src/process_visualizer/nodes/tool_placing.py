@@ -18,12 +18,16 @@ from process_visualizer.motion.tool_place import (
     ToolPlace,
     base_place,
 )
+from process_visualizer.nodes.complaints import Complaints
 from process_visualizer.nodes.frame_reader import STATIC_TOPIC, TF_MESSAGE
 from process_visualizer.nodes.parameters import RobotParameters
 from process_visualizer.nodes.robot_messages import ToolPose, deserialize
+from process_visualizer.nodes.tool_study import ToolStudy, describe, values
 
 PATIENCE_S = 5.0  # before something that is missing is told: the other nodes start too
-WARNING_PERIOD_S = 30.0
+LOOK_PERIOD_S = 1.0
+LOG_PERIOD_S = 30.0
+ABOUT = 'tool frame'
 
 
 class ToolPlacer:
@@ -35,16 +39,19 @@ class ToolPlacer:
     drawn in the base frame, at the reported position.
     """
 
-    def __init__(self, parameters: RobotParameters, kinematics: Kinematics) -> None:
+    def __init__(self, parameters: RobotParameters, kinematics: Kinematics,
+                 complaints: Complaints) -> None:
         """Take the frames and limits, and the model; listen to fixed frames if it needs them."""
+        self._complaints = complaints
         self._parameters = parameters
         self._kinematics = kinematics
         self._joint_states = b''
         self._positions: Dict[str, float] = {}
         self._difference = ToolDifference()
         self._speed_m_per_s = self._turning_rad_per_s = 0.0
+        self._study = ToolStudy(kinematics, parameters.base_frame, parameters.tool_frame)
         self._is_placed = True
-        self._next_warning_s = time.monotonic() + PATIENCE_S
+        self._next_look_s = time.monotonic() + PATIENCE_S
         if kinematics.links and parameters.tool_frame not in kinematics.links:
             rospy.Subscriber(STATIC_TOPIC, rospy.AnyMsg, self._on_static)
 
@@ -66,8 +73,10 @@ class ToolPlacer:
                 return ToolPlace(frame, pose.quaternion, (0.0, 0.0, 0.0), pose.position)
             return base_place(self._parameters.base_frame, pose.position)
         if is_fresh:
-            self._difference.add(model, pose.position,
-                                 pose.quaternion if pose.has_rotation else None)
+            quaternion = pose.quaternion if pose.has_rotation else None
+            self._difference.add(model, pose.position, quaternion)
+            if self._may_learn():
+                self._study.look(time.monotonic(), self._positions, pose.position, quaternion)
         return ToolPlace(frame, model.quaternion, self._foot(), model.position)
 
     def note_motion(self, speed_m_per_s: float, turning_rad_per_s: float) -> None:
@@ -75,14 +84,22 @@ class ToolPlacer:
         self._speed_m_per_s, self._turning_rad_per_s = speed_m_per_s, turning_rad_per_s
 
     def look(self) -> None:
-        """Warn of a tool frame that cannot be used, or that is not where the tool is reported."""
+        """Complain of a tool frame that cannot be used, or is not where the tool is reported."""
         now_s = time.monotonic()
-        if now_s < self._next_warning_s:
+        if now_s < self._next_look_s:
             return
+        self._next_look_s = now_s + LOOK_PERIOD_S
         problem = self._problem()
-        if problem:
-            self._next_warning_s = now_s + WARNING_PERIOD_S
-            rospy.logwarn('%s: %s', self._parameters.robot_name, problem)
+        finding = self._study.finding
+        if problem and finding is not None and self._may_learn():
+            parameters = self._parameters
+            topic = rospy.resolve_name(parameters.tool_center_frame.name)
+            text = describe(parameters.robot_name, topic, parameters.tool_frame, finding)
+            self._complaints.state(ABOUT, text, values(finding), LOG_PERIOD_S)
+        elif problem:
+            self._complaints.state(ABOUT, problem, log_period_s=LOG_PERIOD_S)
+        else:
+            self._complaints.end(ABOUT)
 
     def _foot(self) -> 'tuple[float, float, float]':
         """Return where arrows begin in the tool frame: at its origin if the tool is there."""
@@ -90,6 +107,11 @@ class ToolPlacer:
         if self._parameters.foot_at_tool_frame or self._is_near(difference):
             return 0.0, 0.0, 0.0
         return difference.offset
+
+    def _may_learn(self) -> bool:
+        """Tell whether the tool frame was chosen here, and is not where the tool is reported."""
+        return (not self._parameters.foot_at_tool_frame and self._difference.is_settled()
+                and not self._is_near(self._difference.median()))
 
     def _is_near(self, difference: Difference) -> bool:
         limit_m = self._parameters.tool_limit_m + MOTION_S * self._speed_m_per_s

@@ -3,7 +3,6 @@ from __future__ import annotations
 
 import math
 import sys
-import time
 from collections import Counter
 from typing import Dict, List, Optional, Sequence
 
@@ -20,9 +19,9 @@ from process_visualizer.motion.variables import (
     variable_text,
     variable_vector,
 )
+from process_visualizer.nodes.complaints import Complaints
 from process_visualizer.nodes.live_number import LiveNumber
-from process_visualizer.nodes.markers import Pace, VectorSample
-from process_visualizer.nodes.message_reader import WARNING_PERIOD_S
+from process_visualizer.nodes.markers import VectorSample
 from process_visualizer.nodes.newest_message import NewestMessage, RawMessage
 from process_visualizer.nodes.parameters import ArrowStyle, ParameterError, private_parameters
 from process_visualizer.nodes.playback import PlaybackFollower
@@ -38,10 +37,10 @@ FOOT_DISTANCE_M = 0.045  # between parallel arrows: their heads are twice as thi
 class Variable:
     """A variable's last good value; it looks at its topic only when it is drawn."""
 
-    def __init__(self, device: str, parameters: VariableParameters, source: NewestMessage,
-                 foot: Vector = (0.0, 0.0, 0.0)) -> None:
-        """Take the device's name, for messages to the user, the topic, and the arrow's foot [m]."""
-        self._device = device
+    def __init__(self, complaints: Complaints, parameters: VariableParameters,
+                 source: NewestMessage, foot: Vector = (0.0, 0.0, 0.0)) -> None:
+        """Take where to complain, the topic, and the arrow's foot [m]."""
+        self._complaints = complaints
         self._parameters = parameters
         self._source = source
         self._foot = foot
@@ -50,7 +49,7 @@ class Variable:
         self._seen: Optional[RawMessage] = None
         self._value: Optional[Number] = None
         self._time_s = -math.inf  # when the value came
-        self._warnings = Pace(WARNING_PERIOD_S)
+        self._name = f'{parameters.topic} {parameters.field}'
 
     def sample(self) -> VectorSample:
         """Return the arrow [m] of now; no length before the first value."""
@@ -91,6 +90,7 @@ class Variable:
         try:
             self._value = self._number(raw)
             self._time_s = raw.time_s
+            self._complaints.note_good(self._name)
         except ValueError as error:
             self._warn(str(error))
 
@@ -101,9 +101,8 @@ class Variable:
         return number
 
     def _warn(self, problem: str) -> None:
-        if self._warnings.is_due(time.monotonic()):
-            rospy.logwarn('%s: field %s of %s is not shown: %s', self._device,
-                          self._parameters.field, self._parameters.topic, problem)
+        self._complaints.add(self._name, f'field {self._parameters.field} of '
+                             f'{self._parameters.topic} is not shown: {problem}')
 
 
 class VariableProcessor:
@@ -119,7 +118,8 @@ class VariableProcessor:
                   for variable in parameters.variables}
         feet = arrow_feet([(variable.frame, variable.axis) for variable in parameters.variables],
                           FOOT_DISTANCE_M)
-        self._variables = [Variable(device, variable, topics[variable.topic], foot)
+        complaints = Complaints(device)
+        self._variables = [Variable(complaints, variable, topics[variable.topic], foot)
                            for variable, foot in zip(parameters.variables, feet)]
         self._publisher = rospy.Publisher('marker_array', MarkerArray, queue_size=1)
         self._timer = rospy.Timer(rospy.Duration(1.0 / parameters.marker_rate_hz),

@@ -15,8 +15,10 @@ from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Topic
 from process_visualizer.gui.models.device_states_model import DeviceStatesModel
 from process_visualizer.gui.models.launch_model import LaunchModel
+from process_visualizer.gui.models.warnings_model import WarningsModel
 from process_visualizer.gui.snapshots import PlayerSnapshot
 from process_visualizer.launching.node_state import NodeReport, NodeState
+from process_visualizer.launching.node_warnings import NodeWarnings
 from process_visualizer.launching.part_report import PartReport, PartState
 
 HERE = Location('cell.xml', 1)
@@ -32,7 +34,7 @@ def states(qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     launch = LaunchModel(HeldTasks())
     launch.reports = {'oven': PartReport('oven', PartState.RUNNING, (
         NodeReport('/oven/driver', NodeState.RUNNING),))}
-    yield DeviceStatesModel(launch)
+    yield DeviceStatesModel(launch, WarningsModel(NodeWarnings()))
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ from process_visualizer.bags.catalogue import Catalogue
 from process_visualizer.cell.model import Device
 from process_visualizer.generate.plan import BAG_PART, FRAMES_PART, RVIZ_PART
 from process_visualizer.gui.models.launch_model import LaunchModel
+from process_visualizer.gui.models.warnings_model import WarningsModel
 from process_visualizer.gui.snapshots import PlayerSnapshot, RecorderSnapshot
 from process_visualizer.launching.device_state import (
     DeviceState,
@@ -19,6 +20,7 @@ from process_visualizer.launching.device_state import (
     recorded_line,
     worst,
 )
+from process_visualizer.launching.node_warnings import NodeWarning, by_node
 from process_visualizer.launching.topic_watch import TopicWatch
 
 _PARTS = {FRAMES_PART: 'frames', BAG_PART: 'recorder or player', RVIZ_PART: 'RViz'}
@@ -29,13 +31,14 @@ class DeviceStatesModel(QObject):
 
     changed = pyqtSignal()
 
-    def __init__(self, launch: LaunchModel) -> None:
+    def __init__(self, launch: LaunchModel, warnings: WarningsModel) -> None:
         super().__init__(launch)
-        self._launch = launch
+        self._launch, self._warnings = launch, warnings
         self._lines: Dict[str, Line] = {}
         self._watch = TopicWatch()
         self._recorded: Optional[Catalogue] = None
         launch.changed.connect(self.changed)
+        warnings.changed.connect(self.changed)
         launch.stopped.connect(self._forget)
 
     def take_recorder(self, recorder: RecorderSnapshot) -> None:
@@ -63,7 +66,13 @@ class DeviceStatesModel(QObject):
     def state(self, device: Device) -> DeviceState:
         """Return the state of a device."""
         report = self._launch.reports.get(device.name)
-        return device_state(device, report, self._lines)
+        return device_state(device, report, self._lines, self._warnings.present)
+
+    def warnings(self, device: str) -> Tuple[NodeWarning, ...]:
+        """Return what the nodes of a device (its name) complain of now."""
+        report = self._launch.reports.get(device)
+        nodes = set() if report is None else {node.name for node in report.nodes}
+        return by_node(self._warnings.present, nodes)
 
     def trouble(self, devices: Tuple[Device, ...]) -> Line:
         """Return the worst state of devices and of the program's own parts, with its name."""

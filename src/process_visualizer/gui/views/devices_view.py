@@ -1,10 +1,10 @@
 """The list of devices: check boxes, states, and what belongs to each."""
 from __future__ import annotations
 
-from typing import Callable, Dict, List, Optional, Tuple
+from typing import Callable, Dict, FrozenSet, List, Optional, Tuple
 
 from PyQt5.QtCore import QPoint, QSize, Qt, pyqtSignal
-from PyQt5.QtGui import QColor, QResizeEvent
+from PyQt5.QtGui import QColor, QKeyEvent, QResizeEvent
 from PyQt5.QtWidgets import (
     QHeaderView,
     QMenu,
@@ -22,6 +22,7 @@ from process_visualizer.launching.device_state import DeviceState, Level, Line
 _NAME, _STATE = 0, 1
 _FEWEST_ROWS, _MOST_ROWS, _ROW_SPACING_PX = 4, 14, 4
 _DEVICE, _NODE, _TOPIC = 'device', 'node', 'topic'
+_HINT = 'Press Enter to read all of it'
 _COLORS = {Level.OFF: QUIET, Level.GOOD: GOOD, Level.WAITING: QUIET, Level.WARNING: WARNING,
            Level.BAD: BAD}
 _ICONS = {Level.GOOD: 'ok', Level.WAITING: 'waiting', Level.WARNING: 'warning', Level.BAD: 'died'}
@@ -34,6 +35,8 @@ class DevicesView(QTreeWidget):
     restart_wanted = pyqtSignal(str)
     log_wanted = pyqtSignal(str, str)
     """Of a node (its name) of a device."""
+    warnings_wanted = pyqtSignal(str)
+    """Of a device (its name)."""
 
     def __init__(self, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -54,8 +57,10 @@ class DevicesView(QTreeWidget):
         self.customContextMenuRequested.connect(self._show_menu)
         self.itemChanged.connect(self._on_changed)
         self.itemDoubleClicked.connect(self._on_double_click)
+        self.itemClicked.connect(self._on_click)
         self._rows: Dict[str, QTreeWidgetItem] = {}
         self._children: Dict[Tuple[str, str, str], QTreeWidgetItem] = {}
+        self._warned: Dict[str, FrozenSet[str]] = {}  # the nodes that complain, by device
 
     def set_devices(self, devices: Tuple[Device, ...], is_ticked: Callable[[str], bool]) -> None:
         """Show these devices; what was opened stays open."""
@@ -87,6 +92,7 @@ class DevicesView(QTreeWidget):
         if row is None:
             return
         self.blockSignals(True)
+        self._warned[device] = frozenset(it.node for it in state.warnings)
         _show(row, state.summary)
         self._remove_nodes(device, state)
         for kind, lines in ((_NODE, state.nodes), (_TOPIC, state.topics)):
@@ -106,6 +112,13 @@ class DevicesView(QTreeWidget):
         """Give names and states half of the width each."""
         super().resizeEvent(event)
         self.setColumnWidth(_NAME, event.size().width() // 2)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Read the warnings of the row with Enter."""
+        if event.key() in (Qt.Key_Return, Qt.Key_Enter):
+            self._read_warnings(self.currentItem())
+        else:
+            super().keyPressEvent(event)
 
     def _size_of(self, rows: int) -> QSize:
         return QSize(300, rows * (self.fontMetrics().height() + _ROW_SPACING_PX)
@@ -148,6 +161,20 @@ class DevicesView(QTreeWidget):
         if kind == _DEVICE and column == _NAME:
             self.ticked.emit(device, item.checkState(_NAME) == Qt.Checked)
 
+    def _on_click(self, item: QTreeWidgetItem, column: int) -> None:
+        if column == _STATE:
+            self._read_warnings(item)
+
+    def _read_warnings(self, item: Optional[QTreeWidgetItem]) -> None:
+        if item is not None and self._complains(item):
+            self.warnings_wanted.emit(item.data(_NAME, Qt.UserRole)[1])
+
+    def _complains(self, item: QTreeWidgetItem) -> bool:
+        """Tell whether a device or a node complains of something now."""
+        kind, device, name = item.data(_NAME, Qt.UserRole)
+        nodes = self._warned.get(device, frozenset())
+        return bool(nodes) if kind == _DEVICE else kind == _NODE and name in nodes
+
     def _on_double_click(self, item: QTreeWidgetItem) -> None:
         kind, device, name = item.data(_NAME, Qt.UserRole)
         if kind == _NODE:
@@ -166,16 +193,21 @@ class DevicesView(QTreeWidget):
         kind, device, name = item.data(_NAME, Qt.UserRole)
         actions: List[Tuple[str, Callable[[], None]]] = [
             (f'Restart {device}', lambda: self.restart_wanted.emit(device))]
+        if self._complains(item):
+            actions.append((f'Read the warnings of {device}',
+                            lambda: self.warnings_wanted.emit(device)))
         if kind == _NODE:
             actions.append((f'Show the log of {name}', lambda: self.log_wanted.emit(device, name)))
         return actions
 
 
 def _show(item: QTreeWidgetItem, line: Line) -> None:
-    if item.text(_STATE) == line.text and item.data(_STATE, Qt.UserRole) == int(line.level):
+    if item.toolTip(_STATE) == line.text and item.data(_STATE, Qt.UserRole) == int(line.level):
         return
-    item.setText(_STATE, line.text)
+    item.setText(_STATE, line.short or line.text)
     item.setToolTip(_STATE, line.text)
+    item.setData(_STATE, Qt.AccessibleTextRole, line.text)
+    item.setData(_STATE, Qt.AccessibleDescriptionRole, _HINT if line.short else '')
     item.setData(_STATE, Qt.UserRole, int(line.level))
     item.setForeground(_STATE, QColor(_COLORS[line.level]))
     if line.level in _ICONS and line.text:

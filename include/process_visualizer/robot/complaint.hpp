@@ -1,0 +1,34 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <string>
+
+namespace process_visualizer {
+
+/// What is wrong with the messages of a topic, for as long as it holds: until good messages come
+/// and no bad one has come for some time. As ComplaintBook of the Python nodes.
+class Complaint {
+ public:
+  using Time = std::chrono::steady_clock::time_point;
+
+  /// Takes a bad message.
+  void add(const std::string& text, Time now);
+  /// Takes note of a good message.
+  void noteGood() { has_good_ = true; }
+  bool holds(Time now) const;
+  /// Begins anew, when it does not hold any more.
+  void clear() { count_ = 0; }
+
+  const std::string& text() const { return text_; }
+  std::size_t count() const { return count_; }
+  Time since() const { return since_; }
+
+ private:
+  std::string text_;
+  std::size_t count_ = 0;
+  Time since_, last_;
+  bool has_good_ = false;
+};
+
+}  // namespace process_visualizer

@@ -1,0 +1,68 @@
+"""Says which frame a robot's poses are those of, and offers to write it into the configuration."""
+from __future__ import annotations
+
+import os
+from typing import Optional
+
+from PyQt5.QtCore import QSize, Qt
+from PyQt5.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QPushButton, QWidget
+
+from process_visualizer.gui.icons import icon
+from process_visualizer.gui.models.tool_model import ToolModel
+from process_visualizer.gui.style import WARNING
+
+_ICON_PX = 18
+
+
+class ToolNotice(QFrame):
+    """Shows a tool model; not there while nothing is offered."""
+
+    def __init__(self, model: ToolModel, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._model = model
+        self.setObjectName('tool')
+        self.setStyleSheet(f'QFrame#tool {{ border: 1px solid {WARNING}; border-radius: 5px; '
+                           'background: #fdf8ef; }')
+        self._text = QLabel()
+        self._text.setObjectName('tool_text')
+        self._text.setWordWrap(True)
+        self._text.setTextFormat(Qt.PlainText)
+        self._text.setTextInteractionFlags(Qt.TextSelectableByMouse)
+        self._write = QPushButton(icon('save'), '')
+        self._write.setObjectName('tool_write')
+        self._write.setToolTip('Write it into the file; all else in it stays, and a backup is '
+                               'kept beside it. The robot is restarted with Apply.')
+        self._write.clicked.connect(model.write)
+        self._dismiss = QPushButton('Not now')
+        self._dismiss.setObjectName('tool_dismiss')
+        self._dismiss.setToolTip('Leave it as it is; not asked again until the launcher is closed')
+        self._dismiss.clicked.connect(model.dismiss)
+        self._lay_out()
+        model.changed.connect(self._show)
+        self._show()
+
+    def _lay_out(self) -> None:
+        symbol = QLabel()
+        symbol.setPixmap(icon('warning').pixmap(QSize(_ICON_PX, _ICON_PX)))
+        buttons = QHBoxLayout()
+        buttons.addWidget(self._write)
+        buttons.addWidget(self._dismiss)
+        buttons.addStretch(1)
+        layout = QGridLayout(self)
+        layout.setContentsMargins(8, 6, 8, 6)
+        layout.setColumnStretch(1, 1)
+        layout.addWidget(symbol, 0, 0, Qt.AlignTop)
+        layout.addWidget(self._text, 0, 1)
+        layout.addLayout(buttons, 1, 1)
+
+    def _show(self) -> None:
+        offered = self._model.offered
+        if offered is not None:
+            file = os.path.basename(offered.file)
+            sentence = offered.text[:1].upper() + offered.text[1:]
+            self._text.setText(f'{sentence}. Write {offered.element} into {file}?')
+            self._write.setText(f'Write into {file}')
+            self._write.setAccessibleName(f'Write {offered.element} into {offered.file}')
+            self.setAccessibleName(f'Tool frame of {offered.device}')
+        self._write.setEnabled(not self._model.is_saving)
+        self.setVisible(offered is not None)

@@ -1,0 +1,132 @@
+"""What the nodes of a cell complain of now, from their logs and from /diagnostics."""
+from __future__ import annotations
+
+import math
+import re
+import threading
+from collections import deque
+from dataclasses import dataclass, field, replace
+from enum import IntEnum
+from typing import Collection, Deque, Dict, Mapping, Set, Tuple
+
+LOG_S = 20.0
+"""A line of a log that was not repeated for so long does not hold any more: most are throttled."""
+STATE_S = 5.0
+"""A state on /diagnostics is repeated every second or more often."""
+_MOST_TEXTS = 20
+_NUMBER = re.compile(r'-?\d+(\.\d+)?(e[+-]?\d+)?')
+_About = Tuple[str, str, str]  # node, 'log' or 'state', and what
+
+
+class Severity(IntEnum):
+    """How bad it is."""
+
+    WARNING = 1
+    ERROR = 2
+
+
+@dataclass(frozen=True)
+class NodeWarning:
+    """A warning or error of a node that holds now; times are those of time.monotonic() [s].
+
+    ``count`` is of log lines, or of messages where the node counts them; 0: it is not known.
+    ``values`` are for programs.
+    """
+
+    node: str
+    severity: Severity
+    text: str
+    count: int
+    since_s: float
+    last_s: float
+    values: Mapping[str, str] = field(default_factory=dict)
+
+
+class NodeWarnings:
+    """Collects what nodes say; any thread may call it.
+
+    A node is who is connected, not who a message says that it is: what a player plays of a
+    recorded log is nobody's warning.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._found: Dict[_About, NodeWarning] = {}
+        self._stated: Dict[str, Deque[str]] = {}  # by node, what is in its log too
+
+    def take_log(self, node: str, severity: Severity, text: str, now_s: float) -> None:
+        """Take a line of a node's log; those that differ in numbers only are one."""
+        about = node, 'log', _NUMBER.sub('#', text)
+        with self._lock:
+            if any(text.endswith(stated) for stated in self._stated.get(node, ())):
+                return
+            before = self._found.get(about)
+            if before is None or now_s - before.last_s > LOG_S:
+                self._make_room(node)
+                before = NodeWarning(node, severity, text, 0, now_s, now_s)
+            self._found[about] = replace(before, text=text, count=before.count + 1, last_s=now_s)
+
+    def take_state(self, node: str, name: str, severity: 'Severity | None', text: str,
+                   now_s: float, values: Mapping[str, str]) -> None:
+        """Take a state of something (its name) that a node tells; None: all is well with it."""
+        about = node, 'state', name
+        with self._lock:
+            if severity is None:
+                self._found.pop(about, None)
+                return
+            before = self._found.get(about)
+            since_s = now_s - _number(values, 'for_s') if 'for_s' in values or before is None \
+                else before.since_s
+            self._found[about] = NodeWarning(node, severity, text, int(_number(values, 'messages')),
+                                             since_s, now_s, values)
+            self._remember(node, text)
+
+    def present(self, now_s: float) -> Tuple[NodeWarning, ...]:
+        """Return what holds now, the worst first, then the oldest."""
+        with self._lock:
+            self._found = {about: it for about, it in self._found.items()
+                           if now_s - it.last_s <= (LOG_S if about[1] == 'log' else STATE_S)}
+            return tuple(sorted(self._found.values(), key=lambda it: (-it.severity, it.since_s)))
+
+    def forget(self) -> None:
+        """Forget everything: other nodes will run."""
+        with self._lock:
+            self._found, self._stated = {}, {}
+
+    def _remember(self, node: str, text: str) -> None:
+        """What a node tells as a state stands in its log too: it is one and the same."""
+        stated = self._stated.setdefault(node, deque(maxlen=_MOST_TEXTS))
+        if text not in stated:
+            stated.append(text)
+        for about in [about for about, it in self._found.items()
+                      if about[:2] == (node, 'log') and it.text.endswith(text)]:
+            del self._found[about]
+
+    def _make_room(self, node: str) -> None:
+        """Keep only the newest of a node that says something else each time."""
+        own = [about for about in self._found if about[:2] == (node, 'log')]
+        if len(own) >= _MOST_TEXTS:
+            del self._found[min(own, key=lambda about: self._found[about].last_s)]
+
+
+def by_node(warnings: Collection[NodeWarning], nodes: Set[str]) -> Tuple[NodeWarning, ...]:
+    """Return the warnings of some nodes."""
+    return tuple(it for it in warnings if it.node in nodes)
+
+
+def counted(warnings: Collection[NodeWarning]) -> str:
+    """Return how many there are in words, such as ``1 error, 2 warnings``; empty for none."""
+    words = []
+    for severity in (Severity.ERROR, Severity.WARNING):
+        count = sum(it.severity is severity for it in warnings)
+        if count:
+            words.append(f'{count} {severity.name.lower()}{"s" if count > 1 else ""}')
+    return ', '.join(words)
+
+
+def _number(values: Mapping[str, str], name: str) -> float:
+    try:
+        number = float(values.get(name, '0'))
+    except ValueError:  # somebody else's
+        return 0.0
+    return number if math.isfinite(number) else 0.0

@@ -1,0 +1,137 @@
+"""What nodes complain of, in the row of their device and in a window of its own."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Iterator
+
+import pytest
+from held_tasks import HeldTasks
+from PyQt5.QtCore import QPoint, Qt
+from PyQt5.QtWidgets import QLabel, QPlainTextEdit
+
+from process_visualizer.cell.errors import Location
+from process_visualizer.cell.model import Device, DeviceType
+from process_visualizer.gui.models.device_states_model import DeviceStatesModel
+from process_visualizer.gui.models.launch_model import LaunchModel
+from process_visualizer.gui.models.warnings_model import WarningsModel
+from process_visualizer.gui.views.devices_view import DevicesView
+from process_visualizer.gui.views.warnings_view import WarningsView
+from process_visualizer.launching.device_state import Level
+from process_visualizer.launching.node_state import NodeReport, NodeState
+from process_visualizer.launching.node_warnings import NodeWarnings, Severity
+from process_visualizer.launching.part_report import PartReport, PartState
+
+ARM = Device(DeviceType.ROBOT, 'arm', Location('cell.xml', 1))
+ZERO = 'a message on /arm/tcf is left out: its quaternion is zero, which is no rotation'
+SHORT = '1 warning: click to read'
+
+
+class Stand:
+    """A cell with an arm whose nodes run; its clock is set by hand."""
+
+    def __init__(self) -> None:
+        self.now_s = 100.0
+        self.said = NodeWarnings()
+        self.warnings = WarningsModel(self.said, clock_s=lambda: self.now_s)
+        self.launch = LaunchModel(HeldTasks())
+        self.launch.reports = {'arm': PartReport('arm', PartState.RUNNING, tuple(
+            NodeReport(f'/arm/{name}', NodeState.RUNNING) for name in ('driver', 'robot_proc')))}
+        self.states = DeviceStatesModel(self.launch, self.warnings)
+        self.view = DevicesView()
+        self.states.changed.connect(lambda: self.view.set_state('arm', self.states.state(ARM)))
+        self.view.set_devices((ARM,), lambda _name: True)
+        self.states.changed.emit()
+
+    def complain(self) -> None:
+        self.said.take_state('/arm/robot_proc', 'pose', Severity.WARNING, ZERO, self.now_s,
+                             {'messages': '125', 'for_s': '2'})
+        self.warnings.look()
+
+    def mend(self) -> None:
+        self.said.take_state('/arm/robot_proc', 'pose', None, '', self.now_s, {})
+        self.warnings.look()
+
+
+@pytest.fixture
+def stand(qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Stand]:
+    monkeypatch.setenv('ROS_HOME', str(tmp_path))
+    made = Stand()
+    qtbot.addWidget(made.view)
+    made.view.resize(440, 200)
+    made.view.show()
+    yield made
+
+
+def place(view: DevicesView, column: int) -> QPoint:
+    return view.visualRect(view.model().index(0, column)).center()
+
+
+def test_the_row_says_it_and_says_it_no_more(stand: Stand) -> None:
+    assert stand.view.state_text('arm') == 'running'
+    stand.complain()
+    row = stand.view.topLevelItem(0)
+    assert (row.text(1), row.toolTip(1)) == (SHORT, f'1 warning: {ZERO}')
+    assert row.data(1, Qt.AccessibleTextRole) == f'1 warning: {ZERO}'
+    assert 'Enter' in row.data(1, Qt.AccessibleDescriptionRole)
+    assert [row.child(index).text(1) for index in range(2)] == ['running', 'running, 1 warning']
+    stand.mend()
+    assert (row.text(1), row.child(1).text(1)) == ('running', 'running')
+    assert row.data(1, Qt.AccessibleDescriptionRole) == ''
+
+
+def test_what_a_node_logs_is_counted_and_an_error_is_worse(stand: Stand) -> None:
+    stand.complain()
+    stand.said.take_log('/arm/driver', Severity.ERROR, 'no connection', stand.now_s)
+    stand.warnings.look()
+    state = stand.states.state(ARM)
+    assert (state.summary.level, state.summary.text) == (
+        Level.BAD, '1 error, 1 warning: no connection')
+
+
+def test_what_others_say_is_not_of_this_device(stand: Stand) -> None:
+    """The player repeats a recorded log: it is nobody's warning now."""
+    for node in ('/bag_player', '/other/robot_proc'):
+        stand.said.take_log(node, Severity.ERROR, 'no connection', stand.now_s)
+    stand.warnings.look()
+    assert stand.view.state_text('arm') == 'running'
+
+
+def test_a_click_reads_it(stand: Stand, qtbot: Any) -> None:
+    viewport = stand.view.viewport()
+    with qtbot.assertNotEmitted(stand.view.warnings_wanted):
+        qtbot.mouseClick(viewport, Qt.LeftButton, pos=place(stand.view, 1))
+    stand.complain()
+    with qtbot.assertNotEmitted(stand.view.warnings_wanted):
+        qtbot.mouseClick(viewport, Qt.LeftButton, pos=place(stand.view, 0))
+    with qtbot.waitSignal(stand.view.warnings_wanted) as wanted:
+        qtbot.mouseClick(viewport, Qt.LeftButton, pos=place(stand.view, 1))
+    assert wanted.args == ['arm']
+
+
+def test_the_keyboard_reads_it(stand: Stand, qtbot: Any) -> None:
+    stand.view.setCurrentItem(stand.view.topLevelItem(0))
+    with qtbot.assertNotEmitted(stand.view.warnings_wanted):
+        qtbot.keyClick(stand.view, Qt.Key_Return)
+    stand.complain()
+    with qtbot.waitSignal(stand.view.warnings_wanted):
+        qtbot.keyClick(stand.view, Qt.Key_Return)
+
+
+def test_the_window_follows(stand: Stand, qtbot: Any) -> None:
+    stand.complain()
+    window = WarningsView('arm', stand.states)
+    qtbot.addWidget(window)
+    text = window.findChild(QPlainTextEdit, 'warnings_text')
+    assert text.toPlainText().startswith('/arm/robot_proc, warning, 125 times for ')
+    assert ZERO in text.toPlainText()
+    assert text.accessibleName() == 'Warnings of arm'
+    stand.mend()
+    assert text.toPlainText() == ''
+    assert 'nothing' in window.findChild(QLabel, 'warnings_message').text()
+
+
+def test_nothing_is_left_of_a_run_that_has_ended(stand: Stand) -> None:
+    stand.warnings.follow(True)
+    stand.complain()
+    stand.warnings.follow(False)
+    assert stand.warnings.present == ()
