@@ -8,6 +8,7 @@ setup(**generate_distutils_setup(
         'process_visualizer',
         'process_visualizer.bags',
         'process_visualizer.cell',
+        'process_visualizer.discovery',
         'process_visualizer.generate',
         'process_visualizer.generate.ros1_packages',
         'process_visualizer.generate.ros1_packages.ament_index_python',

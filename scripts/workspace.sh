@@ -6,9 +6,19 @@ workspace="$cache/workspace-$(printf %s "$repository" | sha256sum | cut -c1-12)"
 venv="$cache/venv"
 noetic=/opt/ros/noetic/setup.bash
 
-listed() { grep -v -e '^#' -e '^$' "$1"; }
+listed() { grep -h -v -e '^#' -e '^$' "$@"; }
 
-as_root() { if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi; }
+# The files that name Debian's packages: those of all releases, those of this one.
+apt_files() {
+  local release
+  release=$(. /etc/os-release && echo "${VERSION_CODENAME:-}")
+  ls "$repository/requirements/apt.txt" "$repository/requirements/apt-$release.txt" 2>/dev/null || true
+}
+
+apt() {
+  if [ "$(id -u)" = 0 ]; then DEBIAN_FRONTEND=noninteractive apt-get "$@"
+  else sudo DEBIAN_FRONTEND=noninteractive apt-get "$@"; fi
+}
 
 install_packages() {
   if [ -f "$noetic" ]; then
@@ -17,13 +27,17 @@ install_packages() {
     return
   fi
   local missing
-  missing=$(comm -23 <(listed "$repository/requirements/apt.txt" | sort) \
+  # shellcheck disable=SC2046
+  missing=$(comm -23 <(listed $(apt_files) | sort) \
     <(dpkg-query -W -f '${db:Status-Abbrev} ${Package}\n' | sed -n 's/^ii  *//p' | sort -u))
   [ -n "$missing" ] || return 0
-  echo "installing: $missing" | tr '\n' ' ' && echo
-  as_root apt-get update -q
+  missing=${missing//$'\n'/ }
+  echo "installing: $missing"
   # shellcheck disable=SC2086
-  as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $missing
+  apt update -q && apt install -q -y --no-install-recommends $missing || {
+    echo "the packages could not be installed; as root: apt-get install --no-install-recommends $missing"
+    return 1
+  } >&2
 }
 
 install_python() {
@@ -36,9 +50,10 @@ install_python() {
   cp "$repository/requirements/python.txt" "$stamp"
 }
 
-# What the build depends on; Python modules are used from the source tree as they are.
+# What the build depends on, its options here too; Python modules are used from the source tree.
 build_inputs() {
-  (cd "$repository" && find CMakeLists.txt package.xml setup.py cmake compatibility env-hooks include msg nodes \
+  (cd "$repository" && find scripts/workspace.sh CMakeLists.txt package.xml setup.py cmake \
+    compatibility env-hooks include msg nodes \
     src srv sewing_cell tests/cpp *.xml -type f \
     -not -name '*.py' -not -path '*/meshes/*' -not -path '*/__pycache__/*' 2>/dev/null |
     sort | xargs sha256sum; cd "$repository" && sha256sum setup.py sewing_cell/setup.py)
@@ -52,7 +67,10 @@ build() {
   mkdir -p "$workspace/src"
   ln -sfn "$repository" "$workspace/src/process_visualizer"
   local log="$workspace/build.log"
+  # Catkin's older versions know Python by the first name, those since Debian 13 by the second.
+  # Debian 11's cmake-extras has a GMock that is found at the first configuration only.
   if ! (cd "$workspace" && catkin_make -DPYTHON_EXECUTABLE="$venv/bin/python3" \
+        -DPython_EXECUTABLE="$venv/bin/python3" -DCMAKE_DISABLE_FIND_PACKAGE_GMock=TRUE \
         -DCMAKE_BUILD_TYPE=Release "$@" >"$log" 2>&1 &&
         catkin_make tests >>"$log" 2>&1); then
     tail -n 40 "$log"

@@ -26,7 +26,7 @@ SHARED = {
 def clean_environment(home: Path) -> Dict[str, str]:
     """The environment of somebody who has just logged in and activated the virtual environment."""
     path = f'{Path(sys.executable).parent}:/usr/sbin:/usr/bin:/sbin:/bin'
-    return {'HOME': str(home), 'PATH': path, 'LANG': 'C.UTF-8'}
+    return {'HOME': str(home), 'PATH': path, 'LANG': 'C.UTF-8', 'VIRTUAL_ENV': sys.prefix}
 
 
 def in_space(setup: Path, command: str) -> 'subprocess.CompletedProcess[str]':

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import numpy.typing as npt
+
+if TYPE_CHECKING:
+    import numpy.typing as npt  # numpy has it since 1.20
 
 _SIZE = 65521  # prime: a stride never falls into a short loop
 _STRIDE = 9973

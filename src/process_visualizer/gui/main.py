@@ -21,6 +21,7 @@ from process_visualizer.gui.settings import Settings
 from process_visualizer.gui.style import apply_style
 from process_visualizer.gui.uncaught import install_hooks
 from process_visualizer.gui.watchdog import watch_if_wanted
+from process_visualizer.launching.user_limits import tell_real_time_advice
 
 _NAMED_VALUE = re.compile('[A-Za-z]\\w*:=')
 _WIDTH = 460
@@ -35,6 +36,7 @@ def main() -> int:
     words = [word for word in sys.argv[1:] if not word.startswith('__')]  # roslaunch's own
     options = _options([word for word in words if not _NAMED_VALUE.match(word)])
     arguments = dict(word.split(':=', 1) for word in words if _NAMED_VALUE.match(word))
+    tell_real_time_advice(print)
     app = make_application()
     settings = Settings()
     launcher = Launcher()

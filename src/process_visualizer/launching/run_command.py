@@ -16,6 +16,7 @@ from process_visualizer.launching.node_state import NodeReport, NodeState
 from process_visualizer.launching.other_publishers import Others, PublisherWatch
 from process_visualizer.launching.run import Run
 from process_visualizer.launching.run_record import clean_up_crashed_runs, new_run_folder
+from process_visualizer.launching.user_limits import tell_real_time_advice
 
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 """The last one only where nohup does not want it to be ignored."""
@@ -33,6 +34,7 @@ def run_plan(plan: Plan, folder: Optional[str], choice: Choice) -> int:
     ended = clean_up_crashed_runs()
     if ended:
         print(f'ended {len(ended)} processes that a crashed run had left')
+    tell_real_time_advice(print)
     output = folder or new_run_folder()
     write_plan(plan, output)
     code = _run(f'{output}/{LAUNCH_FILE}', choice)
