@@ -196,8 +196,11 @@ class BagRecorderFaultsTest(unittest.TestCase):
             recorder.client.stop()
             self.assertGreaterEqual(message_count(path, '/rosout'), 20)
 
-    def small_disk(self, megabytes: int) -> RecorderUnderTest:
-        """A recorder on a small disk; without the right to mount one, with files limited so."""
+    def small_disk(self, megabytes: int, file_megabytes: int = 0) -> RecorderUnderTest:
+        """A recorder on a small disk; without the right to mount one, with files limited so.
+
+        The limit of files is ``file_megabytes`` if given.
+        """
         folder = tempfile.mkdtemp(prefix='recorder_test_disk_')
         mounted = subprocess.run(
             ['mount', '-t', 'tmpfs', '-o', f'size={megabytes}m', 'tmpfs', folder],
@@ -206,17 +209,18 @@ class BagRecorderFaultsTest(unittest.TestCase):
         if mounted:
             self.addCleanup(subprocess.run, ['umount', '--lazy', folder])
             return RecorderUnderTest(folder=folder)
-        return RecorderUnderTest('prlimit', f'--fsize={megabytes << 20}', folder=folder)
+        return RecorderUnderTest('prlimit', f'--fsize={(file_megabytes or megabytes) << 20}',
+                                 folder=folder)
 
     def test_too_little_room_is_refused_or_stops_the_recording(self):
         topic = new_topic()
         publisher = rospy.Publisher(topic, UInt8MultiArray, queue_size=100)
-        with self.small_disk(megabytes=200) as recorder:
+        with self.small_disk(megabytes=200, file_megabytes=4000) as recorder:
             rospy.set_param(f'{recorder.node}/minimum_free_megabytes', 2_000_000_000)
             with self.assertRaisesRegex(RecorderError, 'MB are free'):
                 recorder.start(topic, name='a')
             self.assertEqual(recorder.files(), [])
-            # Where no disk could be mounted, others use this one too: they only end it earlier.
+            # Where no disk could be mounted, others write and delete files on this one meanwhile.
             free = shutil.disk_usage(recorder.folder).free >> 20
             rospy.set_param(f'{recorder.node}/minimum_free_megabytes', free - 100)
             path = recorder.start(topic, name='a')
