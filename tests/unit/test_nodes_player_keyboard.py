@@ -1,4 +1,5 @@
 """The keyboard at a real terminal: keys, and everything that a shell does with a process."""
+import gc
 import os
 import pty
 import signal
@@ -255,4 +256,5 @@ def test_file_descriptors_are_closed(foreign_terminal):
         with Keyboard(foreign_terminal[1]) as keyboard:
             keyboard.stop()
     del keyboard
+    gc.collect()
     assert len(os.listdir('/proc/self/fd')) == len(before)
