@@ -27,7 +27,7 @@ from process_visualizer.nodes.view_picture import STATUS_TOPIC, save_picture
 
 WITHIN_S = 60.0
 WITH_TOPIC = [name for name, it in DISPLAY_TYPES.items() if it.message_type]
-LEAST_PIXELS = 15
+LEAST_PIXELS = 5
 SAYS = {  # the status by which a display tells that it has received something
     'RobotModel': ('robotmodel', 'Ok: '), 'TF': ('tf', 'Ok: Transform OK'),
     'Map': ('Message', 'Ok: Map received'), 'Camera': ('Image', r'Ok: [1-9]\d* images received'),
