@@ -117,14 +117,9 @@ def _pose() -> Pose:
     return Pose(Point(), _UP)
 
 
-def _covariance() -> List[float]:
-    return list((1e-3 * np.eye(6)).flatten())
-
-
 def _odometry() -> Odometry:
     message = Odometry()
     message.pose.pose = _pose()
-    message.pose.covariance = _covariance()  # of zeros Debian 11's RViz makes numbers that end it
     return message
 
 
@@ -161,7 +156,7 @@ def _polygon() -> PolygonStamped:
 def _pose_with_covariance() -> PoseWithCovarianceStamped:
     message = PoseWithCovarianceStamped()
     message.pose.pose = _pose()
-    message.pose.covariance = _covariance()
+    message.pose.covariance = (1e-3 * np.eye(6)).flatten().tolist()
     return message
 
 
