@@ -61,7 +61,8 @@ ROUNDS: List[List[Case]] = [
      ('/misfit/q', ARRAY, array(*GOOD), f'it carries {ARRAY}, and {JOINTS} is expected')],
     [('/arm/q', ARRAY, array('.nan', *GOOD[1:]), 'it holds NaN or infinity'),
      ('/arm/tcf', POSE, '{header: {frame_id: elsewhere}, pose: {orientation: {w: 1.0}}}',
-      'its frame is elsewhere, and the base frame ur_rt_upper/link0 is expected'),
+      'its frame is elsewhere, which neither the model nor a static transform connects with the '
+      'base frame ur_rt_upper/link0'),
      ('/arm/ft', TEXT, '{data: strong}', f'it carries {TEXT}, and {ARRAY} or {WRENCH}')],
     [('/arm/q', ARRAY, array('-.inf', *GOOD[1:]), 'it holds NaN or infinity'),
      ('/arm/tcf', POSE, '{pose: {orientation: {w: 0.0}}}', 'its quaternion is zero'),
