@@ -1,11 +1,12 @@
 #include "display_status.hpp"
 
 #include <diagnostic_msgs/DiagnosticArray.h>
-#include <rviz/display_context.h>
 #include <rviz/display_group.h>
 #include <rviz/render_panel.h>
 #include <rviz/view_manager.h>
+#include <rviz/visualization_manager.h>
 
+#include <QGuiApplication>
 #include <pluginlib/class_list_macros.hpp>
 
 #include "display_report.hpp"
@@ -39,6 +40,15 @@ void showSilences(const rviz::DisplayGroup& group) {
 void DisplayStatus::onInitialize() {
   publisher_ = ros::NodeHandle("~").advertise<diagnostic_msgs::DiagnosticArray>("display_status", 1,
                                                                                 /*latch=*/true);
+  stopDrawingAtTheEnd();
+}
+
+void DisplayStatus::stopDrawingAtTheEnd() {
+  auto* manager = dynamic_cast<rviz::VisualizationManager*>(context_);
+  const auto* application = qobject_cast<QGuiApplication*>(QCoreApplication::instance());
+  if (!manager || !application) return;
+  connect(application, &QGuiApplication::lastWindowClosed, this,
+          [manager] { manager->stopUpdate(); });
 }
 
 void DisplayStatus::update(float wall_dt, float /*ros_dt*/) {

@@ -22,6 +22,9 @@ class DisplayStatus : public rviz::Display {
   void onInitialize() override;
 
  private:
+  /// RViz would draw once more after its window is gone, into memory that is no picture's: Mesa
+  /// takes a window that it cannot ask for its size to have none. That ended RViz now and then.
+  void stopDrawingAtTheEnd();
   void publishReport();
   diagnostic_msgs::DiagnosticStatus reportRviz() const;
 
