@@ -8,6 +8,7 @@ program that died before it told about its tests, counts as a failure of its own
 from __future__ import annotations
 
 import sys
+import textwrap
 from collections import Counter
 from pathlib import Path
 from typing import List, NamedTuple, Sequence
@@ -16,12 +17,15 @@ from xml.etree import ElementTree
 _WRAPPER = 'rostest-'
 """The beginning of the files by which rostest tells whether a test's program ran at all."""
 
+_MESSAGE_LINES = 25
+
 
 class Case(NamedTuple):
-    """A test, and what became of it: passed, failed or skipped."""
+    """A test, what became of it (passed, failed or skipped), and what was said of a failure."""
 
     name: str
     outcome: str
+    message: str = ''
 
 
 def cases_in(path: Path) -> List[Case]:
@@ -30,7 +34,7 @@ def cases_in(path: Path) -> List[Case]:
         root = ElementTree.parse(path).getroot()
     except ElementTree.ParseError:
         return [Case(f'{path.name}: cannot be read', 'failed')]
-    cases = [Case(f'{it.get("classname")}::{it.get("name")}', _outcome(it))
+    cases = [Case(f'{it.get("classname")}::{it.get("name")}', _outcome(it), _message(it))
              for it in root.iter('testcase')]
     cases += _failures_without_case(root, cases)
     if path.name.startswith(_WRAPPER):
@@ -38,9 +42,9 @@ def cases_in(path: Path) -> List[Case]:
     return cases
 
 
-def failures_in(cases: Sequence[Case]) -> List[str]:
-    """The names of the failed ones."""
-    return [case.name for case in cases if case.outcome == 'failed']
+def failures_in(cases: Sequence[Case]) -> List[Case]:
+    """The failed ones."""
+    return [case for case in cases if case.outcome == 'failed']
 
 
 def _outcome(case: ElementTree.Element) -> str:
@@ -48,6 +52,13 @@ def _outcome(case: ElementTree.Element) -> str:
         return 'failed'
     skipped = case.find('skipped') is not None or case.get('status') == 'notrun'
     return 'skipped' if skipped else 'passed'
+
+
+def _message(case: ElementTree.Element) -> str:
+    """The end of what was said of a failure; its beginning is in the output of the test."""
+    said = [it for it in case if it.tag in ('failure', 'error')]
+    texts = [f'{it.get("message") or ""}\n{it.text or ""}' for it in said]
+    return '\n'.join('\n'.join(text.strip().splitlines()[-_MESSAGE_LINES:]) for text in texts)
 
 
 def _failures_without_case(root: ElementTree.Element, cases: Sequence[Case]) -> List[Case]:
@@ -62,8 +73,8 @@ def main() -> int:
     """Print the names of what failed and the line that counts; returns the exit code."""
     folder, steps = Path(sys.argv[1]), sys.argv[2:]
     files = [cases_in(path) for path in sorted(folder.rglob('*.xml'))]
-    for name in [name for cases in files for name in failures_in(cases)]:
-        print('FAILED', name)
+    for case in [case for cases in files for case in failures_in(cases)]:
+        print('\n'.join(['FAILED ' + case.name, *textwrap.indent(case.message, '    ').splitlines()]))
     for step in steps:
         print('FAILED step', step)
     counts = Counter(case.outcome for cases in files for case in cases)

@@ -86,3 +86,4 @@ def run_cell(ros_environment: Dict[str, str]) -> Iterator['object']:
     yield start
     for run in runs:
         run.end()
+        print(run.text)  # pytest shows it beside a failure

@@ -89,7 +89,9 @@ def test_next_start_cleans_up_after_a_crash(mark: str, tmp_path: Path) -> None:
               'from process_visualizer.launching.ros_master import RosMaster\n'
               'master = RosMaster()\n'
               'master.ensure()\n'
-              'os.kill(int(sys.stdin.readline()), signal.SIGKILL)\n'
+              'roslaunch = int(sys.stdin.readline())\n'
+              'os.kill(roslaunch, signal.SIGKILL)\n'
+              'os.waitpid(roslaunch, 0)\n'
               'os.kill(os.getpid(), signal.SIGKILL)\n')
     program = subprocess.Popen([sys.executable, '-c', script], stdin=subprocess.PIPE, text=True)
     deadline = time.monotonic() + 30.0

@@ -35,7 +35,15 @@ def test_all_kinds_of_files_count(tmp_path: Path) -> None:
 def test_the_failed_ones_are_named(tmp_path: Path) -> None:
     (tmp_path / 'unit.xml').write_text(suite(PASSED, FAILED, ERROR, failures=1, errors=1))
     assert counted(tmp_path, 1, 'unit tests') == [
-        'FAILED a::bad', 'FAILED a::ugly', 'FAILED step unit tests', '1 passed, 2 failed']
+        'FAILED a::bad', '    no', 'FAILED a::ugly', '    no', 'FAILED step unit tests', '1 passed, 2 failed']
+
+
+def test_the_end_of_what_was_said_of_a_failure_is_told_again(tmp_path: Path) -> None:
+    said = '\n'.join(f'line {number}' for number in range(100))
+    (tmp_path / 'unit.xml').write_text(
+        suite(f'<testcase classname="a" name="b"><failure message="m">{said}</failure></testcase>'))
+    assert counted(tmp_path, 1)[:26] == [
+        'FAILED a::b', *(f'    line {number}' for number in range(75, 100))]
 
 
 def test_that_a_program_ran_is_no_test_but_that_it_did_not_is_a_failure(tmp_path: Path) -> None:
