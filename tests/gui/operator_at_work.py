@@ -2,9 +2,10 @@
 from __future__ import annotations
 
 import os
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, Callable, List, Optional, Sequence, Set, Type, TypeVar
+from typing import Any, Callable, Dict, List, Optional, Sequence, Set, Type, TypeVar
 
 import rosgraph
 from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
@@ -22,6 +23,7 @@ from pytestqt.exceptions import TimeoutError
 
 from process_visualizer.gui.launcher import Launcher
 from process_visualizer.gui.launcher_app import LauncherApp
+from process_visualizer.gui.processor_wait import ProcessorWait
 from process_visualizer.gui.settings import Settings
 from process_visualizer.gui.watchdog import BEAT_MS, Entry, Watchdog, read_report
 
@@ -32,6 +34,8 @@ MOST_BLOCKS = 1
 """Longer than that, up to twice: one may be the machine's, which nothing tells apart."""
 MOST_STOLEN = 0.005
 """Of the time, by the host of a virtual machine: if it took more, everything may have waited."""
+MOST_WAITED = 0.1
+"""Of the time, by the window for a processor; it is half of that where only the cell computes."""
 Kind = TypeVar('Kind', bound=QWidget)
 Found = TypeVar('Found')
 
@@ -45,6 +49,8 @@ class Operator:
         self._watched = os.path.join(os.environ['HOME_FOLDER'], 'watchdog.jsonl')
         self._watchdog = Watchdog(self._watched)
         self._began = processor_times()
+        self._wait = ProcessorWait()
+        self._begin_s, self._waited_before_s = time.monotonic(), self._wait.seconds()
         self.launcher = Launcher()
         self.window = LauncherApp(self.launcher, Settings())
         self.window.resize(460, 1000)
@@ -133,14 +139,23 @@ class Operator:
 
     def blocks(self) -> List[str]:
         """When the window's thread was held up for too long, or too often: how long, doing what."""
-        is_disturbed = stolen_share(self._began, processor_times()) > MOST_STOLEN
+        is_disturbed = self._is_disturbed()
         limits = [(block, LONGEST_BLOCK_MS if is_the_windows(block) and not is_disturbed
                    else LONGEST_WAIT_MS) for block in read_report(self._watched).blocks]
+        longest_ms = 2.0 * LONGEST_WAIT_MS if is_disturbed else LONGEST_WAIT_MS
         found = [(block, limit_ms) for block, limit_ms in limits if own_ms(block) > limit_ms]
-        is_grave = any(own_ms(block) > min(2.0 * limit_ms, LONGEST_WAIT_MS)
+        is_grave = any(own_ms(block) > min(2.0 * limit_ms, longest_ms)
                        for block, limit_ms in found)
         return [described(block) for block, _ in found] if is_grave or len(found) > MOST_BLOCKS \
             else []
+
+    def _is_disturbed(self) -> bool:
+        """Whether others took the processors: then everything waits, the X server too."""
+        waited_s = self._wait.seconds() - self._waited_before_s
+        waited = waited_s / (time.monotonic() - self._begin_s)
+        stolen = stolen_share(self._began, processor_times())
+        print(f'the window waited for a processor {waited:.1%} of the time, stolen {stolen:.2%}')
+        return waited > MOST_WAITED or stolen > MOST_STOLEN
 
 
 def processor_times() -> List[int]:
@@ -176,8 +191,18 @@ def is_the_windows(block: Entry) -> bool:
 
 def nodes() -> Set[str]:
     """The nodes that the master knows."""
-    state = rosgraph.Master('/test').getSystemState()
-    return {node for part in state for _, names in part for node in names}
+    return set(registrations())
+
+
+def registrations() -> Dict[str, List[str]]:
+    """What the master knows of each node: topics that it publishes, hears, and its services."""
+    found: Dict[str, List[str]] = {}
+    for kind, part in zip(('publishes', 'hears', 'serves'),
+                          rosgraph.Master('/test').getSystemState()):
+        for name, names in part:
+            for node in names:
+                found.setdefault(node, []).append(f'{kind} {name}')
+    return found
 
 
 def processes(mark: str) -> Set[str]:
