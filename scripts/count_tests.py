@@ -8,7 +8,6 @@ program that died before it told about its tests, counts as a failure of its own
 from __future__ import annotations
 
 import sys
-import textwrap
 from collections import Counter
 from pathlib import Path
 from typing import List, NamedTuple, Sequence
@@ -74,7 +73,9 @@ def main() -> int:
     folder, steps = Path(sys.argv[1]), sys.argv[2:]
     files = [cases_in(path) for path in sorted(folder.rglob('*.xml'))]
     for case in [case for cases in files for case in failures_in(cases)]:
-        print('\n'.join(['FAILED ' + case.name, *textwrap.indent(case.message, '    ').splitlines()]))
+        print('FAILED', case.name)
+        for line in case.message.splitlines():
+            print('   ', line)
     for step in steps:
         print('FAILED step', step)
     counts = Counter(case.outcome for cases in files for case in cases)

@@ -35,7 +35,8 @@ def test_all_kinds_of_files_count(tmp_path: Path) -> None:
 def test_the_failed_ones_are_named(tmp_path: Path) -> None:
     (tmp_path / 'unit.xml').write_text(suite(PASSED, FAILED, ERROR, failures=1, errors=1))
     assert counted(tmp_path, 1, 'unit tests') == [
-        'FAILED a::bad', '    no', 'FAILED a::ugly', '    no', 'FAILED step unit tests', '1 passed, 2 failed']
+        'FAILED a::bad', '    no', 'FAILED a::ugly', '    no', 'FAILED step unit tests',
+        '1 passed, 2 failed']
 
 
 def test_the_end_of_what_was_said_of_a_failure_is_told_again(tmp_path: Path) -> None:
