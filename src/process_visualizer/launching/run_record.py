@@ -32,7 +32,9 @@ class RunRecord:
         """Note who owns the run, and the folder (by ``new_run_folder``) that goes with it."""
         self._path.parent.mkdir(parents=True, exist_ok=True)
         owner = {'pid': os.getpid(), 'start_time': start_time(os.getpid()), 'folder': folder}
-        self._path.write_text(json.dumps(owner), encoding='utf-8')
+        written = self._path.with_suffix('.new')
+        written.write_text(json.dumps(owner), encoding='utf-8')
+        written.replace(self._path)  # who cleans up meanwhile finds the record whole
 
     def remove(self) -> None:
         """The run is over and left nothing."""

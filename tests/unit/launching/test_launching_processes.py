@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import uuid
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Callable, Dict, Iterator, List
 
@@ -226,6 +227,17 @@ def test_folder_of_a_living_run_stays(ros_home: Path) -> None:
     clean_up_crashed_runs()
     assert os.path.isdir(folder)
     os.rmdir(folder)
+    record.remove()
+
+
+def test_a_record_that_is_being_written_is_of_a_living_run(ros_home: Path) -> None:
+    record = RunRecord()
+    record.write()
+    with ThreadPoolExecutor(1) as thread:
+        writing = thread.submit(lambda: [record.write() for _ in range(1000)])
+        while not writing.done():
+            clean_up_crashed_runs()
+            assert len(list(ros_home.glob('*.json'))) == 1
     record.remove()
 
 
