@@ -35,6 +35,7 @@ def states(qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     launch.reports = {'oven': PartReport('oven', PartState.RUNNING, (
         NodeReport('/oven/driver', NodeState.RUNNING),))}
     yield DeviceStatesModel(launch, WarningsModel(NodeWarnings()))
+    launch.close()
 
 
 @pytest.fixture

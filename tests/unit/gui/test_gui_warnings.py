@@ -60,6 +60,7 @@ def stand(qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterat
     made.view.resize(440, 200)
     made.view.show()
     yield made
+    made.launch.close()
 
 
 def place(view: DevicesView, column: int) -> QPoint:
