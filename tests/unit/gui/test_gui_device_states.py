@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from shutil import rmtree
 from typing import Any, Iterator, List
 
 import pytest
@@ -35,7 +36,7 @@ def states(qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     launch.reports = {'oven': PartReport('oven', PartState.RUNNING, (
         NodeReport('/oven/driver', NodeState.RUNNING),))}
     yield DeviceStatesModel(launch, WarningsModel(NodeWarnings()))
-    launch.close()
+    rmtree(launch.folder)
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from shutil import rmtree
 from typing import Any, Iterator
 
 import pytest
@@ -60,7 +61,7 @@ def stand(qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterat
     made.view.resize(440, 200)
     made.view.show()
     yield made
-    made.launch.close()
+    rmtree(made.launch.folder)
 
 
 def place(view: DevicesView, column: int) -> QPoint:
