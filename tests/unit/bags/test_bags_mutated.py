@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import Dict
 
 import pytest
-from mutated_bags import damaged, devices, read_all, whole_bags
+from every_reader import read_all
+from mutated_bags import damaged
+from small_bags import devices, whole_bags
 
 NUMBERS = range(200)
 LONGEST_S = 10.0

@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from playback_stage import (
     BEGIN_NS,
-    CONNECTIONS,
     LATCHED,
     MARKERS,
     MS,
@@ -22,16 +21,18 @@ from playback_stage import (
     number_in,
     static_in,
 )
-from scanned_scene import check_seen
+from staged_playback import (
+    SECOND,
+    check_scene,
+    check_scene_passed,
+    messages_of_a_recording,
+    queued,
+    steps,
+)
 
 from process_visualizer.bags.playback import Step
 from process_visualizer.bags.timeline import CommandRefused
 
-SECOND = [Message(number % 2, 10 * number) for number in range(101)]
-
-messages_of_a_recording = st.lists(
-    st.builds(Message, st.integers(0, len(CONNECTIONS) - 1), st.integers(0, 500), st.just(-1)),
-    min_size=1, max_size=40)
 rates = st.sampled_from([0.01, 0.25, 1.0, 3.0, 16.0, -0.1, -1.0, -4.0])
 commands = st.one_of(
     st.just(('play',)), st.just(('pause',)), st.just(('toggle_paused',)), st.just(('stop',)),
@@ -41,8 +42,6 @@ commands = st.one_of(
     st.just(('set_loop', False)),
 )
 scripts = st.lists(st.tuples(st.integers(0, 500), commands), max_size=8)
-steps = st.lists(st.builds(Step, st.integers(-3, 3), st.sampled_from(['', '/a', '/latched']),
-                           st.sampled_from([-50 * MS, 1, 20 * MS])), max_size=4)
 
 
 def obeying(action: Callable[..., object], *arguments: object) -> Callable[[], None]:
@@ -51,21 +50,6 @@ def obeying(action: Callable[..., object], *arguments: object) -> Callable[[], N
         with suppress(CommandRefused):
             action(*arguments)
     return act
-
-
-def check_scene(stage: Stage) -> None:
-    """Compare what is seen with a scan up to the position."""
-    position_ns = stage.timeline.position_ns()
-    check_seen(stage, sum(message.time_ns <= position_ns for message in stage.messages))
-
-
-def check_scene_passed(stage: Stage) -> None:
-    """Compare what is seen with a scan; of messages with the time of the position, some count."""
-    position_ns = stage.timeline.position_ns()
-    before = sum(message.time_ns < position_ns for message in stage.messages)
-    until = sum(message.time_ns <= position_ns for message in stage.messages)
-    assert before <= stage.playback.passed <= until
-    check_seen(stage, stage.playback.passed)
 
 
 @given(messages_of_a_recording, st.sampled_from([0.25, 1.0, 16.0]))
@@ -125,25 +109,6 @@ def test_playing_backwards_shows_at_each_moment_the_scene_of_that_moment(
     stage.clock.at(pause_ms, stage.control.pause)
     stage.run()
     check_scene(stage)
-
-
-def queued(stage: Stage, step: Step) -> None:
-    """Ask for a step from the thread that performs it, which must not wait for the answer."""
-    stage.playback.request(step)
-
-
-@settings(max_examples=300)
-@given(messages_of_a_recording, st.integers(0, 300), steps, st.sampled_from([0, 8 * MS]))
-def test_after_steps_what_is_seen_is_the_scene(messages: List[Message], pause_ms: int,
-                                               steps: List[Step], begun_ns: int) -> None:
-    stage = Stage(messages)
-    stage.viewer.begun_ns = begun_ns
-    stage.control.play()
-    stage.clock.at(pause_ms, stage.control.pause)
-    for number, step in enumerate(steps):
-        stage.clock.at(400 + number, lambda step=step: queued(stage, step))
-    stage.run()
-    check_scene_passed(stage)
 
 
 @settings(max_examples=500)
@@ -224,101 +189,6 @@ def test_a_scene_repeated_at_a_pause_is_that_of_the_pause() -> None:
     stage.clock.at(201, pause_and_repeat)
     stage.run()
     check_scene_passed(stage)
-
-
-@pytest.mark.parametrize('count, duration_ms, expected', [
-    (1, 0, 51), (-1, 0, 49), (1000, 0, 101), (0, 100, 60), (0, -100, 40)])
-def test_a_step_just_after_a_seek_begins_there(count: int, duration_ms: int,
-                                               expected: int) -> None:
-    stage = Stage(SECOND)
-
-    def seek_and_step() -> None:
-        stage.control.seek(0.499)
-        queued(stage, Step(count, '', duration_ms * MS))
-
-    stage.clock.at(10, seek_and_step)
-    stage.run()
-    assert stage.playback.passed == expected
-    assert stage.viewer.jumps[-1] == stage.timeline.position_ns()
-    check_scene_passed(stage)
-
-
-def test_a_step_while_it_plays_begins_at_the_position() -> None:
-    stage = Stage([Message(number % 2, number) for number in range(301)])
-    stage.viewer.begun_ns = 8 * MS  # what is being sent belongs to later positions
-    stage.control.play()
-    answers = []
-    stage.clock.at(100, lambda: answers.append(stage.playback.request(Step(1, '', 0))))
-    stage.run()
-    assert answers[0].result(0).count == stage.playback.passed == 102
-    check_scene_passed(stage)
-
-
-def test_a_seek_while_a_step_is_done_comes_after_it() -> None:
-    stage = Stage(SECOND)
-
-    def seek_once() -> None:
-        stage.viewer.watch = lambda: None
-        stage.control.seek(0.2)
-
-    def step() -> None:
-        stage.viewer.watch = seek_once
-        queued(stage, Step(0, '', 300 * MS))
-
-    stage.clock.at(10, step)
-    stage.run()
-    assert stage.timeline.position_ns() == BEGIN_NS + 200 * MS
-    check_scene_passed(stage)
-
-
-def test_steps_that_come_quickly_never_take_back_what_was_published_at_once() -> None:
-    stage = Stage(SECOND)
-    stage.viewer.begun_ns = 8 * MS
-    stage.control.play()
-    stage.clock.at(103, lambda: queued(stage, Step(1, '', 0)))  # the message of 110 ms has begun
-    for time_ms in (104, 105, 106):
-        stage.clock.at(time_ms, lambda: queued(stage, Step(0, '', 20 * MS)))
-    stage.run()
-    assert stage.timeline.position_ns() == BEGIN_NS + 170 * MS
-    check_scene_passed(stage)
-
-
-@pytest.mark.parametrize('count, topic, expected', [
-    (1, '', 51), (3, '', 53), (-1, '', 49), (1, '/b', 52), (2, '/a', 53), (-1, '/a', 48),
-    (1000, '', 101), (-1000, '', 0)])
-def test_a_step_by_messages(count: int, topic: str, expected: int) -> None:
-    stage = Stage(SECOND)
-    stage.clock.at(0, lambda: stage.control.seek(0.499))  # 50 messages have passed, /b was last
-    answers = []
-    stage.clock.at(1, lambda: answers.append(stage.playback.request(Step(count, topic, 0))))
-    stage.run()
-    assert answers[0].result(0).count == stage.playback.passed == expected
-    assert stage.timeline.basis.paused
-
-
-def test_a_step_beyond_the_end_is_refused_and_changes_nothing() -> None:
-    stage = Stage(SECOND)
-    stage.clock.at(0, lambda: stage.control.seek(1.0))
-    answers = []
-    stage.clock.at(1, lambda: answers.append(stage.playback.request(Step(1, '', 0))))
-    stage.clock.at(2, lambda: answers.append(stage.playback.request(Step(1, '/nothing', 0))))
-    stage.run()
-    with pytest.raises(CommandRefused, match='no message after'):
-        answers[0].result(0)
-    with pytest.raises(CommandRefused, match='/nothing is not in the recording'):
-        answers[1].result(0)
-    assert stage.timeline.position_ns() == BEGIN_NS + 1000 * MS
-
-
-def test_messages_stepped_through_with_equal_stamps_keep_them_equal() -> None:
-    stage = Stage([Message(0, 0), Message(0, 10), Message(1, 10)])
-    for number in range(2):
-        stage.clock.at(50 * number, lambda: stage.playback.request(Step(1, '', 0)))
-    stage.run()
-    shown = {it.number: it for it in stage.viewer.log
-             if it.now_ns <= stage.clock.begin_ns + 50 * MS}
-    assert shown[2].now_ns > shown[1].now_ns
-    assert shown[2].stamp_ns == shown[1].stamp_ns
 
 
 @given(st.integers(0, 1000), st.sampled_from([0.25, 1.0, 4.0, -1.0]))

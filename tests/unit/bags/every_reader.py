@@ -1,0 +1,107 @@
+"""All that the program does with a bag that it is given."""
+from __future__ import annotations
+
+import contextlib
+import tempfile
+import warnings
+from pathlib import Path
+from typing import List, Tuple
+
+from process_visualizer.bags.bag_errors import BagError
+from process_visualizer.bags.catalogue import read_catalogue
+from process_visualizer.bags.curves import read_curves
+from process_visualizer.bags.marks import read_marks
+from process_visualizer.bags.message_loader import MessageLoader
+from process_visualizer.bags.playback_event import EventMaker
+from process_visualizer.bags.position_values import PositionValues
+from process_visualizer.bags.recorder_topics import recorded_configuration
+from process_visualizer.bags.recording import Recording
+from process_visualizer.bags.reindex import reindex
+from process_visualizer.bags.report import make_report
+from process_visualizer.bags.report_text import as_json, as_text
+from process_visualizer.bags.stamps import with_stamps_moved
+from process_visualizer.bags.topic_messages import topic_messages
+from process_visualizer.cell.model import Device
+from process_visualizer.cell.stored_configuration import write_configuration
+
+
+def read_all(path: Path, its_devices: Tuple[Device, ...]) -> List[str]:
+    """Do with a bag all that there is; return the project's own errors.
+
+    Raises:
+        Exception: any other; that is what is looked for.
+    """
+    errors = []
+    for read in (_read_messages, _read_events, _report, _catalogue,
+                 lambda it: read_curves([it], its_devices, 50),
+                 lambda it: _position_values(it, its_devices), _reindex):
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter('error')
+                read(str(path))
+        except BagError as error:
+            assert str(error).startswith(str(path.parent)), error
+            errors.append(str(error))
+    return errors
+
+
+def _read_messages(path: str) -> None:
+    with Recording([path]) as recording:
+        loader = MessageLoader(recording)
+        for position in range(len(recording.index)):
+            message = loader.load(position)
+            if message is not None:
+                with_stamps_moved(message.data, message.stamp_offsets, lambda stamp_ns: 1)
+        topic_messages(recording, range(len(recording.index.connections)), recording.begin_ns,
+                       recording.end_ns, 1 << 30)
+        assert all(path in problem or problem.startswith(loader_topics(recording))
+                   for problem in loader.problems)
+
+
+def loader_topics(recording: Recording) -> Tuple[str, ...]:
+    return tuple(it.topic for it in recording.index.connections)
+
+
+def _read_events(path: str) -> None:
+    with Recording([path]) as recording:
+        index = recording.index
+        events = EventMaker(index, MessageLoader(recording), recording.begin_ns)
+        for position in range(0, len(index), max(1, len(index) // 20)):
+            for event in (events.forward(position), events.backward(position),
+                          events.scene(position), events.scene(position + 1, True)):
+                assert event.size > 0
+
+
+def _report(path: str) -> None:
+    with Recording([path]) as recording:
+        report = make_report(recording)
+        assert as_text(report).encode()
+        assert as_json(report).encode()
+        read_marks(recording)
+        configuration = recorded_configuration(recording)
+    if configuration is not None:
+        # a file system does not have every name
+        with tempfile.TemporaryDirectory() as folder, contextlib.suppress(OSError):
+            write_configuration(configuration, folder)
+
+
+def _position_values(path: str, its_devices: Tuple[Device, ...]) -> None:
+    values = PositionValues([path], its_devices)
+    try:
+        for position_s in (0.0, 1.0, 1.05, 3.0):
+            values.at(position_s)
+    finally:
+        values.close()
+
+
+def _catalogue(path: str) -> None:
+    catalogue = read_catalogue([path])
+    assert all(path in problem for problem in catalogue.problems)
+
+
+def _reindex(path: str) -> None:
+    copy = reindex(path)
+    with Recording([copy.path]) as recording:
+        assert not recording.gaps
+        assert len(recording.index) == copy.message_count
+    _read_messages(copy.path)

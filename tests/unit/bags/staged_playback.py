@@ -1,0 +1,36 @@
+"""What the tests of playback share: recordings and steps to try, and what is to be seen."""
+from __future__ import annotations
+
+from hypothesis import strategies as st
+from playback_stage import CONNECTIONS, MS, Message, Stage
+from scanned_scene import check_seen
+
+from process_visualizer.bags.playback import Step
+
+SECOND = [Message(number % 2, 10 * number) for number in range(101)]
+
+messages_of_a_recording = st.lists(
+    st.builds(Message, st.integers(0, len(CONNECTIONS) - 1), st.integers(0, 500), st.just(-1)),
+    min_size=1, max_size=40)
+steps = st.lists(st.builds(Step, st.integers(-3, 3), st.sampled_from(['', '/a', '/latched']),
+                           st.sampled_from([-50 * MS, 1, 20 * MS])), max_size=4)
+
+
+def check_scene(stage: Stage) -> None:
+    """Compare what is seen with a scan up to the position."""
+    position_ns = stage.timeline.position_ns()
+    check_seen(stage, sum(message.time_ns <= position_ns for message in stage.messages))
+
+
+def check_scene_passed(stage: Stage) -> None:
+    """Compare what is seen with a scan; of messages with the time of the position, some count."""
+    position_ns = stage.timeline.position_ns()
+    before = sum(message.time_ns < position_ns for message in stage.messages)
+    until = sum(message.time_ns <= position_ns for message in stage.messages)
+    assert before <= stage.playback.passed <= until
+    check_seen(stage, stage.playback.passed)
+
+
+def queued(stage: Stage, step: Step) -> None:
+    """Ask for a step from the thread that performs it, which must not wait for the answer."""
+    stage.playback.request(step)
