@@ -251,6 +251,7 @@ def test_signals_are_handled_as_before_at_the_end(foreign_terminal):
 
 
 def test_file_descriptors_are_closed(foreign_terminal):
+    gc.collect()  # what other tests have left
     before = os.listdir('/proc/self/fd')
     for _ in range(10):
         with Keyboard(foreign_terminal[1]) as keyboard:
