@@ -3,41 +3,25 @@ from __future__ import annotations
 
 from typing import Optional
 
-from PyQt5.QtCore import QSize, Qt
-from PyQt5.QtWidgets import QFrame, QHBoxLayout, QLabel, QWidget
+from PyQt5.QtWidgets import QWidget
 
 from process_visualizer.cell.model import Mode
-from process_visualizer.gui.icons import icon
 from process_visualizer.gui.models.mixture_model import MixtureModel
 from process_visualizer.gui.style import BAD
+from process_visualizer.gui.views.notice_frame import NoticeFrame
 
-_ICON_PX = 18
 _MOST_TOLD = 3
 _MEANING = {
     Mode.PLAYBACK: '{}, beside the recording: what you see is a mixture. Stop that node.',
     Mode.REALTIME: '{}, which plays a recording: what you see is a mixture. Stop that player.'}
 
 
-class MixtureNotice(QFrame):
+class MixtureNotice(NoticeFrame):
     """Shows a mixture model."""
 
     def __init__(self, model: MixtureModel, parent: Optional[QWidget] = None) -> None:
-        super().__init__(parent)
+        super().__init__('mixture', BAD, '#fdf4f3', parent)
         self._model = model
-        self.setObjectName('mixture')
-        self.setStyleSheet(f'QFrame#mixture {{ border: 1px solid {BAD}; border-radius: 5px; '
-                           'background: #fdf4f3; }')
-        self._text = QLabel()
-        self._text.setObjectName('mixture_text')
-        self._text.setWordWrap(True)
-        self._text.setTextFormat(Qt.PlainText)
-        self._text.setTextInteractionFlags(Qt.TextSelectableByMouse)
-        symbol = QLabel()
-        symbol.setPixmap(icon('warning').pixmap(QSize(_ICON_PX, _ICON_PX)))
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(8, 6, 8, 6)
-        layout.addWidget(symbol, 0, Qt.AlignTop)
-        layout.addWidget(self._text, 1)
         model.changed.connect(self._show)
         self._show()
 

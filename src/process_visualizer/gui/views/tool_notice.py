@@ -4,30 +4,20 @@ from __future__ import annotations
 import os
 from typing import Optional
 
-from PyQt5.QtCore import QSize, Qt
-from PyQt5.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QPushButton, QWidget
+from PyQt5.QtWidgets import QPushButton, QWidget
 
 from process_visualizer.gui.icons import icon
 from process_visualizer.gui.models.tool_model import ToolModel
 from process_visualizer.gui.style import WARNING
+from process_visualizer.gui.views.notice_frame import NoticeFrame
 
-_ICON_PX = 18
 
-
-class ToolNotice(QFrame):
+class ToolNotice(NoticeFrame):
     """Shows a tool model; not there while nothing is offered."""
 
     def __init__(self, model: ToolModel, parent: Optional[QWidget] = None) -> None:
-        super().__init__(parent)
+        super().__init__('tool', WARNING, '#fdf8ef', parent)
         self._model = model
-        self.setObjectName('tool')
-        self.setStyleSheet(f'QFrame#tool {{ border: 1px solid {WARNING}; border-radius: 5px; '
-                           'background: #fdf8ef; }')
-        self._text = QLabel()
-        self._text.setObjectName('tool_text')
-        self._text.setWordWrap(True)
-        self._text.setTextFormat(Qt.PlainText)
-        self._text.setTextInteractionFlags(Qt.TextSelectableByMouse)
         self._write = QPushButton(icon('save'), '')
         self._write.setObjectName('tool_write')
         self._write.setToolTip('Write it into the file; all else in it stays, and a backup is '
@@ -37,23 +27,9 @@ class ToolNotice(QFrame):
         self._dismiss.setObjectName('tool_dismiss')
         self._dismiss.setToolTip('Leave it as it is; not asked again until the launcher is closed')
         self._dismiss.clicked.connect(model.dismiss)
-        self._lay_out()
+        self.add_buttons(self._write, self._dismiss)
         model.changed.connect(self._show)
         self._show()
-
-    def _lay_out(self) -> None:
-        symbol = QLabel()
-        symbol.setPixmap(icon('warning').pixmap(QSize(_ICON_PX, _ICON_PX)))
-        buttons = QHBoxLayout()
-        buttons.addWidget(self._write)
-        buttons.addWidget(self._dismiss)
-        buttons.addStretch(1)
-        layout = QGridLayout(self)
-        layout.setContentsMargins(8, 6, 8, 6)
-        layout.setColumnStretch(1, 1)
-        layout.addWidget(symbol, 0, 0, Qt.AlignTop)
-        layout.addWidget(self._text, 0, 1)
-        layout.addLayout(buttons, 1, 1)
 
     def _show(self) -> None:
         offered = self._model.offered
