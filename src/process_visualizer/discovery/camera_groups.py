@@ -8,7 +8,7 @@ from typing import Dict, List, Optional, Sequence
 from process_visualizer.discovery.seen import SeenTopic
 
 CLOUD, IMAGE, INFO = 'sensor_msgs/PointCloud2', 'sensor_msgs/Image', 'sensor_msgs/CameraInfo'
-_TYPES = (CLOUD, IMAGE, INFO, 'sensor_msgs/CompressedImage')
+CAMERA_TYPES = (CLOUD, IMAGE, INFO, 'sensor_msgs/CompressedImage')
 _BELOW = re.compile(r'depth.*|rgb|color|colour|ir|infra\d*|left|right|driver|aligned_depth.*|'
                     r'[hqs]+d|points.*|cloud|stereo|mono')
 _DEPTH = re.compile(r'(^|[/_])depth')
@@ -68,7 +68,7 @@ def camera_groups(topics: Sequence[SeenTopic]) -> List[CameraGroup]:
     """Return the cameras, each with the topics of its namespace."""
     groups: Dict[str, CameraGroup] = {}
     for topic in topics:
-        if topic.type in _TYPES:
+        if topic.type in CAMERA_TYPES:
             namespace = _namespace(topic.name)
             groups.setdefault(namespace, CameraGroup(namespace)).topics.append(topic)
     return [groups[name] for name in sorted(groups)]

@@ -16,6 +16,7 @@ from process_visualizer.discovery.place import Places, global_frame
 from process_visualizer.discovery.robot_device import add_model, robot_device, robot_name
 from process_visualizer.discovery.robot_topics import RobotGroup, robot_groups
 from process_visualizer.discovery.seen import Seen, SeenTopic
+from process_visualizer.discovery.tool_transforms import ToolTransforms
 
 
 class Made(NamedTuple):
@@ -39,7 +40,7 @@ class _Making:
         self._models = models
         self._forest = FrameForest(it for it in seen.transforms
                                    if is_frame(it.parent) and is_frame(it.child))
-        self._prefixes = _prefixes(models)
+        self._prefixes = _prefixes(models, self._forest.frames)
         self._links: Set[str] = {self._prefixes[i] + link for i, model in enumerate(models)
                                  for link in model.description.links}
         bases = [model.description.root_link for model in models]
@@ -47,6 +48,7 @@ class _Making:
         self._names = CellNames((it.name for it in self._topics),
                                 {*self._links, self._draft.frame})
         self._places = Places(self._forest, self._draft.frame)
+        self._tools = ToolTransforms(self._forest, models, self._prefixes, seen.topics)
         self._texts: Dict[str, str] = {}
 
     def made(self) -> Made:
@@ -64,8 +66,11 @@ class _Making:
 
     def _robot(self, group: RobotGroup) -> DraftDevice:
         name = self._names.device('robot', robot_name(group))
+        tool = self._tools.of(group.model) if group.pose_topic is None else None
         device = robot_device(group, name, self._prefix(group.model), self._names, self._places,
-                              self._forest)
+                              self._forest, tool)
+        if tool is not None and tool.is_sure:
+            self._links.update(map(self._names.frame, tool.chain))  # tf has these in playback too
         self._add(device, group.model)
         return device
 
@@ -127,14 +132,16 @@ def _first(name: str) -> str:
     return name.strip('/').partition('/')[0]
 
 
-def _prefixes(models: Sequence[FoundModel]) -> List[str]:
-    """What the links of each model get so that no two are called alike."""
+def _prefixes(models: Sequence[FoundModel], frames: Set[str]) -> List[str]:
+    """What the links of each model get so that no two are called alike, as on tf if they can be."""
     taken: Set[str] = set()
     prefixes = []
     for number, model in enumerate(models):
         links = model.description.links
         own = model.namespace.strip('/').rpartition('/')[2] or model.name
-        for prefix in (model.prefix, '', *_prefix_names(own, number)):
+        root = model.description.root_link
+        names = sorted(('', *_prefix_names(own, number)), key=lambda it: it + root not in frames)
+        for prefix in (model.prefix or names[0], *names):
             if is_frame(prefix or 'a') and not taken & {prefix + link for link in links}:
                 break
         prefixes.append(prefix)

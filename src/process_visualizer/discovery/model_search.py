@@ -4,7 +4,7 @@ from __future__ import annotations
 import os
 import re
 import tempfile
-from typing import Dict, List, Optional, Sequence, Set, Tuple
+from typing import Dict, Iterator, List, Optional, Sequence, Set, Tuple
 from xml.etree import ElementTree
 
 from process_visualizer.discovery.found_model import FoundModel
@@ -75,9 +75,11 @@ class ModelSearch:
             return []
         name = ElementTree.fromstring(seen.text).get('name', '')
         for file in self._named(name, description):
-            found = self._expand(file)
-            if found is not None and _same(found.text, description.text):
-                return [FoundModel(seen.namespace, name, found, file.package, file.path)]
+            for arguments in ((), *_with_hand(file)):
+                found = self._expand(file, arguments)
+                if found is not None and _same(found.text, description.text):
+                    return [FoundModel(seen.namespace, name, found, file.package, file.path,
+                                       arguments=arguments)]
         return [FoundModel(seen.namespace, name, description,
                            reason=f'{seen.namespace}/robot_description as it was seen')]
 
@@ -92,7 +94,30 @@ class ModelSearch:
 
     def _for_joints(self, topic: SeenTopic, joints: Set[str], frames: Set[str],
                     used: Set[str]) -> Optional[FoundModel]:
-        """A model for joints of a topic, which nobody has described."""
+        """The model with the most joints of a topic, which nobody has described: not its hand."""
+        best: Optional[FoundModel] = None
+        most = 0 if joints else -1
+        for model in self._fitting(topic, frames, used):
+            count = len(model.joints & joints)
+            if count > most:
+                best, most = model, count
+            if count == len(joints):
+                break
+        return best
+
+    def _fitting(self, topic: SeenTopic, frames: Set[str], used: Set[str]) -> Iterator[FoundModel]:
+        """The models that suit the joints of a topic, from the likeliest files."""
+        reason = 'the names of its joints' if topic.joints else \
+            'its name and the number of its joints'
+        for file in self._likely(topic, used)[:_MOST_TRIES]:
+            for arguments in self._arguments(file, topic):
+                found = self._expand(file, arguments)
+                if found is not None and _fits(found, topic, frames):
+                    yield FoundModel(topic.name.rpartition('/')[0], file.name, found, file.package,
+                                     file.path, f'found by {reason}: is it the one?', arguments)
+                    break
+
+    def _likely(self, topic: SeenTopic, used: Set[str]) -> List[ModelFile]:
         namespace = topic.name.rpartition('/')[0]
         own = words(namespace)
         likely = [it for it in self._files.all() if it.path not in used
@@ -100,16 +125,8 @@ class ModelSearch:
                   and (not topic.joints or self._files.may_have(it.package, topic.joints))]
         likely.sort(key=lambda it: -len(own & (words(it.stem) | words(it.name))))
         if not topic.joints:
-            likely = [it for it in likely if namespace.rpartition('/')[2] in (it.stem, it.name)]
-        for file in likely[:_MOST_TRIES]:
-            for arguments in self._arguments(file, topic):
-                found = self._expand(file, arguments)
-                if found is not None and _fits(found, topic, frames):
-                    reason = 'the names of its joints' if topic.joints else \
-                        'its name and the number of its joints'
-                    return FoundModel(namespace, file.name, found, file.package, file.path,
-                                      f'found by {reason}: is it the one?', arguments)
-        return None
+            return [it for it in likely if namespace.rpartition('/')[2] in (it.stem, it.name)]
+        return likely
 
     def _arguments(self, file: ModelFile, topic: SeenTopic) -> List[_Arguments]:
         """What to try: with a hand if there are more joints, with a prefix of all joints, bare."""
@@ -119,8 +136,7 @@ class ModelSearch:
         prefix = _common_prefix(bare, topic)
         prefixes: List[_Arguments] = [((name, prefix),) for name in file.arguments
                                       if prefix and _PREFIX.search(name)] or [()]
-        hands: List[_Arguments] = [((name, 'true'),) for name in file.arguments if name in _HANDS
-                                   if len(topic.joints) > len(bare.joints)]
+        hands = _with_hand(file) if len(topic.joints) > len(bare.joints) else []
         return [(*first, *second) for first in prefixes for second in (*hands, ())]
 
     def _expand(self, file: ModelFile,
@@ -132,6 +148,10 @@ class ModelSearch:
             except ModelError:
                 self._expanded[key] = None  # it needs other arguments, or is no whole robot
         return self._expanded[key]
+
+
+def _with_hand(file: ModelFile) -> List[_Arguments]:
+    return [((name, 'true'),) for name in file.arguments if name in _HANDS]
 
 
 def _loaded(text: str) -> RobotDescription:

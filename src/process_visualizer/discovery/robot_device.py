@@ -4,8 +4,8 @@ from __future__ import annotations
 import re
 from typing import Dict, List, Optional
 
-from process_visualizer.cell.errors import Location
-from process_visualizer.cell.model import Device, DeviceType, Pose
+from process_visualizer.cell.model import Pose
+from process_visualizer.cell.rules import TF_MESSAGE
 from process_visualizer.discovery.cell_names import CellNames
 from process_visualizer.discovery.draft import DraftDevice, DraftElement
 from process_visualizer.discovery.found_model import FoundModel
@@ -14,10 +14,9 @@ from process_visualizer.discovery.names import is_frame
 from process_visualizer.discovery.place import Places, pose_attributes
 from process_visualizer.discovery.robot_topics import RobotGroup
 from process_visualizer.discovery.seen import SeenTopic
-from process_visualizer.generate.tool_frame import tool_frame
+from process_visualizer.discovery.tool_transforms import TF, ToolTransform, tool_link
 
 _FORCE_NAME = re.compile(r'(^|[/_])(ft|force|wrench|sensor)([/_]|$)')
-_NOWHERE = Location('', 0)
 
 
 def robot_name(group: RobotGroup) -> str:
@@ -29,8 +28,11 @@ def robot_name(group: RobotGroup) -> str:
 
 
 def robot_device(group: RobotGroup, name: str, prefix: str, names: CellNames, places: Places,
-                 forest: FrameForest) -> DraftDevice:
-    """Return the device of a robot; the links of its model get the ``prefix``."""
+                 forest: FrameForest, tool: Optional[ToolTransform] = None) -> DraftDevice:
+    """Return the device of a robot; the links of its model get the ``prefix``.
+
+    The ``tool`` is what brings its pose if no topic does.
+    """
     device = DraftDevice('robot', name)
     add_model(device, group.model, prefix)
     if group.model is not None:
@@ -42,10 +44,12 @@ def robot_device(group: RobotGroup, name: str, prefix: str, names: CellNames, pl
     add_topic(device, group.joint_topic, 'joint_states')
     if group.pose_topic is not None:
         add_topic(device, group.pose_topic, 'tool_center_frame')
+    elif tool is not None:
+        _add_tool(device, tool)
     if group.wrench_topic is not None:
         add_topic(device, group.wrench_topic, 'force_sensor')
         _add_force(device, group, group.wrench_topic, prefix, names, forest)
-    _say_what_is_missing(device, group)
+    _say_what_is_missing(device, group, tool is not None and tool.is_sure)
     return device
 
 
@@ -83,6 +87,11 @@ def add_topic(device: DraftDevice, topic: SeenTopic, function: str = '', comment
     device.add('topic', {**attributes, **more}, comment)
 
 
+def _add_tool(device: DraftDevice, tool: ToolTransform) -> None:
+    device.add('topic', {'name': TF.lstrip('/'), 'type': 'tool_center_frame', 'msg': TF_MESSAGE,
+                         'frame': tool.frame}, tool.comment, tool.is_sure)
+
+
 def _add_force(device: DraftDevice, group: RobotGroup, topic: SeenTopic, prefix: str,
                names: CellNames, forest: FrameForest) -> None:
     """Add the sensor's frame where tf or the messages name one that no model has."""
@@ -104,20 +113,15 @@ def _add_force(device: DraftDevice, group: RobotGroup, topic: SeenTopic, prefix:
                    'the messages name this frame, and nothing tells where it is: write its pose')
 
 
-def tool_link(model: FoundModel) -> str:
-    """Return the link that the program takes for the tool."""
-    return tool_frame(Device(DeviceType.ROBOT, 'robot', _NOWHERE), model.description).frame
-
-
 def _whole_pose(pose: Pose) -> Dict[str, str]:
     found = pose_attributes(pose)
     return {**found, 'ypr': found.get('ypr', '0 0 0')}
 
 
-def _say_what_is_missing(device: DraftDevice, group: RobotGroup) -> None:
+def _say_what_is_missing(device: DraftDevice, group: RobotGroup, has_tool: bool) -> None:
     missing: List[str] = []
-    if group.pose_topic is None:
-        missing.append('no pose of its tool (PoseStamped), so no velocity')
+    if group.pose_topic is None and not has_tool:
+        missing.append('no pose of its tool (PoseStamped, or a frame on tf), so no velocity')
     if group.wrench_topic is None:
         missing.append('no force (WrenchStamped)')
     if missing:

@@ -52,12 +52,16 @@ class SeenTopic:
 
 
 class SeenTransform(NamedTuple):
-    """A transform on tf: the child's place in its parent; names without a leading slash."""
+    """A transform on tf: the child's place in its parent; names without a leading slash.
+
+    It came on ``topic``; ``changes`` says that it was not always the same.
+    """
 
     parent: str
     child: str
     placement: Placement
-    is_static: bool = False
+    topic: str = ''
+    changes: bool = False
 
 
 class SeenDescription(NamedTuple):

@@ -42,10 +42,9 @@ def seen_transforms(sources: Iterable[Source]) -> Tuple[SeenTransform, ...]:
     found: Dict[str, SeenTransform] = {}
     for source in sources:
         if short_name(source.type) in TF_TYPES:
-            is_static = source.topic == '/tf_static'
             for values in _readable(source):
-                for it in _transforms(values, is_static):
-                    found[it.child] = it
+                for it in _transforms(values, source.topic):
+                    found[it.child] = _with_changes(it, found.get(it.child))
     return tuple(found.values())
 
 
@@ -139,7 +138,14 @@ def _flat(values: Values, before: str = '') -> Iterator[Tuple[str, float]]:
                         if isinstance(it, (int, float)) and not isinstance(it, bool))
 
 
-def _transforms(values: Values, is_static: bool) -> Iterator[SeenTransform]:
+def _with_changes(new: SeenTransform, before: Optional[SeenTransform]) -> SeenTransform:
+    """A transform that knows whether those before it were the same."""
+    if before is None or before.parent != new.parent:
+        return new
+    return new._replace(changes=before.changes or before.placement != new.placement)
+
+
+def _transforms(values: Values, topic: str) -> Iterator[SeenTransform]:
     for it in values.get('transforms', ()):
         try:
             parent, child = it['header']['frame_id'].lstrip('/'), it['child_frame_id'].lstrip('/')
@@ -150,7 +156,7 @@ def _transforms(values: Values, is_static: bool) -> Iterator[SeenTransform]:
         norm = math.hypot(*placement.quaternion)
         if parent and child and math.isfinite(sum(placement.position)) \
                 and _LEAST_NORM < norm < 1.0 / _LEAST_NORM:
-            yield SeenTransform(parent, child, placement, is_static)
+            yield SeenTransform(parent, child, placement, topic)
 
 
 def _take(values: Values, names: str) -> Any:

@@ -44,6 +44,11 @@ def tool_frame(device: Device, description: Optional[RobotDescription]) -> ToolF
     return _as_it_is(f'{device.name}/tool', 'there is no model to choose from')
 
 
+def tool_name_rank(frame: str) -> Optional[int]:
+    """Return how far from the work a frame with that name is, 0 for a tool; None for no tool."""
+    return next((rank for rank, name in enumerate(_NAMES) if _is_called(frame, name)), None)
+
+
 def _as_it_is(frame: str, reason: str) -> ToolFrame:
     return ToolFrame(frame, frame, Pose(), reason)
 

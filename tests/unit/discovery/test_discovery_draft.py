@@ -4,7 +4,7 @@ from __future__ import annotations
 import dataclasses
 import tempfile
 from pathlib import Path
-from typing import List, Sequence, Tuple
+from typing import List, Tuple
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -20,28 +20,16 @@ from seen_cells import (
     model,
     number,
     transform,
+    written,
 )
 
-from process_visualizer.cell.model import Cell, Device, TopicFunction
-from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.discovery.draft_text import draft_text
+from process_visualizer.cell.model import Device, TopicFunction
 from process_visualizer.discovery.found_model import FoundModel
 from process_visualizer.discovery.make_draft import make_draft
 from process_visualizer.discovery.seen import Seen, SeenNumber, SeenTopic
 from process_visualizer.generate.robot_description import describe_devices
 
 UR_JOINTS, PANDA_JOINTS = ['pan', 'lift', 'elbow'], ['panda_joint1', 'panda_joint2']
-
-
-def written(seen: Seen, models: Sequence[FoundModel], folder: Path) -> Tuple[str, Cell]:
-    """The text that is made, and how it is read."""
-    made = make_draft(seen, models)
-    for name, text in made.models.items():
-        (folder / name).write_text(text, encoding='utf-8')
-    path = folder / 'cell.xml'
-    text = draft_text(made.draft)
-    path.write_text(text, encoding='utf-8')
-    return text, XmlParser().parse(str(path))
 
 
 @settings(suppress_health_check=[HealthCheck.too_slow], deadline=None)

@@ -25,6 +25,7 @@ from process_visualizer.discovery.seen import Seen, SeenDescription, SeenTopic
 from process_visualizer.generate.robot_description import load_robot_description
 from process_visualizer.launching.command_line import main
 
+MAKERS = Path(__file__).parents[2] / 'data' / 'makers'
 JOINTS = ('left_pan', 'left_lift')
 XACRO = '''<robot name="little" xmlns:xacro="http://www.ros.org/wiki/xacro">
   <xacro:arg name="prefix" default="left_" />
@@ -141,6 +142,23 @@ def test_joints_that_no_package_has(package: Path) -> None:
     assert ModelSearch().find(Seen('x', (topic,))) == []
 
 
+def test_the_model_with_the_most_joints_is_taken(package: Path) -> None:
+    """A file with the hand alone has some of them, too."""
+    (package / 'urdf' / 'a_hand.xacro').write_text(
+        '<robot name="hand"><link name="a" /><link name="b" /><joint name="left_lift" '
+        'type="continuous"><parent link="a" /><child link="b" /></joint></robot>')
+    topic = SeenTopic('/arm/joint_states', 'sensor_msgs/JointState', joints=JOINTS)
+    assert [it.path for it in ModelSearch().find(Seen('x', (topic,)))] == ['urdf/little.urdf.xacro']
+
+
+def test_a_description_with_a_hand_is_that_of_its_package(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv('ROS_PACKAGE_PATH', str(MAKERS))
+    file, arguments = 'panda_style_description/robots/arm.urdf.xacro', (('hand', 'true'),)
+    text = load_robot_description(str(MAKERS / file), arguments).text
+    [model] = ModelSearch().find(Seen('x', (), (), (SeenDescription('/arm', text),)))
+    assert (f'{model.package}/{model.path}', model.arguments) == (file, arguments)
+
+
 def test_a_bag_without_devices(tmp_path: Path, capsys: Any) -> None:
     bag = write_bag(tmp_path / 'a.bag', [('/tf', lambda _: frames('a', 'b', 0.0))])
     assert main(['new', bag, '-o', str(tmp_path / 'cell.xml')]) == 1
@@ -163,9 +181,6 @@ def test_no_master(capsys: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     assert main(['new']) == 1
     assert capsys.readouterr().err == (
         'cell: there is no ROS master at http://localhost:1; start the drivers, or name a bag\n')
-
-
-MAKERS = Path(__file__).parents[2] / 'data' / 'makers'
 
 
 @pytest.mark.parametrize('file, arguments', [
