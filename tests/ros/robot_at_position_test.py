@@ -19,6 +19,8 @@ from geometry_msgs.msg import TwistStamped
 from player_testing import Player, Row, temporary_folder, transform, write_bag
 from robot_testing import array
 from roslib.packages import find_node
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
@@ -29,6 +31,7 @@ from process_visualizer.msg import PlayerState
 from process_visualizer.srv import Seek, SetRate, Step
 
 LENGTH_MS, GAP_MS = 12_000, (8_000, 10_500)
+CART_M_PER_S = 0.1
 NEAR_M_PER_S = 2e-4  # what a print of a float32 position may make of a velocity
 
 
@@ -39,7 +42,7 @@ def place(time_ms: float) -> Tuple[float, float, float]:
 
 
 def rows() -> List[Row]:
-    """Poses at 125 Hz but for a gap, some of them late; and transforms at 50 Hz, with stamps."""
+    """Poses at 125 Hz but for a gap, some late; transforms and a joint at 50 Hz, with stamps."""
     late = random.Random(3)
     found, free_ms = [], 0
     for time_ms in range(0, LENGTH_MS + 1, 8):
@@ -51,6 +54,12 @@ def rows() -> List[Row]:
         link.header.frame_id = 't/base'
         link.transform.translation.x, link.transform.translation.y, _ = place(time_ms)
         found.append(Row('/tf', time_ms + 3, TFMessage([link])))
+        tip = transform('left_tip', time_ms)
+        tip.header.frame_id, tip.transform.translation.x = 'left_tool', 0.1
+        found.append(Row('/tf', time_ms + 4, TFMessage([tip])))
+        joints = JointState(header=Header(stamp=tip.header.stamp), name=['axis'],
+                            position=[CART_M_PER_S * time_ms / 1000.0])
+        found.append(Row('/c/joint_states', time_ms + 4, joints))
     tip = transform('t/tip', 0)
     tip.header.frame_id, tip.transform.translation.x = 't/flange', 0.25
     return sorted([*found, Row('/tf_static', 0, TFMessage([tip]))], key=lambda row: row.time_ms)
@@ -263,6 +272,15 @@ class RobotAtPositionTest(unittest.TestCase):
             before, after = (np.array(place(1000 * (position_s + by))) for by in (-0.05, 0.05))
             wait_until(lambda at=(after - before)[:2] / 0.1: self.screen.velocity() is not None and
                        np.abs(self.screen.velocity()[:2] - at).max() < 0.005, str(position_s))
+
+    def test_a_tool_on_tf_behind_links_that_the_cell_sends(self) -> None:
+        """The recording holds none of them, so what comes counts."""
+        self.screen = Screen('c')
+        player = self.paused_player()
+        player.call('play', Trigger)
+        wait_until(lambda: self.screen.velocity() is not None and
+                   np.abs(self.screen.velocity() - (0.0, CART_M_PER_S, 0.0)).max() < 0.01,
+                   'the velocity of the joint')
 
     def test_poses_in_the_frame_of_the_maker(self) -> None:
         self.screen = Screen('m')

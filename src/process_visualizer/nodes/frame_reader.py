@@ -19,6 +19,10 @@ TF_MESSAGE = 'tf2_msgs/TFMessage'
 TF_TOPIC, STATIC_TOPIC = '/tf', '/tf_static'
 
 
+class FramesNotConnected(ValueError):
+    """The frame has come, but not all between it and the base frame: somebody else sends those."""
+
+
 class FramePoses:
     """The poses of a frame in another one, as transforms come, however many frames lie between."""
 
@@ -27,6 +31,7 @@ class FramePoses:
         self._base_frame, self._frame = base_frame, frame
         self._buffer = tf2_ros.BufferCore(rospy.Duration(10.0))
         self._last_stamp = rospy.Time()
+        self._has_come = False
 
     def add_static(self, transforms: List[TransformStamped]) -> None:
         """Take transforms that hold for ever."""
@@ -37,7 +42,8 @@ class FramePoses:
         """Take transforms that have come together; return the pose if it is a new one.
 
         Raises:
-            ValueError: the two frames are not connected.
+            FramesNotConnected: the two frames are not, although the frame has come.
+            ValueError: neither has it.
         """
         for transform in transforms:
             self._buffer.set_transform(transform, 'dynamic')
@@ -45,8 +51,11 @@ class FramePoses:
             found = self._buffer.lookup_transform_core(self._base_frame, self._frame,
                                                        rospy.Time())
         except tf2_ros.TransformException as error:
-            raise ValueError(f'the frame {self._frame} is not known in {self._base_frame}: '
-                             f'{error}') from None
+            self._has_come |= any(it.child_frame_id.lstrip('/') == self._frame
+                                  for it in transforms)
+            problem = FramesNotConnected if self._has_come else ValueError
+            raise problem(f'the frame {self._frame} is not known in {self._base_frame}: '
+                          f'{error}') from None
         if found.header.stamp == self._last_stamp:
             return None
         self._last_stamp = found.header.stamp

@@ -22,7 +22,7 @@ from process_visualizer.motion.recorded_poses import (
 from process_visualizer.motion.recorded_velocity import RecordedVelocity
 from process_visualizer.motion.rotations import Triple
 from process_visualizer.msg import PlayerState
-from process_visualizer.nodes.frame_reader import PoseDecoder
+from process_visualizer.nodes.frame_reader import FramesNotConnected, PoseDecoder
 from process_visualizer.nodes.playback import STATE_TOPIC
 from process_visualizer.nodes.service_connection import ServiceConnection, ServiceUnreachable
 from process_visualizer.srv import ReadTopic, ReadTopicResponse
@@ -91,6 +91,7 @@ class RecordedMotion:
         self._recording: Tuple[object, ...] = ()  # begin, duration, files, topics
         self._duration_s = 0.0
         self._is_played: Optional[bool] = None  # not known yet
+        self._is_complete = True  # no frame is missing in it; else that is looked at again
         self._known: Optional[_Known] = None
         self._period_s = 0.0
         self._retry_s = 0.0
@@ -103,7 +104,10 @@ class RecordedMotion:
         rospy.Subscriber(STATE_TOPIC, PlayerState, self._take_state, tcp_nodelay=True)
 
     def is_in_charge(self) -> bool:
-        """Tell whether there is a player that plays the topic; if it may, that counts, too."""
+        """Tell whether there is a player that plays the poses; if it may, that counts, too.
+
+        It does not play them where a node of the cell sends frames between the tool and the base.
+        """
         return self._is_played is not False and self._clock.follows_player(time.time())
 
     def is_awaited(self) -> bool:
@@ -136,6 +140,7 @@ class RecordedMotion:
             if recording != self._recording:
                 self._recording, self._duration_s = recording, state.duration
                 self._is_played = self._known = None
+                self._is_complete = True
             self._changed.notify()
         self._on_change()
 
@@ -152,8 +157,8 @@ class RecordedMotion:
 
     def _next_part(self) -> Optional[Part]:
         bag = self._clock.bag_time(time.time())
-        if (bag is None or not self._recording or not self.is_in_charge()
-                or time.monotonic() < self._retry_s):
+        if (bag is None or not self._recording or time.monotonic() < self._retry_s
+                or not (self.is_in_charge() or not self._is_complete)):
             return None
         known = None if self._known is None else self._known.poses.part
         return next_part(known, self._within(bag.time_s), _bounded(bag.rate), self._duration_s)
@@ -167,7 +172,7 @@ class RecordedMotion:
                                        f'not known: {error}')
             self._retry_s = time.monotonic() + _RETRY_S
             return
-        self._retry_s = 0.0
+        self._retry_s = 0.0 if self._is_complete else time.monotonic() + _RETRY_S
         known = None if poses is None else self._joined(poses)
         with self._changed:
             if self._recording is recording:
@@ -185,8 +190,9 @@ class RecordedMotion:
         return _Known(poses, poses.velocity(self._window_s, self._period_s))
 
     def _read(self, part: Part) -> Optional[RecordedPoses]:
-        """Return the poses of a part of the recording; None if the topic is not played."""
+        """Return the poses of a part of the recording; None if they are not played."""
         poses: List[RecordedPose] = []
+        is_cut = False
         decoder: Optional[PoseDecoder] = None
         begin_s = max(part.begin_s - self._preroll_s, 0.0)
         while True:
@@ -197,11 +203,17 @@ class RecordedMotion:
             if decoder is None:
                 return None
             self._period_s = answer.period
-            poses += [pose for pose in _decoded(answer, decoder)
-                      if pose.recorded_s >= part.begin_s]
+            decoded, is_cut_here = _decoded(answer, decoder)
+            is_cut = is_cut or is_cut_here
+            poses += decoded
             if answer.end >= part.end_s:
-                return RecordedPoses(Part(part.begin_s, answer.end), poses)
+                break
             begin_s = answer.end + _NS
+        self._is_complete = bool(poses) or not is_cut
+        if not self._is_complete:
+            return None
+        return RecordedPoses(Part(part.begin_s, answer.end),
+                             [pose for pose in poses if pose.recorded_s >= part.begin_s])
 
 
 def _bounded(rate: float) -> float:
@@ -209,17 +221,24 @@ def _bounded(rate: float) -> float:
     return min(max(rate, -MAX_RATE), MAX_RATE)
 
 
-def _decoded(answer: ReadTopicResponse, decoder: PoseDecoder) -> List[RecordedPose]:
-    """Return the poses in an answer; messages that cannot be used are left out."""
-    poses, end = [], 0
+def _decoded(answer: ReadTopicResponse, decoder: PoseDecoder) -> Tuple[List[RecordedPose], bool]:
+    """Return the poses in an answer, and whether a frame between them and the base was missing.
+
+    Messages that cannot be used are left out.
+    """
+    poses: List[RecordedPose] = []
+    end, is_cut = 0, False
     recording_s = answer.recording_begin.to_sec()
     for recorded_s, size in zip(answer.positions, answer.sizes):
         end += size
         try:
             pose = decoder(answer.data[end - size:end])
+        except FramesNotConnected:
+            is_cut = True
+            continue
         except (ValueError, genpy.DeserializationError):
             continue  # the same message is told of when it is played
         if pose is not None:
             stamp_s = pose.stamp_s - recording_s if pose.stamp_s else math.nan
             poses.append(RecordedPose(recorded_s, stamp_s, pose.position, pose.quaternion))
-    return poses
+    return poses, is_cut
