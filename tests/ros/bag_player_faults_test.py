@@ -17,6 +17,7 @@ from xmlrpc.server import SimpleXMLRPCServer
 
 import rospy
 import rostest
+from eager_subscriber import EagerSubscriber
 from player_testing import (
     PROGRAM,
     Listener,
@@ -294,6 +295,14 @@ class BagPlayerFaultsTest(unittest.TestCase):
                 finally:
                     player.kill()
                 self.assertEqual((player.returncode, 'Traceback' in output), (0, False), output)
+
+    def test_who_connects_again_at_its_end_is_no_fault(self) -> None:
+        with Player(self.bag(), '--pause', '-q') as player:
+            player.wait_for_state(lambda it: it.paused, 'it is there')
+            with EagerSubscriber('/bag_player', '/tcf') as subscriber:
+                player.call('play', Trigger)
+                self.assertEqual(player.wait(), (0, ''))
+            self.assertGreaterEqual(subscriber.connections, 1)
 
     def test_signals_end_it(self) -> None:
         for number in (signal.SIGINT, signal.SIGTERM):

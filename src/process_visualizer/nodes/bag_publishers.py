@@ -97,10 +97,12 @@ class BagPublishers:
         return self._sender.wait_until_sent(timeout_s)
 
     def close(self) -> None:
-        """Stop publishing."""
+        """Send nothing more; the connections end with the node.
+
+        Subscribers by an older rospy connect again at once, of which rospy would warn in a node
+        that goes on without the topic.
+        """
         self._sender.close()
-        for topic in self._topics:
-            topic.close()
 
 
 def published_topics(connections: Sequence[Connection], name_of: Callable[[str], Optional[str]]

@@ -60,10 +60,6 @@ class TopicPublisher(rospy.SubscribeListener):
         """Latch nothing of a source any more, from a time on [ns]."""
         self._sender.withdraw(self._topic, source, due_ns)
 
-    def close(self) -> None:
-        """Stop publishing."""
-        self._publisher.unregister()
-
     def peer_subscribe(self, topic_name: str, topic_publish: Callable[..., Any],
                        peer_publish: Callable[..., Any]) -> None:
         """See rospy.SubscribeListener."""
