@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <roslz4/lz4s.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
@@ -229,6 +230,11 @@ std::string BagFile::finish() {
 
 /// Makes sure that so many bytes behind the written ones can be written, where the file system can.
 void BagFile::reserve(std::uint64_t bytes) {
+  rlimit largest{};  // of which fallocate knows nothing
+  if (getrlimit(RLIMIT_FSIZE, &largest) == 0 && position_ + bytes > largest.rlim_cur) {
+    errno = EFBIG;
+    fail("cannot be written");
+  }
   while (fallocate(descriptor_, FALLOC_FL_KEEP_SIZE, position_, bytes) != 0) {
     if (errno == EOPNOTSUPP || errno == ENOSYS) return;
     if (errno != EINTR) fail("cannot be written");

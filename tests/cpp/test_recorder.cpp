@@ -148,6 +148,26 @@ TEST_F(Bags, AreWholeOnAFullDisk) {
   EXPECT_GT(indexPosition(path("a.bag")), 3u << 20);
 }
 
+/// There is room for the index wherever a file may not grow any more.
+TEST_F(Bags, AreWholeWhereverALimitIs) {
+  const auto connection = connectionWith("");
+  for (unsigned kilobytes = 300; kilobytes < 320; ++kilobytes) {
+    const std::string name = path(std::to_string(kilobytes) + ".bag");
+    limitFileSize(kilobytes << 10);
+    BagFile bag(name, Compression::kNone);
+    const auto write = [&bag, &connection] {
+      for (unsigned written = 0;; ++written) {
+        bag.write(messageAt(1 + written, connection));
+        bag.flush();
+      }
+    };
+    EXPECT_THROW(write(), RecordingError);
+    EXPECT_EQ(bag.finish(), "") << kilobytes;
+    limitFileSize(RLIM_INFINITY);
+    EXPECT_GT(indexPosition(name), 0u) << kilobytes;
+  }
+}
+
 class Recordings : public Folder {
  protected:
   RecordingContents contents() {

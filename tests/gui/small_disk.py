@@ -1,10 +1,13 @@
 """A disk that becomes full when a test wants it."""
 from __future__ import annotations
 
+import contextlib
+import os
+import signal
 import subprocess
 from pathlib import Path
 from types import TracebackType
-from typing import Optional, Type
+from typing import Iterator, Optional, Type
 
 _SIZE_MB = 4096  # more than a recorder wants to be free; nothing of it is taken
 
@@ -22,8 +25,9 @@ class SmallDisk:
         if self._is_mounted:
             assert self._mount('-o', f'remount,size={self._used_bytes()}')
         else:
-            subprocess.run(['prlimit', '--pid', str(writer), f'--fsize={self._used_bytes()}'],
-                           check=True)
+            with _stopped(writer):  # else it may have written more than is allowed then
+                subprocess.run(['prlimit', '--pid', str(writer), f'--fsize={self._used_bytes()}'],
+                               check=True)
 
     def __enter__(self) -> SmallDisk:
         return self
@@ -39,3 +43,21 @@ class SmallDisk:
 
     def _used_bytes(self) -> int:
         return sum(512 * path.stat().st_blocks for path in self.folder.iterdir())
+
+
+@contextlib.contextmanager
+def _stopped(process: int) -> Iterator[None]:
+    """Let a process do nothing meanwhile."""
+    tasks = Path(f'/proc/{process}/task')
+    os.kill(process, signal.SIGSTOP)
+    try:
+        while any(_state(task) not in 'Tt' for task in tasks.iterdir()):
+            os.sched_yield()
+        yield
+    finally:
+        os.kill(process, signal.SIGCONT)
+
+
+def _state(task: Path) -> str:
+    """The state of a thread, see proc(5)."""
+    return (task / 'stat').read_text().rpartition(')')[2].split()[0]

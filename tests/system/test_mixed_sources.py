@@ -41,14 +41,17 @@ def bag(tmp_path: Path) -> str:
 
 @pytest.fixture
 def start(master: RosMaster, ros_environment: Dict[str, str]) -> Iterator[Any]:
-    """Starts programs that are ended after the test; returns when they publish."""
+    """Starts programs that are ended after the test; returns when they publish.
+
+    And when they offer a service whose name ends with ``service``.
+    """
     processes = []
 
-    def begin(*command: str) -> 'subprocess.Popen[str]':
+    def begin(*command: str, service: str = '') -> 'subprocess.Popen[str]':
         process = subprocess.Popen(command, env=ros_environment, stdin=subprocess.DEVNULL,
                                    stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         processes.append(process)
-        wait_for_publisher(process)
+        wait_for_publisher(process, service)
         return process
 
     yield begin
@@ -62,10 +65,15 @@ def driver(start: Any) -> 'subprocess.Popen[str]':
     return start(sys.executable, '-c', DRIVER)
 
 
-def wait_for_publisher(process: 'subprocess.Popen[str]', timeout_s: float = 40.0) -> None:
-    """Wait until a program publishes the topic."""
-    master, deadline = rosgraph.Master('/test'), time.monotonic() + timeout_s
-    while not dict(master.getSystemState()[0]).get('/oven/heat'):
+def wait_for_publisher(process: 'subprocess.Popen[str]', service: str,
+                       timeout_s: float = 40.0) -> None:
+    """Wait until a program publishes the topic and offers a service."""
+    def is_there() -> bool:
+        published, _, services = rosgraph.Master('/test').getSystemState()
+        return '/oven/heat' in dict(published) and any(it.endswith(service) for it, _ in services)
+
+    deadline = time.monotonic() + timeout_s
+    while not is_there():
         assert process.poll() is None and time.monotonic() < deadline, 'it does not publish'
         time.sleep(PERIOD_S)
 
@@ -90,9 +98,12 @@ def test_a_driver_that_starts_while_it_plays_is_told(start, bag, write_config, r
     assert run.signal_and_wait(signal.SIGINT) == 0
 
 
-@pytest.mark.parametrize('program', [['rosbag', 'play'], ['process_visualizer', 'bag_player']])
-def test_real_time_is_not_mixed_with_a_player(program, start, bag, write_config, run_cell) -> None:
-    start(find_node(*program)[0], bag, '--quiet', '--loop')
+@pytest.mark.parametrize('program, service', [
+    (['rosbag', 'play'], '/pause_playback'),
+    (['process_visualizer', 'bag_player'], '/bag_player/set_rate')])
+def test_real_time_is_not_mixed_with_a_player(program, service, start, bag, write_config,
+                                              run_cell) -> None:
+    start(find_node(*program)[0], bag, '--quiet', '--loop', service=service)
     run = run_cell(write_config(DEVICE), '--no-rviz')
     check_refused(run, '/oven/heat is published by /', 'which plays a recording')
 
