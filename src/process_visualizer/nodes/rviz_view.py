@@ -6,6 +6,7 @@ from std_msgs.msg import Bool, String
 from process_visualizer.nodes.service_connection import ServiceConnection, ServiceUnreachable
 
 _NODE = '/rviz'
+_UNREADABLE = 'cannot read a view from'
 
 
 class _SendFilePath:
@@ -32,6 +33,8 @@ class RvizView:
         self._save = ServiceConnection(f'{node}/save_config', _SendFilePath, timeout_s)
         self._load = ServiceConnection(f'{node}/load_config_discarding_changes', _SendFilePath,
                                        timeout_s)
+        # RViz before 1.14.5 has only this one, which discards changes there, too.
+        self._load_before = ServiceConnection(f'{node}/load_config', _SendFilePath, timeout_s)
 
     def save(self, path: str) -> None:
         """Write what RViz shows now, camera and all, into a file (absolute path).
@@ -42,17 +45,26 @@ class RvizView:
 
     def load(self, path: str) -> None:
         """Show what a file says (absolute path); raises RvizViewError."""
-        self._call(self._load, path, 'cannot read a view from')
+        try:
+            answer = self._load.call(path)
+        except ServiceUnreachable:
+            self._call(self._load_before, path, _UNREADABLE)
+        else:
+            self._check(answer, path, _UNREADABLE)
 
     def close(self) -> None:
         """Close the connections."""
         self._save.close()
         self._load.close()
+        self._load_before.close()
 
     def _call(self, service: ServiceConnection, path: str, problem: str) -> None:
         try:
             answer = service.call(path)
         except ServiceUnreachable as error:
             raise RvizViewError(str(error)) from None
+        self._check(answer, path, problem)
+
+    def _check(self, answer: Bool, path: str, problem: str) -> None:
         if not answer.data:
             raise RvizViewError(f'{self._node} {problem} "{path}"')

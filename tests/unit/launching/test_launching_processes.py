@@ -54,6 +54,8 @@ def start() -> Iterator[Start]:
         process = subprocess.Popen(command or ('sleep', '60'), env=environment, text=True,
                                    stdout=subprocess.PIPE, start_new_session=True)
         started.append(process)
+        while not Path(f'/proc/{process.pid}/environ').read_bytes():
+            os.sched_yield()  # it has not quite begun
         return process
 
     yield begin
