@@ -145,6 +145,7 @@ class BagRecorderPublishersTest(unittest.TestCase):
                 end_s = time.monotonic() + TIMEOUT_S
                 found: List[int] = []
                 while found != [2] and time.monotonic() < end_s:
+                    recorder.client.wait_for(lambda state: False, 1.0)  # it looks between commands
                     path = recorder.start(topic, name=f'a{time.monotonic_ns()}')
                     recorder.client.stop()
                     found = numbers_in_order(path, topic)
