@@ -71,6 +71,19 @@ def test_the_next_run_cleans_up_after_a_crash(run_cell, write_config, ros_enviro
     assert wait_until_alone(mark, SOON_S) == []
 
 
+def test_a_second_cell_is_refused_beside_the_first(run_cell, write_config):
+    """ROS would end the first one's nodes, and what its recorder has would be lost."""
+    config = write_config('<device type="other" name="box"><base frame="box"/></device>')
+    first = run_cell(config, '--no-rviz')
+    first.wait_for_line('/scene_watch: running')
+    second = run_cell(config, '--no-rviz')
+    assert second.wait() == 1
+    assert 'another cell runs already on the master' in second.text
+    assert 'Traceback' not in second.text
+    assert first.signal_and_wait(signal.SIGINT) == 0
+    assert 'shutting down' not in first.text and 'died' not in first.text
+
+
 def test_a_failed_required_node_ends_the_run(run_cell, write_config, mark):
     node = '<node pkg="process_visualizer" type="view_picture" name="bad" required="true" />'
     run = run_cell(write_config(FRAMES.format(node)), '--no-rviz')

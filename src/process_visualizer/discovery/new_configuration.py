@@ -63,7 +63,8 @@ def write_new(new: NewConfiguration, path: str,
               may_overwrite: Optional[Container[str]] = ()) -> Tuple[str, ...]:
     """Write a configuration and its models; return their paths, that of the configuration first.
 
-    Of the files that are there those that ``may_overwrite`` names are overwritten (None: all).
+    Of the files that are there those that ``may_overwrite`` names are overwritten (None: all), and
+    a model that is the same is left as it is.
 
     Raises:
         FileExistsError: there is one of these files, and it may not be overwritten.
@@ -73,9 +74,18 @@ def write_new(new: NewConfiguration, path: str,
     texts = {path: new.text, **{os.path.join(folder, name): text
                                 for name, text in new.models.items()}}
     for file in texts if may_overwrite is not None else ():
-        if file not in (may_overwrite or ()) and os.path.lexists(file):
+        if file not in (may_overwrite or ()) and os.path.lexists(file) and (
+                file == path or not _holds(file, texts[file])):
             raise FileExistsError(f'"{file}" is there already')
     for file, text in reversed(list(texts.items())):
         with open(file, 'w', encoding='utf-8') as stream:
             stream.write(text)
     return tuple(texts)
+
+
+def _holds(file: str, text: str) -> bool:
+    try:
+        with open(file, encoding='utf-8') as stream:
+            return stream.read() == text
+    except (OSError, UnicodeDecodeError):
+        return False

@@ -20,6 +20,7 @@ from process_visualizer.launching.bag_commands import add_bag_commands, execute_
 from process_visualizer.launching.check_command import check
 from process_visualizer.launching.mixed_sources import MixedSources, refuse_mixture
 from process_visualizer.launching.new_command import add_new_options, execute_new
+from process_visualizer.launching.other_cell import OtherCell
 from process_visualizer.launching.overview import overview
 from process_visualizer.launching.record_command import record
 from process_visualizer.launching.record_options import add_record_options, record_options
@@ -53,7 +54,8 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         for problem in error.problems:
             print(problem, file=sys.stderr)
         return 1
-    except (BagError, PlanError, MixedSources, RosMasterError, ValueError, OSError) as error:
+    except (BagError, PlanError, MixedSources, OtherCell, RosMasterError, ValueError,
+            OSError) as error:
         print(f'cell: {error}', file=sys.stderr)
         return 1
 

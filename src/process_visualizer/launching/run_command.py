@@ -13,6 +13,7 @@ from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.plan import LAUNCH_FILE, Plan, write_plan
 from process_visualizer.launching.mixed_sources import explanation, others_beside
 from process_visualizer.launching.node_state import NodeReport, NodeState
+from process_visualizer.launching.other_cell import refuse_other_cell
 from process_visualizer.launching.other_publishers import Others, PublisherWatch
 from process_visualizer.launching.run import Run
 from process_visualizer.launching.run_record import clean_up_crashed_runs, new_run_folder
@@ -29,11 +30,12 @@ class StopRequested(Exception):
 def run_plan(plan: Plan, folder: Optional[str], choice: Choice) -> int:
     """Write the plan into the folder (a temporary one without it), run it; the exit code.
 
-    ``choice`` is what the plan was made of.
+    ``choice`` is what the plan was made of. Raises OtherCell.
     """
     ended = clean_up_crashed_runs()
     if ended:
         print(f'ended {len(ended)} processes that a crashed run had left')
+    refuse_other_cell()
     tell_real_time_advice(print)
     output = folder or new_run_folder()
     write_plan(plan, output)

@@ -176,6 +176,15 @@ def test_no_file_is_overwritten_and_none_written_by_half(tmp_path: Path) -> None
         write_new(new, str(tmp_path / 'no' / 'cell.xml'))
 
 
+def test_a_model_that_is_the_same_is_no_hindrance(tmp_path: Path) -> None:
+    new = NewConfiguration('<visualizer />', {'arm.urdf': '<robot />'}, '')
+    for name in ('cell.xml', 'other.xml'):
+        write_new(new, str(tmp_path / name))
+    assert (tmp_path / 'other.xml').read_text() == '<visualizer />'
+    with pytest.raises(FileExistsError, match='other.xml" is there already'):
+        write_new(new, str(tmp_path / 'other.xml'))
+
+
 def test_no_master(capsys: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv('ROS_MASTER_URI', 'http://localhost:1')
     assert main(['new']) == 1

@@ -14,6 +14,7 @@ from process_visualizer.generate.generator import generate_parts
 from process_visualizer.generate.plan import Plan, PlanError
 from process_visualizer.gui.tasks import Tasks
 from process_visualizer.launching.launched_cell import LaunchedCell
+from process_visualizer.launching.other_cell import OtherCell, refuse_other_cell
 from process_visualizer.launching.part_report import PartReport, PartState
 from process_visualizer.launching.run_record import RunRecord, new_run_folder
 
@@ -112,6 +113,8 @@ class LaunchModel(QObject):
 
     def _start(self, choice: Choice) -> Plan:
         plan = _plan(choice)
+        if not self._launched.reports():  # nothing that runs is ours
+            refuse_other_cell()
         self._launched.start(plan)
         return plan
 
@@ -148,7 +151,7 @@ class LaunchModel(QObject):
         self.changed.emit()
 
     def _tell(self, error: Exception) -> None:
-        if not isinstance(error, (OSError, PlanError)):
+        if not isinstance(error, (OSError, PlanError, OtherCell)):
             raise error
         self.failed.emit(str(error))
 
