@@ -84,7 +84,7 @@ class RobotMotionTest(unittest.TestCase):
         rate, start_s = rospy.Rate(60), time.monotonic()
         with Listener('/f/tool_velocity', TwistStamped) as velocities, \
                 Listener('/f/marker_array', MarkerArray) as arrays:
-            while time.monotonic() < start_s + 3.0:
+            while len(velocities.messages) < 100 and time.monotonic() < start_s + 30.0:
                 moving.sendTransform(transform('f/base', 'f/flange',
                                                0.1 * (time.monotonic() - start_s), 0.0))
                 rate.sleep()

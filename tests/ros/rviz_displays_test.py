@@ -13,6 +13,7 @@ from typing import Callable, Dict, Iterator, List
 from xmlrpc.client import ServerProxy
 
 import rosgraph
+import rospkg
 import rospy
 import rostest
 from cloud_testing import Listener
@@ -28,6 +29,9 @@ from process_visualizer.nodes.view_picture import STATUS_TOPIC, save_picture
 WITHIN_S = 60.0
 WITH_TOPIC = [name for name, it in DISPLAY_TYPES.items() if it.message_type]
 LEAST_PIXELS = 5
+"""The arrows of Debian 13's RViz have 8 to 10."""
+UNDRAWN_BEFORE_1_14_5 = ('AccelStamped', 'TwistStamped', 'WrenchStamped')
+"""RViz 1.14.4 of Debian 11 receives them, says that all is well, and draws nothing."""
 SAYS = {  # the status by which a display tells that it has received something
     'RobotModel': ('robotmodel', 'Ok: '), 'TF': ('tf', 'Ok: Transform OK'),
     'Map': ('Message', 'Ok: Map received'), 'Camera': ('Image', r'Ok: [1-9]\d* images received'),
@@ -153,8 +157,12 @@ class RvizDisplaysTest(unittest.TestCase):
                 self.assertEqual(self.shown[name].level, DiagnosticStatus.OK, self.shown[name])
 
     def test_draws_at_its_place(self) -> None:
+        version = tuple(map(int, rospkg.RosPack().get_manifest('rviz').version.split('.')))
+        undrawn = UNDRAWN_BEFORE_1_14_5 if version < (1, 14, 5) else ()
         for name in DISPLAY_TYPES:
             with self.subTest(name):
+                if name in undrawn:
+                    continue
                 self.assertGreaterEqual(self.shown_pixels[name], LEAST_PIXELS)
 
 
