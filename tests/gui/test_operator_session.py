@@ -12,6 +12,7 @@ from PyQt5.QtWidgets import QDoubleSpinBox
 
 from process_visualizer.bags.catalogue import read_catalogue
 from process_visualizer.generate.window_geometry import Rectangle
+from process_visualizer.gui.models.recording_types import Phase
 from process_visualizer.gui.snapshots import DisplaySnapshot, PlayerSnapshot
 from process_visualizer.gui.views.devices_view import DevicesView
 
@@ -143,7 +144,9 @@ def record(operator: Operator, folder: Path) -> str:
     operator.press(Qt.Key_M)
     operator.wait(lambda: operator.launcher.recording.elapsed_s > RECORDED_S, 'all of it')
     operator.click('record')
-    operator.wait(lambda: operator.text('status').startswith(REALTIME), 'recorded')
+    operator.wait(lambda: operator.launcher.recording.phase is Phase.IDLE, 'recorded')
+    assert operator.text('status').startswith(REALTIME)
+    assert 'Recording' not in operator.text('status')
     [path] = folder.glob('*.bag')
     found = operator.beside(lambda: read_catalogue([str(path)]))
     assert found.duration_s > RECORDED_S - 2.0
