@@ -32,6 +32,7 @@ from process_visualizer.msg import PlayerState, TopicCount
 from process_visualizer.nodes.bag_publishers import BagPublishers, published_topics
 from process_visualizer.nodes.player_services import PlayerServices
 from process_visualizer.nodes.player_state import StatePublisher
+from process_visualizer.nodes.process_end import at_shutdown
 from process_visualizer.nodes.rate_control import RateControl
 from process_visualizer.nodes.simulated_clock import SimulatedClock
 from process_visualizer.nodes.topic_conflicts import without_conflicts
@@ -153,7 +154,7 @@ class BagPlayer:
 
     def wait_for_subscribers(self, delay_s: float, all_topics: bool) -> bool:
         """Wait for a time [s] and until every topic has a subscriber; False if quit meanwhile."""
-        rospy.on_shutdown(self.quit)
+        at_shutdown(self.quit)
         with self._changed:
             self._changed.wait_for(lambda: self._quitting, delay_s)
             while not self._quitting and all_topics and not self._publishers.all_subscribed:

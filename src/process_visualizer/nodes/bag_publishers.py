@@ -3,11 +3,10 @@ from __future__ import annotations
 
 from typing import Callable, Dict, List, NamedTuple, Optional, Protocol, Sequence, Tuple
 
-import rospy
-
 from process_visualizer.bags.bag_records import Connection
 from process_visualizer.bags.message_layout import Data
 from process_visualizer.bags.scene import is_static
+from process_visualizer.nodes.process_end import at_shutdown
 from process_visualizer.nodes.timed_sender import TimedSender
 from process_visualizer.nodes.topic_publisher import TopicPublisher
 
@@ -49,7 +48,7 @@ class BagPublishers:
         """
         self._sender = TimedSender()
         # Before rospy closes its connections: none of them is to be taken for a broken one then.
-        rospy.on_shutdown(self._sender.close)
+        at_shutdown(self._sender.close)
         self._listener = listener
         self._topics = [TopicPublisher(topic.name, topic.connection, topic.latch, self._sender,
                                        queue_size, listener.on_subscribe) for topic in topics]

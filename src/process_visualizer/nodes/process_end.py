@@ -39,6 +39,22 @@ def start_node(name: str, argv: Optional[List[str]] = None) -> None:
         end_process(0)
 
 
+def at_shutdown(hook: Callable[[], None]) -> None:
+    """Have a function called once when the node shuts down, also if it does so already.
+
+    rospy alone forgets a function that is given to it while it calls those given before.
+    """
+    uncalled = threading.Lock()
+
+    def call() -> None:
+        if uncalled.acquire(blocking=False):
+            hook()
+
+    rospy.on_shutdown(call)
+    if rospy.is_shutdown():
+        call()
+
+
 def spin_to_end(*cleanups: Callable[[], None]) -> NoReturn:
     """Wait until ROS shuts the node down, then end its process with code 0.
 
@@ -47,7 +63,7 @@ def spin_to_end(*cleanups: Callable[[], None]) -> NoReturn:
     """
     begin = _limit(0)
     for hook in (begin, *cleanups):  # rospy calls them one after the other
-        rospy.on_shutdown(hook)
+        at_shutdown(hook)
     rospy.spin()
     end_process(0)
 

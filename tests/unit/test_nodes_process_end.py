@@ -1,0 +1,32 @@
+"""What is to be called when a node ends, given while it ends; in a process of its own."""
+from __future__ import annotations
+
+import subprocess
+import sys
+
+ENDS = """
+import threading
+import rospy
+from process_visualizer.nodes.process_end import at_shutdown
+
+given, called = [], []
+
+def give_another():
+    given.append(threading.Thread(target=at_shutdown, args=[lambda: called.append('meanwhile')]))
+    given[0].start()
+    given[0].join(0.2)  # it waits for rospy, which has begun to call what it was given
+
+at_shutdown(lambda: called.append('before'))
+at_shutdown(give_another)
+rospy.signal_shutdown('the test')
+given[0].join()
+at_shutdown(lambda: called.append('after'))
+print(*called)
+"""
+
+
+def test_nothing_is_forgotten_that_is_to_be_done_at_the_end() -> None:
+    """Else a player that a signal reaches while it begins would wait for ever."""
+    ended = subprocess.run([sys.executable, '-c', ENDS], stdout=subprocess.PIPE, text=True,
+                           check=True, timeout=60)
+    assert ended.stdout.split() == ['before', 'meanwhile', 'after']
