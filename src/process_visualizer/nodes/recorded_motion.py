@@ -158,7 +158,7 @@ class RecordedMotion:
     def _next_part(self) -> Optional[Part]:
         bag = self._clock.bag_time(time.time())
         if (bag is None or not self._recording or time.monotonic() < self._retry_s
-                or not (self.is_in_charge() or not self._is_complete)):
+                or (self._is_complete and not self.is_in_charge())):
             return None
         known = None if self._known is None else self._known.poses.part
         return next_part(known, self._within(bag.time_s), _bounded(bag.rate), self._duration_s)

@@ -1,12 +1,17 @@
 """RViz's own services for its view, for the launcher."""
 from __future__ import annotations
 
+from typing import Any, Sequence
+
 from std_msgs.msg import Bool, String
 
-from process_visualizer.nodes.service_connection import ServiceConnection, ServiceUnreachable
+from process_visualizer.nodes.service_connection import (
+    ServiceConnection,
+    ServiceMissing,
+    ServiceUnreachable,
+)
 
 _NODE = '/rviz'
-_UNREADABLE = 'cannot read a view from'
 
 
 class _SendFilePath:
@@ -30,41 +35,44 @@ class RvizView:
     def __init__(self, node: str = _NODE, timeout_s: float = 10.0) -> None:
         """Take RViz's name, and how long an answer may take."""
         self._node = node
-        self._save = ServiceConnection(f'{node}/save_config', _SendFilePath, timeout_s)
-        self._load = ServiceConnection(f'{node}/load_config_discarding_changes', _SendFilePath,
-                                       timeout_s)
-        # RViz before 1.14.5 has only this one, which discards changes there, too.
-        self._load_before = ServiceConnection(f'{node}/load_config', _SendFilePath, timeout_s)
+        self._save, self._load, self._load_before = (
+            ServiceConnection(f'{node}/{name}', _SendFilePath, timeout_s)
+            for name in ('save_config', 'load_config_discarding_changes', 'load_config'))
 
     def save(self, path: str) -> None:
         """Write what RViz shows now, camera and all, into a file (absolute path).
 
         Raises RvizViewError.
         """
-        self._call(self._save, path, 'cannot write its view to')
+        self._call([self._save], path, 'cannot write its view to')
 
     def load(self, path: str) -> None:
-        """Show what a file says (absolute path); raises RvizViewError."""
-        try:
-            answer = self._load.call(path)
-        except ServiceUnreachable:
-            self._call(self._load_before, path, _UNREADABLE)
-        else:
-            self._check(answer, path, _UNREADABLE)
+        """Show what a file says (absolute path); raises RvizViewError.
+
+        RViz before 1.14.5 has only the second service, which discards changes there, too; later it
+        asks the user.
+        """
+        self._call([self._load, self._load_before], path, 'cannot read a view from')
 
     def close(self) -> None:
         """Close the connections."""
-        self._save.close()
-        self._load.close()
-        self._load_before.close()
+        for service in (self._save, self._load, self._load_before):
+            service.close()
 
-    def _call(self, service: ServiceConnection, path: str, problem: str) -> None:
+    def _call(self, services: Sequence[ServiceConnection], path: str, problem: str) -> None:
         try:
-            answer = service.call(path)
+            answer = _first_offered(services, path)
         except ServiceUnreachable as error:
             raise RvizViewError(str(error)) from None
-        self._check(answer, path, problem)
-
-    def _check(self, answer: Bool, path: str, problem: str) -> None:
         if not answer.data:
             raise RvizViewError(f'{self._node} {problem} "{path}"')
+
+
+def _first_offered(services: Sequence[ServiceConnection], path: str) -> Any:
+    """The answer of the first service that there is."""
+    for service in services[:-1]:
+        try:
+            return service.call(path)
+        except ServiceMissing:
+            continue
+    return services[-1].call(path)

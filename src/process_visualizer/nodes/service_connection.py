@@ -28,6 +28,10 @@ class ServiceUnreachable(Exception):
     """The service does not answer; the text says why."""
 
 
+class ServiceMissing(ServiceUnreachable):
+    """No node offers it."""
+
+
 class _Gone(Exception):
     """The node has closed the connection; it does not run any more."""
 
@@ -51,6 +55,7 @@ class ServiceConnection:
         """Return the answer to a request, given by its fields in their order.
 
         Raises:
+            ServiceMissing: no node offers the service.
             ServiceUnreachable: there is none; only where it came too late was something done.
         """
         data = _serialised(self._service._request_class(*request))
@@ -61,7 +66,9 @@ class ServiceConnection:
                     rosgraph.MasterException, ROSHandshakeException,
                     genpy.DeserializationError) as error:
                 self._disconnect()
-                raise ServiceUnreachable(f'{self._name} does not answer: {error}') from error
+                problem = (ServiceMissing if isinstance(error, rosgraph.MasterError)
+                           else ServiceUnreachable)
+                raise problem(f'{self._name} does not answer: {error}') from error
 
     def close(self) -> None:
         """Close the connection; the next call opens another one."""

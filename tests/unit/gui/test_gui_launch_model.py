@@ -9,7 +9,9 @@ from held_tasks import HeldTasks
 
 from process_visualizer.cell.errors import ConfigurationError, Location, Problem
 from process_visualizer.generate.plan import Part, Plan, PlanError
+from process_visualizer.gui.models import launch_model
 from process_visualizer.gui.models.launch_model import LaunchModel, Phase
+from process_visualizer.launching.other_cell import OtherCell
 from process_visualizer.launching.part_report import PartReport, PartState
 
 FIRST: Any = 'the first choice'
@@ -76,11 +78,25 @@ def test_after_a_change_that_fails_the_choice_before_runs(launching: Launching,
                                                               else (0, 1))
 
 
-def test_a_launch_that_fails_leaves_nothing_running(launching: Launching) -> None:
+@pytest.mark.parametrize('error', [REFUSED, OtherCell('another cell runs')])
+def test_a_launch_that_fails_leaves_nothing_running(launching: Launching,
+                                                    error: Exception) -> None:
     launching.model.launch(FIRST)
-    launching.fail(REFUSED)
+    launching.fail(error)
     assert (launching.model.running, launching.model.phase) == (None, Phase.IDLE)
-    assert launching.told == ['the disk is full']
+    assert launching.told == [str(error)]
+
+
+def test_beside_another_cell_nothing_is_launched(launching: Launching,
+                                                 monkeypatch: pytest.MonkeyPatch) -> None:
+    """ROS would end that one's nodes."""
+    def refuse() -> None:
+        raise OtherCell('another cell runs')
+
+    monkeypatch.setattr(launch_model, 'refuse_other_cell', refuse)
+    monkeypatch.setattr(launch_model, '_plan', lambda choice: None)
+    with pytest.raises(OtherCell):
+        launching.model._start(FIRST)
 
 
 def test_a_launch_that_fails_while_all_is_quit_does_not_end_the_quitting(
