@@ -385,9 +385,10 @@ class BagPlayerTest(unittest.TestCase):
             player.wait_for_state(lambda it: it.paused, 'the beginning')
             listener.wait_for(lambda: len(listener.received) > 300, 'three seconds')
             times_s = [it.time_s for it in listener.received]
-        # in half of all spans of 20, nothing held the machine up
+        # In a quarter of all spans of 20 nothing held the machine up. A period that begins anew
+        # with each message made 0.21 s of all of them.
         spans_s = np.array(times_s[20:]) - np.array(times_s[:-20])
-        self.assertAlmostEqual(float(np.median(spans_s)), 0.2, delta=0.002)
+        self.assertAlmostEqual(float(np.quantile(spans_s, 0.25)), 0.2, delta=0.004)
 
 
 if __name__ == '__main__':

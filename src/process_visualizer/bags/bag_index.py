@@ -100,7 +100,8 @@ class BagIndex:
     def last_before(self, position: int, connection: int) -> Optional[int]:
         """Return the position of a connection's last message before a position, or None."""
         positions = self.positions(connection)
-        count = int(np.searchsorted(positions, position))
+        # a number of another type would make numpy convert all positions first
+        count = int(positions.searchsorted(positions.dtype.type(position)))
         return int(positions[count - 1]) if count else None
 
     def last_at(self, time_ns: int, connection: int) -> Optional[int]:

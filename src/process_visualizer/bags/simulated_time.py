@@ -6,6 +6,15 @@ from typing import Tuple
 from process_visualizer.bags.timeline import Basis
 
 
+def next_tick_s(due_s: float, now_s: float, period_s: float) -> float:
+    """When the clock is told next, after a time [s] that was due and is told now.
+
+    By what is due and not by what has passed, so that a late wake-up costs no time; what is late by
+    whole periods is left out.
+    """
+    return due_s + period_s * max(1.0, (now_s - due_s) // period_s)
+
+
 class SimulatedTime:
     """Where the position slips back, as the machine cannot keep up, the clock waits for it."""
 

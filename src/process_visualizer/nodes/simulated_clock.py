@@ -9,7 +9,7 @@ import rospy
 from genpy import Time
 from rosgraph_msgs.msg import Clock
 
-from process_visualizer.bags.simulated_time import SimulatedTime
+from process_visualizer.bags.simulated_time import SimulatedTime, next_tick_s
 from process_visualizer.bags.timeline import NS_PER_S, Basis, Timeline
 
 SETTLING_S = 0.3
@@ -58,8 +58,7 @@ class SimulatedClock:
             if now_s >= self._settled_s:
                 self._settled_s = float('inf')
                 self._on_settled()
-            # by what is due and not by what has passed, so that a late wake-up costs no time
-            due_s += self._period_s * max(1.0, (now_s - due_s) // self._period_s)
+            due_s = next_tick_s(due_s, now_s, self._period_s)
 
     def _publish(self, basis: Basis, bag_ns: int) -> None:
         told_ns, goes_back = self._time.at(basis, bag_ns)

@@ -4,10 +4,11 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import List, Tuple
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.bags.simulated_time import SimulatedTime
+from process_visualizer.bags.simulated_time import SimulatedTime, next_tick_s
 from process_visualizer.bags.timeline import Basis
 
 BASIS = Basis(0, 0, 0, 10 ** 9)
@@ -39,3 +40,17 @@ def test_a_jump_back_is_told_once() -> None:
     assert simulated.at(jumped, 325) == (325, False)
     assert simulated.at(jumped, 300) == (325, False)  # it slipped: the clock waits
     assert simulated.at(jumped, 330) == (330, False)
+
+
+@given(st.lists(st.floats(0.0, 0.0099), min_size=1, max_size=200))
+def test_who_wakes_up_late_by_less_than_a_period_leaves_nothing_out(late_s: List[float]) -> None:
+    due_s = 5.0
+    for it in late_s:
+        due_s = next_tick_s(due_s, due_s + it, 0.01)
+    assert due_s == pytest.approx(5.0 + 0.01 * len(late_s))
+
+
+@given(st.integers(2, 1000), st.floats(0.1, 0.9))
+def test_what_is_late_by_whole_periods_is_left_out(periods: int, part: float) -> None:
+    now_s = 5.0 + 0.01 * (periods + part)
+    assert next_tick_s(5.0, now_s, 0.01) == pytest.approx(5.0 + 0.01 * periods)
