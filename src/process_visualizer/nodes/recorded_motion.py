@@ -35,9 +35,10 @@ _NS = 1e-9
 
 
 class RecordedMoment(NamedTuple):
-    """A position of playback and the velocities around it."""
+    """A position of playback, the wall time [s] at which it is there, and velocities around it."""
 
     position_s: float
+    wall_s: float
     around: RecordedVelocity
 
     def velocity(self) -> Optional[Triple]:
@@ -120,13 +121,14 @@ class RecordedMotion:
 
     def moment(self) -> Optional[RecordedMoment]:
         """Return what belongs to the present position; None while it is not known."""
-        bag, known = self._clock.bag_time(time.time()), self._known
+        wall_s = time.time()
+        bag, known = self._clock.bag_time(wall_s), self._known
         if bag is None or known is None:
             return None
         position_s = self._within(bag.time_s)
         if not known.poses.part.holds(needed_part(position_s, self._duration_s)):
             return None
-        return RecordedMoment(position_s, known.velocity)
+        return RecordedMoment(position_s, wall_s, known.velocity)
 
     def forget(self) -> None:
         """Read all anew, as messages mean something else now."""

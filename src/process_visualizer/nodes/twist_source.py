@@ -83,9 +83,8 @@ class TwistSource:
         """Return the velocities that can be told at present; None if there are none."""
         if self._recorded is not None and self._recorded.is_in_charge():
             moment = self._recorded.moment()
-            around = (None, None) if moment is None else (moment.velocity(),
-                                                          moment.angular_velocity())
-            return _twist(*around, stamp_s=rospy.get_time())
+            return None if moment is None else _twist(
+                moment.velocity(), moment.angular_velocity(), _stamp_s(moment.wall_s))
         return _twist(self._live.velocity(), self._live.angular_velocity(), self._live.wall_s())
 
     def shown(self) -> ShownVelocity:
@@ -99,6 +98,15 @@ class TwistSource:
         if self._last_recorded is None and age_s > self._stale_after_s:
             return ShownVelocity(_STANDING, age_s)
         return ShownVelocity(self._last_recorded, age_s)
+
+
+def _stamp_s(wall_s: float) -> float:
+    """A wall time [s] that has just been read, as ROS time.
+
+    Without simulated time it is the same one. To read the clock again would add what the thread had
+    to wait meanwhile, at 4x four times.
+    """
+    return wall_s if rospy.rostime.is_wallclock() else rospy.get_time()
 
 
 def _twist(linear: Optional[Triple], angular: Optional[Triple],
