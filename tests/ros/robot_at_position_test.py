@@ -274,7 +274,7 @@ class RobotAtPositionTest(unittest.TestCase):
                        np.abs(self.screen.velocity()[:2] - at).max() < 0.005, str(position_s))
 
     def test_a_tool_on_tf_behind_links_that_the_cell_sends(self) -> None:
-        """The recording holds none of them, so what comes counts."""
+        """The recording holds none of them, but the joints."""
         self.screen = Screen('c')
         player = self.paused_player()
         player.call('play', Trigger)

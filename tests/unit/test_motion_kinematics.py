@@ -124,3 +124,13 @@ def test_a_joint_between_two_frames() -> None:
     arm.fix('a', 'b', Placement())
     arm.fix('b', 'a', Placement())  # a ring is no connection
     assert not arm.connects('a', 'base')
+
+
+def test_links_that_joints_move() -> None:
+    arm = model('panda_hand')
+    assert arm.joint_names == [*(f'panda_joint{number}' for number in range(1, 8)),
+                               'panda_finger_joint1']
+    found = {child: (parent, place) for parent, child, place
+             in arm.moved({'panda_joint1': 0.0, 'panda_finger_joint1': 0.03})}
+    assert found.keys() == {'panda_link1', 'panda_leftfinger', 'panda_rightfinger'}
+    assert found['panda_link1'] == ('panda_link0', Placement((0.0, 0.0, 0.333)))

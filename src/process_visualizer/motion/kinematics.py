@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import math
-from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 from xml.etree import ElementTree
 
 from process_visualizer.motion.rotations import (
@@ -15,6 +15,8 @@ from process_visualizer.motion.rotations import (
     quaternion_from_ypr,
     rotated,
 )
+
+_MOVING = ('revolute', 'continuous', 'prismatic')
 
 
 class Placement(NamedTuple):
@@ -50,7 +52,7 @@ class _Joint(NamedTuple):
         if self.kind == 'fixed':
             return self.origin
         value = positions.get(self.name)
-        if value is None or self.kind not in ('revolute', 'continuous', 'prismatic'):
+        if value is None or self.kind not in _MOVING:
             return None
         value = self.multiplier * value + self.offset
         x, y, z = self.axis
@@ -77,6 +79,8 @@ class Kinematics:
         self.collision_only = {link.get('name', '') for link in root.findall('link')
                                if link.find('visual') is None
                                and link.find('collision') is not None}
+        self.joint_names = [element.get('name', '') for element in root.findall('joint')
+                            if element.get('type') in _MOVING and element.find('mimic') is None]
         self._joints: Dict[str, _Joint] = {}
         for element in root.findall('joint'):
             child = element.find('child')
@@ -107,6 +111,13 @@ class Kinematics:
                 return None
             found = inner.then(found)
         return found if self._chain(frame, base) is not None else None
+
+    def moved(self, positions: Mapping[str, float]) -> Iterator[Tuple[str, str, Placement]]:
+        """Yield parent, child and place of each link that a joint with a known position moves."""
+        for child, joint in self._joints.items():
+            place = None if joint.kind == 'fixed' else joint.placement(positions)
+            if place is not None:
+                yield joint.parent, child, place
 
     def connection(self, frame: str, other: str,
                    positions: Mapping[str, float]) -> Optional[Placement]:

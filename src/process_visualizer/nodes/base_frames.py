@@ -16,6 +16,7 @@ from process_visualizer.motion.kinematics import Kinematics, Placement
 from process_visualizer.motion.rotations import Triple, Vector, rotated
 from process_visualizer.nodes.frame_reader import STATIC_TOPIC, TF_MESSAGE
 from process_visualizer.nodes.parameters import RobotParameters
+from process_visualizer.nodes.pose_decoder import FramesNotConnected
 from process_visualizer.nodes.robot_messages import ToolPose, deserialize
 
 
@@ -61,17 +62,22 @@ class BaseFrames:
         with self._lock:
             self._joints.add(state.header.stamp.to_sec(), dict(zip(state.name, state.position)))
 
-    def in_base(self, pose: ToolPose) -> ToolPose:
+    def in_base(self, pose: ToolPose, joints: Optional[JointHistory] = None) -> ToolPose:
         """Return a pose in the base frame.
 
+        Args:
+            pose: in any frame.
+            joints: those that belong to it; without them those that come.
+
         Raises:
-            ValueError: nothing connects its frame with the base frame, or not yet.
+            FramesNotConnected: the joints between its frame and the base frame are not known yet.
+            ValueError: nothing connects its frame with the base frame.
         """
         given = pose.frame or self._parameters.tool_center_frame.parent_frame
         frame = self.name(given)
         if frame in ('', self._parameters.base_frame):
             return replace(pose, frame='')
-        moved = self._place(frame, given, pose.stamp_s).then(
+        moved = self._place(frame, given, pose.stamp_s, joints or self._joints).then(
             Placement(_triple(pose.position), pose.quaternion))
         return replace(pose, position=moved.position, quaternion=moved.quaternion, frame='')
 
@@ -87,21 +93,19 @@ class BaseFrames:
         place = self._model.connection(frame, base, {})
         return (frame, force) if place is None else (base, rotated(place.quaternion, force))
 
-    def _place(self, frame: str, given: str, stamp_s: float) -> Placement:
+    def _place(self, frame: str, given: str, stamp_s: float, joints: JointHistory) -> Placement:
         base = self._parameters.base_frame
         if not self._model.connects(frame, base):
             self._listen()
             raise ValueError(f'its frame is {given}, which neither the model nor a static '
                              f'transform connects with the base frame {base}; name another frame '
                              'in it, or publish the transform')
-        if not self.follows_joints and self._model.moves(frame, base):
-            self.follows_joints = True
-            self._on_change()
+        self.follows_joints |= self._model.moves(frame, base)
         with self._lock:
-            place = self._model.connection(frame, base, self._joints.at(stamp_s))
+            place = self._model.connection(frame, base, joints.at(stamp_s))
         if place is None:
-            raise ValueError(f'its frame is {given}, and the positions of the joints between that '
-                             f'and the base frame {base} are not known yet')
+            raise FramesNotConnected(f'its frame is {given}, and the positions of the joints '
+                                     f'between that and the base frame {base} are not known yet')
         return place
 
     def _listen(self) -> None:

@@ -1,26 +1,24 @@
 """Reads the pose of a frame from tf, as messages on a tf topic bring it."""
 from __future__ import annotations
 
-from typing import Callable, Dict, List, Optional
+import time
+from typing import Callable, Dict, List, Mapping, Optional, Set
 
 import rospy
 import tf2_ros
-from geometry_msgs.msg import TransformStamped
+from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from tf2_msgs.msg import TFMessage
 
+from process_visualizer.motion.kinematics import Kinematics, Placement
+from process_visualizer.motion.patience import Patience
 from process_visualizer.nodes.complaints import Complaints
 from process_visualizer.nodes.message_reader import TopicReader
+from process_visualizer.nodes.pose_decoder import FramesNotConnected, PoseDecoder
 from process_visualizer.nodes.robot_messages import ToolPose, deserialize
 
-PoseDecoder = Callable[[bytes], Optional[ToolPose]]
-"""Returns the pose that comes with a message, if one does; raises ValueError for a wrong one."""
-
+PATIENCE_S = 5.0  # from the first transforms: other nodes start too, and send only then
 TF_MESSAGE = 'tf2_msgs/TFMessage'
 TF_TOPIC, STATIC_TOPIC = '/tf', '/tf_static'
-
-
-class FramesNotConnected(ValueError):
-    """The frame has come, but not all between it and the base frame: somebody else sends those."""
 
 
 class FramePoses:
@@ -31,7 +29,6 @@ class FramePoses:
         self._base_frame, self._frame = base_frame, frame
         self._buffer = tf2_ros.BufferCore(rospy.Duration(10.0))
         self._last_stamp = rospy.Time()
-        self._has_come = False
 
     def add_static(self, transforms: List[TransformStamped]) -> None:
         """Take transforms that hold for ever."""
@@ -42,8 +39,7 @@ class FramePoses:
         """Take transforms that have come together; return the pose if it is a new one.
 
         Raises:
-            FramesNotConnected: the two frames are not, although the frame has come.
-            ValueError: neither has it.
+            FramesNotConnected: the two frames are not (yet).
         """
         for transform in transforms:
             self._buffer.set_transform(transform, 'dynamic')
@@ -51,11 +47,8 @@ class FramePoses:
             found = self._buffer.lookup_transform_core(self._base_frame, self._frame,
                                                        rospy.Time())
         except tf2_ros.TransformException as error:
-            self._has_come |= any(it.child_frame_id.lstrip('/') == self._frame
-                                  for it in transforms)
-            problem = FramesNotConnected if self._has_come else ValueError
-            raise problem(f'the frame {self._frame} is not known in {self._base_frame}: '
-                          f'{error}') from None
+            raise FramesNotConnected(f'the frame {self._frame} is not known in '
+                                     f'{self._base_frame}: {str(error).rstrip(". ")}') from None
         if found.header.stamp == self._last_stamp:
             return None
         self._last_stamp = found.header.stamp
@@ -66,12 +59,38 @@ class FramePoses:
         self._buffer.clear()
 
 
+class FrameDecoder(PoseDecoder):
+    """Finds the poses in a recording of transforms, and in that of the joints that move links.
+
+    What the cell's own robot_state_publisher sends was not recorded; the model makes it anew.
+    """
+
+    def __init__(self, poses: FramePoses, model: Kinematics) -> None:
+        """Take where the transforms are put together, and the robot's model."""
+        self._poses, self._model = poses, model
+        self._recorded: Set[str] = set()
+
+    def pose(self, message: bytes) -> Optional[ToolPose]:
+        """See PoseDecoder."""
+        transforms = transforms_in(message)
+        self._recorded.update(it.child_frame_id.lstrip('/') for it in transforms)
+        return self._poses.add(transforms)
+
+    def take_joints(self, positions: Mapping[str, float], stamp: rospy.Time
+                    ) -> Optional[ToolPose]:
+        """See PoseDecoder; links that the recording places itself stay."""
+        return self._poses.add([
+            _transform(parent, child, place, stamp)
+            for parent, child, place in self._model.moved(positions)
+            if child not in self._recorded])
+
+
 class FrameReader:
     """Hands on each new pose of a frame in the base frame."""
 
     def __init__(self, complaints: Complaints, topic: str, base_frame: str, frame: str,
-                 callback: Callable[[ToolPose], None],
-                 on_static: Callable[[], None] = lambda: None) -> None:
+                 callback: Callable[[ToolPose], None], on_static: Callable[[], None],
+                 model: Kinematics) -> None:
         """Subscribe the topic and the static transforms.
 
         Args:
@@ -80,12 +99,15 @@ class FrameReader:
             base_frame, frame: the pose is that of frame in base_frame.
             callback: called with each new pose; may raise ValueError with what is wrong.
             on_static: called when the static transforms are others than before.
+            model: of the robot.
         """
+        self._model = model
         self._frames = base_frame, frame
         self._poses = FramePoses(base_frame, frame)
         self._callback, self._on_static_change = callback, on_static
         self._static: Dict[str, TransformStamped] = {}  # by child
         self._last_arrival = rospy.Time()
+        self._patience = Patience(PATIENCE_S)
         TopicReader(complaints, STATIC_TOPIC, TF_MESSAGE, {TF_MESSAGE: transforms_in},
                     self._on_static)
         TopicReader(complaints, topic, TF_MESSAGE, {TF_MESSAGE: transforms_in}, self._on_transforms)
@@ -94,7 +116,7 @@ class FrameReader:
         """Return what finds the poses in messages of the topic, given in the order of sending."""
         poses = FramePoses(*self._frames)
         poses.add_static(list(self._static.values()))
-        return lambda message: poses.add(transforms_in(message))
+        return FrameDecoder(poses, self._model)
 
     def _on_static(self, transforms: List[TransformStamped]) -> None:
         self._poses.add_static(transforms)
@@ -110,15 +132,38 @@ class FrameReader:
         if arrival < self._last_arrival:
             self._poses.forget()
         self._last_arrival = arrival
-        pose = self._poses.add(transforms)
+        pose = self._pose(transforms)
         if pose is not None:
             self._callback(pose)
+
+    def _pose(self, transforms: List[TransformStamped]) -> Optional[ToolPose]:
+        """Return the pose if it is a new one; that the frame is missing is told after a time.
+
+        Raises:
+            FramesNotConnected: it has been missing for that long.
+        """
+        try:
+            pose = self._poses.add(transforms)
+        except FramesNotConnected:
+            if self._patience.is_over(True, time.monotonic()):
+                raise
+            return None
+        self._patience.is_over(False, time.monotonic())
+        return pose
 
 
 def transforms_in(message: bytes) -> List[TransformStamped]:
     """Return the transforms of a serialised tf2_msgs/TFMessage."""
     transforms: List[TransformStamped] = deserialize(TFMessage, message).transforms
     return transforms
+
+
+def _transform(parent: str, child: str, place: Placement, stamp: rospy.Time) -> TransformStamped:
+    found = TransformStamped(child_frame_id=child)
+    found.header.frame_id, found.header.stamp = parent, stamp
+    found.transform.translation = Vector3(*place.position)
+    found.transform.rotation = Quaternion(*place.quaternion)
+    return found
 
 
 def _is_equal(one: TransformStamped, other: TransformStamped) -> bool:

@@ -4,16 +4,14 @@ from __future__ import annotations
 import math
 import threading
 import time
-from typing import Callable, List, NamedTuple, Optional, Tuple
+from typing import Callable, NamedTuple, Optional, Tuple
 
-import genpy
 import rospy
 
 from process_visualizer.bags.timeline import MAX_RATE
 from process_visualizer.motion.playback_clock import PlaybackClock
 from process_visualizer.motion.recorded_poses import (
     Part,
-    RecordedPose,
     RecordedPoses,
     kept_part,
     needed_part,
@@ -22,16 +20,12 @@ from process_visualizer.motion.recorded_poses import (
 from process_visualizer.motion.recorded_velocity import RecordedVelocity
 from process_visualizer.motion.rotations import Triple
 from process_visualizer.msg import PlayerState
-from process_visualizer.nodes.frame_reader import FramesNotConnected, PoseDecoder
 from process_visualizer.nodes.playback import STATE_TOPIC
-from process_visualizer.nodes.service_connection import ServiceConnection, ServiceUnreachable
-from process_visualizer.srv import ReadTopic, ReadTopicResponse
+from process_visualizer.nodes.recorded_reading import Reading, RecordedReader
+from process_visualizer.nodes.service_connection import ServiceUnreachable
 
-SERVICE = '/bag_player/read'
 MOMENT_S = 0.05  # in which an operator does not see that a number has not changed yet
 _RETRY_S, _WARNING_S = 1.0, 10.0
-_ANSWER_S = 5.0
-_NS = 1e-9
 
 
 class RecordedMoment(NamedTuple):
@@ -67,34 +61,27 @@ class RecordedMotion:
     what came before nor on when it came.
     """
 
-    def __init__(self, topic: str, decoder: Callable[[str], Optional[PoseDecoder]],
-                 clock: PlaybackClock, window_s: float, on_change: Callable[[], None],
-                 preroll_s: float = 0.0) -> None:
+    def __init__(self, reader: RecordedReader, clock: PlaybackClock, window_s: float,
+                 on_change: Callable[[], None]) -> None:
         """Take what is read and for whom.
 
         Args:
-            topic: what carries the poses.
-            decoder: returns a new decoder of messages of a type, None for one that is not taken.
+            reader: of the poses.
             clock: of the player's states.
             window_s: of the slopes [s].
             on_change: called, in various threads, with each state of the player, and when more is
                 known.
-            preroll_s: how much a decoder is given before the poses that are wanted [s].
         """
-        self._preroll_s = preroll_s
-        self._topic = rospy.resolve_name(topic)
-        self._decoder = decoder
+        self._reader = reader
         self._clock = clock
         self._window_s = window_s
         self._on_change = on_change
-        self._service = ServiceConnection(rospy.resolve_name(SERVICE), ReadTopic, _ANSWER_S)
         self._changed = threading.Condition()
         self._recording: Tuple[object, ...] = ()  # begin, duration, files, topics
         self._duration_s = 0.0
         self._is_played: Optional[bool] = None  # not known yet
-        self._is_complete = True  # no frame is missing in it; else that is looked at again
         self._known: Optional[_Known] = None
-        self._period_s = 0.0
+        self._problem = ''
         self._retry_s = 0.0
         self._awaited_s = math.inf
         self._thread = threading.Thread(target=self._run, name='recorded poses', daemon=True)
@@ -105,11 +92,13 @@ class RecordedMotion:
         rospy.Subscriber(STATE_TOPIC, PlayerState, self._take_state, tcp_nodelay=True)
 
     def is_in_charge(self) -> bool:
-        """Tell whether there is a player that plays the poses; if it may, that counts, too.
-
-        It does not play them where a node of the cell sends frames between the tool and the base.
-        """
+        """Tell whether there is a player that plays the poses; if it may, that counts, too."""
         return self._is_played is not False and self._clock.follows_player(time.time())
+
+    @property
+    def problem(self) -> str:
+        """Why no velocity can be known from what the recording has; '' if it can."""
+        return self._problem if self.is_in_charge() else ''
 
     def is_awaited(self) -> bool:
         """Tell whether what belongs to the position is going to be known in a moment."""
@@ -142,7 +131,6 @@ class RecordedMotion:
             if recording != self._recording:
                 self._recording, self._duration_s = recording, state.duration
                 self._is_played = self._known = None
-                self._is_complete = True
             self._changed.notify()
         self._on_change()
 
@@ -160,87 +148,39 @@ class RecordedMotion:
     def _next_part(self) -> Optional[Part]:
         bag = self._clock.bag_time(time.time())
         if (bag is None or not self._recording or time.monotonic() < self._retry_s
-                or (self._is_complete and not self.is_in_charge())):
+                or not self.is_in_charge()):
             return None
         known = None if self._known is None else self._known.poses.part
         return next_part(known, self._within(bag.time_s), _bounded(bag.rate), self._duration_s)
 
     def _extend(self, recording: Tuple[object, ...], part: Part) -> None:
         try:
-            poses = self._read(Part(round(part.begin_s, 9), round(part.end_s, 9)))
+            reading = self._reader.read(Part(round(part.begin_s, 9), round(part.end_s, 9)))
         except ServiceUnreachable as error:
             if self._retry_s:  # not for the first time: the player may just have ended
-                rospy.logwarn_throttle(_WARNING_S, f'{self._topic}: its recorded velocities are '
-                                       f'not known: {error}')
+                rospy.logwarn_throttle(_WARNING_S, f'{self._reader.topic}: its recorded '
+                                       f'velocities are not known: {error}')
             self._retry_s = time.monotonic() + _RETRY_S
             return
-        self._retry_s = 0.0 if self._is_complete else time.monotonic() + _RETRY_S
-        known = None if poses is None else self._joined(poses)
+        self._retry_s = 0.0
+        known = None if reading is None else self._joined(reading)
         with self._changed:
             if self._recording is recording:
-                self._is_played, self._known = poses is not None, known
+                self._is_played, self._known = reading is not None, known
+                self._problem = '' if reading is None else reading.problem
         self._on_change()
 
-    def _joined(self, poses: RecordedPoses) -> _Known:
-        before = self._known
+    def _joined(self, reading: Reading) -> _Known:
+        poses, before = reading.poses, self._known
         if before is not None and (before.poses.part.end_s == poses.part.begin_s
                                    or before.poses.part.begin_s == poses.part.end_s):
             poses = before.poses.joined(poses)
         bag = self._clock.bag_time(time.time())
         if bag is not None:
             poses = poses.only(kept_part(self._within(bag.time_s), _bounded(bag.rate)))
-        return _Known(poses, poses.velocity(self._window_s, self._period_s))
-
-    def _read(self, part: Part) -> Optional[RecordedPoses]:
-        """Return the poses of a part of the recording; None if they are not played."""
-        poses: List[RecordedPose] = []
-        is_cut = False
-        decoder: Optional[PoseDecoder] = None
-        begin_s = max(part.begin_s - self._preroll_s, 0.0)
-        while True:
-            answer = self._service.call(self._topic, begin_s, part.end_s)
-            if not answer.success:
-                return None
-            decoder = decoder or self._decoder(answer.type)
-            if decoder is None:
-                return None
-            self._period_s = answer.period
-            decoded, is_cut_here = _decoded(answer, decoder)
-            is_cut = is_cut or is_cut_here
-            poses += decoded
-            if answer.end >= part.end_s:
-                break
-            begin_s = answer.end + _NS
-        self._is_complete = bool(poses) or not is_cut
-        if not self._is_complete:
-            return None
-        return RecordedPoses(Part(part.begin_s, answer.end),
-                             [pose for pose in poses if pose.recorded_s >= part.begin_s])
+        return _Known(poses, poses.velocity(self._window_s, reading.period_s))
 
 
 def _bounded(rate: float) -> float:
     """Return the rate for which poses are read ahead; at higher ones velocities may be missing."""
     return min(max(rate, -MAX_RATE), MAX_RATE)
-
-
-def _decoded(answer: ReadTopicResponse, decoder: PoseDecoder) -> Tuple[List[RecordedPose], bool]:
-    """Return the poses in an answer, and whether a frame between them and the base was missing.
-
-    Messages that cannot be used are left out.
-    """
-    poses: List[RecordedPose] = []
-    end, is_cut = 0, False
-    recording_s = answer.recording_begin.to_sec()
-    for recorded_s, size in zip(answer.positions, answer.sizes):
-        end += size
-        try:
-            pose = decoder(answer.data[end - size:end])
-        except FramesNotConnected:
-            is_cut = True
-            continue
-        except (ValueError, genpy.DeserializationError):
-            continue  # the same message is told of when it is played
-        if pose is not None:
-            stamp_s = pose.stamp_s - recording_s if pose.stamp_s else math.nan
-            poses.append(RecordedPose(recorded_s, stamp_s, pose.position, pose.quaternion))
-    return poses, is_cut

@@ -11,7 +11,9 @@ import rospy
 from geometry_msgs.msg import TwistStamped, Vector3, WrenchStamped
 from visualization_msgs.msg import MarkerArray
 
+from process_visualizer.motion.joint_matching import JointMatching
 from process_visualizer.motion.kinematics import Kinematics
+from process_visualizer.motion.patience import Patience
 from process_visualizer.nodes.base_frames import BaseFrames
 from process_visualizer.nodes.complaints import Complaints
 from process_visualizer.nodes.frame_reader import TF_MESSAGE
@@ -22,18 +24,24 @@ from process_visualizer.nodes.parameters import (
     ParameterError,
     RobotParameters,
     TopicParameters,
+    is_number,
     private_parameters,
     read_robot_parameters,
 )
 from process_visualizer.nodes.playback import PlaybackFollower
 from process_visualizer.nodes.process_end import spin_to_end, start_node
+from process_visualizer.nodes.recorded_joints import RecordedJoints
 from process_visualizer.nodes.recorded_motion import RecordedMotion
+from process_visualizer.nodes.recorded_reading import RecordedReader
 from process_visualizer.nodes.robot_display import RobotDisplay, ToolMotion
 from process_visualizer.nodes.robot_messages import WRENCH_DECODERS, ToolPose, Wrench
 from process_visualizer.nodes.tool_input import ToolInput
 from process_visualizer.nodes.tool_placing import ToolPlacer
 from process_visualizer.nodes.twist_source import TwistSource
 
+ABOUT_RECORDING = 'recorded velocity'
+LOG_PERIOD_S = 30.0
+PATIENCE_S = 2.0  # before something that is missing is told: static transforms may come later
 TICK_S = 0.1
 CHAIN_S = 1.0  # within which all transforms of a chain come
 
@@ -70,29 +78,32 @@ class RobotProcessor:
         self._force: Optional[VectorSample] = None
         self._joints_time_s: Optional[float] = None
         self._joints_s = -math.inf
+        self._patience = Patience(PATIENCE_S)
         self._tool_velocity = rospy.Publisher('tool_velocity', TwistStamped, queue_size=10)
         self._tool_force = rospy.Publisher('tool_force', WrenchStamped, queue_size=10)
         self._markers = rospy.Publisher('marker_array', MarkerArray, queue_size=1)
-        self._recorded = self._recording_of(parameters.tool_center_frame)
+        self._recorded = self._recording_of(parameters.tool_center_frame, model)
         self._twist = TwistSource(self._recorded, parameters.velocity_window_s,
                                   parameters.stale_after_s)
         if parameters.joint_states.name or model.links:
             rospy.Subscriber('joint_states', rospy.AnyMsg, self._on_joints, queue_size=1,
                              tcp_nodelay=True)
         self._input = ToolInput(parameters, self._complaints, self._on_tool_pose,
-                                self._on_static, self._base_frames)
+                                self._on_static, self._base_frames, model)
         self._subscribe_force(parameters.force_sensor)
         if self._recorded is not None:
             self._recorded.start()
         self._timer = rospy.Timer(rospy.Duration(TICK_S), self._on_timer, reset=True)
 
-    def _recording_of(self, topic: TopicParameters) -> Optional[RecordedMotion]:
+    def _recording_of(self, topic: TopicParameters,
+                      model: Kinematics) -> Optional[RecordedMotion]:
         if not topic.name:
             return None
-        preroll_s = CHAIN_S if topic.message_type == TF_MESSAGE else 0.0
-        return RecordedMotion(topic.name, lambda message_type: self._input.decoder(message_type),
-                              self._playback.clock, self._parameters.velocity_window_s,
-                              self._on_playback, preroll_s)
+        preroll_s = CHAIN_S if TF_MESSAGE in (topic.message_type, '') else 0.0
+        reader = RecordedReader(topic.name, lambda message_type: self._input.decoder(message_type),
+                                recorded_joints(self._parameters, model), preroll_s)
+        return RecordedMotion(reader, self._playback.clock, self._parameters.velocity_window_s,
+                              self._on_playback)
 
     def _subscribe_force(self, topic: TopicParameters) -> None:
         if topic.name:
@@ -196,7 +207,18 @@ class RobotProcessor:
             self._twist.settle(now_s)
             self._frames.look()
             self._tool.look()
+            self._look_at_recording()
             self._draw(now_s)
+
+    def _look_at_recording(self) -> None:
+        """Complain where the recording lacks what a velocity at a position needs."""
+        problem = '' if self._recorded is None else self._recorded.problem
+        if self._patience.is_over(bool(problem), time.monotonic()):
+            self._complaints.state(ABOUT_RECORDING, 'no velocity is shown, as the recording does '
+                                   f'not say where the tool is: {problem}',
+                                   log_period_s=LOG_PERIOD_S)
+        elif not problem:
+            self._complaints.end(ABOUT_RECORDING)
 
     def _draw_data(self, now_s: float) -> None:
         """Draw what came, unless joint states come, with which it is drawn."""
@@ -239,6 +261,21 @@ def robot_model(complaints: Complaints) -> Kinematics:
         name = rospy.resolve_name('robot_description')
         complaints.state(name, f'parameter {name}: a URDF is expected: {error}')
         return Kinematics()
+
+
+def recorded_joints(parameters: RobotParameters, model: Kinematics) -> Optional[RecordedJoints]:
+    """Return what is recorded of the robot's joints; None where no topic brings them.
+
+    Offsets are those of the robot's joint_proc.
+    """
+    topic = parameters.joint_states.name
+    if not topic or not model.joint_names:
+        return None
+    offsets = rospy.get_param('joint_proc/joint_offsets', {})
+    usable = {name: float(value) for name, value in offsets.items() if is_number(value)} \
+        if isinstance(offsets, dict) else {}  # joint_proc says what is wrong with them
+    return RecordedJoints(topic, JointMatching(parameters.robot_name, model.joint_names, usable,
+                                               parameters.link_prefix))
 
 
 def main() -> None:

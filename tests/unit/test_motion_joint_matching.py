@@ -1,0 +1,27 @@
+"""What a driver's names of joints mean."""
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from process_visualizer.motion.joint_matching import JointMatching
+
+
+@pytest.mark.parametrize('names', [('shoulder', 'left/elbow'), ('l_shoulder', 'elbow'),
+                                   ('elbow', 'shoulder', 'of_another_robot'), ()])
+def test_names(names: 'tuple[str, ...]') -> None:
+    matching = JointMatching('left', ['shoulder', 'left/elbow'], prefix='l_')
+    positions = [2.0, 1.0, 9.0] if len(names) == 3 else [1.0, 2.0]
+    assert matching.match(names, positions) == {'shoulder': 1.0, 'left/elbow': 2.0}
+
+
+def test_offsets() -> None:
+    matching = JointMatching('left', ['shoulder', 'left/elbow'], {'elbow': 0.5, 'none': 1.0})
+    assert matching.match((), (1.0, 2.0)) == {'shoulder': 1.0, 'left/elbow': 2.5}
+
+
+@pytest.mark.parametrize('positions', [(1.0,), (1.0, 2.0, 3.0), (1.0, math.nan)])
+def test_what_does_not_fit(positions: 'tuple[float, ...]') -> None:
+    with pytest.raises(ValueError):
+        JointMatching('left', ['shoulder', 'elbow']).match((), positions)
