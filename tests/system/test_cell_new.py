@@ -1,6 +1,7 @@
 """``cell new`` beside drivers that run: what it writes passes ``cell check``, and runs."""
 from __future__ import annotations
 
+import signal
 import subprocess
 import time
 from pathlib import Path
@@ -48,7 +49,7 @@ def test_a_configuration_for_what_runs(drivers: None, ros_environment: Dict[str,
     config = str(tmp_path / 'cell.xml')
     made = run_command(ros_environment, CELL, 'new', '-o', config)
     assert made.returncode == 0, made.stdout
-    assert made.stdout.splitlines()[:2] == [config, str(tmp_path / 'low.urdf')]
+    assert made.stdout.splitlines()[:2] == [config, str(tmp_path / 'low_device.urdf')]
     assert '2 robots, 1 depth sensor, 2 other devices' in made.stdout
     checked = run_command(ros_environment, CELL, 'check', config)
     assert (checked.returncode, checked.stdout) == (0, f'{config}: 5 devices, no problem\n')
@@ -56,11 +57,26 @@ def test_a_configuration_for_what_runs(drivers: None, ros_environment: Dict[str,
     run = run_cell(config, '--no-rviz')
     run.wait_for_line('/ur_rt_upper/robot_proc: running')
     run.wait_for_line('/camera/depth_proc: running')
+    run.wait_for_line('/bag_recorder: running')
+    is_the_cell_that_runs(ros_environment, config, tmp_path / 'beside.xml')
+    assert run.signal_and_wait(signal.SIGINT) == 0
+    again = run_command(ros_environment, CELL, 'new', '-o', str(tmp_path / 'again.xml'))
+    assert '2 robots, 1 depth sensor, 2 other devices' in again.stdout
+
+
+def is_the_cell_that_runs(environment: Dict[str, str], config: str, path: Path) -> None:
+    """While a cell runs its configuration is written, not its models beside the drivers'."""
+    made = run_command(environment, CELL, 'new', '-o', str(path))
+    assert '2 robots, 1 depth sensor, 2 other devices' in made.stdout
+    text = path.read_text(encoding='utf-8')
+    assert 'from the cell that runs at' in text
+    devices = Path(config).read_text(encoding='utf-8').partition('<visualizer')[2]
+    assert text.partition('<visualizer')[2] == devices
 
 
 def is_what_runs(config: str) -> None:
     cell = XmlParser().parse(config)
-    upper, low = cell.device('ur_rt_upper'), cell.device('low')
+    upper, low = cell.device('ur_rt_upper'), cell.device('low_device')
     assert cell.frame == 'table' and upper.base is not None
     assert (upper.base.frame, upper.base.pose.xyz) == ('ur_rt_upper/link0', (0.0, 1.0, 0.5))
     assert upper.model is not None and upper.model.package == 'sewing_cell'

@@ -79,6 +79,14 @@ def shown(warnings):
     return make
 
 
+def test_no_longer_than_it_may_be(shown):
+    source, markers = shown(scale=0.1, max=0.6)
+    for value, length_m in ((2.0, 0.2), (90.0, 0.6)):
+        source.last = raw(Float32(value), 5.0)
+        arrow = markers(5.0)[0]
+        assert arrow.type == Marker.ARROW and arrow.scale.x == pytest.approx(length_m)
+
+
 def test_parameters():
     parameters = read({'axis': [0, 0, -2], 'color': [0.0, 0.0, 1.0], 'field': 'a.b[2]'}, {})
     first, second = parameters.variables
@@ -98,6 +106,7 @@ def test_parameters():
     ({'axis': [0, 0, 0]}, r'variables\[0\]/axis: a direction'),
     ({'axis': 'x'}, r'variables\[0\]/axis: a list of three numbers'),
     ({'scale': 'long'}, r'variables\[0\]/scale: a number'),
+    ({'max': 0}, r'variables\[0\]/max: a number above 0'),
     ({'offset': float('nan')}, r'variables\[0\]/offset: a number'),
     ({'color': 'red'}, r'variables\[0\]/color: three or four numbers'),
     ({'limits': {'low': 'x'}}, r'variables\[0\]/limits/low: a number'),

@@ -180,7 +180,7 @@ def _variable(parsed: Parsed) -> Variable:
     return Variable(absolute_topic('', values['topic']), values['field'], values['frame'],
                     cast(Vector3, values['axis']), values['color'], values['unit'],
                     values['scale'], values['offset'], label, parsed.location,
-                    values['offset_param'], _limits(values), _color_scale(values))
+                    values['offset_param'], _limits(values), _color_scale(values), values['max'])
 
 
 def _limits(values: Dict[str, Any]) -> Optional[WarningLimits]:

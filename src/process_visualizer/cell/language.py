@@ -254,6 +254,7 @@ _DRAWN: Dict[str, Tag] = {
          'color': _optional('color', 'as for `<arrow>`', 'orange'),
          'unit': _optional('text', 'unit to write behind the value', ''),
          'scale': _optional('number', 'length in m per unit of the value', '1'),
+         'max': _optional('positive', 'longest length in m; the value beside it stays true'),
          'offset': _optional('number', 'value (setpoint) at which the arrow has no length', '0'),
          'offset_param': _optional('resource', 'parameter that holds the offset, read live; '
                                                '`offset` counts until it is set'),

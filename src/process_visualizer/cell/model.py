@@ -209,6 +209,7 @@ class Variable:
     offset_param: Optional[str] = None  # a parameter that overrides the offset, live
     limits: Optional[WarningLimits] = None
     color_scale: Optional[ColorScale] = None
+    maximum_m: Optional[float] = None  # longest length
 
 
 @dataclass(frozen=True)

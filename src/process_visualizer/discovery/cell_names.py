@@ -16,7 +16,7 @@ class CellNames:
     """Gives names, each once."""
 
     def __init__(self, topics: Iterable[str], frames: Iterable[str]) -> None:
-        """Take the topics of all devices, and the frames of all models."""
+        """Take the topics and descriptions of all drivers, and the frames of all models."""
         self._topics = set(topics)
         self._frames: Set[str] = set(frames)
         self._devices: Set[str] = set()
@@ -46,4 +46,4 @@ class CellNames:
 def _outputs(name: str) -> Set[str]:
     """What the program would publish for a device of that name, of whatever type."""
     return {topic for kind in DeviceType for topic in outputs([Device(kind, name, _NOWHERE)])} \
-        | {f'/{name}/marker_array'}
+        | {f'/{name}/marker_array', f'/{name}/robot_description'}

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import textwrap
-from typing import Iterator, List
+from typing import Iterator, List, Sequence
 from xml.sax.saxutils import quoteattr
 
 from process_visualizer.discovery.draft import Draft, DraftDevice, DraftElement
@@ -15,21 +15,22 @@ def draft_text(draft: Draft) -> str:
     frame = '' if draft.frame == 'world' else f' frame={quoteattr(draft.frame)}'
     head = [f'Made by "cell new" from {draft.where}. Remove what is not wanted, and look at each '
             'comment.', *draft.remarks]
-    lines = ['<?xml version="1.0" encoding="utf-8"?>', *_comment(head, ''), f'<visualizer{frame}>']
+    lines = ['<?xml version="1.0" encoding="utf-8"?>', *comment_lines(head, ''),
+             f'<visualizer{frame}>']
     for device in draft.devices:
         lines += _device(device)
     return '\n'.join([*lines, '</visualizer>', ''])
 
 
 def _device(device: DraftDevice) -> Iterator[str]:
-    yield from _comment(device.comments, '  ')
+    yield from comment_lines(device.comments, '  ')
     opening = f'  <device type="{device.type}" name={quoteattr(device.name)}'
     if not device.elements:
         yield f'{opening} />'
         return
     yield f'{opening}>'
     for element in device.elements:
-        yield from _comment([element.comment] if element.comment else [], '    ')
+        yield from comment_lines([element.comment] if element.comment else [], '    ')
         if element.active:
             yield from _element(element, '    ')
         else:
@@ -49,7 +50,8 @@ def _element(element: DraftElement, indent: str) -> Iterator[str]:
     yield f'{indent}</{element.tag}>'
 
 
-def _comment(paragraphs: List[str], indent: str) -> List[str]:
+def comment_lines(paragraphs: Sequence[str], indent: str) -> List[str]:
+    """Return paragraphs as the lines of a comment; nothing without any."""
     lines = [line for it in paragraphs
              for line in textwrap.wrap(_safe(it), _WIDTH, break_long_words=False)]
     if len(lines) < 2:

@@ -36,6 +36,7 @@ class _Making:
 
     def __init__(self, seen: Seen, models: Sequence[FoundModel]) -> None:
         self._topics = [it for it in device_topics(seen.topics) if is_topic(it.name)]
+        self._is_moment = seen.is_moment
         self._draft = Draft(seen.where, remarks=[*seen.remarks, *_left_out(seen)])
         self._models = models
         self._forest = FrameForest(it for it in seen.transforms
@@ -45,7 +46,8 @@ class _Making:
                                  for link in model.description.links}
         bases = [model.description.root_link for model in models]
         self._draft.frame = global_frame(self._forest, self._links, bases)
-        self._names = CellNames((it.name for it in self._topics),
+        descriptions = [f'{it.namespace}/robot_description' for it in seen.descriptions]
+        self._names = CellNames([*descriptions, *(it.name for it in self._topics)],
                                 {*self._links, self._draft.frame})
         self._places = Places(self._forest, self._draft.frame)
         self._tools = ToolTransforms(self._forest, models, self._prefixes, seen.topics)
@@ -117,7 +119,8 @@ class _Making:
     def _add_rest(self, topics: Sequence[SeenTopic], owners: Dict[str, DraftDevice]) -> None:
         bases = [base.attributes['frame'] for it in self._draft.devices
                  for base in [it.first('base')] if base is not None]
-        machines = Machines(self._names, self._places, self._forest, {*self._links, *bases})
+        machines = Machines(self._names, self._places, self._forest, {*self._links, *bases},
+                            self._is_moment)
         by_name = {it.name: it for it in self._draft.devices}
         for first, found in by_namespace(topics).items():
             device = owners.get(first) if first else None

@@ -4,13 +4,16 @@ from __future__ import annotations
 import os
 import re
 import tempfile
+from dataclasses import replace
 from typing import Dict, Iterator, List, Optional, Sequence, Set, Tuple
 from xml.etree import ElementTree
 
 from process_visualizer.discovery.found_model import FoundModel
+from process_visualizer.discovery.model_evidence import ModelEvidence
 from process_visualizer.discovery.model_files import ModelFile, ModelFiles
 from process_visualizer.discovery.names import words
 from process_visualizer.discovery.own_topics import device_topics
+from process_visualizer.discovery.recorded_motion import Motion
 from process_visualizer.discovery.robot_topics import (
     is_joints,
     robot_groups,
@@ -23,7 +26,7 @@ from process_visualizer.generate.robot_description import (
     load_robot_description,
 )
 
-_MOST_TRIES = 8
+_MOST_TRIES = 24
 """Files that are expanded for one robot."""
 _DIGITS = 5
 _HANDS = ('hand', 'gripper')
@@ -34,8 +37,10 @@ _Arguments = Tuple[Tuple[str, str], ...]
 class ModelSearch:
     """Finds models; what cannot be used is told by ``remarks``."""
 
-    def __init__(self, files: Optional[ModelFiles] = None) -> None:
+    def __init__(self, files: Optional[ModelFiles] = None, motions: Sequence[Motion] = ()) -> None:
+        """Take the files of the packages, and what a recording has of frames that move."""
         self._files = files or ModelFiles()
+        self._motions = motions
         self._expanded: Dict[Tuple[str, _Arguments],
                              Optional[RobotDescription]] = {}
         self.remarks: List[str] = []
@@ -50,16 +55,19 @@ class ModelSearch:
         joint_topics = [it for it in device_topics(seen.topics) if is_joints(it)]
         frames = {name for it in seen.transforms for name in (it.parent, it.child)}
         taken = [group.joint_topic for group in robot_groups(joint_topics, models) if group.model]
+        evidence = ModelEvidence(seen, self._motions)
         for topic in without_model(joint_topics, models, taken):
-            models += self._for_topic(topic, frames)
+            models += self._for_topic(topic, frames, evidence)
         return models
 
-    def _for_topic(self, topic: SeenTopic, frames: Set[str]) -> List[FoundModel]:
+    def _for_topic(self, topic: SeenTopic, frames: Set[str],
+                   evidence: ModelEvidence) -> List[FoundModel]:
         """Models for a topic with joints: several where it has those of several robots."""
         models: List[FoundModel] = []
         left = set(topic.joints)
         while left or not models:
-            model = self._for_joints(topic, left, frames, {it.path for it in models})
+            model = self._for_joints(topic, left, evidence,
+                                     list(self._fitting(topic, frames, {it.path for it in models})))
             if model is None:
                 break
             models.append(model)
@@ -92,18 +100,22 @@ class ModelSearch:
         others.sort(key=lambda it: -len(words(it.stem) & words(name)))
         return [*named, *others][:_MOST_TRIES]
 
-    def _for_joints(self, topic: SeenTopic, joints: Set[str], frames: Set[str],
-                    used: Set[str]) -> Optional[FoundModel]:
+    @staticmethod
+    def _for_joints(topic: SeenTopic, joints: Set[str], evidence: ModelEvidence,
+                    fitting: Sequence[FoundModel]) -> Optional[FoundModel]:
         """The model with the most joints of a topic, which nobody has described: not its hand."""
-        best: Optional[FoundModel] = None
-        most = 0 if joints else -1
-        for model in self._fitting(topic, frames, used):
-            count = len(model.joints & joints)
-            if count > most:
-                best, most = model, count
-            if count == len(joints):
-                break
-        return best
+        most = max((len(it.joints & joints) for it in fitting), default=0)
+        if not fitting or (joints and not most):
+            return None
+        best: List[FoundModel] = []
+        for model in fitting:
+            if len(model.joints & joints) == most \
+                    and not any(_same(model.description.text, it.description.text) for it in best):
+                best.append(model)
+        if len(best) == 1:
+            return best[0]
+        choice = evidence.choose(topic, best)
+        return replace(best[choice.number], reason=choice.reason)
 
     def _fitting(self, topic: SeenTopic, frames: Set[str], used: Set[str]) -> Iterator[FoundModel]:
         """The models that suit the joints of a topic, from the likeliest files."""

@@ -1,18 +1,23 @@
 """Writes a new configuration, and the models that belong beside it."""
 from __future__ import annotations
 
-import dataclasses
 import os
-from typing import Container, Dict, NamedTuple, Optional, Sequence, Tuple
+from dataclasses import replace
+from typing import Container, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
+from process_visualizer.bags.recorder_topics import recorded_configuration
 from process_visualizer.bags.recording import Recording
+from process_visualizer.cell.errors import ConfigurationError
+from process_visualizer.cell.stored_configuration import StoredConfiguration
 from process_visualizer.discovery.bag_look import look_into
 from process_visualizer.discovery.draft_text import draft_text
 from process_visualizer.discovery.found_model import FoundModel
 from process_visualizer.discovery.make_draft import make_draft
 from process_visualizer.discovery.model_search import ModelSearch
 from process_visualizer.discovery.recorded_models import recorded_models
+from process_visualizer.discovery.recorded_motion import recorded_motions
 from process_visualizer.discovery.seen import Seen
+from process_visualizer.discovery.stored_cell import from_stored
 
 
 class NewConfiguration(NamedTuple):
@@ -38,11 +43,15 @@ def new_configuration(seen: Seen, known: Sequence[FoundModel] = (),
     if not made.draft.devices:
         raise ValueError(f'{seen.where}: no device was seen, only what the program and ROS publish '
                          'themselves; start the drivers first')
-    counts = [(name, sum(it.type == kind for it in made.draft.devices)) for kind, name in
+    return NewConfiguration(draft_text(made.draft), made.models,
+                            _summary([it.type for it in made.draft.devices]))
+
+
+def _summary(types: Sequence[str]) -> str:
+    counts = [(name, types.count(kind)) for kind, name in
               (('robot', 'robot'), ('depth_sensor', 'depth sensor'), ('other', 'other device'))]
-    summary = ', '.join(f'{count} {name}{"" if count == 1 else "s"}' for name, count in counts
-                        if count)
-    return NewConfiguration(draft_text(made.draft), made.models, summary)
+    return ', '.join(f'{count} {name}{"" if count == 1 else "s"}' for name, count in counts
+                     if count)
 
 
 def from_bags(paths: Sequence[str]) -> NewConfiguration:
@@ -53,10 +62,30 @@ def from_bags(paths: Sequence[str]) -> NewConfiguration:
         ValueError: it holds nothing of a device.
     """
     with Recording(paths) as recording:
-        models, remarks = recorded_models(recording)
         seen = look_into(recording)
-    told = remarks if models else [*remarks, *seen.remarks]
-    return new_configuration(dataclasses.replace(seen, remarks=tuple(told)), models)
+        stored = recorded_configuration(recording)
+        refused: List[str] = []
+        if stored is not None:
+            try:
+                return of_stored(stored, seen, seen.where)
+            except (ConfigurationError, ValueError, OSError) as error:
+                refused = [f'The configuration in the recording is not used: {error}']
+        models, remarks = recorded_models(recording)
+        motions = recorded_motions(recording)
+    told = [*refused, *remarks, *(() if models else seen.remarks)]
+    return new_configuration(replace(seen, remarks=tuple(told)), models,
+                             ModelSearch(motions=motions))
+
+
+def of_stored(stored: StoredConfiguration, seen: Seen, source: str) -> NewConfiguration:
+    """Return a configuration that was stored, as far as it holds; ``source`` says where.
+
+    Raises:
+        ConfigurationError, ValueError, OSError: it cannot be used here.
+    """
+    made = from_stored(stored, seen, source)
+    return NewConfiguration(made.text, made.files,
+                            _summary([it.type.value for it in made.cell.devices]))
 
 
 def write_new(new: NewConfiguration, path: str,
@@ -78,14 +107,16 @@ def write_new(new: NewConfiguration, path: str,
                 file == path or not _holds(file, texts[file])):
             raise FileExistsError(f'"{file}" is there already')
     for file, text in reversed(list(texts.items())):
-        with open(file, 'w', encoding='utf-8') as stream:
+        if file != path and os.path.dirname(file) != folder:
+            os.makedirs(os.path.dirname(file), exist_ok=True)
+        with open(file, 'w', encoding='utf-8', errors='surrogateescape', newline='') as stream:
             stream.write(text)
     return tuple(texts)
 
 
 def _holds(file: str, text: str) -> bool:
     try:
-        with open(file, encoding='utf-8') as stream:
+        with open(file, encoding='utf-8', errors='surrogateescape', newline='') as stream:
             return stream.read() == text
-    except (OSError, UnicodeDecodeError):
+    except OSError:
         return False

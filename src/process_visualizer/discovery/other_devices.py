@@ -35,11 +35,11 @@ class Machines:
     """Adds machines and sensors to a configuration."""
 
     def __init__(self, names: CellNames, places: Places, forest: FrameForest,
-                 known_frames: Collection[str]) -> None:
-        """``known_frames`` are those of models and devices that are there already."""
+                 known_frames: Collection[str], is_moment: bool = False) -> None:
+        """``known_frames`` are those of models and devices; ``is_moment`` as in ``Seen``."""
         self._names, self._places, self._forest = names, places, forest
         self._known: Set[str] = {*known_frames, places.frame}
-        self._color = 0
+        self._color, self._is_moment = 0, is_moment
 
     def add_topics(self, device: DraftDevice, topics: Sequence[SeenTopic]) -> None:
         """Add topics with their variables and displays; a base frame where they need one."""
@@ -50,7 +50,7 @@ class Machines:
 
     def _add_variables(self, device: DraftDevice, topic: SeenTopic) -> bool:
         """Add the candidates of a topic; return whether one of them is a variable now."""
-        found = candidates(topic, self._color)
+        found = candidates(topic, self._color, self._is_moment)
         self._color += len(found)
         frame = self._frame(device, topic) if found else ''
         comment = '' if device.first('variable') else _VARIABLES

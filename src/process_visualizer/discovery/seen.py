@@ -73,10 +73,14 @@ class SeenDescription(NamedTuple):
 
 @dataclass(frozen=True)
 class Seen:
-    """All that was seen; ``where`` says in words what was looked at."""
+    """All that was seen; ``where`` says in words what was looked at.
+
+    ``is_moment`` says that it was but a moment, after which numbers may go anywhere.
+    """
 
     where: str
     topics: Tuple[SeenTopic, ...] = ()
     transforms: Tuple[SeenTransform, ...] = ()
     descriptions: Tuple[SeenDescription, ...] = ()
     remarks: Tuple[str, ...] = ()
+    is_moment: bool = False

@@ -19,6 +19,7 @@ from process_visualizer.discovery.seen import (
     SeenTransform,
     Source,
 )
+from process_visualizer.generate.own_description import is_own_description
 from process_visualizer.motion.kinematics import Placement
 
 TF_TYPES = ('tf2_msgs/TFMessage', 'tf/tfMessage')
@@ -42,8 +43,8 @@ def seen_transforms(sources: Iterable[Source]) -> Tuple[SeenTransform, ...]:
     found: Dict[str, SeenTransform] = {}
     for source in sources:
         if short_name(source.type) in TF_TYPES:
-            for values in _readable(source):
-                for it in _transforms(values, source.topic):
+            for values in readable(source):
+                for it in transforms(values, source.topic):
                     found[it.child] = _with_changes(it, found.get(it.child))
     return tuple(found.values())
 
@@ -53,7 +54,7 @@ def seen_descriptions(sources: Iterable[Source]) -> Tuple[SeenDescription, ...]:
     found: Dict[str, SeenDescription] = {}
     for source in sources:
         if short_name(source.type) == _STRING:
-            for values in _readable(source):
+            for values in readable(source):
                 text = values.get('data', '')
                 if is_description(text):
                     namespace = source.topic.rpartition('/')[0]
@@ -62,14 +63,15 @@ def seen_descriptions(sources: Iterable[Source]) -> Tuple[SeenDescription, ...]:
 
 
 def is_description(text: Any) -> bool:
-    """Whether a parameter or text is a robot description."""
-    return isinstance(text, str) and '<robot' in text and '<link' in text
+    """Whether a parameter or text is a robot description, and not that of a cell of ours."""
+    return isinstance(text, str) and '<robot' in text and '<link' in text \
+        and not is_own_description(text)
 
 
 def _topic(sources: Sequence[Source]) -> SeenTopic:
     kind = short_name(sources[0].type)
     messages = [values for source in sources if short_name(source.type) == kind
-                for values in _readable(source)]
+                for values in readable(source)]
     frames = (values['header']['frame_id'].lstrip('/') for values in messages
               if _has_header(values))
     joints = (name for values in messages if kind == _JOINT_STATE
@@ -80,8 +82,8 @@ def _topic(sources: Sequence[Source]) -> SeenTopic:
         tuple(dict.fromkeys(joints)), _length(messages), _numbers(messages))
 
 
-def _readable(source: Source) -> Iterator[Values]:
-    """The values of those messages of a source that can be understood."""
+def readable(source: Source) -> Iterator[Values]:
+    """Return the values of those messages of a source that can be understood."""
     kind = short_name(source.type)
     try:
         definitions = parse_definitions(kind, source.definition)
@@ -145,7 +147,8 @@ def _with_changes(new: SeenTransform, before: Optional[SeenTransform]) -> SeenTr
     return new._replace(changes=before.changes or before.placement != new.placement)
 
 
-def _transforms(values: Values, topic: str) -> Iterator[SeenTransform]:
+def transforms(values: Values, topic: str) -> Iterator[SeenTransform]:
+    """Return the transforms in a message on tf that can be used."""
     for it in values.get('transforms', ()):
         try:
             parent, child = it['header']['frame_id'].lstrip('/'), it['child_frame_id'].lstrip('/')

@@ -11,7 +11,11 @@ from process_visualizer.discovery.seen import SeenNumber, SeenTopic
 MOST_PER_TOPIC = 6
 """Arrows for one topic; more would hide each other."""
 _LENGTH_M = 0.3
-"""Of the longest arrow."""
+"""Of the longest arrow for the values that were seen."""
+_MOST_M = 0.6
+"""Of an arrow for whatever comes later."""
+_MOMENT_SHARE = 0.2
+"""A number that was seen for a moment will change by this share of it at least."""
 _COLORS = ('orange', 'cyan', 'yellow', 'purple', 'blue', 'red', 'white')
 _KNOWN: Dict[str, Dict[str, str]] = {
     'sensor_msgs/Temperature': {'temperature': '°C'},
@@ -40,12 +44,16 @@ class Candidate(NamedTuple):
     likely: bool
 
 
-def candidates(topic: SeenTopic, begin: int = 0) -> List[Candidate]:
-    """Return the candidates of a topic; colours count on from ``begin``."""
+def candidates(topic: SeenTopic, begin: int = 0, is_moment: bool = False) -> List[Candidate]:
+    """Return the candidates of a topic; colours count on from ``begin``.
+
+    ``is_moment`` as in ``Seen``.
+    """
     known = _KNOWN.get(topic.type)
     numbers = [it for it in topic.numbers if _is_measured(it, topic, known)]
     return [Candidate(_attributes(topic, number, (known or {}).get(number.path, ''), begin + i,
-                                  len(numbers) > 1), number.changes or known is not None)
+                                  len(numbers) > 1, is_moment),
+                      number.changes or known is not None)
             for i, number in enumerate(numbers[:MOST_PER_TOPIC])]
 
 
@@ -67,25 +75,28 @@ def _is_measured(number: SeenNumber, topic: SeenTopic, known: Optional[Dict[str,
 
 
 def _attributes(topic: SeenTopic, number: SeenNumber, unit: str, color: int,
-                is_one_of_many: bool) -> Dict[str, str]:
-    offset, scale = scaling(number.low, number.high)
+                is_one_of_many: bool, is_moment: bool) -> Dict[str, str]:
+    offset, scale = scaling(number.low, number.high, _MOMENT_SHARE if is_moment else 0.0)
     name = topic.name.rpartition('/')[2]
     attributes = {'axis': 'z', 'label': f'{name} {number.path}' if is_one_of_many else name}
     if number.path != 'data':
         attributes['field'] = number.path
     if unit:
         attributes['unit'] = unit
-    attributes['scale'] = f'{scale:g}'
+    attributes.update(scale=f'{scale:g}', max=f'{_MOST_M:g}')
     if offset:
         attributes['offset'] = f'{offset:g}'
     attributes['color'] = _COLORS[color % len(_COLORS)]
     return attributes
 
 
-def scaling(low: float, high: float) -> Sequence[float]:
-    """Return offset and scale [m per unit] that make arrows of 0.3 m or less of these values."""
-    spread = high - low
+def scaling(low: float, high: float, least_share: float = 0.0) -> Sequence[float]:
+    """Return offset and scale [m per unit] that make arrows of 0.3 m or less of these values.
+
+    Values will be spread over this share of the largest at least.
+    """
     largest = max(abs(low), abs(high))
+    spread = max(high - low, least_share * largest)
     if not math.isfinite(spread) or largest == 0.0 or not math.isfinite(1.0 / largest):
         return 0.0, 1.0
     if spread < 0.5 * largest and spread > 1e-6 * largest and low * high > 0.0:

@@ -15,6 +15,7 @@ from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.drivers import inspect_launch_files
 from process_visualizer.generate.frame_rules import frame_problems
 from process_visualizer.generate.launch_file import LaunchFileBuilder, has_recorder, urdf_file
+from process_visualizer.generate.own_description import marked_description
 from process_visualizer.generate.parts import add_parts
 from process_visualizer.generate.plan import CONFIGURATION_FILE, LAUNCH_FILE, RVIZ_FILE, Plan
 from process_visualizer.generate.robot_description import RobotDescription, describe_devices
@@ -59,7 +60,8 @@ class _Generation:
             files[CONFIGURATION_FILE] = _configuration_text(choice.cell)
         for device in choice.devices:
             if device.name in self._descriptions:
-                files[urdf_file(device)] = self._descriptions[device.name].text
+                files[urdf_file(device)] = marked_description(
+                    self._descriptions[device.name].text)
         return Plan(files, self.launch_files.warnings)
 
 

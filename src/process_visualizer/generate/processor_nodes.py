@@ -148,6 +148,8 @@ def _variable(variable: Variable) -> Dict[str, Any]:
         'scale': variable.scale, 'offset': variable.offset, 'label': variable.label}
     if variable.offset_param is not None:
         values['offset_param'] = variable.offset_param
+    if variable.maximum_m is not None:
+        values['max'] = variable.maximum_m
     if variable.limits is not None:
         limits = variable.limits
         values['limits'] = {'color': list(limits.color)}

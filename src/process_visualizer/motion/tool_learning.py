@@ -139,7 +139,7 @@ class _Comparison:
 
     def _may_be_another_base(self) -> bool:
         """Tell whether the chosen frame is the tool if another frame is the base."""
-        residuals = _rigid_residuals(self._origins[self._chosen], self._reported)
+        residuals = rigid_residuals(self._origins[self._chosen], self._reported)
         return _rms(residuals) < _CLEAR * _NOISE_M
 
     def _is_only_there(self, name: str) -> bool:
@@ -204,7 +204,7 @@ def _mean_rotation(turns: np.ndarray) -> np.ndarray:
     return _proper(left, right)
 
 
-def _rigid_residuals(points: np.ndarray, images: np.ndarray) -> np.ndarray:
+def rigid_residuals(points: np.ndarray, images: np.ndarray) -> np.ndarray:
     """Return what the best rigid motion of points (n, 3) leaves of their images (n, 3).
 
     W. Kabsch, A solution for the best rotation to relate two sets of vectors, Acta

@@ -17,17 +17,20 @@ _TEXT_GAP_M = 0.04  # between arrows and texts
 _HIGHEST_TEXT_M = 1.0
 
 
-def variable_vector(value: Number, offset: float, scale_m: float, axis: Vector) -> np.ndarray:
-    """Return the arrow (3,) [m]: scale (value - offset) along the axis, at most MAX_LENGTH_M.
+def variable_vector(value: Number, offset: float, scale_m: float, axis: Vector,
+                    max_m: float = MAX_LENGTH_M) -> np.ndarray:
+    """Return the arrow (3,) [m]: scale (value - offset) along the axis, at most max_m long.
 
     Args:
         value: of the variable; finite.
         offset: value at which the arrow has no length.
         scale_m: metres of arrow per unit of the value.
         axis: unit vector (3,).
+        max_m: longest length, at most MAX_LENGTH_M.
     """
+    limit_m = min(max_m, MAX_LENGTH_M)
     length_m = (float(value) - offset) * scale_m if scale_m else 0.0
-    return np.asarray(axis, dtype=float) * min(max(length_m, -MAX_LENGTH_M), MAX_LENGTH_M)
+    return np.asarray(axis, dtype=float) * min(max(length_m, -limit_m), limit_m)
 
 
 def variable_text(label: str, value: Number, unit: str, offset: float, scale_m: float) -> str:

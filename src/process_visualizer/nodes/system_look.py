@@ -4,12 +4,20 @@ from __future__ import annotations
 import threading
 import time
 from collections import defaultdict
-from typing import Any, Dict, Iterable, List, Set, Tuple
+from dataclasses import replace
+from typing import Any, Dict, Iterable, List, Optional, Set, Tuple
 
 import rosgraph
 import rospy
 
-from process_visualizer.discovery.new_configuration import NewConfiguration, new_configuration
+from process_visualizer.bags.json_text import parsed_json
+from process_visualizer.cell.errors import ConfigurationError
+from process_visualizer.cell.stored_configuration import StoredConfiguration, stored_configuration
+from process_visualizer.discovery.new_configuration import (
+    NewConfiguration,
+    new_configuration,
+    of_stored,
+)
 from process_visualizer.discovery.own_topics import device_topics
 from process_visualizer.discovery.seen import Seen, SeenDescription, SeenTopic, Source
 from process_visualizer.discovery.topic_facts import (
@@ -18,24 +26,54 @@ from process_visualizer.discovery.topic_facts import (
     seen_topics,
     seen_transforms,
 )
+from process_visualizer.launching.ros_api import is_registered
 
 LOOK_S = 3.0
 """So long it is listened to the topics."""
 _MOST_MESSAGES, _LARGE_BYTES = 100, 100_000
 _FRAME_TOPICS = ('/tf', '/tf_static')
 _DESCRIPTION = 'robot_description'
+_RECORDER = '/bag_recorder'
+_CONFIGURATION = f'{_RECORDER}/configuration'
 
 
 def from_system() -> NewConfiguration:
     """Return a configuration for what runs; this process must be a node.
 
+    Where a cell runs it is that cell's configuration.
+
     Raises:
         ValueError: nothing runs that belongs into one, or the master has gone.
     """
     try:
-        return new_configuration(look_at_system(rosgraph.Master(rospy.get_name())))
+        master = rosgraph.Master(rospy.get_name())
+        seen, stored = look_at_system(master), running_configuration(master)
+        return new_configuration(seen) if stored is None else _of_stored(stored, seen)
     except (rosgraph.MasterException, ConnectionError) as error:
         raise ValueError(f'the ROS master does not answer any more: {error}') from error
+
+
+def _of_stored(stored: StoredConfiguration, seen: Seen) -> NewConfiguration:
+    """The configuration of the cell that runs; if that cannot be used, what is seen beside it."""
+    try:
+        return of_stored(stored, seen, f'the cell that runs at {rosgraph.get_master_uri()}')
+    except (ConfigurationError, ValueError, OSError) as error:
+        remark = f'The configuration of the cell that runs is not used: {error}'
+        return new_configuration(replace(seen, remarks=(remark, *seen.remarks)))
+
+
+def running_configuration(master: rosgraph.Master) -> Optional[StoredConfiguration]:
+    """Return the configuration of the cell that runs, which its recorder has, or None.
+
+    Raises:
+        rosgraph.MasterException, OSError: the master does not answer.
+    """
+    if not master.hasParam(_CONFIGURATION) or not is_registered(_RECORDER):
+        return None  # the master keeps the parameter of a cell that has ended
+    try:
+        return stored_configuration(parsed_json(master.getParam(_CONFIGURATION)))
+    except (TypeError, AttributeError, ValueError):
+        return None
 
 
 def look_at_system(master: rosgraph.Master, look_s: float = LOOK_S) -> Seen:
@@ -54,7 +92,7 @@ def look_at_system(master: rosgraph.Master, look_s: float = LOOK_S) -> Seen:
     descriptions = {it.namespace: it for it in (*seen_descriptions(sources),
                                                 *_descriptions(master))}
     return Seen(f'what runs at {master.master_uri}', (*heard, *silent), seen_transforms(sources),
-                tuple(descriptions.values()), _remarks(silent))
+                tuple(descriptions.values()), _remarks(silent), is_moment=True)
 
 
 def _published(master: rosgraph.Master) -> List[SeenTopic]:

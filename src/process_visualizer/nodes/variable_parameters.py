@@ -8,6 +8,7 @@ from typing import List, Optional, Tuple
 import rosgraph.names
 
 from process_visualizer.motion.field_path import FieldPath
+from process_visualizer.motion.variables import MAX_LENGTH_M
 from process_visualizer.nodes.parameters import STALE_AFTER_S, Color, Parameters
 
 ORANGE: Color = (1.0, 0.55, 0.1, 1.0)
@@ -66,6 +67,7 @@ class VariableParameters:
     offset: float  # value at which the arrow has no length
     label: str
     offset_param: str = ''  # a parameter that holds the offset; empty: there is none
+    max_m: float = MAX_LENGTH_M  # longest length of the arrow
 
     @staticmethod
     def read(parameters: Parameters) -> 'VariableParameters':
@@ -79,7 +81,8 @@ class VariableParameters:
             frame=_required(parameters, 'frame').lstrip('/'), axis=_axis(parameters),
             colors=VariableColors.read(parameters), unit=parameters.text('unit', ''),
             scale_m=parameters.number('scale', 1.0), offset=parameters.number('offset', 0.0),
-            label=parameters.text('label', ''), offset_param=_offset_param(parameters))
+            label=parameters.text('label', ''), offset_param=_offset_param(parameters),
+            max_m=parameters.number('max', MAX_LENGTH_M, above=0.0))
 
 
 @dataclass(frozen=True)

@@ -58,7 +58,7 @@ class Variable:
         if self._value is None:
             return VectorSample((0.0, 0.0, 0.0), parameters.frame, self._time_s)
         vector = variable_vector(self._value, self._offset(), parameters.scale_m,
-                                 parameters.axis)
+                                 parameters.axis, parameters.max_m)
         return VectorSample(vector, parameters.frame, self._time_s, self._foot)
 
     def style(self) -> ArrowStyle:

@@ -26,7 +26,7 @@ from seen_cells import (
 from process_visualizer.cell.model import Device, TopicFunction
 from process_visualizer.discovery.found_model import FoundModel
 from process_visualizer.discovery.make_draft import make_draft
-from process_visualizer.discovery.seen import Seen, SeenNumber, SeenTopic
+from process_visualizer.discovery.seen import Seen, SeenDescription, SeenNumber, SeenTopic
 from process_visualizer.generate.robot_description import describe_devices
 
 UR_JOINTS, PANDA_JOINTS = ['pan', 'lift', 'elbow'], ['panda_joint1', 'panda_joint2']
@@ -172,12 +172,29 @@ def test_variables(tmp_path: Path) -> None:
     assert '/odd has 3 more numbers.' in text
 
 
+@pytest.mark.parametrize('is_moment, scale, offset', [(False, 0.1, 192.0), (True, 0.008, 190.0)])
+def test_a_number_that_was_seen_for_a_moment_may_go_far(tmp_path: Path, is_moment: bool,
+                                                        scale: float, offset: float) -> None:
+    topic = SeenTopic('/oven/temperature', 'sensor_msgs/Temperature', frames=('oven',),
+                      numbers=(number('temperature', 192.0, 195.0),))
+    _, cell = written(Seen('x', (topic,), is_moment=is_moment), [], tmp_path)
+    [it] = cell.devices[0].variables
+    assert (it.scale, it.offset, it.maximum_m) == (scale, offset, 0.6)
+
+
 def test_names_do_not_collide_with_what_the_program_publishes(tmp_path: Path) -> None:
     """The robot's driver is in the namespace in which robot_proc of a device "arm" would be."""
     topics = (SeenTopic('/arm/joint_states', JOINTS, ('/driver',), joints=('j',)),
               SeenTopic('/camera/points', CLOUD, frames=('c',)))
     _, cell = written(Seen('x', topics), [], tmp_path)
     assert [it.name for it in cell.devices] == ['arm_robot', 'camera_sensor']
+
+
+def test_no_device_takes_the_place_of_a_drivers_description(tmp_path: Path) -> None:
+    """Its model would be written to the same parameter."""
+    arm = model('/arm', 'a', ['b', 't'], ['j'])
+    seen = Seen('x', descriptions=(SeenDescription('/arm', arm.description.text),))
+    assert [it.name for it in written(seen, [arm], tmp_path)[1].devices] == ['arm_device']
 
 
 def test_own_outputs_are_left_out(tmp_path: Path) -> None:

@@ -22,6 +22,7 @@ from process_visualizer.discovery.new_configuration import (
     write_new,
 )
 from process_visualizer.discovery.seen import Seen, SeenDescription, SeenTopic
+from process_visualizer.generate.own_description import marked_description
 from process_visualizer.generate.robot_description import load_robot_description
 from process_visualizer.launching.command_line import main
 
@@ -127,6 +128,13 @@ def test_descriptions_in_a_bag(tmp_path: Path, package: Path) -> None:
         new = from_bags([write_bag(tmp_path / 'a.bag', rows, 3)])
         assert f'<model {attributes} />' in new.text
         assert list(new.models.values()) == ([other] if description is other else [])
+
+
+def test_what_a_cell_has_made_is_no_drivers_description(tmp_path: Path, package: Path) -> None:
+    text = '<robot name="mine"><link name="mine/base" /></robot>'
+    for it, count in ((text, 2), (marked_description(text), 1)):
+        rows = [*ROWS[:3], ('/mine/robot_description', lambda _, it=it: String(it))]
+        assert from_bags([write_bag(tmp_path / 'a.bag', rows, 3)]).text.count('<model ') == count
 
 
 def test_a_description_that_cannot_be_used_is_told(package: Path) -> None:

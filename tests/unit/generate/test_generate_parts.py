@@ -11,6 +11,7 @@ from launch_loading import load_file, node_names, parameters
 from process_visualizer.cell.model import Cell, Mode
 from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.generator import generate_parts
+from process_visualizer.generate.own_description import is_own_description
 from process_visualizer.generate.plan import (
     BAG_PART,
     FRAMES_PART,
@@ -120,7 +121,9 @@ def test_rviz_has_the_models_before_it_starts(plan: Callable[..., Plan], tmp_pat
     made = plan(ROBOT.format(''))
     write_plan(made, str(tmp_path))
     config = load_file(tmp_path / str(made.parts[RVIZ_PART].launch_file))
-    assert parameters(config) == {'arm/robot_description': URDF}
+    [(name, text)] = parameters(config).items()
+    assert name == 'arm/robot_description' and str(text).startswith(URDF)
+    assert is_own_description(str(text)) and not is_own_description(URDF)
 
 
 def test_machines_are_known_in_every_part(plan: Callable[..., Plan], tmp_path: Path) -> None:

@@ -88,11 +88,11 @@ def test_variables(parse: Parse) -> None:
 
 def test_colours_and_live_offset_of_a_variable(parse: Parse) -> None:
     (node,) = nodes_of(parse, 'other', '<variable topic="t" frame="f" low="1" color_begin="2" '
-                       'color_end="3" end_color="0 1 0" offset_param="setpoint"/>')
+                       'color_end="3" end_color="0 1 0" offset_param="setpoint" max="0.6"/>')
     (variable,) = node.parameters['variables']
     assert variable['limits'] == {'low': 1, 'color': [0.9, 0.1, 0.1]}
     assert variable['color_scale'] == {'begin': 2, 'end': 3, 'color': [0, 1, 0]}
-    assert variable['offset_param'] == 'setpoint'
+    assert (variable['offset_param'], variable['max']) == ('setpoint', 0.6)
 
 
 def test_tool_frame_in_tf(parse: Parse) -> None:

@@ -1,0 +1,102 @@
+"""A configuration that a bag holds is what a new one begins from."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Dict
+
+import pytest
+import rosbag
+from genpy import Time
+from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64, Header, String
+from tf2_msgs.msg import TFMessage
+
+from process_visualizer.bags.recorder_topics import CALIBRATION, CONFIGURATION
+from process_visualizer.cell.model import Cell
+from process_visualizer.cell.stored_configuration import configuration_text
+from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.launching.command_line import main
+
+URDF = '''<robot name="r"><link name="base" /><link name="tool" />
+<joint name="j" type="continuous"><parent link="base" /><child link="tool" /></joint></robot>'''
+CELL = '''<?xml version="1.0"?>
+<!-- mine -->
+<visualizer>
+  <arg name="speed" />
+  <arg name="side" default="left" />
+  <device type="robot" name="arm">
+    <model path="models/arm.urdf" /><base frame="base" xyz="1 0 0" rpy="0 3.141592653589793 0" />
+    <topic ns="driver" name="joint_states" type="joint_states" />
+  </device>
+  <include file="parts/oven.xml" />
+</visualizer>
+'''
+OVEN = '''<visualizer><device type="other" name="oven"><base frame="oven" />
+<variable topic="oven/temperature" frame="oven" scale="0.01" label="hot" /></device></visualizer>'''
+
+
+@pytest.fixture
+def bag(tmp_path: Path) -> str:
+    """As our recorder writes it, with one topic more."""
+    return write_bag(tmp_path, CELL, {'speed': 'a"<b', 'side': 'right'})
+
+
+def write_bag(tmp_path: Path, text: str, arguments: Dict[str, str], x: float = 1.0) -> str:
+    files = {'cell.xml': text, 'models/arm.urdf': URDF, 'parts/oven.xml': OVEN}
+    for name, content in files.items():
+        path = tmp_path / 'was' / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(content)
+    cell = XmlParser(arguments).parse(str(tmp_path / 'was' / 'cell.xml'))
+    frames = TFMessage([TransformStamped(Header(frame_id='world'), 'base', Transform(
+        Vector3(x, 0, 0), Quaternion(0, 1, 0, 0)))])
+    with rosbag.Bag(str(tmp_path / 'a.bag'), 'w') as file:
+        for topic, message in ((CONFIGURATION, String(configuration_text(cell))),
+                               (CALIBRATION, frames), ('/oven/temperature', Float64(5.0)),
+                               ('/driver/joint_states', JointState(name=['j'], position=[0.0])),
+                               ('/odd', Float64(1.0))):
+            file.write(topic, message, Time(1000))
+    return str(tmp_path / 'a.bag')
+
+
+def new_cell(bag: str, folder: Path) -> Cell:
+    folder.mkdir(exist_ok=True)
+    path = str(folder / 'cell.xml')
+    assert main(['new', bag, '-o', path]) == 0
+    assert main(['check', path]) == 0
+    return XmlParser().parse(path)
+
+
+def test_a_bag_of_our_recorder(tmp_path: Path, bag: str, capsys: Any) -> None:
+    cell = new_cell(bag, tmp_path / 'new')
+    assert '1 robot, 1 other device' in capsys.readouterr().out
+    assert [it.name for it in cell.devices] == ['arm', 'oven']
+    assert cell.devices[0].model is not None
+    assert cell.devices[0].model.path == str(tmp_path / 'new' / 'models' / 'arm.urdf')
+    assert [(it.label, it.scale) for it in cell.devices[1].variables] == [('hot', 0.01)]
+    text = (tmp_path / 'new' / 'cell.xml').read_text()
+    begin, end = text.index('<!--\n  Made'), text.index('<visualizer>')
+    comment = ' '.join(text[begin:end].split())
+    assert 'from a.bag: the configuration cell.xml as it was, run with ' in comment
+    assert 'It does not name these topics, which are there too: /odd.' in comment
+    assert text[:begin] + text[end:] == CELL.replace(
+        'name="speed"', 'name="speed" default="a&quot;&lt;b"').replace('"left"', '"right"')
+
+
+def test_frames_that_were_calibrated(tmp_path: Path) -> None:
+    cell = new_cell(write_bag(tmp_path, CELL, {'speed': '1'}, 1.25), tmp_path / 'new')
+    base = cell.devices[0].base
+    assert base is not None and base.pose.xyz == (1.25, 0.0, 0.0)
+    text = (tmp_path / 'new' / 'cell.xml').read_text()
+    assert 'The base frame of arm is where it was calibrated to be.' in text
+
+
+def test_a_configuration_that_cannot_be_used_here(tmp_path: Path) -> None:
+    """What the bag shows is written then, and why."""
+    bag = write_bag(tmp_path, CELL.replace('path="models/', 'pkg="gone_package" path="'),
+                    {'speed': '1'})
+    cell = new_cell(bag, tmp_path / 'new')
+    assert [it.name for it in cell.devices] == ['driver_robot', 'sensors', 'oven']
+    text = ' '.join((tmp_path / 'new' / 'cell.xml').read_text().split())
+    assert 'The configuration in the recording is not used:' in text and 'gone_package' in text
