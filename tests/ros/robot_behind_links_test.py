@@ -44,9 +44,11 @@ def rows(names: bool = True) -> List[Row]:
     """As a hand's driver has it: the tool behind its flange at 30 Hz, joints at 100 Hz."""
     found = []
     for time_ms in range(0, LENGTH_MS + 1, 33):
-        tip = transform('left_tip', time_ms)
-        tip.header.frame_id, tip.transform.translation.x = 'left_tool', 0.1
-        found.append(Row('/tf', time_ms + 2, TFMessage([tip])))
+        for parent, child in (('left_tool', 'left_tip'), ('tool', 'bare_tip'),
+                              ('my_left_tool', 'odd_tip')):
+            tip = transform(child, time_ms)
+            tip.header.frame_id, tip.transform.translation.x = parent, 0.1
+            found.append(Row('/tf', time_ms + 2, TFMessage([tip])))
     for time_ms in range(0, LENGTH_MS + 1, 10):
         place, header = axis(time_ms / 1000.0), Header(stamp=transform('', time_ms).header.stamp)
         state = JointState(header=header, name=['left_axis'] if names else [], position=[place])
@@ -125,7 +127,7 @@ class RobotBehindLinksTest(unittest.TestCase):
         return self.player(self.bag)
 
     def test_after_seeks_and_steps(self) -> None:
-        player = self.begin('tip', 'array', 'cart', 'link')
+        player = self.begin('tip', 'array', 'cart', 'link', 'bare')
         for position_s in (4.0, 7.7, 0.5, 4.0):
             self.check(player, 'seek', Seek, position_s)
         for count in (1, -1, -20, 60):
@@ -176,14 +178,24 @@ class RobotBehindLinksTest(unittest.TestCase):
         tip = Velocities('tip')
         for position_s in (4.0, 6.0, 4.5):
             player.call('seek', Seek, position_s)
-        wait_until(lambda: any(status.level == DiagnosticStatus.WARN
-                               and 'does not say where the tool is' in status.message
-                               and 'record /driver/joints' in status.message
-                               for message in list(diagnostics.messages)
-                               for status in message.status), 'why there is no velocity')
+        wait_until(lambda: told(diagnostics, 'does not say where the tool is',
+                                'record /driver/joints'), 'why there is no velocity')
         player.call('play', Trigger)
         player.wait_for_state(lambda it: it.position > 5.5, 'it plays')
         self.assertEqual(list(tip.listener.messages), [])
+
+    def test_a_frame_with_a_prefix_that_the_model_lacks(self) -> None:
+        diagnostics = Listener('/diagnostics', DiagnosticArray)
+        self.player(self.bag)
+        wait_until(lambda: told(diagnostics, 'my_left_tool left_tool', 'prefix="my_"'),
+                   'what to write into the configuration')
+
+
+def told(diagnostics: Listener, *parts: str) -> bool:
+    """Tell whether a node complains with some words."""
+    return any(status.level == DiagnosticStatus.WARN
+               and all(part in status.message for part in parts)
+               for message in list(diagnostics.messages) for status in message.status)
 
 
 if __name__ == '__main__':

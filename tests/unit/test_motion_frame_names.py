@@ -1,7 +1,7 @@
 """Which link a driver means that knows neither the prefix nor the namespace of the model."""
 import pytest
 
-from process_visualizer.motion.frame_names import meant_frame
+from process_visualizer.motion.frame_names import meant_frame, prefix_advice
 
 
 @pytest.mark.parametrize(('name', 'links', 'prefix', 'expected'), [
@@ -20,3 +20,13 @@ from process_visualizer.motion.frame_names import meant_frame
 ])
 def test_name(name: str, links: 'list[str]', prefix: str, expected: str) -> None:
     assert meant_frame(name, links, 'left', prefix) == expected
+
+
+@pytest.mark.parametrize(('name', 'links', 'parts'), [
+    ('left_link8', ['base', 'link8'], ['left_link8 link8', 'prefix="left_"', '<base>']),
+    ('l/link8', ['link8'], ['prefix="l/"']),
+    ('link8', ['left_base', 'left_link8'], ['link8 left_link8', 'prefix="left_"', '<arg>']),
+    ('leftlink8', ['link8'], []), ('link8', ['link8'], []), ('flange', ['link8'], [])])
+def test_advice_about_a_prefix(name: str, links: 'list[str]', parts: 'list[str]') -> None:
+    advice = prefix_advice(name, links)
+    assert bool(advice) == bool(parts) and all(part in advice for part in parts)

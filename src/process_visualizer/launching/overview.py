@@ -2,11 +2,14 @@
 from __future__ import annotations
 
 import os
-from typing import List, Mapping, Sequence
+from typing import List, Mapping, Sequence, Tuple
 
-from process_visualizer.cell.model import Cell, Device, DeviceType, Mode, Topic
+from process_visualizer.cell.model import Cell, Device, DeviceType, Mode, Topic, TopicFunction
 from process_visualizer.generate.robot_description import RobotDescription
+from process_visualizer.generate.robot_frames import pose_frames
 from process_visualizer.generate.tool_frame import tool_frame
+
+_TRANSFORMS = 'tf2_msgs/TFMessage'
 
 
 def overview(cell: Cell, devices: Sequence[Device],
@@ -31,7 +34,8 @@ def _device_lines(device: Device, descriptions: Mapping[str, RobotDescription]) 
         lines.append(f'  node        {node.package}/{node.type}{_mode(node.mode)}')
     for file in device.launch_files:
         lines.append(f'  launch      {file.package}/{file.type}{_mode(file.mode)}')
-    lines += [f'  topic       {_topic(topic)}' for topic in device.topics]
+    lines += [f'  topic       {_topic(topic, _frames(topic, device, descriptions))}'
+              for topic in device.topics]
     return lines + [f'  variable    {variable.topic} {variable.field}, at {variable.frame}'
                     for variable in device.variables]
 
@@ -54,8 +58,17 @@ def _mode(mode: 'Mode | None') -> str:
     return '' if mode is None else f'  ({mode.value} only)'
 
 
-def _topic(topic: Topic) -> str:
-    notes = [] if topic.function is None else [topic.function.value]
+def _frames(topic: Topic, device: Device,
+            descriptions: Mapping[str, RobotDescription]) -> Tuple[str, ...]:
+    """Which frames the values are those of, as far as the configuration says it."""
+    if topic.message_type == _TRANSFORMS and topic.function is TopicFunction.TOOL_CENTER_FRAME:
+        base, frame = pose_frames(device, descriptions.get(device.name))
+        return (f'{frame} in {base}',)
+    return () if topic.parent_frame is None else (f'in {topic.parent_frame}',)
+
+
+def _topic(topic: Topic, frames: Tuple[str, ...]) -> str:
+    notes = [*([] if topic.function is None else [topic.function.value]), *frames]
     if not topic.record:
         notes.append('not recorded')
     return topic.name + (f'  ({", ".join(notes)})' if notes else '')

@@ -1,7 +1,7 @@
 """Which frame of a robot's model a driver means by a name."""
 from __future__ import annotations
 
-from typing import Collection, List
+from typing import Collection, List, Optional
 
 
 def meant_frame(name: str, links: Collection[str], robot: str, prefix: str = '') -> str:
@@ -27,3 +27,23 @@ def meant_frame(name: str, links: Collection[str], robot: str, prefix: str = '')
             if candidate in links:
                 return candidate
     return name
+
+
+def prefix_advice(name: str, links: Collection[str]) -> str:
+    """Return what to change where a name is a link's but for a prefix of one of them; '' if not."""
+    for link in sorted(links, key=len, reverse=True):
+        longer, shorter = (name, link) if len(name) > len(link) else (link, name)
+        prefix = _prefix(longer, shorter)
+        if prefix and longer is name:
+            return (f'the model calls {name} {link}: write prefix="{prefix}" in its <model>, and '
+                    'the same before the frames in <base>, <tool>, <force>')
+        if prefix:
+            return (f'the model calls {name} {link}: write prefix="{prefix}" in its <model>, '
+                    'instead of an <arg> that makes it, or let the driver send the frame so')
+    return ''
+
+
+def _prefix(longer: str, shorter: str) -> Optional[str]:
+    """Return what one name has before another one, with the mark that ends it."""
+    prefix = longer[:len(longer) - len(shorter)]
+    return prefix if longer.endswith(shorter) and prefix[-1:] in tuple('_/-') else None

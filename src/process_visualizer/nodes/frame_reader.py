@@ -2,13 +2,15 @@
 from __future__ import annotations
 
 import time
-from typing import Callable, Dict, List, Mapping, Optional, Set
+from typing import Callable, Collection, Dict, List, Mapping, Optional, Set
 
 import rospy
 import tf2_ros
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
+from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
+from process_visualizer.motion.frame_names import prefix_advice
 from process_visualizer.motion.kinematics import Kinematics, Placement
 from process_visualizer.motion.patience import Patience
 from process_visualizer.nodes.complaints import Complaints
@@ -24,16 +26,25 @@ TF_TOPIC, STATIC_TOPIC = '/tf', '/tf_static'
 class FramePoses:
     """The poses of a frame in another one, as transforms come, however many frames lie between."""
 
-    def __init__(self, base_frame: str, frame: str) -> None:
-        """Take the frames: the pose is that of ``frame`` in ``base_frame``."""
+    def __init__(self, base_frame: str, frame: str, links: Collection[str] = (),
+                 meant: Callable[[str], str] = str) -> None:
+        """Take the frames.
+
+        Args:
+            base_frame, frame: the pose is that of frame in base_frame.
+            links: of the robot's model.
+            meant: returns which link a driver means that knows nothing of the model's prefix.
+        """
         self._base_frame, self._frame = base_frame, frame
+        self._links, self._meant = links, meant
+        self._parents: Dict[str, str] = {}
         self._buffer = tf2_ros.BufferCore(rospy.Duration(10.0))
         self._last_stamp = rospy.Time()
 
     def add_static(self, transforms: List[TransformStamped]) -> None:
         """Take transforms that hold for ever."""
         for transform in transforms:
-            self._buffer.set_transform_static(transform, 'static')
+            self._buffer.set_transform_static(self._as_in_model(transform), 'static')
 
     def add(self, transforms: List[TransformStamped]) -> Optional[ToolPose]:
         """Take transforms that have come together; return the pose if it is a new one.
@@ -42,13 +53,12 @@ class FramePoses:
             FramesNotConnected: the two frames are not (yet).
         """
         for transform in transforms:
-            self._buffer.set_transform(transform, 'dynamic')
+            self._buffer.set_transform(self._as_in_model(transform), 'dynamic')
         try:
             found = self._buffer.lookup_transform_core(self._base_frame, self._frame,
                                                        rospy.Time())
         except tf2_ros.TransformException as error:
-            raise FramesNotConnected(f'the frame {self._frame} is not known in '
-                                     f'{self._base_frame}: {str(error).rstrip(". ")}') from None
+            raise FramesNotConnected(self._problem(str(error).rstrip('. '))) from None
         if found.header.stamp == self._last_stamp:
             return None
         self._last_stamp = found.header.stamp
@@ -57,6 +67,29 @@ class FramePoses:
     def forget(self) -> None:
         """Forget transforms that do not hold for ever: what is older would not be taken."""
         self._buffer.clear()
+
+    def _as_in_model(self, transform: TransformStamped) -> TransformStamped:
+        """Return a transform of a frame behind the model's links with the link's own name."""
+        child, parent = (name.lstrip('/') for name in (transform.child_frame_id,
+                                                       transform.header.frame_id))
+        link = self._meant(parent)
+        self._parents[child] = link
+        if link == parent or self._meant(child) in self._links:
+            return transform
+        return TransformStamped(Header(0, transform.header.stamp, link), child,
+                                transform.transform)
+
+    def _problem(self, reason: str) -> str:
+        advice = prefix_advice(self._root(), self._links)
+        return f'the frame {self._frame} is not known in {self._base_frame}: {advice or reason}'
+
+    def _root(self) -> str:
+        """Return the frame from which the wanted one is known."""
+        frame, passed = self._frame, set()
+        while frame in self._parents and frame not in passed and frame not in self._links:
+            passed.add(frame)
+            frame = self._parents[frame]
+        return frame
 
 
 class FrameDecoder(PoseDecoder):
@@ -90,7 +123,7 @@ class FrameReader:
 
     def __init__(self, complaints: Complaints, topic: str, base_frame: str, frame: str,
                  callback: Callable[[ToolPose], None], on_static: Callable[[], None],
-                 model: Kinematics) -> None:
+                 model: Kinematics, meant: Callable[[str], str]) -> None:
         """Subscribe the topic and the static transforms.
 
         Args:
@@ -100,10 +133,11 @@ class FrameReader:
             callback: called with each new pose; may raise ValueError with what is wrong.
             on_static: called when the static transforms are others than before.
             model: of the robot.
+            meant: see FramePoses.
         """
         self._model = model
-        self._frames = base_frame, frame
-        self._poses = FramePoses(base_frame, frame)
+        self._frames = base_frame, frame, model.links, meant
+        self._poses = FramePoses(*self._frames)
         self._callback, self._on_static_change = callback, on_static
         self._static: Dict[str, TransformStamped] = {}  # by child
         self._last_arrival = rospy.Time()

@@ -35,7 +35,7 @@ class ToolInput:
         if self._topic.message_type == TF_MESSAGE:
             frame = self._topic.frame or parameters.tool_frame
             self._frames = FrameReader(complaints, self._topic.name, parameters.base_frame, frame,
-                                       callback, on_static, model)
+                                       callback, on_static, model, base_frames.name)
         elif self._topic.name:
             TopicReader(complaints, self._topic.name, self._topic.message_type,
                         POSE_DECODERS, self._take)

@@ -239,6 +239,17 @@ def test_show_tool_frame(element: str, shown: str, cell: Cell, write: Write) -> 
     assert f'  tool frame  {shown}' in lines
 
 
+@pytest.mark.parametrize('attributes, shown', [
+    ('msg="tf2_msgs/TFMessage" frame="tip"', 'tool_center_frame, tip in arm/base'),
+    ('msg="tf2_msgs/TFMessage"', 'tool_center_frame, arm/tool in arm/base'),
+    ('parentframe="foot"', 'tool_center_frame, in foot'), ('', 'tool_center_frame')])
+def test_show_the_frames_of_a_tool(attributes: str, shown: str, cell: Cell, write: Write) -> None:
+    lines = cell('show', write(f'''<device type="robot" name="arm">
+        <base frame="arm/base" xyz="0 0 0"/>
+        <topic name="tf" type="tool_center_frame" {attributes}/></device>'''))[1]
+    assert f'  topic       /tf  ({shown})' in lines
+
+
 @pytest.mark.parametrize('names, shown', [
     ('table', ['table']), ('arm,table', ['arm', 'table']), ('table,arm,', ['arm', 'table'])])
 def test_show_some_devices(names: str, shown: List[str], cell: Cell, write: Write) -> None:
