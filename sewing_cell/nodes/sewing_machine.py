@@ -1,5 +1,8 @@
 #!/usr/bin/env python3
 """Shows the sewing machine and its sensors; see sewing_cell.sewing_machine."""
-from sewing_cell.sewing_machine import main
+from process_visualizer.interrupts import silent_interrupts
+
+with silent_interrupts():
+    from sewing_cell.sewing_machine import main
 
 main()
