@@ -2,10 +2,11 @@
 from __future__ import annotations
 
 from enum import Enum
-from typing import Any, Dict, List, NamedTuple, Optional, Tuple
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
+from process_visualizer.bags.bag_records import Connection
 from process_visualizer.bags.header_numbers import header_numbers
 from process_visualizer.bags.json_text import finite_number
 from process_visualizer.bags.marks import Mark, read_marks
@@ -123,7 +124,8 @@ def _topic_report(recording: Recording, topic: str, sequence: np.ndarray,
     positions = index.positions_of(numbers)
     connections = [index.connections[number] for number in numbers]
     times_ns = index.time_ns[positions]
-    stream = Stream(times_ns, sequence[positions], index.connection[positions])
+    stream = Stream(times_ns, sequence[positions],
+                    _publishers(index.connections)[index.connection[positions]])
     # A latching publisher speaks when something changes: no interval of it is usual.
     gaps = () if any(it.latching for it in connections) else find_gaps(stream)
     duration_s = float(times_ns[-1] - times_ns[0]) / 1e9 if len(times_ns) else 0.0
@@ -131,6 +133,13 @@ def _topic_report(recording: Recording, topic: str, sequence: np.ndarray,
                        (len(positions) - 1) / duration_s if duration_s else 0.0,
                        *largest_interval(times_ns), gaps, _dropped(account, topic),
                        0 if account is None else _lost(gaps, len(positions)))
+
+
+def _publishers(connections: Sequence[Connection]) -> np.ndarray:
+    """Return a number (int64) for the node of each connection: one that starts anew is the same."""
+    nodes: Dict[str, int] = {}
+    return np.array([nodes.setdefault(it.caller_id or f'unknown {number}', len(nodes))
+                     for number, it in enumerate(connections)], np.int64)
 
 
 def _lost(gaps: Tuple[StreamGap, ...], message_count: int) -> int:

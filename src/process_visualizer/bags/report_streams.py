@@ -33,7 +33,7 @@ class Stream(NamedTuple):
     """A topic's messages in the order of time.
 
     ``sequence`` are the numbers in their headers (int64), -1 where there is none, ``publisher``
-    the number of the connection of each.
+    a number for the publisher of each.
     """
 
     time_ns: np.ndarray
@@ -42,45 +42,48 @@ class Stream(NamedTuple):
 
 
 def find_gaps(stream: Stream) -> Tuple[StreamGap, ...]:
-    """Return the gaps of a stream in the order of time.
+    """Return the gaps of a stream in the order of time: those of each of its publishers.
 
     Messages of a publisher whose numbers grow show by them what is missing. Elsewhere an interval
-    of more than three times the usual one (the median) is a gap, unless the messages only come
-    late: a busy computer hands out many at once, and no message is missing some seconds later.
+    of more than three times the publisher's usual one (the median) is a gap, unless the messages
+    only come late: a busy computer hands out many at once, and no message is missing some seconds
+    later.
     """
-    step, earlier = _steps(stream)
-    rows = np.flatnonzero(step > 1)
-    found = _as_gaps(stream.time_ns, earlier[rows], rows, step[rows] - 1, True)
-    if len(stream.time_ns) >= _LEAST_MESSAGES:
-        intervals_s = np.diff(stream.time_ns) / 1e9
-        long = intervals_s > GAP_FACTOR * np.median(intervals_s)
-        rows = np.flatnonzero(long & (step[1:] <= 0))
-        missing = _missing_behind(stream.time_ns, rows)
-        kept = missing >= _LEAST_MISSING
-        found += _as_gaps(stream.time_ns, rows[kept], rows[kept] + 1,
-                          np.rint(missing[kept]).astype(np.int64), False)
+    found: List[StreamGap] = []
+    for publisher in np.unique(stream.publisher):
+        rows = np.flatnonzero(stream.publisher == publisher)
+        found += _gaps(stream.time_ns[rows], _steps(stream.sequence[rows]))
     return tuple(sorted(found))
 
 
-def _as_gaps(time_ns: np.ndarray, before: np.ndarray, behind: np.ndarray, missing: np.ndarray,
+def _gaps(time_ns: np.ndarray, step: np.ndarray) -> List[StreamGap]:
+    """The gaps of one publisher, by how much the number of each message grew (0: unknown)."""
+    rows = np.flatnonzero(step > 1)
+    found = _as_gaps(time_ns, rows - 1, step[rows] - 1, True)
+    if len(time_ns) >= _LEAST_MESSAGES:
+        intervals_s = np.diff(time_ns) / 1e9
+        long = intervals_s > GAP_FACTOR * np.median(intervals_s)
+        rows = np.flatnonzero(long & (step[1:] <= 0))
+        missing = _missing_behind(time_ns, rows)
+        kept = missing >= _LEAST_MISSING
+        found += _as_gaps(time_ns, rows[kept], np.rint(missing[kept]).astype(np.int64), False)
+    return found
+
+
+def _as_gaps(time_ns: np.ndarray, before: np.ndarray, missing: np.ndarray,
              is_numbered: bool) -> List[StreamGap]:
     begin_ns = time_ns[before]
-    durations_s = (time_ns[behind] - begin_ns) / 1e9
+    durations_s = (time_ns[before + 1] - begin_ns) / 1e9
     return [StreamGap(*gap, is_numbered)
             for gap in zip(begin_ns.tolist(), durations_s.tolist(), missing.tolist())]
 
 
-def _steps(stream: Stream) -> Tuple[np.ndarray, np.ndarray]:
-    """By how much the number of each message grew since its publisher's last one (0: unknown),
-    and the row of that one."""
-    step, earlier = np.zeros((2, len(stream.time_ns)), np.int64)
-    for publisher in np.unique(stream.publisher):
-        rows = np.flatnonzero(stream.publisher == publisher)
-        numbers = stream.sequence[rows]
-        known = (numbers[1:] >= 0) & (numbers[:-1] >= 0)
-        step[rows[1:]] = np.where(known, np.maximum(np.diff(numbers), 0), 0)
-        earlier[rows[1:]] = rows[:-1]
-    return step, earlier
+def _steps(numbers: np.ndarray) -> np.ndarray:
+    """By how much the number of each message grew since the last one (0: unknown)."""
+    step = np.zeros(len(numbers), np.int64)
+    known = (numbers[1:] >= 0) & (numbers[:-1] >= 0)
+    step[1:] = np.where(known, np.maximum(np.diff(numbers), 0), 0)
+    return step
 
 
 def _missing_behind(time_ns: np.ndarray, rows: np.ndarray) -> np.ndarray:

@@ -81,6 +81,42 @@ def test_numbers_of_two_publishers_are_not_mixed() -> None:
     assert find_gaps(both) == ()
 
 
+def several(*times_s: 'np.ndarray') -> Stream:
+    """A stream of several publishers."""
+    time_ns = np.concatenate([(times * 1e9).astype(np.int64) for times in times_s])
+    publisher = np.repeat(np.arange(len(times_s)), [len(times) for times in times_s])
+    order = np.argsort(time_ns, kind='stable')
+    return Stream(time_ns[order], np.full(len(order), -1, np.int64), publisher[order])
+
+
+def test_a_slow_publisher_beside_a_fast_one_has_no_gap() -> None:
+    """Three of 125 messages come together with each of the slow one's; then the fast one ends."""
+    fast, slow = np.arange(250) * 0.008, np.arange(120) * 0.0333
+    assert find_gaps(several(fast, slow)) == ()
+
+
+def test_a_gap_of_one_publisher_is_not_hidden_by_another() -> None:
+    fast, slow = np.delete(np.arange(500) * 0.008, slice(200, 230)), np.arange(120) * 0.0333
+    gap, = find_gaps(several(fast, slow))
+    assert gap.duration_s == pytest.approx(31 * 0.008)
+    assert abs(gap.missing - 30) <= 1
+
+
+def test_a_node_that_starts_anew_is_the_same_publisher(tmp_path: Path) -> None:
+    """Its connection may be another one, for example as it is latched now."""
+    path = tmp_path / 'a.bag'
+    with rosbag.Bag(str(path), 'w') as bag:
+        for number in [*range(100), *range(150, 250)]:
+            message = String('x')
+            bag.write('/n', message, Time(BEGIN_S, 0) + _duration(number * 10_000_000),
+                      connection_header={
+                          'callerid': '/driver', 'topic': '/n', 'type': message._type,
+                          'md5sum': message._md5sum, 'message_definition': message._full_text,
+                          'host': f'computer{number // 150}'})
+    gap, = report_of(str(path)).topics[0].gaps
+    assert gap.duration_s == pytest.approx(0.51)
+
+
 def test_times_that_go_back_are_jumps() -> None:
     times_ns = np.array([0, 10, 5, 20], np.int64) * 1_000_000_000
     assert backward_jumps(times_ns, 0.1) == [(5_000_000_000, -5.0)]
