@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shutil
 import time
 import unittest
 from pathlib import Path
@@ -21,12 +22,21 @@ from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
+from process_visualizer.bags.curves import read_curves
+from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.msg import PlayerState
 from process_visualizer.srv import Seek, SetRate, Step
 
 LENGTH_MS = 9000
 OFFSET_M = 2.0  # of joint_proc; it moves the tool, and leaves its velocity
 NEAR_M_PER_S = 0.004  # of 0.45 m/s: joints are recorded at 100 Hz, and the slope is one over 0.2 s
+
+MODEL = Path(__file__).resolve().with_name('maker_robot.urdf')
+CELL = """<visualizer><device type="robot" name="r">
+  <model path="{model}" /><base frame="left_base_link" /><tool frame="left_tool" />
+  <topic ns="driver" name="array" type="joint_states" />
+  <topic name="tf" type="tool_center_frame" msg="tf2_msgs/TFMessage" frame="{frame}" />
+</device></visualizer>"""
 
 
 def axis(time_s: float) -> float:
@@ -125,6 +135,18 @@ class RobotBehindLinksTest(unittest.TestCase):
         """Have a player, and look at some robots."""
         self.robots = [Velocities(robot) for robot in robots]
         return self.player(self.bag)
+
+    def test_the_curves_of_the_launcher_say_the_same(self) -> None:
+        path = Path(self.folder.name) / 'cell.xml'
+        shutil.copy(MODEL, self.folder.name)
+        for frame in ('left_tip', 'left_tool'):
+            path.write_text(CELL.format(model=MODEL.name, frame=frame))
+            devices = XmlParser().parse(str(path)).devices
+            (curve,) = read_curves([self.bag], devices, columns=LENGTH_MS // 100)
+            wanted = np.abs([velocity(time_s) for time_s in curve.times_s])
+            self.assertLess(np.max(np.maximum(curve.low - wanted, wanted - curve.high)[2:-2]),
+                            2.0 * NEAR_M_PER_S)  # arrays are recorded 3 ms late
+            self.assertLess(np.max((curve.high - curve.low)[2:-2]), 0.1)
 
     def test_after_seeks_and_steps(self) -> None:
         player = self.begin('tip', 'array', 'cart', 'link', 'bare')

@@ -12,7 +12,6 @@ from process_visualizer.cell.model import (
     TopicFunction,
     Variable,
 )
-from process_visualizer.generate.robot_description import ModelError, describe_device
 from process_visualizer.generate.robot_frames import pose_frames
 from process_visualizer.motion.arrows import FORCE_COLOR, VELOCITY_COLOR
 
@@ -32,9 +31,9 @@ class Quantity(Enum):
 class CurveSource(NamedTuple):
     """Where a curve comes from; ``message_type`` None: whatever the topic carries.
 
-    ``field`` is that of a number; ``frames`` are parent and child of a pose from tf; where a
-    ``model`` is named, the child is that model's tool: see with_frames_of_model. A source that
-    is ``plain`` was not asked for: it has a curve only if its topic is one of plain numbers.
+    ``field`` is that of a number; ``frames`` are the base and the tool of a pose from tf; where a
+    ``model`` is named, the tool is that model's: see tool_on_tf. A source that is ``plain`` was
+    not asked for: it has a curve only if its topic is one of plain numbers.
     """
 
     device: str
@@ -78,18 +77,6 @@ def _robot_sources(device: Device) -> List[CurveSource]:
 
 def _model(device: Device) -> str:
     return '' if device.model is None else f'{device.model.package}/{device.model.path}'
-
-
-def with_frames_of_model(source: CurveSource, devices: Sequence[Device]) -> CurveSource:
-    """Return a source with the tool frame that robot_proc has; loads the model for it.
-
-    A model that cannot be used counts for none: a recording needs no model to be looked at.
-    """
-    device = next(it for it in devices if it.name == source.device)
-    try:
-        return source._replace(frames=pose_frames(device, describe_device(device)))
-    except ModelError:
-        return source
 
 
 def _quantity_source(device: Device, topic: Topic, quantity: Quantity, label: str,

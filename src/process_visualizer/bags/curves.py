@@ -14,9 +14,13 @@ from process_visualizer.bags.curve_sources import (
 from process_visualizer.bags.number_columns import NumberColumns, Numbers, joined_numbers
 from process_visualizer.bags.record_batches import record_batches
 from process_visualizer.bags.recording import Recording
-from process_visualizer.bags.source_locators import source_locators
+from process_visualizer.bags.source_locators import (
+    SourceLocators,
+    measured_s,
+    source_locators,
+)
 from process_visualizer.cell.model import Color, Device
-from process_visualizer.motion.speed_series import measuring_times, speeds
+from process_visualizer.motion.speed_series import speeds
 
 MOST_PER_COLUMN, MOST_MESSAGES = 500, 750_000
 """Messages of a topic that are read for each column of its curve, on average, and at all."""
@@ -45,10 +49,11 @@ class ReadingCancelled(Exception):
 
 
 class _Series(NamedTuple):
-    """What is collected for a source: by connection number."""
+    """What is collected for a source: for each of its parts, by connection number."""
 
     source: CurveSource
-    columns: Dict[int, NumberColumns]
+    locators: SourceLocators
+    parts: Tuple[Dict[int, NumberColumns], ...]
 
 
 def columns_for(duration_s: float) -> int:
@@ -79,7 +84,8 @@ def read_curves(paths: Sequence[str], devices: Sequence[Device], columns: Option
     """
     with Recording(paths) as recording:
         series = [found for source in curve_sources(devices)
-                  for found in [_series(recording, source, devices)] if found.columns]
+                  for found in [_series(recording, source, devices)]
+                  if found.locators.connections]
         columns = columns or columns_for((recording.end_ns - recording.begin_ns) / 1e9)
         _collect(recording, series, min(columns * MOST_PER_COLUMN, MOST_MESSAGES),
                  on_progress or _ignore, is_cancelled)
@@ -93,23 +99,25 @@ def _ignore(_fraction: float) -> None:
 
 def _series(recording: Recording, source: CurveSource, devices: Sequence[Device]) -> _Series:
     locators = source_locators(recording, source, devices)
-    return _Series(source, {number: NumberColumns(locator)
-                            for number, locator in locators.items()})
+    return _Series(source, locators, tuple(
+        {number: NumberColumns(locator) for number, locator in part.items()}
+        for part in locators.parts))
 
 
 def _collect(recording: Recording, series: Sequence[_Series], most: int,
              on_progress: Callable[[float], None], is_cancelled: Callable[[], bool]) -> None:
     """Read the messages and hand them to the series."""
     index = recording.index
-    chosen = [_spread(index.positions_of(tuple(it.columns)), most) for it in series]
+    parts = [part for it in series for part in it.parts]
+    chosen = [_spread(index.positions_of(tuple(part)), most) for part in parts]
     positions = np.unique(np.concatenate(chosen)) if chosen else np.empty(0, np.int64)
     done = 0
     for batch in record_batches(recording, positions):
         if is_cancelled():
             raise ReadingCancelled
         number_of = index.connection[batch.positions]
-        for it in series:
-            for number, columns in it.columns.items():
+        for part in parts:
+            for number, columns in part.items():
                 columns.add(batch, np.flatnonzero(number_of == number))
         done += len(batch.positions)
         on_progress(done / len(positions))
@@ -130,9 +138,10 @@ def _colored(series: Sequence[_Series]) -> List[_Series]:
 
 
 def _curve(recording: Recording, series: _Series, columns: int) -> Curve:
-    numbers = joined_numbers(tuple(it.numbers() for it in series.columns.values()))
+    parts = [joined_numbers(tuple(it.numbers() for it in part.values())) for part in series.parts]
     with np.errstate(over='ignore', invalid='ignore'):  # of numbers that are no measurements
-        times_s, values = _values(recording, series.source.quantity, numbers)
+        times_s, values = _values(recording, series.source.quantity,
+                                  series.locators.joined(recording, parts))
     is_finite = np.isfinite(values)
     times_s, values = times_s[is_finite], values[is_finite]
     duration_s = (recording.end_ns - recording.begin_ns) / 1e9
@@ -146,14 +155,12 @@ def _curve(recording: Recording, series: _Series, columns: int) -> Curve:
 def _values(recording: Recording, quantity: Quantity,
             numbers: Numbers) -> Tuple[np.ndarray, np.ndarray]:
     """Times [s from the beginning] and values of a series."""
+    if quantity is Quantity.SPEED:
+        return speeds(measured_s(recording, numbers), numbers.values)
     times_s = (recording.index.time_ns[numbers.positions] - recording.begin_ns) / 1e9
     if quantity is Quantity.NUMBER:
         return times_s, numbers.values[:, 0]
-    if quantity is Quantity.FORCE:
-        return times_s, np.sqrt((numbers.values * numbers.values).sum(axis=1))
-    stamps_s = np.where(numbers.stamps_ns > 0,
-                        (numbers.stamps_ns - recording.begin_ns) / 1e9, np.nan)
-    return speeds(measuring_times(times_s, stamps_s), numbers.values)
+    return times_s, np.sqrt((numbers.values * numbers.values).sum(axis=1))
 
 
 def column_limits(times_s: np.ndarray, values: np.ndarray, duration_s: float,

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 from process_visualizer.bags.message_definition import (
     HEADER,
@@ -115,10 +115,20 @@ class FloatArrayLocator(Locator):
         return Places(numbers, ((0, position),))
 
 
-class TransformLocator(Locator):
-    """Finds the position of one frame in another one in a tf2_msgs/TFMessage."""
+class TransformPlaces(NamedTuple):
+    """A transform of a message: its frames, and the bytes where they, stamp and pose begin."""
 
-    number_count = 3
+    parent: str
+    child: str
+    stamp: int
+    names: int
+    pose: int  # float64: x y z [m], x y z w
+
+
+class TransformLocator(Locator):
+    """Finds the pose x y z, x y z w of one frame in another one in a tf2_msgs/TFMessage."""
+
+    number_count = 7
 
     def __init__(self, parent: str, child: str) -> None:
         """Take the frames."""
@@ -127,20 +137,56 @@ class TransformLocator(Locator):
     def places(self, data: Data) -> Places:
         """See Locator."""
         fixed = [(0, _LENGTH_BYTES)]
-        try:
-            count, position = read_length(data, 0)
-            for _ in range(min(count, _MOST_ELEMENTS)):
-                stamp = position + 4
-                parent, after = _text(data, checked_end(data, position, 12))
-                child, after = _text(data, after)
-                fixed.append((position + 12, after))
-                if (parent.strip('/'), child.strip('/')) == self._frames:
-                    numbers = tuple(Place(after + 8 * axis, '<f8') for axis in range(3))
-                    return Places(numbers, tuple(fixed), stamp)
-                position = checked_end(data, after, 56)
-        except MessageDamaged:
-            pass  # a frame that is not there
+        for it in transforms_in(data):
+            fixed.append((it.names, it.pose))
+            if (it.parent, it.child) == self._frames:
+                numbers = tuple(Place(it.pose + 8 * number, '<f8')
+                                for number in range(self.number_count))
+                return Places(numbers, tuple(fixed), it.stamp)
         return Places((), tuple(fixed))
+
+
+def transforms_in(data: Data) -> Iterator[TransformPlaces]:
+    """Yield where the transforms of a tf2_msgs/TFMessage are, up to one that is damaged."""
+    try:
+        count, position = read_length(data, 0)
+        for _ in range(min(count, _MOST_ELEMENTS)):
+            names = checked_end(data, position, 12)
+            parent, after = _text(data, names)
+            child, pose = _text(data, after)
+            end = checked_end(data, pose, 56)
+            yield TransformPlaces(parent.strip('/'), child.strip('/'), position + 4, names, pose)
+            position = end
+    except MessageDamaged:
+        return
+
+
+class JointLocator(Locator):
+    """Finds the position of a joint in a sensor_msgs/JointState."""
+
+    number_count = 1
+
+    def __init__(self, names: Sequence[str]) -> None:
+        """Take what the joint may be called."""
+        self._names = names
+
+    def places(self, data: Data) -> Places:
+        """See Locator."""
+        begin = _STAMP_OFFSET + 8
+        try:
+            _, position = _text(data, begin)
+            count, position = read_length(data, position)
+            names = []
+            for _ in range(min(count, _MOST_ELEMENTS)):
+                name, position = _text(data, position)
+                names.append(name)
+            positions, position = read_length(data, position)
+            checked_end(data, position, 8 * positions)
+        except MessageDamaged:
+            return Places(())
+        rows = [row for row, name in enumerate(names[:positions]) if name in self._names]
+        numbers = tuple(Place(position + 8 * row, '<f8') for row in rows[:1])
+        return Places(numbers, ((begin, position),), _STAMP_OFFSET)
 
 
 def _text(data: Data, position: int) -> Tuple[str, int]:

@@ -8,15 +8,15 @@ import numpy as np
 from process_visualizer.bags.bag_errors import BagDamaged
 from process_visualizer.bags.curve_sources import CurveSource, Quantity, curve_sources
 from process_visualizer.bags.message_layout import Data
+from process_visualizer.bags.number_columns import Numbers
 from process_visualizer.bags.number_places import Locator
 from process_visualizer.bags.playback_event import MOMENT_NS
 from process_visualizer.bags.recording import Recording
-from process_visualizer.bags.source_locators import source_locators
+from process_visualizer.bags.source_locators import measured_s, source_locators
 from process_visualizer.bags.topic_messages import positions_between, topic_period_s
 from process_visualizer.cell.model import Device
 from process_visualizer.motion.recorded_poses import MARGIN_S
 from process_visualizer.motion.recorded_velocity import RecordedVelocity
-from process_visualizer.motion.speed_series import measuring_times
 
 _NS_PER_S = 1_000_000_000
 _MOST_UNUSABLE = 200  # messages of a topic, one before the other, that are looked at
@@ -34,6 +34,13 @@ class _Numbers(NamedTuple):
 
     values: Tuple[float, ...]
     stamp_ns: int
+
+
+class _Row(NamedTuple):
+    """A message by its position in the index, and the part of the source that it is read for."""
+
+    part: int
+    position: int
 
 
 class PositionValues:
@@ -71,11 +78,11 @@ class _Topic:
         self._recording, self._source = recording, source
         self.key = key_of(source.device, source.label, source.topic)
         self._locators = source_locators(recording, source, devices)
-        self._positions = recording.index.positions_of(tuple(self._locators))
-        self._kept: Dict[int, Optional[_Numbers]] = {}
+        self._positions = recording.index.positions_of(self._locators.connections)
+        self._kept: Dict[_Row, Optional[_Numbers]] = {}
         self._period_s = 0.0
         if source.quantity is Quantity.SPEED:
-            self._period_s = topic_period_s(recording, tuple(self._locators))
+            self._period_s = topic_period_s(recording, self._locators.connections)
 
     @property
     def is_there(self) -> bool:
@@ -100,42 +107,52 @@ class _Topic:
             count = min(1, int(np.searchsorted(
                 self._positions, index.count_until(begin_ns + MOMENT_NS))))
         rows = self._positions[max(count - _MOST_UNUSABLE, 0):count].tolist()
-        found = next((numbers for numbers in map(self._numbers, reversed(rows))
+        found = next((numbers for numbers in (self._numbers(_Row(0, row))
+                                              for row in reversed(rows))
                       if numbers is not None), None)
-        self._keep(rows[-1:])
+        self._keep([_Row(0, row) for row in rows[-1:]])
         return found
 
     def _speed(self, time_ns: int) -> Optional[float]:
-        margin_ns, begin_ns = round(MARGIN_S * _NS_PER_S), self._recording.begin_ns
-        index = self._recording.index
-        rows = positions_between(index, tuple(self._locators), time_ns - margin_ns,
-                                 time_ns + margin_ns)
-        read = [(row, self._numbers(row)) for row in rows]
-        self._keep(rows)
-        poses = [(row, numbers) for row, numbers in read if numbers is not None]
-        if not poses:
+        around = [self._rows(part, time_ns) for part in range(len(self._locators.parts))]
+        numbers = self._locators.joined(self._recording, [
+            self._read(part, rows) for part, rows in enumerate(around)])
+        self._keep([row for rows in around for row in rows])
+        if not len(numbers.positions):
             return None
-        recorded_s = (index.time_ns[[row for row, _ in poses]] - begin_ns) / _NS_PER_S
-        stamps_ns = np.array([numbers.stamp_ns for _, numbers in poses])
-        stamps_s = np.where(stamps_ns > 0, (stamps_ns - begin_ns) / _NS_PER_S, np.nan)
         velocity = RecordedVelocity(
-            measuring_times(recorded_s, stamps_s, self._period_s),
-            np.array([numbers.values for _, numbers in poses])).velocity(
-                (time_ns - begin_ns) / _NS_PER_S)
+            measured_s(self._recording, numbers, self._period_s), numbers.values).velocity(
+                (time_ns - self._recording.begin_ns) / _NS_PER_S)
         return None if velocity is None else float(np.linalg.norm(velocity))
 
-    def _numbers(self, row: int) -> Optional[_Numbers]:
-        """Return what the message at a position of the index holds; None if nothing usable."""
+    def _rows(self, part: int, time_ns: int) -> List[_Row]:
+        """Return the messages around a bag time [ns] that hold a part of the source."""
+        margin_ns = round(MARGIN_S * _NS_PER_S)
+        return [_Row(part, position) for position in positions_between(
+            self._recording.index, tuple(self._locators.parts[part]), time_ns - margin_ns,
+            time_ns + margin_ns)]
+
+    def _read(self, part: int, rows: Sequence[_Row]) -> Numbers:
+        """Return what some messages hold of a part of the source that can be used."""
+        width = next(iter(self._locators.parts[part].values())).number_count
+        found = [(row.position, numbers) for row in rows
+                 for numbers in [self._numbers(row)] if numbers is not None]
+        return Numbers(np.array([position for position, _ in found], np.int64),
+                       np.array([it.values for _, it in found], float).reshape(-1, width),
+                       np.array([it.stamp_ns for _, it in found], np.int64))
+
+    def _numbers(self, row: _Row) -> Optional[_Numbers]:
+        """Return what a message holds of a part of the source; None if nothing usable."""
         if row not in self._kept:
             try:
-                data = self._recording.message(row)
-                locator = self._locators[int(self._recording.index.connection[row])]
-                self._kept[row] = _numbers_in(locator, data)
+                data = self._recording.message(row.position)
+                connection = int(self._recording.index.connection[row.position])
+                self._kept[row] = _numbers_in(self._locators.parts[row.part][connection], data)
             except BagDamaged:
                 self._kept[row] = None
         return self._kept[row]
 
-    def _keep(self, rows: List[int]) -> None:
+    def _keep(self, rows: Sequence[_Row]) -> None:
         self._kept = {row: self._kept[row] for row in rows if row in self._kept}
 
 

@@ -38,7 +38,9 @@ class Placement(NamedTuple):
         return Placement((-x, -y, -z), turn)
 
 
-class _Joint(NamedTuple):
+class Joint(NamedTuple):
+    """What places a frame in its parent; not every kind of URDF's joints can be computed."""
+
     parent: str
     origin: Placement
     kind: str = 'fixed'
@@ -81,7 +83,7 @@ class Kinematics:
                                and link.find('collision') is not None}
         self.joint_names = [element.get('name', '') for element in root.findall('joint')
                             if element.get('type') in _MOVING and element.find('mimic') is None]
-        self._joints: Dict[str, _Joint] = {}
+        self._joints: Dict[str, Joint] = {}
         for element in root.findall('joint'):
             child = element.find('child')
             if child is not None:
@@ -91,7 +93,7 @@ class Kinematics:
     def fix(self, parent: str, frame: str, placement: Placement) -> None:
         """Add or move a frame that is fixed to another one; links that the model places stay."""
         if frame not in self._placed:
-            self._joints[frame] = _Joint(parent, placement)
+            self._joints[frame] = Joint(parent, placement)
 
     def placement(self, frame: str, base: str,
                   positions: Mapping[str, float]) -> Optional[Placement]:
@@ -152,6 +154,10 @@ class Kinematics:
             other = joint.parent
         return None
 
+    def joint(self, frame: str) -> Optional[Joint]:
+        """Return what places a frame; None for a root and for what is not known."""
+        return self._joints.get(frame)
+
     def carriers(self, frame: str, base: str) -> Optional[List[str]]:
         """Return the frame and all that carry it up to the base; None if the base does not."""
         if self._chain(frame, base) is None:
@@ -167,9 +173,9 @@ class Kinematics:
             frame = self._joints[frame].parent
         return frame
 
-    def _chain(self, frame: str, base: str) -> Optional[List[_Joint]]:
+    def _chain(self, frame: str, base: str) -> Optional[List[Joint]]:
         """Return the joints from a frame down to the base."""
-        joints: List[_Joint] = []
+        joints: List[Joint] = []
         while frame != base:
             joint = self._joints.get(frame)
             if joint is None or len(joints) > len(self._joints):  # static transforms may be a ring
@@ -179,10 +185,10 @@ class Kinematics:
         return joints
 
 
-def _joint(element: ElementTree.Element) -> _Joint:
+def _joint(element: ElementTree.Element) -> Joint:
     origin, axis, mimic = (element.find(tag) for tag in ('origin', 'axis', 'mimic'))
     parent = element.find('parent')
-    return _Joint(
+    return Joint(
         parent='' if parent is None else parent.get('link', ''),
         origin=Placement() if origin is None else _origin(origin),
         kind=element.get('type', ''),

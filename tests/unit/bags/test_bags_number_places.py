@@ -24,6 +24,7 @@ from tf2_msgs.msg import TFMessage
 from process_visualizer.bags.number_places import (
     FieldLocator,
     FloatArrayLocator,
+    JointLocator,
     Locator,
     Places,
     TransformLocator,
@@ -118,16 +119,31 @@ def transforms(*frames: str) -> bytes:
 def test_a_transform_is_found_by_its_frames() -> None:
     data = transforms('world>base', 'base>elbow', '/base>/tool')
     places = TransformLocator('base', 'tool').places(data)
-    assert [struct.unpack_from('<d', data, it.offset)[0] for it in places.numbers] == [0, 2, 0]
+    assert [struct.unpack_from('<d', data, it.offset)[0] for it in places.numbers] == [
+        0, 2, 0, 0, 0, 0, 0]
     assert places.stamp is not None
     assert struct.unpack_from('<II', data, places.stamp) == (102, 5)
     for other in (transforms('base>elbow'), transforms('world>tool'), transforms(), b'', data[:90]):
         assert not TransformLocator('base', 'tool').places(other).numbers
 
 
+@pytest.mark.parametrize('names, positions, expected', [
+    (['a', 'b'], [1.0, 2.0], [2.0]), (['left_b'], [3.0], [3.0]), (['a'], [1.0], []),
+    (['a', 'b'], [1.0], []), ([], [], [])])
+def test_a_joint_is_found_by_its_names(names: List[str], positions: List[float],
+                                       expected: List[float]) -> None:
+    data = serialised(JointState(name=names, position=positions, velocity=[9.0]))
+    places = JointLocator(['b', 'left_b']).places(data)
+    assert [struct.unpack_from('<d', data, it.offset)[0] for it in places.numbers] == expected
+    for length in range(0, len(data) - 8 * len(positions) - 8 * 2):
+        assert not JointLocator(['b', 'left_b']).places(data[:length]).numbers
+
+
 @pytest.mark.parametrize('locator, one, other', [
     (FloatArrayLocator(3, (3, 4)), array([1, 2, 3], 1), array([1, 2, 3, 4])),
     (TransformLocator('a', 'b'), transforms('x>y', 'a>b'), transforms('a>b', 'x>y')),
+    (JointLocator(['b']), serialised(JointState(name=['a', 'b'], position=[1.0, 2.0])),
+     serialised(JointState(name=['b', 'a'], position=[1.0, 2.0]))),
     (FieldLocator(WrenchStamped._type, WrenchStamped._full_text, ['wrench.force.x']),
      serialised(WrenchStamped()), b'\0' * 12 + b'\1\0\0\0'),
     (FieldLocator(Image._type, Image._full_text, ['step']),
