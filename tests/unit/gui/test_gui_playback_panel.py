@@ -18,7 +18,7 @@ from process_visualizer.gui.models.bag_model import BagModel
 from process_visualizer.gui.models.playback_model import PlacedMark
 from process_visualizer.gui.models.values_model import ValuesModel
 from process_visualizer.gui.tasks import Tasks
-from process_visualizer.gui.views.playback_panel import PlaybackPanel
+from process_visualizer.gui.views.playback_panel import PlaybackPanel, lane_label
 
 HERE = Location('cell.xml', 1)
 MACHINE = Device(DeviceType.OTHER, 'machine', HERE,
@@ -119,3 +119,13 @@ def test_what_the_player_cannot_play_is_told(bench: Bench) -> None:
     assert bench.panel.notes.text() == ('7 messages were too many for slow subscribers  '
                                         '(and 1 more)')
     assert '/x has another type' in bench.panel.notes.toolTip()
+
+
+@pytest.mark.parametrize('device, label, expected', [
+    ('ur5e', 'v', 'ur5e  tool speed v'), ('ur5e', 'F', 'ur5e  tool force F'),
+    ('oven', 'oven', 'oven'), ('oven', 'Oven temperature', 'Oven temperature'),
+    ('oven', 'oven/temperature', 'oven/temperature'), ('oven', 'oven_heat', 'oven_heat'),
+    ('oven', 'ovenware', 'oven  ovenware'), ('oven', 'heat', 'oven  heat')])
+def test_a_curve_is_called_as_in_rviz_and_its_device_named_once(
+        device: str, label: str, expected: str) -> None:
+    assert lane_label(device, label) == expected

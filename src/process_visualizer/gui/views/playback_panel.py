@@ -1,6 +1,7 @@
 """Playback as a whole: the recording, the buttons, and the timeline."""
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from typing import Optional
 
@@ -20,7 +21,7 @@ from process_visualizer.gui.views.timeline_lanes import Lane, lane_of
 from process_visualizer.gui.views.timeline_view import TimelineView
 from process_visualizer.gui.views.transport_view import TransportView
 
-_IN_WORDS = {'v': 'tool speed', 'F': 'tool force'}  # what the letters at the arrows stand for
+_IN_WORDS = {'v': 'tool speed v', 'F': 'tool force F'}  # with the letters at the arrows
 
 
 class PlaybackPanel(QWidget):
@@ -101,8 +102,15 @@ class PlaybackPanel(QWidget):
             _lane(curve, found.duration_s) for curve in self._bag.curves.curves])
 
 
+def lane_label(device: str, label: str) -> str:
+    """Return what a curve is called: as in RViz, behind its device, which is not named twice."""
+    if re.match(f'{re.escape(device)}(\\b|_)', label, re.IGNORECASE):
+        return label
+    return f'{device}  {_IN_WORDS.get(label, label)}'
+
+
 def _lane(curve: Curve, duration_s: float) -> Lane:
-    label = f'{curve.device}  {_IN_WORDS.get(curve.label, curve.label)}'
+    label = lane_label(curve.device, curve.label)
     return replace(lane_of(label, curve.unit, curve.color, curve.low, curve.high,
                            duration_s / max(len(curve.low), 1)),
                    key=key_of(curve.device, curve.label, curve.topic))
