@@ -58,7 +58,7 @@ class Launcher(QObject):
         self.states = DeviceStatesModel(self.launch, self.warnings)
         self.recording = RecordingModel(self.tasks, self.link.recorder, self)
         self.playback = PlaybackModel(self.tasks, self.link.player, PlayerError, parent=self)
-        self.bag = BagModel(self.tasks, parent=self)
+        self.bag = BagModel(self.tasks, self, lambda: self.recording.choices.folder)
         self.values = ValuesModel(self.tasks, self.playback, parent=self)
         self.view = ViewModel(self.tasks, self.cell, self.launch)
         self.calibration = CalibrationModel(self.tasks, self.link.move_frame, self)
@@ -201,6 +201,8 @@ class Launcher(QObject):
     def _follow_cell(self) -> None:
         self.recording.choices.set_devices(self.cell.chosen)
         self.bag.set_devices(self.cell.chosen)
+        if self.cell.mode is Mode.PLAYBACK:
+            self.bag.reopen()
         self.values.set_devices(self.cell.chosen)
         self.calibration.set_devices(self.cell.devices)
         editor = self.cell.editor

@@ -41,12 +41,14 @@ from process_visualizer.gui.views.keys_dialog import KeysDialog
 from process_visualizer.gui.views.labels import colour, title, tool_button
 from process_visualizer.gui.views.launch_view import LaunchView
 from process_visualizer.gui.views.log_view import LogView
+from process_visualizer.gui.views.made_notice import MadeNotice
 from process_visualizer.gui.views.mixture_notice import MixtureNotice
 from process_visualizer.gui.views.new_configuration_view import NewConfigurationView
 from process_visualizer.gui.views.playback_panel import PlaybackPanel
 from process_visualizer.gui.views.recording_panel import RecordingPanel
 from process_visualizer.gui.views.tool_notice import ToolNotice
 from process_visualizer.gui.views.warnings_view import WarningsView
+from process_visualizer.gui.working_folder import working_folder
 
 _MARGIN = 10
 
@@ -73,6 +75,7 @@ class LauncherApp(QMainWindow):
         self.devices = self._devices_panel.devices
         self.problems = self._devices_panel.problems
         self.new = NewConfigurationView(launcher.new, lambda: launcher.cell.path, self)
+        self.made = MadeNotice(launcher.new)
         self.launch = LaunchView()
         self.mixture = MixtureNotice(launcher.mixture)
         self.tool = ToolNotice(launcher.tool)
@@ -129,6 +132,7 @@ class LauncherApp(QMainWindow):
         row.insertWidget(row.count() - 2, self.new.button)
         layout.addLayout(row)
         layout.addWidget(self.new)
+        layout.addWidget(self.made)
         layout.addWidget(self._devices_panel)
         return group
 
@@ -153,7 +157,7 @@ class LauncherApp(QMainWindow):
         launcher.status_changed.connect(self._show_status)
         launcher.failed.connect(self._tell)
         self.new.open_wanted.connect(self._open)
-        launcher.new.told.connect(self.statusBar().showMessage)
+        self.made.open_wanted.connect(self._open_in_editor)
         launcher.recording.finished.connect(launcher.bag.add_recent)
         self.recording.play_wanted.connect(self._play)
         self.problems.open_wanted.connect(self._open_in_editor)
@@ -192,6 +196,7 @@ class LauncherApp(QMainWindow):
         cell = self._launcher.cell
         self.file.setText(Path(cell.path).name if cell.path else '')
         self.file.setToolTip(cell.path)
+        self.made.follow(cell.path)
         self.devices.set_ticks(cell.is_ticked)
         self._devices_panel.show_problems(cell.problems, _devices_in_force(cell))
         is_playback = cell.mode is Mode.PLAYBACK
@@ -284,10 +289,12 @@ class LauncherApp(QMainWindow):
     # What is done
 
     def _open(self) -> None:
+        is_own = self.new.isHidden()  # else the example is open
+        folder = str(Path(self._launcher.cell.path).parent) if is_own else working_folder()
         path, _ = QFileDialog.getOpenFileName(
-            self, 'Open a configuration', str(Path(self._launcher.cell.path).parent),
-            'Configurations (*.xml)')
+            self, 'Open a configuration', folder, 'Configurations (*.xml)')
         if path:
+            self.new.hide()
             self._launcher.cell.open(path)
 
     def _open_in_editor(self, file: str, line: int) -> None:
@@ -323,8 +330,8 @@ class LauncherApp(QMainWindow):
 
     def _play_now(self) -> None:
         path, self._bag_to_play = self._bag_to_play, ''
-        self._launcher.cell.set_mode(Mode.PLAYBACK)
         self._launcher.bag.open([path])
+        self._launcher.cell.set_mode(Mode.PLAYBACK)
         self._launcher.when_ready(None, True)
 
     def _quit(self) -> None:

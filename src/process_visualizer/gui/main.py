@@ -7,7 +7,7 @@ import re
 import signal
 import socket
 import sys
-from typing import Any, Dict, Optional, Sequence, Tuple
+from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import rospkg
 from PyQt5.QtCore import QObject, QRect, QSocketNotifier, Qt, pyqtSignal
@@ -17,6 +17,7 @@ from process_visualizer.cell.model import Mode
 from process_visualizer.generate.window_geometry import Rectangle, view_rectangle
 from process_visualizer.gui.launcher import Launcher
 from process_visualizer.gui.launcher_app import LauncherApp
+from process_visualizer.gui.models.cell_model import CellModel
 from process_visualizer.gui.settings import Settings
 from process_visualizer.gui.style import apply_style
 from process_visualizer.gui.uncaught import install_hooks
@@ -58,8 +59,19 @@ def main() -> int:
         watcher.close()
     signals.close()
     if window.restarts:
-        os.execv(sys.executable, [sys.executable, *sys.argv])
+        os.execv(sys.executable, [sys.executable, *words_to_go_on(launcher.cell, sys.argv)])
     return int(code)
+
+
+def words_to_go_on(cell: CellModel, words: Sequence[str]) -> List[str]:
+    """Return the command line of a program that goes on where this one, begun with words, ends.
+
+    The recording, and the values of the configuration's arguments, are in the settings. What
+    this one was begun with counts no longer.
+    """
+    ticked = ','.join(device.name for device in cell.chosen)
+    return [words[0], '--mode', cell.mode.value, '--devices', ticked,
+            *(word for word in words[1:] if word.startswith('__'))]  # roslaunch's own
 
 
 class StopSignals(QObject):
@@ -125,12 +137,11 @@ def _begin(launcher: Launcher, settings: Settings, options: argparse.Namespace,
     """Connect, and open what is asked for or what was open last."""
     launcher.begin()
     launcher.recording.choices.restore(settings.value('recording', {}))
-    launcher.bag.set_folder(os.path.join(_package_folder(), 'bag'))
     launcher.bag.restore(settings.value('bag', {}))
-    launcher.cell.set_mode(Mode(options.mode or settings.value('mode', Mode.REALTIME.value)))
-    launcher.cell.open(*_configuration(settings, options.config, arguments))
     if options.bag:
         launcher.bag.open([options.bag])
+    launcher.cell.set_mode(Mode(options.mode or settings.value('mode', Mode.REALTIME.value)))
+    launcher.cell.open(*_configuration(settings, options.config, arguments))
     if options.devices or options.launch:
         launcher.when_ready(options.devices.split(',') if options.devices else None,
                             options.launch)
@@ -186,3 +197,4 @@ def _remember(app: QApplication, window: LauncherApp, launcher: Launcher,
     settings.store('configuration', launcher.cell.source)
     settings.store('recording', launcher.recording.choices.settings())
     settings.store('bag', launcher.bag.settings())
+    settings.sync()  # another program may take this one's place at once

@@ -27,6 +27,10 @@ class Settings:
         """Remember a number, text, truth value, list or dictionary."""
         self._settings.setValue(name, json.dumps(value))
 
+    def sync(self) -> None:
+        """Write all into the file now; else Qt does, when the program has a quiet moment."""
+        self._settings.sync()
+
     def geometry(self, screen: str) -> Optional[QByteArray]:
         """Return the window's place on a screen as Qt saved it."""
         text = self.value(f'geometry/{screen}')

@@ -133,6 +133,50 @@ class TestRecent:
         assert other.recent == bench.model.recent
         assert other.folder == str(tmp_path)
 
+    def test_what_was_open_is_opened_again(self, bench: Bench, path: str, tmp_path: Path) -> None:
+        """Of a recording that was still being read, too; and only once."""
+        second = write_bag(tmp_path / 'b.bag', BEGIN_S + 10)
+        for is_read in (True, False):
+            before = BagModel(bench.tasks)
+            before.open([path, second])
+            if is_read:
+                bench.qtbot.waitUntil(lambda at=before: not at.is_loading)
+            bench.model.restore(before.settings())
+            assert bench.model.settings()['open'] == [path, second]
+            bench.model.reopen()
+            bench.qtbot.waitUntil(lambda: bench.model.paths == (path, second))
+        bench.open(path)
+        bench.model.reopen()
+        assert bench.model.paths == (path,) and not bench.model.is_loading
+
+    def test_what_was_open_and_is_gone_is_told_without_a_message(
+            self, bench: Bench, path: str) -> None:
+        bench.model.restore({'recent': [[path]], 'open': [path]})
+        view = BagView(bench.model)
+        os.remove(path)
+        bench.model.reopen()
+        bench.qtbot.waitUntil(lambda: bench.model.gone == (path,))
+        assert bench.failures == [] and bench.model.recent == () and not bench.model.is_loading
+        assert 'a.bag is not there any more' in view.warnings.text()
+        assert bench.model.settings()['open'] == []
+
+    def test_the_dialog_begins_where_the_last_recording_is(
+            self, bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        """Else where recordings go; where that is no folder yet, at home."""
+        monkeypatch.setenv('HOME', str(tmp_path))
+        recorded, elsewhere = tmp_path / 'bags', tmp_path / 'stick'
+        model = BagModel(bench.tasks, None, lambda: str(recorded))
+        assert model.folder == str(tmp_path)
+        recorded.mkdir()
+        assert model.folder == str(recorded)
+        elsewhere.mkdir()
+        model.add_recent(str(elsewhere / 'a.bag'))
+        assert model.folder == str(elsewhere)
+        model.add_recent(str(recorded / 'b.bag'))
+        assert model.folder == str(recorded)
+        model.add_recent(str(tmp_path / 'gone' / 'c.bag'))
+        assert model.folder == str(recorded)
+
     def test_there_are_not_too_many(self, bench: Bench) -> None:
         for number in range(20):
             bench.model.add_recent(f'/bags/{number}.bag')

@@ -5,10 +5,14 @@ from pathlib import Path
 from typing import Any, Iterator, List
 
 import pytest
+import rosbag
+from genpy import Time
+from std_msgs.msg import Float64
 
 from process_visualizer.cell.model import Mode, Pose
 from process_visualizer.generate.choice import RvizStart
 from process_visualizer.gui.launcher import Launcher
+from process_visualizer.gui.main import words_to_go_on
 from process_visualizer.gui.models.launch_model import Phase
 
 DEVICES = '''<visualizer>
@@ -177,3 +181,26 @@ def test_what_is_dragged_moves_the_frame(loaded: Launcher, qtbot: Any,
     qtbot.waitUntil(lambda: bool(moved))
     assert moved == [('oven', (2.0, 0.0, 0.0), (0.0, 0.0, 0.0))]
     assert loaded.calibration.pose == Pose((2.0, 0.0, 0.0))
+
+
+def test_playback_has_the_recording_of_the_last_time(loaded: Launcher, qtbot: Any,
+                                                     tmp_path: Path) -> None:
+    """In real-time mode nothing is read that is not wanted."""
+    path = str(tmp_path / 'a.bag')
+    with rosbag.Bag(path, 'w') as bag:
+        bag.write('/n', Float64(1.0), Time(1000))
+    loaded.bag.restore({'recent': [[path]], 'open': [path]})
+    loaded.cell.tick('oven', False)
+    assert not loaded.bag.is_loading
+    loaded.cell.set_mode(Mode.PLAYBACK)
+    qtbot.waitUntil(lambda: loaded.bag.path == path)
+
+
+def test_a_program_that_begins_again_goes_on_where_it_was(loaded: Launcher) -> None:
+    """It was called with another configuration, mode and recording than are open now."""
+    loaded.cell.set_mode(Mode.PLAYBACK)
+    loaded.cell.tick('oven', False)
+    assert words_to_go_on(loaded.cell, [
+        'gui', 'other.xml', '--mode', 'realtime', '--bag', 'b.bag', '--launch', 'a:=1',
+        '__name:=launcher']) == ['gui', '--mode', 'playback', '--devices', 'press',
+                                 '__name:=launcher']

@@ -2,16 +2,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import List
+from typing import List, Tuple
 
 import pytest
 from held_tasks import HeldTasks
 from PyQt5.QtCore import QSettings
+from PyQt5.QtWidgets import QLabel, QPushButton
 
 from process_visualizer.discovery.new_configuration import NewConfiguration
 from process_visualizer.gui.main import _last_configuration
 from process_visualizer.gui.models.new_configuration_model import NewConfigurationModel
 from process_visualizer.gui.settings import Settings
+from process_visualizer.gui.views.made_notice import MadeNotice
+from process_visualizer.gui.working_folder import working_folder
 
 NEW = NewConfiguration('<visualizer />', {'arm.urdf': '<robot />'}, '1 robot')
 
@@ -79,3 +82,34 @@ def test_the_offer_stands_where_nothing_was_open_before(path: Path) -> None:
     assert _last_configuration(settings) == {}
     path.touch()
     assert _last_configuration(settings) == {'path': str(path), 'arguments': {}}
+
+
+def test_what_was_made_is_told_until_another_one_is_open(qapp: object, path: Path) -> None:
+    watched = Watched()
+    notice = MadeNotice(watched.model)  # type: ignore[arg-type]
+    opened: List[Tuple[str, int]] = []
+    notice.open_wanted.connect(lambda *place: opened.append(place))
+    assert notice.isHidden()
+    watched.model.make(str(path))
+    watched.tasks.end_all()
+    text = notice.findChild(QLabel, 'made_text')
+    assert not notice.isHidden() and text.wordWrap()
+    assert text.text() == 'cell.xml: 1 robot. Its comments say what is to be decided.'
+    notice.findChild(QPushButton, 'made_edit').click()
+    assert opened == [(str(path), 1)]
+    notice.follow(str(path))
+    assert not notice.isHidden()
+    notice.follow(str(path.with_name('other.xml')))
+    assert notice.isHidden()
+
+
+def test_a_file_is_written_where_the_user_was(tmp_path: Path,
+                                              monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not where roslaunch runs its nodes; at home, if that place is of no use."""
+    shell, home = tmp_path / 'shell', tmp_path / 'home'
+    for folder in (shell, home):
+        folder.mkdir()
+    monkeypatch.setenv('HOME', str(home))
+    assert working_folder({'PWD': str(shell)}) == str(shell)
+    for useless in ({}, {'PWD': ''}, {'PWD': 'shell'}, {'PWD': str(tmp_path / 'gone')}):
+        assert working_folder(useless) == str(home)

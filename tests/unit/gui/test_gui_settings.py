@@ -40,3 +40,11 @@ def test_the_place_of_the_window_belongs_to_a_screen(tmp_path: Path) -> None:
     settings(tmp_path).store_geometry('HDMI-1', place)
     assert settings(tmp_path).geometry('HDMI-1') == place
     assert settings(tmp_path).geometry('eDP-1') is None
+
+
+def test_a_program_that_takes_the_place_of_this_one_finds_them(tmp_path: Path) -> None:
+    """Nothing of this process is ended then, and so Qt writes nothing."""
+    first = settings(tmp_path)
+    first.store('bag', {'open': ['/a.bag']})
+    first.sync()
+    assert '/a.bag' in (tmp_path / 'launcher.conf').read_text()

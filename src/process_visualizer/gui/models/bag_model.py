@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple
 
 from PyQt5.QtCore import QFileSystemWatcher, QObject, pyqtSignal
 
@@ -12,6 +12,8 @@ from process_visualizer.bags.marks import Mark, add_mark
 from process_visualizer.bags.reindex import ReindexCancelled, Reindexed
 from process_visualizer.cell.model import Device
 from process_visualizer.gui.models.bag_reading import (
+    RecordingGone,
+    catalogue_if_there,
     catalogue_of,
     in_order,
     missing_of,
@@ -40,8 +42,11 @@ class BagModel(QObject):
     chosen = pyqtSignal(str)
     """Another recording has been opened: the path of its first file."""
 
-    def __init__(self, tasks: Tasks, parent: Optional[QObject] = None) -> None:
+    def __init__(self, tasks: Tasks, parent: Optional[QObject] = None,
+                 where_recorded: Callable[[], str] = lambda: '') -> None:
+        """``where_recorded`` returns the folder into which recordings go."""
         super().__init__(parent)
+        self._where_recorded = where_recorded
         self.curves = CurvesModel(tasks, self)
         self.curves.failed.connect(self.failed)
         self._tasks = tasks
@@ -53,6 +58,7 @@ class BagModel(QObject):
         self._reindexing: Optional[Progress] = None
         self._recent: Tuple[Paths, ...] = ()
         self._gone: Paths = ()
+        self._last: Paths = ()  # was open when the window was closed, and has not been opened yet
         self._folder = ''
         self._watcher = QFileSystemWatcher(self)
         self._watcher.fileChanged.connect(self._look)
@@ -109,13 +115,12 @@ class BagModel(QObject):
 
     def open(self, paths: Sequence[str]) -> None:
         """Open the files of one recording in place of what is open."""
-        self.cancel_reindexing()
-        self._unindexed = ''
-        self._wanted = wanted = tuple(in_order(paths))
-        self._tasks.run(_FILES, lambda: catalogue_of(wanted),
-                        lambda found: self._take(wanted, found),
-                        lambda error: self._refuse(wanted, error))
-        self.changed.emit()
+        self._read(tuple(in_order(paths)), catalogue_of)
+
+    def reopen(self) -> None:
+        """Open what was open when the window was closed, unless another was chosen since."""
+        if self._last:
+            self._read(self._last, catalogue_if_there)
 
     def set_devices(self, devices: Sequence[Device]) -> None:
         """Take the devices that are to be played."""
@@ -178,11 +183,16 @@ class BagModel(QObject):
 
     @property
     def folder(self) -> str:
-        """Where the next bag will probably be looked for."""
-        return self._folder or (os.path.dirname(self._recent[0][0]) if self._recent else '')
+        """Where the next recording is looked for: where the last one is, else where they go.
+
+        Touches the disk.
+        """
+        folders = (self._folder, *(os.path.dirname(paths[0]) for paths in self._recent),
+                   self._where_recorded(), os.path.expanduser('~'))
+        return next(filter(os.path.isdir, folders), '')
 
     def set_folder(self, folder: str) -> None:
-        """Say where bags usually are."""
+        """Say where the operator has looked for a recording."""
         self._folder = folder
 
     def add_recent(self, path: str) -> None:
@@ -192,17 +202,25 @@ class BagModel(QObject):
 
     def settings(self) -> Dict[str, Any]:
         """Return what is to be remembered."""
-        return {'recent': [list(paths) for paths in self._recent], 'folder': self._folder}
+        is_chosen = self._wanted and not self._unindexed
+        return {'recent': [list(paths) for paths in self._recent],
+                'open': list(self._wanted if is_chosen else self._paths or self._last)}
 
     def restore(self, settings: Mapping[str, Any]) -> None:
-        """Take what was remembered."""
+        """Take what was remembered; see ``reopen``."""
         self._recent = tuple(tuple(str(path) for path in paths)
                              for paths in settings.get('recent', []) if paths)
-        if os.path.isdir(settings.get('folder', '')):
-            self._folder = settings['folder']
+        self._last = tuple(str(path) for path in settings.get('open', []))
         self.changed.emit()
 
     # Inside.
+
+    def _read(self, wanted: Paths, read: Callable[[Paths], Catalogue]) -> None:
+        self.cancel_reindexing()
+        self._unindexed, self._last, self._wanted = '', (), wanted
+        self._tasks.run(_FILES, lambda: read(wanted), lambda found: self._take(wanted, found),
+                        lambda error: self._refuse(wanted, error))
+        self.changed.emit()
 
     def _take(self, wanted: Paths, found: Catalogue) -> None:
         if wanted != self._wanted:
@@ -223,8 +241,10 @@ class BagModel(QObject):
         else:
             self._wanted = ()
             self._recent = tuple(paths for paths in self._recent if paths != wanted)
+        if isinstance(error, RecordingGone):
+            self._gone = error.paths
         self.changed.emit()
-        if not isinstance(error, BagUnindexed):
+        if not isinstance(error, (BagUnindexed, RecordingGone)):
             self._tell(error)
 
     def _tell(self, error: Exception) -> None:
@@ -255,6 +275,7 @@ class BagModel(QObject):
     def _remember(self, paths: Paths) -> None:
         others: List[Paths] = [it for it in self._recent if it != paths]
         self._recent = (paths, *others)[:_MOST_RECENT]
+        self._folder = os.path.dirname(paths[0])
 
     def _watch(self) -> None:
         if self._watcher.files():

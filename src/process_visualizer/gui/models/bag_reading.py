@@ -12,6 +12,14 @@ from process_visualizer.gui.progress import Progress
 _STEP = 0.005  # a bar shows no smaller part
 
 
+class RecordingGone(Exception):
+    """Files (``paths``) of a recording that was open once are not there any more."""
+
+    def __init__(self, paths: Tuple[str, ...]) -> None:
+        super().__init__(f'{", ".join(paths)}: not there any more')
+        self.paths = paths
+
+
 def catalogue_of(paths: Sequence[str]) -> Catalogue:
     """Return what bags hold; an indexed copy that is newer than its bag takes its place.
 
@@ -26,6 +34,18 @@ def catalogue_of(paths: Sequence[str]) -> Catalogue:
         if error.file == copy or error.file not in paths or not _is_newer(copy, error.file):
             raise
         return catalogue_of([copy if path == error.file else path for path in paths])
+
+
+def catalogue_if_there(paths: Sequence[str]) -> Catalogue:
+    """Return what bags hold, as catalogue_of does.
+
+    Raises:
+        RecordingGone: some are not there any more.
+    """
+    gone = missing_of(paths)
+    if gone:
+        raise RecordingGone(gone)
+    return catalogue_of(paths)
 
 
 def reindexed(path: str, progress: Progress) -> Reindexed:

@@ -18,6 +18,7 @@ from PyQt5.QtWidgets import (
 
 from process_visualizer.gui.models.new_configuration_model import NewConfigurationModel
 from process_visualizer.gui.views.labels import tool_button
+from process_visualizer.gui.working_folder import working_folder
 
 _CONFIGURATIONS, _BAGS = 'Configurations (*.xml)', 'Recordings (*.bag)'
 _FILE = 'cell.xml'
@@ -71,7 +72,7 @@ class NewConfigurationView(QFrame):
         for column, (name, label, action) in enumerate((
                 ('new_from_system', 'From what runs…', self._ask_path),
                 ('new_from_bag', 'From a recording…', self._ask_bags),
-                ('new_open', 'Open a file…', self._open))):
+                ('new_open', 'Open a file…', self.open_wanted.emit))):
             button = QPushButton(label)
             button.setObjectName(name)
             button.clicked.connect(lambda _checked, act=action: act())
@@ -81,10 +82,6 @@ class NewConfigurationView(QFrame):
     def _show_state(self) -> None:
         for widget in (self.button, *self._buttons):
             widget.setEnabled(not self._model.is_making)
-
-    def _open(self) -> None:
-        self.hide()
-        self.open_wanted.emit()
 
     def _ask_bags(self) -> None:
         dialog = self._dialog('new_bags', 'The recording to look into', _BAGS)
@@ -109,6 +106,6 @@ class NewConfigurationView(QFrame):
         return dialog
 
     def _folder(self) -> str:
-        """Where the open configuration is, unless the user may not write there."""
+        """Where the user's own configuration is, if one is open and the user may write there."""
         folder = os.path.dirname(self._current())
-        return folder if self.isHidden() and os.access(folder, os.W_OK) else os.getcwd()
+        return folder if self.isHidden() and os.access(folder, os.W_OK) else working_folder()

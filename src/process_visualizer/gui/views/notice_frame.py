@@ -1,4 +1,4 @@
-"""A frame with a warning sign and a text; what is to be done about it stands below."""
+"""A frame with a symbol and a text; what is to be done about it stands below."""
 from __future__ import annotations
 
 from typing import Optional
@@ -15,7 +15,7 @@ class NoticeFrame(QFrame):
     """The object name of the frame is ``name``, that of its text ``name_text``."""
 
     def __init__(self, name: str, colour: str, background: str,
-                 parent: Optional[QWidget] = None) -> None:
+                 parent: Optional[QWidget] = None, symbol: str = 'warning') -> None:
         super().__init__(parent)
         self.setObjectName(name)
         self.setStyleSheet(f'QFrame#{name} {{ border: 1px solid {colour}; border-radius: 5px; '
@@ -25,12 +25,12 @@ class NoticeFrame(QFrame):
         self._text.setWordWrap(True)
         self._text.setTextFormat(Qt.PlainText)
         self._text.setTextInteractionFlags(Qt.TextSelectableByMouse)
-        symbol = QLabel()
-        symbol.setPixmap(icon('warning').pixmap(QSize(_ICON_PX, _ICON_PX)))
+        sign = QLabel()
+        sign.setPixmap(icon(symbol).pixmap(QSize(_ICON_PX, _ICON_PX)))
         self._layout = QGridLayout(self)
         self._layout.setContentsMargins(8, 6, 8, 6)
         self._layout.setColumnStretch(1, 1)
-        self._layout.addWidget(symbol, 0, 0, Qt.AlignTop)
+        self._layout.addWidget(sign, 0, 0, Qt.AlignTop)
         self._layout.addWidget(self._text, 0, 1)
 
     def add_buttons(self, *buttons: QPushButton) -> None:
