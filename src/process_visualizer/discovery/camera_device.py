@@ -1,7 +1,7 @@
 """A camera or depth sensor as a device of the configuration."""
 from __future__ import annotations
 
-from typing import Collection, Dict, List, Optional, Tuple
+from typing import Collection, Dict, Iterable, List, Optional, Tuple
 
 from process_visualizer.discovery.camera_groups import (
     CLOUD,
@@ -49,23 +49,29 @@ def _add_base(device: DraftDevice, group: CameraGroup, names: CellNames, places:
     elif is_frame(base) and base != places.frame and names.is_free(base):
         attributes, comment = places.base_attributes(names.frame(base))
         device.add('base', attributes, comment)
-    _add_inner_frames(device, frames, end, names, forest)
+    add_inner_frames(device, frames, end, names, forest)
 
 
-def _add_inner_frames(device: DraftDevice, frames: List[str], end: str, names: CellNames,
-                      forest: FrameForest) -> None:
-    """In playback the driver is not there that publishes the frames within the camera."""
+def add_inner_frames(device: DraftDevice, frames: Iterable[str], end: str, names: CellNames,
+                     forest: FrameForest) -> None:
+    """Publish the frames between ``end`` and others in playback, where their driver is not there.
+
+    Those that something else has stay out.
+    """
     done: Dict[str, None] = {}
     for frame in frames:
         path = forest.path(frame)
         done.update(dict.fromkeys(path[:path.index(end)] if end in path else ()))
-    for number, child in enumerate(it for it in done if names.is_free(it)):
+    begin = sum(it.tag == 'node' for it in device.elements) + 1
+    for number, child in enumerate((it for it in done if names.is_free(it)), begin):
         it = forest.transform(names.frame(child))
         values = ' '.join(f'{value:.9g}' for value in (*it.placement.position,
                                                        *it.placement.quaternion))
         device.add('node', {'ifstate': 'playback', 'pkg': 'tf2_ros',
-                            'type': 'static_transform_publisher', 'name': f'frame_{number + 1}',
-                            'args': f'{values} {it.parent} {child}'})
+                            'type': 'static_transform_publisher', 'name': f'frame_{number}',
+                            'args': f'{values} {it.parent} {child}'},
+                   'moved while it was looked at, which a fixed transform does not' * it.changes,
+                   active=not it.changes)
 
 
 def _add_cloud(device: DraftDevice, cloud: SeenTopic, is_computed: bool) -> None:

@@ -4,11 +4,12 @@ from __future__ import annotations
 from typing import Collection, Dict, List, Sequence, Set
 
 from process_visualizer.cell.displays import DISPLAY_TYPES
+from process_visualizer.discovery.camera_device import add_inner_frames
 from process_visualizer.discovery.cell_names import CellNames
 from process_visualizer.discovery.draft import DraftDevice, DraftElement
 from process_visualizer.discovery.frame_forest import FrameForest
 from process_visualizer.discovery.names import is_frame
-from process_visualizer.discovery.place import Places
+from process_visualizer.discovery.place import Places, top_frame
 from process_visualizer.discovery.robot_device import add_topic
 from process_visualizer.discovery.seen import SeenTopic
 from process_visualizer.discovery.variables import candidates, left_out
@@ -47,6 +48,7 @@ class Machines:
             if not self._add_variables(device, topic):
                 add_topic(device, topic)
                 self._add_display(device, topic)
+        self._add_display_frames(device, topics)
 
     def _add_variables(self, device: DraftDevice, topic: SeenTopic) -> bool:
         """Add the candidates of a topic; return whether one of them is a variable now."""
@@ -93,6 +95,19 @@ class Machines:
         device.elements.insert(0, DraftElement('base', attributes, comment))
         self._known.add(frame)
         return frame
+
+    def _add_display_frames(self, device: DraftDevice, topics: Sequence[SeenTopic]) -> None:
+        """What is drawn in frames of its own needs these: a machine's base, and what it carries."""
+        frames = [frame for it in topics if it.type in _DISPLAYS for frame in it.frames
+                  if is_frame(frame) and frame in self._forest.frames and frame not in self._known]
+        tops = [top_frame(self._forest, frame, self._known) for frame in frames]
+        own = [top for top, _ in tops if self._can_be_base(top)]
+        if own and device.first('base') is None:
+            self._add_base(device, own[0])
+        base = device.first('base')
+        ends = [base.attributes['frame']] if base is not None else [it for _, it in tops if it]
+        if ends:
+            add_inner_frames(device, frames, ends[0], self._names, self._forest)
 
     @staticmethod
     def _add_display(device: DraftDevice, topic: SeenTopic) -> None:

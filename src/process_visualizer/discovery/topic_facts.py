@@ -72,8 +72,8 @@ def _topic(sources: Sequence[Source]) -> SeenTopic:
     kind = short_name(sources[0].type)
     messages = [values for source in sources if short_name(source.type) == kind
                 for values in readable(source)]
-    frames = (values['header']['frame_id'].lstrip('/') for values in messages
-              if _has_header(values))
+    frames = (it['header']['frame_id'].lstrip('/') for values in messages
+              for it in (values, *_markers(values)) if _has_header(it))
     joints = (name for values in messages if kind == _JOINT_STATE
               for name in _texts(values.get('name')))
     return SeenTopic(
@@ -98,6 +98,11 @@ def readable(source: Source) -> Iterator[Values]:
 
 def _texts(value: Any) -> List[str]:
     return [it for it in value if isinstance(it, str)] if isinstance(value, list) else []
+
+
+def _markers(values: Values) -> List[Values]:
+    markers = values.get('markers')
+    return [it for it in markers if isinstance(it, dict)] if isinstance(markers, list) else []
 
 
 def _has_header(values: Values) -> bool:

@@ -149,6 +149,22 @@ def test_camera_on_a_robot_has_no_base_frame(tmp_path: Path) -> None:
         ['cam_link', 'optical'], ['hand', 'cam_link']]
 
 
+def test_what_is_drawn_in_frames_of_its_own_has_these(tmp_path: Path) -> None:
+    """In playback nobody else publishes the frames of a machine's markers; one moved."""
+    topic = SeenTopic('/press/markers', 'visualization_msgs/MarkerArray',
+                      frames=('press/base', 'press/needle', 'press/ram', 'world'))
+    moved = transform('press/base', 'press/ram', 0.0, 0.0, 0.5)._replace(changes=True)
+    frames = (transform('world', 'press/base', 1.0, 2.0, 0.0),
+              transform('press/base', 'press/needle', 0.0, 0.0, 0.3), moved)
+    text, cell = written(Seen('x', (topic,), frames), [], tmp_path)
+    [press] = cell.devices
+    assert press.base is not None
+    assert (press.base.frame, press.base.pose.xyz) == ('press/base', (1.0, 2.0, 0.0))
+    assert [it.attributes['args'] for it in press.nodes] == [
+        '0 0 0.3 0 0 0 1 press/base press/needle']
+    assert '<!-- moved while it was looked at' in text
+
+
 def test_variables(tmp_path: Path) -> None:
     topics = (
         SeenTopic('/oven/temperature', 'sensor_msgs/Temperature', frames=('oven_frame',),

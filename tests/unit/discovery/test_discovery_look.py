@@ -11,6 +11,7 @@ from geometry_msgs.msg import PoseStamped, Quaternion, Transform, TransformStamp
 from sensor_msgs.msg import Image, JointState, Temperature
 from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import Marker, MarkerArray
 
 from process_visualizer.bags.recording import Recording
 from process_visualizer.cell.xml_parser import XmlParser
@@ -87,6 +88,13 @@ def test_what_a_bag_shows(tmp_path: Path, compression: str) -> None:
     temperature, variance = topics['/oven'].numbers
     assert (temperature.path, temperature.low, variance.changes) == ('temperature', 20.0, False)
     assert temperature.high > 45.0
+
+
+def test_frames_of_markers(tmp_path: Path) -> None:
+    markers = MarkerArray([Marker(header=Header(frame_id=it)) for it in ('/a', 'b', '')])
+    with Recording([write_bag(tmp_path / 'a.bag', [('/m', lambda _: markers)])]) as recording:
+        [topic] = look_into(recording).topics
+    assert topic.frames == ('a', 'b')
 
 
 def test_only_a_few_messages_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
