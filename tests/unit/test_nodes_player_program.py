@@ -1,9 +1,9 @@
-"""The player's priority: taken where it may be, and where the user has wanted none."""
+"""The player: its priority, taken if the user wanted no other; Ctrl-C while it opens a bag."""
 import os
 import subprocess
 import sys
 
-from process_visualizer.nodes.player_program import PRIORITY
+from process_visualizer.nodes.player_program import INTERRUPTED, PRIORITY
 
 REPORT = """
 import os
@@ -40,3 +40,20 @@ def test_it_is_not_taken_where_the_user_has_chosen():
 def test_without_the_right_it_goes_on():
     as_root = ['setpriv', '--bounding-set=-sys_nice'] if os.geteuid() == 0 else []
     assert priority_after(0, 'prlimit', '--nice=0:0', *as_root) == OURS
+
+
+INTERRUPTED_WHILE_IT_OPENS = """
+import sys
+from process_visualizer.nodes.player_program import main
+
+def interrupted(paths):
+    raise KeyboardInterrupt
+
+sys.exit(main(['bag_player', 'a.bag'], interrupted))
+"""
+
+
+def test_it_ends_silently_when_interrupted_while_it_opens_a_bag():
+    result = subprocess.run([sys.executable, '-c', INTERRUPTED_WHILE_IT_OPENS], check=False,
+                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    assert (result.returncode, result.stdout) == (INTERRUPTED, '')

@@ -34,6 +34,8 @@ PRIORITY = -10
 """Of all threads: who else computes must not hold up what is to be sent (see nice(1))."""
 NOT_ALL = 3
 """The exit code when something of the recording could not be played."""
+INTERRUPTED = 130
+"""The exit code that a shell gives for Ctrl-C."""
 SWITCH_INTERVAL_S = 0.0005  # how long a thread may compute while another one has a message to send
 
 
@@ -50,6 +52,8 @@ def main(arguments: Optional[Sequence[str]] = None,
     except (BagError, NothingToPlay, PlaybackFailed, ReindexRefused, CommandRefused,
             ValueError) as error:
         print(f'bag_player: {error}', file=sys.stderr)
+    except KeyboardInterrupt:  # before it is a node, which ends in its own way
+        return INTERRUPTED
     except (rospy.ROSException, rosgraph.MasterException, OSError) as error:
         if rospy.is_shutdown():  # by a signal, in the middle of beginning
             return 0
