@@ -10,6 +10,7 @@ import struct
 from typing import Dict, Iterator, List, Mapping, NamedTuple, Tuple, Union
 
 from process_visualizer.bags.bag_errors import RecordError
+from process_visualizer.bags.connection import Connection
 
 MAGIC = b'#ROSBAG V2.0\n'
 OP_MESSAGE, OP_BAG_HEADER, OP_INDEX, OP_CHUNK, OP_CHUNK_INFO, OP_CONNECTION = 2, 3, 4, 5, 6, 7
@@ -29,17 +30,6 @@ class Record(NamedTuple):
     fields: Fields
     data: memoryview
     end: int
-
-
-class Connection(NamedTuple):
-    """What a publisher said about a topic; ``type`` is `package/Type`, as in the bag."""
-
-    topic: str
-    type: str
-    md5sum: str
-    message_definition: str
-    latching: bool
-    caller_id: str
 
 
 class ChunkInfo(NamedTuple):

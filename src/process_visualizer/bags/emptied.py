@@ -9,7 +9,7 @@ from __future__ import annotations
 import struct
 from typing import Dict, NamedTuple, Tuple
 
-from process_visualizer.bags.bag_records import Connection
+from process_visualizer.bags.connection import Connection
 from process_visualizer.bags.marker_removal import marker_removal, shows_markers
 from process_visualizer.bags.message_layout import Data, checked_end, read_length
 

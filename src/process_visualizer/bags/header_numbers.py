@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from process_visualizer.bags.bag_records import Connection
+from process_visualizer.bags.connection import Connection
 from process_visualizer.bags.message_definition import (
     HEADER,
     DefinitionError,

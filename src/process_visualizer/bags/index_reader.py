@@ -22,7 +22,6 @@ from process_visualizer.bags.bag_records import (
     OP_CONNECTION,
     OP_INDEX,
     ChunkInfo,
-    Connection,
     Record,
     chunk_info_of,
     connection_of,
@@ -32,6 +31,7 @@ from process_visualizer.bags.bag_records import (
     records_in,
     sized_part,
 )
+from process_visualizer.bags.connection import Connection
 
 _LARGEST_SUMMARY_BYTES = 1 << 30
 _INDEX_HEAD_BYTES = 128

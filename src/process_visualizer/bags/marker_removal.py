@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import struct
 
-from process_visualizer.bags.bag_records import Connection
+from process_visualizer.bags.connection import Connection
 from process_visualizer.bags.message_layout import Data
 
 MARKER = 'visualization_msgs/Marker'

@@ -6,7 +6,7 @@ from collections import Counter
 from typing import Dict, List, NamedTuple, Optional, Set, Tuple
 
 from process_visualizer.bags.bag_errors import BagDamaged
-from process_visualizer.bags.bag_records import Connection
+from process_visualizer.bags.connection import Connection
 from process_visualizer.bags.definition_checksum import definition_checksum
 from process_visualizer.bags.message_definition import DefinitionError
 from process_visualizer.bags.message_layout import Data, MessageDamaged

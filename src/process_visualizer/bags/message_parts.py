@@ -8,7 +8,7 @@ from __future__ import annotations
 import struct
 from typing import Callable, NamedTuple, Optional, Tuple
 
-from process_visualizer.bags.bag_records import Connection
+from process_visualizer.bags.connection import Connection
 from process_visualizer.bags.marker_removal import MARKER, shows_markers
 from process_visualizer.bags.message_layout import MessageDamaged
 from process_visualizer.bags.static_transforms import split

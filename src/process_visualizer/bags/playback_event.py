@@ -4,7 +4,7 @@ from __future__ import annotations
 from typing import Dict, Iterable, Iterator, List, NamedTuple, Tuple
 
 from process_visualizer.bags.bag_index import BagIndex
-from process_visualizer.bags.bag_records import Connection
+from process_visualizer.bags.connection import Connection
 from process_visualizer.bags.emptied import can_be_emptied, emptied
 from process_visualizer.bags.marker_removal import shows_markers
 from process_visualizer.bags.message_loader import LoadedMessage, MessageLoader, first_stamp

@@ -2,25 +2,15 @@
 from __future__ import annotations
 
 import unicodedata
-from typing import List, NamedTuple, Optional, Tuple
+from typing import List, NamedTuple, Optional
+
+from process_visualizer.bags.progress import Progress
+from process_visualizer.bags.time_text import format_time
 
 _BAR_CELLS = 40
 _FEWEST_BAR_CELLS = 8
 _LONGEST_LABEL = 24
 _VISIBLE_SHARE = 0.95  # of the rate: what is kept at or above this is not worth telling
-
-
-class Progress(NamedTuple):
-    """Where playback is; times in seconds from the beginning of the recording."""
-
-    position_s: float
-    duration_s: float
-    rate: float
-    achieved_rate: float
-    paused: bool
-    loop: Optional[Tuple[float, float]] = None  # begin, end [s]
-    dropped: int = 0  # messages
-    mark: str = ''  # label of the last one
 
 
 class Symbols(NamedTuple):
@@ -43,16 +33,6 @@ def symbols_for(encoding: Optional[str]) -> Symbols:
     except (UnicodeEncodeError, LookupError):
         return ASCII
     return UNICODE
-
-
-def format_time(seconds: float) -> str:
-    """Return a time as m:ss.mmm, or h:mm:ss.mmm from an hour on, rounded to milliseconds."""
-    total_ms = round(abs(seconds) * 1000)
-    minutes, milliseconds = divmod(total_ms, 60_000)
-    hours, minutes = divmod(minutes, 60)
-    sign = '-' if seconds < 0 and total_ms else ''
-    start = f'{hours}:{minutes:02}' if hours else f'{minutes}'
-    return f'{sign}{start}:{milliseconds // 1000:02}.{milliseconds % 1000:03}'
 
 
 def progress_line(progress: Progress, width: int, symbols: Symbols = UNICODE) -> str:

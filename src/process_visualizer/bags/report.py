@@ -6,7 +6,7 @@ from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from process_visualizer.bags.bag_records import Connection
+from process_visualizer.bags.connection import Connection
 from process_visualizer.bags.header_numbers import header_numbers
 from process_visualizer.bags.json_text import finite_number
 from process_visualizer.bags.marks import Mark, read_marks

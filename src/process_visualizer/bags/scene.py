@@ -6,7 +6,7 @@ from typing import Dict, Iterable, List, Optional, Sequence, Tuple
 import numpy as np
 
 from process_visualizer.bags.bag_index import BagIndex
-from process_visualizer.bags.bag_records import Connection
+from process_visualizer.bags.connection import Connection
 from process_visualizer.bags.message_parts import TRANSFORM_TYPES
 
 _STATIC = 'tf_static'

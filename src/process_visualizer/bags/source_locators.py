@@ -5,7 +5,7 @@ from typing import Dict, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from process_visualizer.bags.bag_records import Connection
+from process_visualizer.bags.connection import Connection
 from process_visualizer.bags.curve_sources import CurveSource, Quantity
 from process_visualizer.bags.message_definition import DefinitionError
 from process_visualizer.bags.number_columns import Numbers

@@ -7,7 +7,7 @@ from typing import Dict, List
 import numpy as np
 
 from process_visualizer.bags.bag_errors import BagDamaged
-from process_visualizer.bags.bag_records import Connection
+from process_visualizer.bags.connection import Connection
 from process_visualizer.bags.message_definition import short_name
 from process_visualizer.bags.recorder_topics import CALIBRATION
 from process_visualizer.bags.recording import Recording

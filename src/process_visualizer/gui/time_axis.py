@@ -4,7 +4,7 @@ from __future__ import annotations
 import math
 from typing import List, NamedTuple
 
-from process_visualizer.bags.progress_line import format_time
+from process_visualizer.bags.time_text import format_time
 
 _STEPS_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0,
             60.0, 120.0, 300.0, 600.0, 900.0, 1800.0, 3600.0, 7200.0, 21600.0, 43200.0, 86400.0)

@@ -15,7 +15,7 @@ from process_visualizer.bags.marks import Mark, mark_at, read_marks
 from process_visualizer.bags.play_summary import play_summary, printable
 from process_visualizer.bags.playback import Playback
 from process_visualizer.bags.player_control import PlayerControl
-from process_visualizer.bags.progress_line import Progress
+from process_visualizer.bags.progress import Progress
 from process_visualizer.bags.recording import Recording
 from process_visualizer.bags.scene import sources
 from process_visualizer.bags.timeline import NS_PER_S, Timeline

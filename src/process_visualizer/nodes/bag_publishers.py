@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from typing import Callable, Dict, List, NamedTuple, Optional, Protocol, Sequence, Tuple
 
-from process_visualizer.bags.bag_records import Connection
+from process_visualizer.bags.connection import Connection
 from process_visualizer.bags.message_layout import Data
 from process_visualizer.bags.scene import is_static
 from process_visualizer.nodes.process_end import at_shutdown

@@ -9,7 +9,8 @@ from typing import Callable, Dict, List, Optional, Type
 
 from process_visualizer.bags.player_control import PlayerControl
 from process_visualizer.bags.player_keys import KEY_HELP, Action, Command, key_action
-from process_visualizer.bags.progress_line import Progress, progress_line, symbols_for
+from process_visualizer.bags.progress import Progress
+from process_visualizer.bags.progress_line import progress_line, symbols_for
 from process_visualizer.bags.rate_ladder import faster, slower
 from process_visualizer.bags.timeline import CommandRefused
 from process_visualizer.nodes.player_keyboard import Keyboard, in_foreground

@@ -8,7 +8,7 @@ from typing import Any, Callable, Dict, List, Type
 
 import rospy
 
-from process_visualizer.bags.bag_records import Connection
+from process_visualizer.bags.connection import Connection
 from process_visualizer.bags.message_layout import Data
 from process_visualizer.nodes.timed_sender import TimedSender
 

@@ -15,7 +15,7 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker
 
 from process_visualizer.bags.bag_index import BagIndex, ChunkPlaces, Columns
-from process_visualizer.bags.bag_records import Connection
+from process_visualizer.bags.connection import Connection
 from process_visualizer.bags.course import Course
 from process_visualizer.bags.playback import Playback
 from process_visualizer.bags.player_control import PlayerControl

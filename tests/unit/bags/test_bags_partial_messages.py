@@ -15,7 +15,7 @@ from std_msgs.msg import ColorRGBA
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
-from process_visualizer.bags.bag_records import Connection
+from process_visualizer.bags.connection import Connection
 from process_visualizer.bags.message_layout import MessageDamaged
 from process_visualizer.bags.message_loader import LoadedMessage, MessageLoader
 from process_visualizer.bags.message_parts import CLEARS, parts_reader

@@ -21,7 +21,7 @@ from PyQt5.QtWidgets import (
 )
 
 from process_visualizer.bags.catalogue import Catalogue
-from process_visualizer.bags.progress_line import format_time
+from process_visualizer.bags.time_text import format_time
 from process_visualizer.gui.icons import icon
 from process_visualizer.gui.models.bag_model import BagModel
 from process_visualizer.gui.style import BAD, QUIET, WARNING

@@ -10,7 +10,7 @@ from PyQt5.QtWidgets import QFrame, QInputDialog, QLabel, QVBoxLayout, QWidget
 
 from process_visualizer.bags.curves import Curve
 from process_visualizer.bags.position_values import key_of
-from process_visualizer.bags.progress_line import format_time
+from process_visualizer.bags.time_text import format_time
 from process_visualizer.gui.models.bag_model import BagModel
 from process_visualizer.gui.models.playback_model import PlaybackModel
 from process_visualizer.gui.models.values_model import ValuesModel

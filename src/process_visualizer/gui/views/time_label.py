@@ -7,7 +7,7 @@ from PyQt5.QtCore import QRect, QSize, Qt
 from PyQt5.QtGui import QColor, QPainter, QPaintEvent, QPalette
 from PyQt5.QtWidgets import QLabel, QSizePolicy, QWidget
 
-from process_visualizer.bags.progress_line import format_time
+from process_visualizer.bags.time_text import format_time
 from process_visualizer.gui.style import QUIET, tabular_font
 
 _UNKNOWN = '-:--.---'

@@ -5,7 +5,7 @@ from typing import Callable
 
 from PyQt5.QtWidgets import QMenu, QWidget
 
-from process_visualizer.bags.progress_line import format_time
+from process_visualizer.bags.time_text import format_time
 from process_visualizer.gui.models.playback_model import PlaybackModel
 from process_visualizer.gui.views.timeline_zoom import TimelineZoom
 

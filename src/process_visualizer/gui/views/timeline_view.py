@@ -20,7 +20,7 @@ from PyQt5.QtGui import (
 from PyQt5.QtWidgets import QMenu, QScrollBar, QSizePolicy, QToolTip, QWidget
 
 from process_visualizer.bags.position_values import Key
-from process_visualizer.bags.progress_line import format_time
+from process_visualizer.bags.time_text import format_time
 from process_visualizer.gui.models.playback_model import PlaybackModel
 from process_visualizer.gui.time_axis import TimeAxis
 from process_visualizer.gui.views import timeline_header as header
