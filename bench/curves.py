@@ -23,8 +23,8 @@ from cell_bag import cell_bag
 from message_index import array_message, edge_message, feed_rate_message
 from std_msgs.msg import Float32, Float32MultiArray, UInt16
 
-from process_visualizer.bags.curves import read_curves
 from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.curves.curves import read_curves
 from sewing_cell.arms import ARMS, Arm
 from sewing_cell.cycle import SewingCycle
 

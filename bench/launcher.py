@@ -20,11 +20,11 @@ from cell_bag import cell_bag
 from PyQt5.QtCore import QEventLoop, QTimer
 
 from process_visualizer.cell.model import Mode
-from process_visualizer.gui.launcher import Launcher
-from process_visualizer.gui.launcher_app import LauncherApp
-from process_visualizer.gui.main import make_application
-from process_visualizer.gui.settings import Settings
-from process_visualizer.gui.watchdog import Watchdog, read_report
+from process_visualizer.gui.app.launcher import Launcher
+from process_visualizer.gui.app.launcher_app import LauncherApp
+from process_visualizer.gui.app.main import make_application
+from process_visualizer.gui.app.settings import Settings
+from process_visualizer.gui.app.watchdog import Watchdog, read_report
 
 _CELL = str(Path(__file__).parents[1] / 'sewing_cell' / 'devices' / 'simulated.xml')
 _PLAYED_S = 15.0

@@ -23,7 +23,7 @@ import rospy
 from std_msgs.msg import Float32, Float32MultiArray
 from visualization_msgs.msg import Marker, MarkerArray
 
-from process_visualizer.nodes.markers import ARROW_ID, TEXT_ID
+from process_visualizer.nodes.common.markers import ARROW_ID, TEXT_ID
 from process_visualizer.nodes.view_picture import wait_for_master
 
 RATE_HZ = 125.0

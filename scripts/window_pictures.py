@@ -17,11 +17,11 @@ from PyQt5.QtCore import QEventLoop, QTimer
 from PyQt5.QtWidgets import QAbstractButton, QApplication, QDialog, QLabel, QWidget
 
 from process_visualizer.cell.model import Mode
-from process_visualizer.generate.window_geometry import TITLE_BAR_PX
-from process_visualizer.gui.launcher import Launcher
-from process_visualizer.gui.launcher_app import LauncherApp
-from process_visualizer.gui.main import make_application, place_window
-from process_visualizer.gui.settings import Settings
+from process_visualizer.gui.app.launcher import Launcher
+from process_visualizer.gui.app.launcher_app import LauncherApp
+from process_visualizer.gui.app.main import make_application, place_window
+from process_visualizer.gui.app.settings import Settings
+from process_visualizer.rviz.window_geometry import TITLE_BAR_PX
 
 _PERIOD_MS = 20
 _RECORDED_S = 20.0

@@ -1,4 +1,4 @@
-// The functions by which process_visualizer/nodes/timed_sender.py uses TimedSender.
+// The functions by which process_visualizer/player/timed_sender.py uses TimedSender.
 
 #include <cstdio>
 #include <exception>

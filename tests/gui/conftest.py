@@ -21,7 +21,7 @@ _STARTED = ExitStack()
 @pytest.fixture(scope='session')
 def qapp() -> QApplication:
     """The application that the program has, in its look too."""
-    from process_visualizer.gui.main import make_application  # after pytest_configure
+    from process_visualizer.gui.app.main import make_application  # after pytest_configure
     return make_application()
 
 

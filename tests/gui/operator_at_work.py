@@ -21,11 +21,11 @@ from PyQt5.QtWidgets import (
 )
 from pytestqt.exceptions import TimeoutError
 
-from process_visualizer.gui.launcher import Launcher
-from process_visualizer.gui.launcher_app import LauncherApp
-from process_visualizer.gui.processor_wait import ProcessorWait
-from process_visualizer.gui.settings import Settings
-from process_visualizer.gui.watchdog import BEAT_MS, Entry, Watchdog, read_report
+from process_visualizer.gui.app.launcher import Launcher
+from process_visualizer.gui.app.launcher_app import LauncherApp
+from process_visualizer.gui.app.processor_wait import ProcessorWait
+from process_visualizer.gui.app.settings import Settings
+from process_visualizer.gui.app.watchdog import BEAT_MS, Entry, Watchdog, read_report
 
 LONGEST_BLOCK_MS = 50.0
 LONGEST_WAIT_MS = 200.0

@@ -16,8 +16,8 @@ from visualization_msgs.msg import InteractiveMarkerFeedback
 
 from process_visualizer.bags.catalogue import read_catalogue
 from process_visualizer.generate.rviz_config import CALIBRATION_TOPIC
-from process_visualizer.generate.window_geometry import Rectangle
-from process_visualizer.gui.models.recording_types import Phase
+from process_visualizer.gui.models.recording.recording_types import Phase
+from process_visualizer.rviz.window_geometry import Rectangle
 
 LAUNCH_S = 60.0
 RVIZ = Rectangle(460, 0, 1140, 968)

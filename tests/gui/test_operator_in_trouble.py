@@ -18,8 +18,8 @@ from small_disk import SmallDisk
 from std_msgs.msg import Float64, String
 
 from process_visualizer.bags.catalogue import read_catalogue
-from process_visualizer.gui.models.recording_types import Phase
-from process_visualizer.gui.views.devices_view import DevicesView
+from process_visualizer.gui.models.recording.recording_types import Phase
+from process_visualizer.gui.views.cell.devices_view import DevicesView
 
 LAUNCH_S = 60.0
 BROKEN_CELL = SMALL_CELL.replace('type="other" name="table"', 'type="othr" name="table"')

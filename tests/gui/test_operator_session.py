@@ -11,10 +11,10 @@ from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtWidgets import QDoubleSpinBox
 
 from process_visualizer.bags.catalogue import read_catalogue
-from process_visualizer.generate.window_geometry import Rectangle
-from process_visualizer.gui.models.recording_types import Phase
-from process_visualizer.gui.snapshots import DisplaySnapshot, PlayerSnapshot
-from process_visualizer.gui.views.devices_view import DevicesView
+from process_visualizer.gui.models.recording.recording_types import Phase
+from process_visualizer.gui.ros.snapshots import DisplaySnapshot, PlayerSnapshot
+from process_visualizer.gui.views.cell.devices_view import DevicesView
+from process_visualizer.rviz.window_geometry import Rectangle
 
 CONFIG = str(Path(__file__).parents[2] / 'sewing_cell' / 'devices' / 'simulated.xml')
 RECORDED_S = 10.0

@@ -17,7 +17,7 @@ from PyQt5.QtWidgets import QPlainTextEdit
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
-from process_visualizer.gui.views.devices_view import DevicesView
+from process_visualizer.gui.views.cell.devices_view import DevicesView
 from process_visualizer.motion.kinematics import Kinematics, Placement
 
 DATA = Path(__file__).resolve().parents[1] / 'data'

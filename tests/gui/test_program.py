@@ -22,7 +22,7 @@ from std_msgs.msg import Float64
 
 from process_visualizer.bags.catalogue import read_catalogue
 from process_visualizer.bags.reindex import reindex
-from process_visualizer.gui.settings import Settings
+from process_visualizer.gui.app.settings import Settings
 
 Start = Callable[..., Program]
 

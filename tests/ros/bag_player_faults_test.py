@@ -32,8 +32,8 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import Float32MultiArray, String
 from std_srvs.srv import Trigger
 
-from process_visualizer.nodes.player_program import NOT_ALL
 from process_visualizer.srv import Seek
+from process_visualizer.terminal.player_program import NOT_ALL
 
 
 def played(*arguments: str, **environment: str) -> Tuple[int, str]:
@@ -90,7 +90,7 @@ class BadImage(Image):
 FAULTY_PLAYER = """
 import sys
 from process_visualizer.bags.recording import Recording
-from process_visualizer.nodes.player_program import main
+from process_visualizer.terminal.player_program import main
 
 class FaultyRecording(Recording):
     def message(self, position):

@@ -13,7 +13,7 @@ import rostest
 from player_testing import Player, cell_rows, temporary_folder, write_bag
 from std_srvs.srv import Trigger
 
-from process_visualizer.launching.other_publishers import PERIOD_S
+from process_visualizer.health.other_publishers import PERIOD_S
 
 DRIVER = """
 import sys, rospy

@@ -18,8 +18,8 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker
 
 from process_visualizer.msg import PlayerState
-from process_visualizer.nodes.player_program import NOT_ALL
 from process_visualizer.srv import Seek, SetLoop, SetRate, Step
+from process_visualizer.terminal.player_program import NOT_ALL
 
 NAN = float('nan')
 MOMENT_MS = 200  # what comes first so soon is there from the beginning

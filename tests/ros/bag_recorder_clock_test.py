@@ -20,7 +20,7 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
 from process_visualizer.bags.recording import Recording
-from process_visualizer.bags.recording_options import RecorderError, RecordingOptions
+from process_visualizer.clients.recording_options import RecorderError, RecordingOptions
 
 BEGIN_S = 1_600_000_000
 

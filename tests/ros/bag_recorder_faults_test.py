@@ -27,10 +27,10 @@ from surroundings import suspended
 
 from process_visualizer.bags.bag_errors import BagUnindexed
 from process_visualizer.bags.recording import Recording
-from process_visualizer.bags.recording_options import RecorderError, RecordingOptions
 from process_visualizer.bags.reindex import reindex
-from process_visualizer.bags.report import make_report
+from process_visualizer.clients.recording_options import RecorderError, RecordingOptions
 from process_visualizer.msg import RecorderState
+from process_visualizer.report.report import make_report
 
 
 class BagRecorderFaultsTest(unittest.TestCase):

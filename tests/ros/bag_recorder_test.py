@@ -30,9 +30,9 @@ from process_visualizer.bags.catalogue import read_catalogue
 from process_visualizer.bags.marks import read_marks
 from process_visualizer.bags.recorder_topics import ACCOUNT, MARKS, recorded_configuration
 from process_visualizer.bags.recording import Recording
-from process_visualizer.bags.recording_options import RecorderError, RecordingOptions
-from process_visualizer.bags.report import Completeness, make_report
+from process_visualizer.clients.recording_options import RecorderError, RecordingOptions
 from process_visualizer.msg import RecorderState
+from process_visualizer.report.report import Completeness, make_report
 
 
 class BagRecorderTest(unittest.TestCase):

@@ -11,7 +11,7 @@ from geometry_msgs.msg import TransformStamped
 
 from process_visualizer.cell.displays import DISPLAY_TYPES
 from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.generate.displays import device_displays
+from process_visualizer.rviz.displays import device_displays
 
 DEVICE, FIXED_FRAME = 'displays', 'world'
 ROBOT = f"""<robot name="r">

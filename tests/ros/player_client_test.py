@@ -12,8 +12,8 @@ import rostest
 from player_testing import Player, cell_rows, temporary_folder, write_bag
 from surroundings import suspended
 
+from process_visualizer.clients.player_client import PlayerClient, PlayerError, PlayerUnreachable
 from process_visualizer.msg import PlayerState
-from process_visualizer.nodes.player_client import PlayerClient, PlayerError, PlayerUnreachable
 
 TIMEOUT_S = 20.0
 

@@ -18,7 +18,7 @@ from visualization_msgs.msg import (
 )
 
 from process_visualizer.cell.model import Pose
-from process_visualizer.nodes.pose_marker import PoseMarker
+from process_visualizer.gui.ros.pose_marker import PoseMarker
 
 TOPIC = '/process_visualizer/calibration'
 TURNED = math.sqrt(0.5)

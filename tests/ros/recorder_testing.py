@@ -16,8 +16,8 @@ import rospy
 from roslib.packages import find_node
 from std_msgs.msg import UInt32
 
-from process_visualizer.bags.recording_options import RecordingOptions
-from process_visualizer.nodes.bag_recorder import BagRecorder
+from process_visualizer.clients.bag_recorder import BagRecorder
+from process_visualizer.clients.recording_options import RecordingOptions
 
 TIMEOUT_S = 20.0
 _names = itertools.count()

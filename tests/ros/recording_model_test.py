@@ -16,12 +16,12 @@ from process_visualizer.bags.marks import read_marks
 from process_visualizer.bags.recording import Recording
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Topic
-from process_visualizer.gui.models.recording_choices import NameChoice
-from process_visualizer.gui.models.recording_model import RecordingModel
-from process_visualizer.gui.models.recording_types import Phase
-from process_visualizer.gui.models.topic_ticks import TopicHealth
-from process_visualizer.gui.ros_link import RosLink
-from process_visualizer.gui.tasks import Tasks
+from process_visualizer.gui.models.recording.recording_choices import NameChoice
+from process_visualizer.gui.models.recording.recording_model import RecordingModel
+from process_visualizer.gui.models.recording.recording_types import Phase
+from process_visualizer.gui.models.recording.topic_ticks import TopicHealth
+from process_visualizer.gui.ros.ros_link import RosLink
+from process_visualizer.gui.toolkit.tasks import Tasks
 
 TOPIC = '/recording_model_test/numbers'
 HERE = Location('cell.xml', 1)

@@ -22,8 +22,8 @@ from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
-from process_visualizer.bags.curves import read_curves
 from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.curves.curves import read_curves
 from process_visualizer.msg import PlayerState
 from process_visualizer.srv import Seek, SetRate, Step
 

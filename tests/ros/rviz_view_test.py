@@ -12,7 +12,7 @@ import rostest
 import yaml
 from diagnostic_msgs.msg import DiagnosticArray
 
-from process_visualizer.nodes.rviz_view import RvizView, RvizViewError
+from process_visualizer.clients.rviz_view import RvizView, RvizViewError
 
 RVIZ_STARTS_WITHIN_S = 90.0
 

@@ -12,7 +12,7 @@ import pytest
 from running import CELL, CellRun, run_command
 
 from process_visualizer.bags.recording import Recording
-from process_visualizer.bags.topic_messages import topic_messages
+from process_visualizer.curves.topic_messages import topic_messages
 from process_visualizer.motion.float32_multi_array import float32_values
 from process_visualizer.motion.speed_series import measuring_times, speeds
 

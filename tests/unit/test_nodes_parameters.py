@@ -1,7 +1,7 @@
 """Parameters of the nodes: defaults, and a message for each wrong value."""
 import pytest
 
-from process_visualizer.nodes.parameters import (
+from process_visualizer.nodes.common.parameters import (
     ParameterError,
     Parameters,
     TopicParameters,

@@ -4,7 +4,7 @@ from geometry_msgs.msg import PointStamped
 from std_msgs.msg import Header, Int32
 from tf2_msgs.msg import TFMessage
 
-from process_visualizer.nodes.rate_control import begins_with_header
+from process_visualizer.player.rate_control import begins_with_header
 
 
 @pytest.mark.parametrize('definition, expected', [

@@ -9,9 +9,9 @@ from visualization_msgs.msg import Marker
 
 from process_visualizer.motion.rotations import matrix_from_quaternion
 from process_visualizer.motion.tool_place import ToolPlace
-from process_visualizer.nodes.markers import STALE_COLOR, VectorSample
-from process_visualizer.nodes.parameters import Parameters, read_robot_parameters
-from process_visualizer.nodes.robot_display import RobotDisplay, ToolMotion
+from process_visualizer.nodes.common.markers import STALE_COLOR, VectorSample
+from process_visualizer.nodes.common.parameters import Parameters, read_robot_parameters
+from process_visualizer.nodes.robot.robot_display import RobotDisplay, ToolMotion
 
 PARAMETERS = read_robot_parameters(Parameters({'force_frame': 'r/force'}, '/r/robot_proc'), 'r')
 # Half a turn about x.

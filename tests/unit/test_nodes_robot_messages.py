@@ -11,7 +11,7 @@ from process_visualizer.motion.rotations import (
     matrix_from_quaternion,
     matrix_from_rotation_vector,
 )
-from process_visualizer.nodes.robot_messages import POSE_DECODERS, WRENCH_DECODERS
+from process_visualizer.nodes.robot.robot_messages import POSE_DECODERS, WRENCH_DECODERS
 
 
 def decode(decoders, message):

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from process_visualizer.motion.recorded_velocity import RecordedVelocity
-from process_visualizer.nodes import twist_source
-from process_visualizer.nodes.recorded_motion import RecordedMoment
+from process_visualizer.nodes.robot import twist_source
+from process_visualizer.nodes.robot.recorded_motion import RecordedMoment
 
 TIMES_S = np.linspace(0.0, 1.0, 101)
 POSITIONS = np.outer(TIMES_S, [0.1, 0.0, 0.0])

@@ -5,10 +5,10 @@ import pytest
 from std_msgs.msg import Float32, String
 from visualization_msgs.msg import Marker
 
-from process_visualizer.nodes.newest_message import RawMessage, decode
-from process_visualizer.nodes.parameters import ParameterError, Parameters
-from process_visualizer.nodes.value_board import ShownValue, TextPlace, ValueBoard
-from process_visualizer.nodes.variable_parameters import VariablesParameters
+from process_visualizer.nodes.common.newest_message import RawMessage, decode
+from process_visualizer.nodes.common.parameters import ParameterError, Parameters
+from process_visualizer.nodes.common.value_board import ShownValue, TextPlace, ValueBoard
+from process_visualizer.nodes.common.variable_parameters import VariablesParameters
 from process_visualizer.nodes.variable_processor import (
     Variable,
     marker_namespaces,

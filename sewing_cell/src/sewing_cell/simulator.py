@@ -12,7 +12,7 @@ from typing import Callable
 
 import rospy
 
-from process_visualizer.nodes.process_end import spin_to_end, start_node
+from process_visualizer.nodes.common.process_end import spin_to_end, start_node
 from sewing_cell.cycle import SewingCycle
 from sewing_cell.driver_groups import ForceDriver, JointDriver, KinectDriver, MachineDriver
 from sewing_cell.simulator_parameters import ParameterError, SimulatorParameters

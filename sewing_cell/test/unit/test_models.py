@@ -16,7 +16,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.generate.xacro_file import expand_xacro
+from process_visualizer.descriptions.xacro_file import expand_xacro
 
 SEWING_CELL = Path(__file__).resolve().parents[2]
 URDF = SEWING_CELL / "urdf"

@@ -6,7 +6,7 @@ from typing import Iterable, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from process_visualizer.bags.bag_errors import Gap
-from process_visualizer.bags.connection import Connection
+from process_visualizer.messages.connection import Connection
 
 
 class Columns(NamedTuple):

@@ -10,7 +10,7 @@ import struct
 from typing import Dict, Iterator, List, Mapping, NamedTuple, Tuple, Union
 
 from process_visualizer.bags.bag_errors import RecordError
-from process_visualizer.bags.connection import Connection
+from process_visualizer.messages.connection import Connection
 
 MAGIC = b'#ROSBAG V2.0\n'
 OP_MESSAGE, OP_BAG_HEADER, OP_INDEX, OP_CHUNK, OP_CHUNK_INFO, OP_CONNECTION = 2, 3, 4, 5, 6, 7

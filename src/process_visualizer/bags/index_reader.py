@@ -31,7 +31,7 @@ from process_visualizer.bags.bag_records import (
     records_in,
     sized_part,
 )
-from process_visualizer.bags.connection import Connection
+from process_visualizer.messages.connection import Connection
 
 _LARGEST_SUMMARY_BYTES = 1 << 30
 _INDEX_HEAD_BYTES = 128

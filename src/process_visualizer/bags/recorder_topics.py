@@ -6,9 +6,9 @@ from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 from process_visualizer.bags.bag_errors import BagDamaged, RecordError
 from process_visualizer.bags.bag_records import sized_part
 from process_visualizer.bags.json_text import parsed_json
-from process_visualizer.bags.message_definition import short_name
 from process_visualizer.bags.recording import Recording
 from process_visualizer.cell.stored_configuration import StoredConfiguration, stored_configuration
+from process_visualizer.messages.message_definition import short_name
 
 PREFIX = '/process_visualizer/'
 CONFIGURATION = f'{PREFIX}configuration'

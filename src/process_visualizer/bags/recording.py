@@ -10,8 +10,8 @@ from process_visualizer.bags.bag_errors import Gap
 from process_visualizer.bags.bag_file import BagFile
 from process_visualizer.bags.bag_index import BagIndex, ChunkPlaces, Columns, connection_dtype
 from process_visualizer.bags.chunk_store import ChunkStore
-from process_visualizer.bags.connection import Connection
 from process_visualizer.bags.index_reader import read_index
+from process_visualizer.messages.connection import Connection
 
 
 class Recording:

@@ -7,8 +7,6 @@ from typing import Dict, List
 import numpy as np
 
 from process_visualizer.bags.bag_errors import BagDamaged
-from process_visualizer.bags.connection import Connection
-from process_visualizer.bags.message_definition import short_name
 from process_visualizer.bags.recorder_topics import CALIBRATION
 from process_visualizer.bags.recording import Recording
 from process_visualizer.discovery.seen import Seen, Source
@@ -18,6 +16,8 @@ from process_visualizer.discovery.topic_facts import (
     seen_topics,
     seen_transforms,
 )
+from process_visualizer.messages.connection import Connection
+from process_visualizer.messages.message_definition import short_name
 
 _MOMENTS, _MOMENTS_OF_TF = 16, 64
 """Of each publisher about so many messages are read, evenly spread over the recording."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import FrozenSet, Tuple
 
-from process_visualizer.generate.robot_description import RobotDescription
+from process_visualizer.descriptions.robot_description import RobotDescription
 
 
 @dataclass(frozen=True)

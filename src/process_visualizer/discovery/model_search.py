@@ -8,6 +8,11 @@ from dataclasses import replace
 from typing import Dict, Iterator, List, Optional, Sequence, Set, Tuple
 from xml.etree import ElementTree
 
+from process_visualizer.descriptions.robot_description import (
+    ModelError,
+    RobotDescription,
+    load_robot_description,
+)
 from process_visualizer.discovery.found_model import FoundModel
 from process_visualizer.discovery.model_evidence import ModelEvidence
 from process_visualizer.discovery.model_files import ModelFile, ModelFiles
@@ -20,11 +25,6 @@ from process_visualizer.discovery.robot_topics import (
     without_model,
 )
 from process_visualizer.discovery.seen import Seen, SeenDescription, SeenTopic
-from process_visualizer.generate.robot_description import (
-    ModelError,
-    RobotDescription,
-    load_robot_description,
-)
 
 _MOST_TRIES = 24
 """Files that are expanded for one robot."""

@@ -10,12 +10,12 @@ from process_visualizer.cell.errors import ConfigurationError
 from process_visualizer.cell.model import Device, Model
 from process_visualizer.cell.stored_configuration import StoredConfiguration, write_configuration
 from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.discovery.found_model import FoundModel
-from process_visualizer.generate.robot_description import (
+from process_visualizer.descriptions.robot_description import (
     ModelError,
     load_robot_description,
     model_path,
 )
+from process_visualizer.discovery.found_model import FoundModel
 
 _REASON = 'as in the configuration of the recording'
 

@@ -7,12 +7,12 @@ from typing import Any, Dict, Iterator, List, NamedTuple, Tuple
 import numpy as np
 
 from process_visualizer.bags.bag_errors import BagDamaged
-from process_visualizer.bags.message_definition import short_name
-from process_visualizer.bags.message_values import Values
 from process_visualizer.bags.recording import Recording
 from process_visualizer.discovery.robot_topics import JOINT_STATE, POSE
 from process_visualizer.discovery.seen import Source
 from process_visualizer.discovery.topic_facts import TF_TYPES, readable, transforms
+from process_visualizer.messages.message_definition import short_name
+from process_visualizer.messages.message_values import Values
 from process_visualizer.motion.kinematics import Placement
 
 _MOMENTS = 40

@@ -8,11 +8,11 @@ from typing import Iterable, Iterator, List, NamedTuple, Optional, Sequence, Set
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType
 from process_visualizer.cell.rules import TF_MESSAGE
+from process_visualizer.descriptions.tool_frame import tool_frame, tool_name_rank
 from process_visualizer.discovery.camera_groups import CAMERA_TYPES
 from process_visualizer.discovery.found_model import FoundModel
 from process_visualizer.discovery.frame_forest import FrameForest
 from process_visualizer.discovery.seen import SeenTopic
-from process_visualizer.generate.tool_frame import tool_frame, tool_name_rank
 from process_visualizer.motion.kinematics import Kinematics
 
 TF = '/tf'

@@ -5,13 +5,7 @@ import math
 from collections import defaultdict
 from typing import Any, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple
 
-from process_visualizer.bags.message_definition import (
-    DefinitionError,
-    parse_definitions,
-    short_name,
-)
-from process_visualizer.bags.message_layout import MessageDamaged
-from process_visualizer.bags.message_values import Values, message_values
+from process_visualizer.descriptions.own_description import is_own_description
 from process_visualizer.discovery.seen import (
     SeenDescription,
     SeenNumber,
@@ -19,7 +13,13 @@ from process_visualizer.discovery.seen import (
     SeenTransform,
     Source,
 )
-from process_visualizer.generate.own_description import is_own_description
+from process_visualizer.messages.message_definition import (
+    DefinitionError,
+    parse_definitions,
+    short_name,
+)
+from process_visualizer.messages.message_layout import MessageDamaged
+from process_visualizer.messages.message_values import Values, message_values
 from process_visualizer.motion.kinematics import Placement
 
 TF_TYPES = ('tf2_msgs/TFMessage', 'tf/tfMessage')

@@ -7,9 +7,9 @@ from typing import Dict, Mapping, Tuple
 import numpy as np
 
 from process_visualizer.cell.model import Cell, Device, DeviceType, RegionOfInterest
+from process_visualizer.descriptions.robot_description import RobotDescription
+from process_visualizer.descriptions.tool_frame import tool_frame
 from process_visualizer.generate.cell_frames import CellFrames
-from process_visualizer.generate.robot_description import RobotDescription
-from process_visualizer.generate.tool_frame import tool_frame
 from process_visualizer.motion.kinematics import Placement
 from process_visualizer.motion.rotations import matrix_from_quaternion
 

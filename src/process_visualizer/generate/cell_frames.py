@@ -7,9 +7,9 @@ import numpy as np
 import rospkg
 
 from process_visualizer.cell.model import Cell, Device, Pose
-from process_visualizer.generate.model_extent import ModelExtent
+from process_visualizer.descriptions.model_extent import ModelExtent
+from process_visualizer.descriptions.robot_description import RobotDescription
 from process_visualizer.generate.processor_nodes import frame_parameters
-from process_visualizer.generate.robot_description import RobotDescription
 from process_visualizer.motion.kinematics import Placement
 from process_visualizer.motion.rotations import quaternion_from_ypr
 

@@ -7,7 +7,7 @@ from typing import Any, Iterable, Mapping, Optional, Tuple
 
 from process_visualizer.cell.model import Cell, Device, LaunchFile, Mode, Node
 from process_visualizer.cell.suggestions import advice
-from process_visualizer.generate.window_geometry import Rectangle
+from process_visualizer.rviz.window_geometry import Rectangle
 
 
 class RvizStart(Enum):

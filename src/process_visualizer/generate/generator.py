@@ -10,15 +10,15 @@ import rospkg
 from process_visualizer.cell.errors import ConfigurationError, Location, Problem
 from process_visualizer.cell.model import Cell
 from process_visualizer.cell.stored_configuration import configuration_text
+from process_visualizer.descriptions.own_description import marked_description
+from process_visualizer.descriptions.robot_description import RobotDescription, describe_devices
 from process_visualizer.generate.cell_extent import cell_extent
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.drivers import inspect_launch_files
 from process_visualizer.generate.frame_rules import frame_problems
 from process_visualizer.generate.launch_file import LaunchFileBuilder, has_recorder, urdf_file
-from process_visualizer.generate.own_description import marked_description
 from process_visualizer.generate.parts import add_parts
 from process_visualizer.generate.plan import CONFIGURATION_FILE, LAUNCH_FILE, RVIZ_FILE, Plan
-from process_visualizer.generate.robot_description import RobotDescription, describe_devices
 from process_visualizer.generate.rviz_config import RVizConfig
 
 

@@ -7,6 +7,7 @@ from functools import partial
 from typing import Callable, Dict, Mapping, Sequence
 
 from process_visualizer.cell.model import Device, LaunchFile, Mode, Node, RoslaunchElement
+from process_visualizer.descriptions.robot_description import RobotDescription
 from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.launch_writer import Tag, write_document
 from process_visualizer.generate.plan import (
@@ -22,7 +23,6 @@ from process_visualizer.generate.processor_nodes import (
     frame_parameters,
     processor_nodes,
 )
-from process_visualizer.generate.robot_description import RobotDescription
 from process_visualizer.generate.watch_parameters import SCENE_WATCH, watch_parameters
 
 _BOOLEAN = ('respawn', 'required', 'clear_params', 'subst_value')

@@ -14,8 +14,8 @@ from process_visualizer.cell.model import (
     TopicFunction,
     Variable,
 )
-from process_visualizer.generate.robot_description import RobotDescription
-from process_visualizer.generate.tool_frame import tool_frame
+from process_visualizer.descriptions.robot_description import RobotDescription
+from process_visualizer.descriptions.tool_frame import tool_frame
 
 _PACKAGE = 'process_visualizer'
 PUBLISH_FREQUENCY_HZ = 100.0

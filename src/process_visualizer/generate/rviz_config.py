@@ -7,12 +7,12 @@ import numpy as np
 import yaml
 
 from process_visualizer.cell.model import Device
-from process_visualizer.generate.camera import camera_pose, grid_below
-from process_visualizer.generate.displays import DisplayConfig, device_displays
-from process_visualizer.generate.view_file import read_view
-from process_visualizer.generate.view_merge import merged_view
 from process_visualizer.generate.watch_parameters import WATCH_TOPIC
-from process_visualizer.generate.window_geometry import (
+from process_visualizer.rviz.camera import camera_pose, grid_below
+from process_visualizer.rviz.displays import DisplayConfig, device_displays
+from process_visualizer.rviz.view_file import read_view
+from process_visualizer.rviz.view_merge import merged_view
+from process_visualizer.rviz.window_geometry import (
     Rectangle,
     scene_aspect,
     window_geometry,

@@ -14,8 +14,8 @@ from process_visualizer.cell.model import (
     Pose,
     TopicFunction,
 )
-from process_visualizer.generate.displays import DisplayConfig, device_displays
 from process_visualizer.motion.rotations import matrix_from_ypr
+from process_visualizer.rviz.displays import DisplayConfig, device_displays
 
 SCENE_WATCH = 'scene_watch'
 WATCH_TOPIC = f'/{SCENE_WATCH}/marker_array'

@@ -12,9 +12,9 @@ import rospy
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Float32
 
-from process_visualizer.nodes.complaints import Complaints
-from process_visualizer.nodes.playback import PlaybackFollower
-from process_visualizer.nodes.process_end import spin_to_end, start_node
+from process_visualizer.clients.player_clock import PlaybackFollower
+from process_visualizer.nodes.common.complaints import Complaints
+from process_visualizer.nodes.common.process_end import spin_to_end, start_node
 
 # std_msgs/Header on the wire: seq, stamp (s, ns), and the length of frame_id, which follows.
 _HEADER = struct.Struct('<4I')

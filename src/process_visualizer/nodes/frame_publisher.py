@@ -11,8 +11,8 @@ from tf2_msgs.msg import TFMessage
 
 from process_visualizer.motion.frame_tree import Frame, FrameTree
 from process_visualizer.motion.rotations import quaternion_from_ypr
-from process_visualizer.nodes.parameters import ParameterError, Parameters
-from process_visualizer.nodes.process_end import spin_to_end, start_node
+from process_visualizer.nodes.common.parameters import ParameterError, Parameters
+from process_visualizer.nodes.common.process_end import spin_to_end, start_node
 from process_visualizer.srv import SetFrame, SetFrameRequest, SetFrameResponse
 
 

@@ -11,16 +11,13 @@ import rospy
 from geometry_msgs.msg import TwistStamped, Vector3, WrenchStamped
 from visualization_msgs.msg import MarkerArray
 
+from process_visualizer.clients.player_clock import PlaybackFollower
 from process_visualizer.motion.joint_matching import JointMatching
 from process_visualizer.motion.kinematics import Kinematics
 from process_visualizer.motion.patience import Patience
-from process_visualizer.nodes.base_frames import BaseFrames
-from process_visualizer.nodes.complaints import Complaints
-from process_visualizer.nodes.frame_reader import TF_MESSAGE
-from process_visualizer.nodes.frame_watch import FrameWatch
-from process_visualizer.nodes.markers import Pace, VectorSample
-from process_visualizer.nodes.message_reader import DoubtfulMessage, TopicReader
-from process_visualizer.nodes.parameters import (
+from process_visualizer.nodes.common.complaints import Complaints
+from process_visualizer.nodes.common.markers import Pace, VectorSample
+from process_visualizer.nodes.common.parameters import (
     ParameterError,
     RobotParameters,
     TopicParameters,
@@ -28,16 +25,19 @@ from process_visualizer.nodes.parameters import (
     private_parameters,
     read_robot_parameters,
 )
-from process_visualizer.nodes.playback import PlaybackFollower
-from process_visualizer.nodes.process_end import spin_to_end, start_node
-from process_visualizer.nodes.recorded_joints import RecordedJoints
-from process_visualizer.nodes.recorded_motion import RecordedMotion
-from process_visualizer.nodes.recorded_reading import RecordedReader
-from process_visualizer.nodes.robot_display import RobotDisplay, ToolMotion
-from process_visualizer.nodes.robot_messages import WRENCH_DECODERS, ToolPose, Wrench
-from process_visualizer.nodes.tool_input import ToolInput
-from process_visualizer.nodes.tool_placing import ToolPlacer
-from process_visualizer.nodes.twist_source import TwistSource
+from process_visualizer.nodes.common.process_end import spin_to_end, start_node
+from process_visualizer.nodes.robot.base_frames import BaseFrames
+from process_visualizer.nodes.robot.frame_reader import TF_MESSAGE
+from process_visualizer.nodes.robot.frame_watch import FrameWatch
+from process_visualizer.nodes.robot.message_reader import DoubtfulMessage, TopicReader
+from process_visualizer.nodes.robot.recorded_joints import RecordedJoints
+from process_visualizer.nodes.robot.recorded_motion import RecordedMotion
+from process_visualizer.nodes.robot.recorded_reading import RecordedReader
+from process_visualizer.nodes.robot.robot_display import RobotDisplay, ToolMotion
+from process_visualizer.nodes.robot.robot_messages import WRENCH_DECODERS, ToolPose, Wrench
+from process_visualizer.nodes.robot.tool_input import ToolInput
+from process_visualizer.nodes.robot.tool_placing import ToolPlacer
+from process_visualizer.nodes.robot.twist_source import TwistSource
 
 ABOUT_RECORDING = 'recorded velocity'
 LOG_PERIOD_S = 30.0

@@ -16,15 +16,15 @@ import rospy
 from std_msgs.msg import Float32
 from visualization_msgs.msg import MarkerArray
 
-from process_visualizer.nodes.markers import Pace, invisible_marker, text_marker
-from process_visualizer.nodes.node_pulse import Pulses
-from process_visualizer.nodes.parameters import (
+from process_visualizer.nodes.common.markers import Pace, invisible_marker, text_marker
+from process_visualizer.nodes.common.node_pulse import Pulses
+from process_visualizer.nodes.common.parameters import (
     STALE_AFTER_S,
     ParameterError,
     Parameters,
     private_parameters,
 )
-from process_visualizer.nodes.process_end import start_node
+from process_visualizer.nodes.common.process_end import start_node
 
 TEXT_PERIOD_S = 0.2
 CALM_PERIOD_S = 1.0  # RViz has something to show, also when the frames come after it

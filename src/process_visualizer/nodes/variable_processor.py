@@ -9,6 +9,7 @@ from typing import Dict, List, Optional, Sequence
 import rospy
 from visualization_msgs.msg import MarkerArray
 
+from process_visualizer.clients.player_clock import PlaybackFollower
 from process_visualizer.motion.arrows import format_age
 from process_visualizer.motion.rotations import Vector
 from process_visualizer.motion.variables import (
@@ -19,15 +20,21 @@ from process_visualizer.motion.variables import (
     variable_text,
     variable_vector,
 )
-from process_visualizer.nodes.complaints import Complaints
-from process_visualizer.nodes.live_number import LiveNumber
-from process_visualizer.nodes.markers import VectorSample
-from process_visualizer.nodes.newest_message import NewestMessage, RawMessage
-from process_visualizer.nodes.parameters import ArrowStyle, ParameterError, private_parameters
-from process_visualizer.nodes.playback import PlaybackFollower
-from process_visualizer.nodes.process_end import spin_to_end, start_node
-from process_visualizer.nodes.value_board import ShownValue, TextPlace, ValueBoard
-from process_visualizer.nodes.variable_parameters import VariableParameters, VariablesParameters
+from process_visualizer.nodes.common.complaints import Complaints
+from process_visualizer.nodes.common.live_number import LiveNumber
+from process_visualizer.nodes.common.markers import VectorSample
+from process_visualizer.nodes.common.newest_message import NewestMessage, RawMessage
+from process_visualizer.nodes.common.parameters import (
+    ArrowStyle,
+    ParameterError,
+    private_parameters,
+)
+from process_visualizer.nodes.common.process_end import spin_to_end, start_node
+from process_visualizer.nodes.common.value_board import ShownValue, TextPlace, ValueBoard
+from process_visualizer.nodes.common.variable_parameters import (
+    VariableParameters,
+    VariablesParameters,
+)
 
 SHORTEST_ARROW_M = 0.005  # a shorter one is a mere disc
 DIAMETER_M = 0.016

@@ -3,7 +3,7 @@ import threading
 from collections import deque
 from typing import Callable, Deque
 
-from process_visualizer.bags.clock import Clock
+from process_visualizer.playback.clock import Clock
 
 WALL_NS = 1_800_000_000_000_000_000
 

@@ -15,11 +15,11 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker
 
 from process_visualizer.bags.bag_index import BagIndex, ChunkPlaces, Columns
-from process_visualizer.bags.connection import Connection
-from process_visualizer.bags.course import Course
-from process_visualizer.bags.playback import Playback
-from process_visualizer.bags.player_control import PlayerControl
-from process_visualizer.bags.timeline import Timeline
+from process_visualizer.messages.connection import Connection
+from process_visualizer.playback.course import Course
+from process_visualizer.playback.engine import Playback
+from process_visualizer.playback.player_control import PlayerControl
+from process_visualizer.playback.timeline import Timeline
 
 BEGIN_NS = 1_600_000_000_000_000_000
 MS = 1_000_000

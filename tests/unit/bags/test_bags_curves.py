@@ -17,18 +17,18 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import Float32, Float32MultiArray, String, UInt16
 from tf2_msgs.msg import TFMessage
 
-from process_visualizer.bags import curves as curves_module
 from process_visualizer.bags.bag_errors import BagError
-from process_visualizer.bags.curves import (
+from process_visualizer.cell.model import Device
+from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.curves import curves as curves_module
+from process_visualizer.curves.curves import (
     Curve,
     ReadingCancelled,
     column_limits,
     columns_for,
     read_curves,
 )
-from process_visualizer.bags.position_values import PositionValues
-from process_visualizer.cell.model import Device
-from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.curves.position_values import PositionValues
 
 BEGIN_S = 1_600_000_000
 

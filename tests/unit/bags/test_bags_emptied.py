@@ -12,9 +12,9 @@ from sensor_msgs.msg import ChannelFloat32, LaserScan, PointCloud, PointCloud2, 
 from std_msgs.msg import Float64, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-from process_visualizer.bags.connection import Connection
-from process_visualizer.bags.emptied import can_be_emptied, emptied
-from process_visualizer.bags.message_layout import MessageDamaged
+from process_visualizer.messages.connection import Connection
+from process_visualizer.messages.emptied import can_be_emptied, emptied
+from process_visualizer.messages.message_layout import MessageDamaged
 
 HEADER = Header(seq=7, stamp=genpy.Time(5), frame_id='kamera_ä')
 FIELDS = [PointField(name=name, offset=4 * number, datatype=7, count=1)

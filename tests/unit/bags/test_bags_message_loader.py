@@ -10,8 +10,8 @@ import rosbag
 from genpy import Time
 from geometry_msgs.msg import PoseStamped
 
-from process_visualizer.bags.message_loader import MessageLoader
 from process_visualizer.bags.recording import Recording
+from process_visualizer.playback.message_loader import MessageLoader
 
 WHOLE = PoseStamped._full_text
 

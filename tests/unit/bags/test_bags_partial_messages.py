@@ -15,13 +15,13 @@ from std_msgs.msg import ColorRGBA
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
-from process_visualizer.bags.connection import Connection
-from process_visualizer.bags.message_layout import MessageDamaged
-from process_visualizer.bags.message_loader import LoadedMessage, MessageLoader
-from process_visualizer.bags.message_parts import CLEARS, parts_reader
-from process_visualizer.bags.partial_messages import ALWAYS, FARTHEST_NS, MOST
-from process_visualizer.bags.playback_event import EventMaker
 from process_visualizer.bags.recording import Recording
+from process_visualizer.messages.connection import Connection
+from process_visualizer.messages.message_layout import MessageDamaged
+from process_visualizer.messages.message_parts import CLEARS, parts_reader
+from process_visualizer.playback.message_loader import LoadedMessage, MessageLoader
+from process_visualizer.playback.partial_messages import ALWAYS, FARTHEST_NS, MOST
+from process_visualizer.playback.playback_event import EventMaker
 
 PERIOD_S = 0.02
 Seen = Dict[Tuple[str, str], float]

@@ -30,8 +30,8 @@ from staged_playback import (
     steps,
 )
 
-from process_visualizer.bags.playback import Step
-from process_visualizer.bags.timeline import CommandRefused
+from process_visualizer.playback.engine import Step
+from process_visualizer.playback.timeline import CommandRefused
 
 rates = st.sampled_from([0.01, 0.25, 1.0, 3.0, 16.0, -0.1, -1.0, -4.0])
 commands = st.one_of(

@@ -7,8 +7,8 @@ from unittest import mock
 
 from playback_stage import MemoryRecording, Message
 
-from process_visualizer.bags.playback import Output, Playback
-from process_visualizer.bags.timeline import Basis, Timeline
+from process_visualizer.playback.engine import Output, Playback
+from process_visualizer.playback.timeline import Basis, Timeline
 
 
 class ClosedMeanwhile(Timeline):

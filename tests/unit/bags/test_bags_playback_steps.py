@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from playback_stage import BEGIN_NS, MS, Message, Stage
 from staged_playback import SECOND, check_scene_passed, messages_of_a_recording, queued, steps
 
-from process_visualizer.bags.playback import Step
-from process_visualizer.bags.timeline import CommandRefused
+from process_visualizer.playback.engine import Step
+from process_visualizer.playback.timeline import CommandRefused
 
 
 @settings(max_examples=300)

@@ -3,13 +3,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.bags.player_options import (
+from process_visualizer.playback.timeline import HIGHEST_RATE
+from process_visualizer.terminal.player_options import (
     PlayerOptions,
     parse_options,
     topic_remaps,
     without_topic_remaps,
 )
-from process_visualizer.bags.timeline import HIGHEST_RATE
 
 BAG = 'some.bag'
 SECONDS = st.floats(0.001, 1e6).map(lambda value: round(value, 3))

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from process_visualizer.bags.bag_index import BagIndex, ChunkPlaces, Columns
-from process_visualizer.bags.connection import Connection
-from process_visualizer.bags.scene import Scene, sources
+from process_visualizer.messages.connection import Connection
+from process_visualizer.playback.scene import Scene, sources
 
 STATIC_TOPIC = '/tf_static'
 

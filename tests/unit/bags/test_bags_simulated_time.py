@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.bags.simulated_time import SimulatedTime, next_tick_s
-from process_visualizer.bags.timeline import Basis
+from process_visualizer.playback.simulated_time import SimulatedTime, next_tick_s
+from process_visualizer.playback.timeline import Basis
 
 BASIS = Basis(0, 0, 0, 10 ** 9)
 

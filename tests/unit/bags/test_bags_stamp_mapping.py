@@ -2,8 +2,8 @@
 import pytest
 from bags_fake_clock import FakeClock
 
-from process_visualizer.bags.stamp_mapping import MEMORY, StampMapping
-from process_visualizer.bags.timeline import NS_PER_S, Timeline
+from process_visualizer.playback.stamp_mapping import MEMORY, StampMapping
+from process_visualizer.playback.timeline import NS_PER_S, Timeline
 
 BEGIN = 1_600_000_000 * NS_PER_S
 MS = 1_000_000

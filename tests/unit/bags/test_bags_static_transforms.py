@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tf2_msgs.msg import TFMessage
 
-from process_visualizer.bags.message_layout import MessageDamaged
-from process_visualizer.bags.static_transforms import joined, split
+from process_visualizer.messages.message_layout import MessageDamaged
+from process_visualizer.messages.static_transforms import joined, split
 
 names = st.sampled_from(['world', 'base', '/base', 'ur/tool', 'kamera_ä', ''])
 transforms = st.tuples(names, names, st.floats(-10, 10))

@@ -5,7 +5,7 @@ import threading
 import pytest
 from bags_fake_clock import FakeClock
 
-from process_visualizer.bags.timeline import NS_PER_S, CommandRefused, Timeline
+from process_visualizer.playback.timeline import NS_PER_S, CommandRefused, Timeline
 
 BEGIN = 1_600_000_000 * NS_PER_S
 LENGTH = 100 * NS_PER_S

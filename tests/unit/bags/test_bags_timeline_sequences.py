@@ -4,8 +4,8 @@ from hypothesis import assume, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-from process_visualizer.bags.stamp_mapping import StampMapping, nearby
-from process_visualizer.bags.timeline import MIN_LOOP_NS, NS_PER_S, Timeline
+from process_visualizer.playback.stamp_mapping import StampMapping, nearby
+from process_visualizer.playback.timeline import MIN_LOOP_NS, NS_PER_S, Timeline
 
 BEGIN = 1_600_000_000 * NS_PER_S
 RATES = st.one_of(st.sampled_from([0.01, 0.1, 0.5, 1.0, 2.0, 16.0]), st.floats(0.01, 16.0))

@@ -14,10 +14,10 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float32MultiArray, Header
 from tf2_msgs.msg import TFMessage
 
-from process_visualizer.bags.curves import Curve, read_curves
-from process_visualizer.bags.position_values import PositionValues
 from process_visualizer.cell.model import Device
 from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.curves.curves import Curve, read_curves
+from process_visualizer.curves.position_values import PositionValues
 
 BEGIN_S = 1_600_000_000
 NEAR = 0.01  # what the slope over 0.2 s of a circle makes of the speed

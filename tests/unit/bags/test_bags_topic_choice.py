@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.bags.topic_choice import TopicChoice, checked_prefix, resolved_name
+from process_visualizer.playback.topic_choice import TopicChoice, checked_prefix, resolved_name
 
 TOPICS = ['/camera/depth/image', '/camera/rgb/image', '/robot/joint_states', '/tf', '/tf_static']
 NAMES = st.lists(st.from_regex(r'[A-Za-z][A-Za-z0-9_]{0,4}', fullmatch=True), min_size=1,

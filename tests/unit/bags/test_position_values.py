@@ -13,8 +13,8 @@ from genpy import Time
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from std_msgs.msg import Float32MultiArray, Float64, String
 
-from process_visualizer.bags.position_values import PositionValues, key_of
 from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.curves.position_values import PositionValues, key_of
 from process_visualizer.motion.recorded_velocity import RecordedVelocity
 from process_visualizer.motion.speed_series import measuring_times
 

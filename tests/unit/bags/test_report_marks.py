@@ -27,10 +27,10 @@ from process_visualizer.bags.recorder_topics import (
     recorded_configuration,
 )
 from process_visualizer.bags.recording import Recording
-from process_visualizer.bags.report import make_report
-from process_visualizer.bags.report_text import as_json, as_text
 from process_visualizer.cell.stored_configuration import configuration_text, write_configuration
 from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.report.report import make_report
+from process_visualizer.report.report_text import as_json, as_text
 
 
 def bag_with(path: Path, topic: str, *texts: str) -> str:

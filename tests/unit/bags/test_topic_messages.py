@@ -10,7 +10,7 @@ from bag_files import Row, compressions, in_time, rows_of_messages, some_rows, t
 from hypothesis import given, settings
 
 from process_visualizer.bags.recording import Recording
-from process_visualizer.bags.topic_messages import topic_messages
+from process_visualizer.curves.topic_messages import topic_messages
 
 PLENTY_BYTES = 1 << 20
 

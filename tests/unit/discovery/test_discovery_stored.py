@@ -16,7 +16,7 @@ from process_visualizer.bags.recorder_topics import CALIBRATION, CONFIGURATION
 from process_visualizer.cell.model import Cell
 from process_visualizer.cell.stored_configuration import configuration_text
 from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.launching.command_line import main
+from process_visualizer.commands.command_line import main
 
 URDF = '''<robot name="r"><link name="base" /><link name="tool" />
 <joint name="j" type="continuous"><parent link="base" /><child link="tool" /></joint></robot>'''

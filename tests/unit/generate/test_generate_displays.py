@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from process_visualizer.cell.displays import DISPLAY_TYPES
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Cell, Device, DeviceType, Display, Property
-from process_visualizer.generate.displays import device_displays, property_value
+from process_visualizer.rviz.displays import device_displays, property_value
 
 Displays = Callable[[str], List[Dict[str, Any]]]
 Parse = Callable[[str], Cell]

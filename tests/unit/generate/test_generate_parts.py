@@ -9,9 +9,9 @@ from golden import BAG, CASES, make_plan
 from launch_loading import load_file, node_names, parameters
 
 from process_visualizer.cell.model import Cell, Mode
+from process_visualizer.descriptions.own_description import is_own_description
 from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.generator import generate_parts
-from process_visualizer.generate.own_description import is_own_description
 from process_visualizer.generate.plan import (
     BAG_PART,
     FRAMES_PART,

@@ -6,13 +6,13 @@ from typing import Callable, List, Optional
 import pytest
 
 from process_visualizer.cell.model import Cell, Device
+from process_visualizer.descriptions.robot_description import RobotDescription
 from process_visualizer.generate.processor_nodes import (
     ProcessorNode,
     frame_parameters,
     processor_nodes,
     robot_parameters,
 )
-from process_visualizer.generate.robot_description import RobotDescription
 
 Parse = Callable[[str], Cell]
 ARM = RobotDescription('<robot/>', ('base', 'a', 'tool'),

@@ -10,7 +10,7 @@ import yaml
 
 from process_visualizer.cell.model import Cell
 from process_visualizer.generate.rviz_config import RVizConfig
-from process_visualizer.generate.window_geometry import Rectangle
+from process_visualizer.rviz.window_geometry import Rectangle
 
 DEFAULT = Path(__file__).resolve().parents[3] / 'rviz_config' / 'default.rviz'
 Parse = Callable[[str], Cell]

@@ -7,8 +7,11 @@ from typing import Callable, Dict, List
 import pytest
 
 from process_visualizer.cell.model import Cell
-from process_visualizer.generate.robot_description import RobotDescription, load_robot_description
-from process_visualizer.generate.tool_frame import tool_frame
+from process_visualizer.descriptions.robot_description import (
+    RobotDescription,
+    load_robot_description,
+)
+from process_visualizer.descriptions.tool_frame import tool_frame
 
 Parse = Callable[[str], Cell]
 DATA = Path(__file__).resolve().parents[2] / 'data'

@@ -14,9 +14,9 @@ from process_visualizer.cell.model import Cell, Mode
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.generator import generate, generate_parts
 from process_visualizer.generate.plan import RVIZ_FILE, RVIZ_PART
-from process_visualizer.generate.saved_views import SavedViewError, SavedViews
-from process_visualizer.generate.view_merge import merged_view
-from process_visualizer.generate.window_geometry import Rectangle, window_geometry
+from process_visualizer.rviz.saved_views import SavedViewError, SavedViews
+from process_visualizer.rviz.view_merge import merged_view
+from process_visualizer.rviz.window_geometry import Rectangle, window_geometry
 
 VIEW = 'Visualization Manager: {Displays: []}\n'
 TEXT = ('<device type="depth_sensor" name="cam"><topic name="c" type="pointcloud"/>'

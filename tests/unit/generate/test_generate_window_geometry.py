@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from process_visualizer.generate.window_geometry import (
+from process_visualizer.rviz.window_geometry import (
     TITLE_BAR_PX,
     Rectangle,
     view_rectangle,

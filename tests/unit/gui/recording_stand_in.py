@@ -4,11 +4,11 @@ from __future__ import annotations
 import threading
 from typing import Any, Callable, List, Optional, Sequence
 
-from process_visualizer.bags.recording_options import RecordingOptions
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Topic
-from process_visualizer.gui.models.finished_verdict import BagVerdict
-from process_visualizer.gui.snapshots import RecorderSnapshot, TopicSnapshot
+from process_visualizer.clients.recording_options import RecordingOptions
+from process_visualizer.gui.models.recording.finished_verdict import BagVerdict
+from process_visualizer.gui.ros.snapshots import RecorderSnapshot, TopicSnapshot
 
 HERE = Location('cell.xml', 1)
 BAG = '/bags/seam.bag'

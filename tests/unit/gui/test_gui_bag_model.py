@@ -18,11 +18,11 @@ from std_msgs.msg import Float32, String
 from process_visualizer.bags.recorder_topics import MARKS
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Topic
-from process_visualizer.gui.models.bag_model import BagModel
-from process_visualizer.gui.models.playback_model import PlacedMark
-from process_visualizer.gui.tasks import Tasks
-from process_visualizer.gui.views.bag_view import BagView
-from process_visualizer.gui.views.curves_row import CurvesRow
+from process_visualizer.gui.models.playback.bag_model import BagModel
+from process_visualizer.gui.models.playback.playback_model import PlacedMark
+from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.gui.views.playback.bag_view import BagView
+from process_visualizer.gui.views.playback.curves_row import CurvesRow
 
 HERE = Location('cell.xml', 1)
 BEGIN_S = 1_600_000_000

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from process_visualizer.gui import bag_target
-from process_visualizer.gui.bag_target import look_at
+from process_visualizer.gui.models.recording import bag_target
+from process_visualizer.gui.models.recording.bag_target import look_at
 
 
 def test_a_folder_that_is_there_or_can_be_made(tmp_path: Path):

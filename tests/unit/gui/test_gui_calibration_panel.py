@@ -17,9 +17,9 @@ from PyQt5.QtWidgets import (
 )
 from test_gui_calibration_model import IN_FILE, Frames, device
 
-from process_visualizer.gui.models.calibration_model import CalibrationModel
-from process_visualizer.gui.tasks import Tasks
-from process_visualizer.gui.views.calibration_panel import CalibrationPanel
+from process_visualizer.gui.models.cell.calibration_model import CalibrationModel
+from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.gui.views.cell.calibration_panel import CalibrationPanel
 
 
 @pytest.fixture

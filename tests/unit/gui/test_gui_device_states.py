@@ -14,12 +14,12 @@ from std_msgs.msg import Float64, String
 from process_visualizer.bags.catalogue import Catalogue, read_catalogue
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Topic
-from process_visualizer.gui.models.device_states_model import DeviceStatesModel
-from process_visualizer.gui.models.launch_model import LaunchModel
-from process_visualizer.gui.models.warnings_model import WarningsModel
-from process_visualizer.gui.snapshots import PlayerSnapshot
+from process_visualizer.gui.models.cell.device_states_model import DeviceStatesModel
+from process_visualizer.gui.models.cell.launch_model import LaunchModel
+from process_visualizer.gui.models.cell.warnings_model import WarningsModel
+from process_visualizer.gui.ros.snapshots import PlayerSnapshot
+from process_visualizer.health.node_warnings import NodeWarnings
 from process_visualizer.launching.node_state import NodeReport, NodeState
-from process_visualizer.launching.node_warnings import NodeWarnings
 from process_visualizer.launching.part_report import PartReport, PartState
 
 HERE = Location('cell.xml', 1)

@@ -9,9 +9,9 @@ from PyQt5.QtGui import QColor, QIcon, QImage
 from PyQt5.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from process_visualizer.gui.icon_shapes import names
-from process_visualizer.gui.icons import icon
-from process_visualizer.gui.style import ACCENT, BAD, apply_style
+from process_visualizer.gui.toolkit.icon_shapes import names
+from process_visualizer.gui.toolkit.icons import icon
+from process_visualizer.gui.toolkit.style import ACCENT, BAD, apply_style
 
 PROMISED = ('play', 'pause', 'stop', 'to_start', 'to_end', 'step_back', 'step_forward',
             'play_backwards', 'loop', 'loop_begin', 'loop_end', 'mark', 'record', 'restart',

@@ -8,9 +8,9 @@ import pytest
 from PyQt5.QtGui import QFont
 from pytestqt.qtbot import QtBot
 
-from process_visualizer.gui.time_axis import TimeAxis
-from process_visualizer.gui.views.lane_pictures import LanePictures
-from process_visualizer.gui.views.timeline_lanes import Lane
+from process_visualizer.gui.toolkit.time_axis import TimeAxis
+from process_visualizer.gui.views.playback.lane_pictures import LanePictures
+from process_visualizer.gui.views.playback.timeline_lanes import Lane
 
 AXIS = TimeAxis(10.0, 0.0, 100.0)
 

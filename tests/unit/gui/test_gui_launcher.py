@@ -11,9 +11,9 @@ from std_msgs.msg import Float64
 
 from process_visualizer.cell.model import Mode, Pose
 from process_visualizer.generate.choice import RvizStart
-from process_visualizer.gui.launcher import Launcher
-from process_visualizer.gui.main import words_to_go_on
-from process_visualizer.gui.models.launch_model import Phase
+from process_visualizer.gui.app.launcher import Launcher
+from process_visualizer.gui.app.main import words_to_go_on
+from process_visualizer.gui.models.cell.launch_model import Phase
 
 DEVICES = '''<visualizer>
   <device type="other" name="oven"><base frame="oven" xyz="1 0 0"/></device>

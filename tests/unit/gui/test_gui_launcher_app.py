@@ -8,9 +8,9 @@ import pytest
 from PyQt5.QtCore import QSettings
 from PyQt5.QtWidgets import QLabel, QMessageBox
 
-from process_visualizer.gui.launcher import Launcher
-from process_visualizer.gui.launcher_app import LauncherApp
-from process_visualizer.gui.settings import Settings
+from process_visualizer.gui.app.launcher import Launcher
+from process_visualizer.gui.app.launcher_app import LauncherApp
+from process_visualizer.gui.app.settings import Settings
 
 DEVICES = ''.join(f'<device type="other" name="oven_{number}"/>' for number in range(8))
 VALID, BROKEN = f'<visualizer>{DEVICES}</visualizer>', f'<visualizer>{3 * DEVICES}</visualizer>'

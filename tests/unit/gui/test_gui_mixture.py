@@ -10,10 +10,10 @@ from held_tasks import HeldTasks
 from process_visualizer.cell.model import Mode
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.generate.choice import Choice
-from process_visualizer.gui.models.launch_guard import LaunchGuard
-from process_visualizer.gui.models.mixture_model import MixtureModel
-from process_visualizer.gui.views.mixture_notice import MixtureNotice
-from process_visualizer.launching.other_publishers import OtherPublisher, Others
+from process_visualizer.gui.models.cell.launch_guard import LaunchGuard
+from process_visualizer.gui.models.cell.mixture_model import MixtureModel
+from process_visualizer.gui.views.cell.mixture_notice import MixtureNotice
+from process_visualizer.health.other_publishers import OtherPublisher, Others
 
 DRIVER = OtherPublisher('/oven/heat', '/oven_driver')
 PLAYER = OtherPublisher('/oven/heat', '/play_1')

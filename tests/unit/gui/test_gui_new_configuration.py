@@ -10,11 +10,11 @@ from PyQt5.QtCore import QSettings
 from PyQt5.QtWidgets import QLabel, QPushButton
 
 from process_visualizer.discovery.new_configuration import NewConfiguration
-from process_visualizer.gui.main import _last_configuration
-from process_visualizer.gui.models.new_configuration_model import NewConfigurationModel
-from process_visualizer.gui.settings import Settings
-from process_visualizer.gui.views.made_notice import MadeNotice
-from process_visualizer.gui.working_folder import working_folder
+from process_visualizer.gui.app.main import _last_configuration
+from process_visualizer.gui.app.settings import Settings
+from process_visualizer.gui.models.cell.new_configuration_model import NewConfigurationModel
+from process_visualizer.gui.toolkit.working_folder import working_folder
+from process_visualizer.gui.views.cell.made_notice import MadeNotice
 
 NEW = NewConfiguration('<visualizer />', {'arm.urdf': '<robot />'}, '1 robot')
 

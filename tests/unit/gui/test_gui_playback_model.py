@@ -5,9 +5,9 @@ import pytest
 from playback_stand import PAUSED, PlaybackStand
 from pytestqt.qtbot import QtBot
 
-from process_visualizer.gui.models.loop_points import LoopPoints
-from process_visualizer.gui.models.playback_model import PlacedMark
-from process_visualizer.gui.models.step_unit import MESSAGE, TIMES, StepUnit
+from process_visualizer.gui.models.playback.loop_points import LoopPoints
+from process_visualizer.gui.models.playback.playback_model import PlacedMark
+from process_visualizer.gui.models.playback.step_unit import MESSAGE, TIMES, StepUnit
 
 
 @pytest.fixture

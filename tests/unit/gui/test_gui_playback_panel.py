@@ -14,11 +14,11 @@ from std_msgs.msg import Float32
 
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Topic
-from process_visualizer.gui.models.bag_model import BagModel
-from process_visualizer.gui.models.playback_model import PlacedMark
-from process_visualizer.gui.models.values_model import ValuesModel
-from process_visualizer.gui.tasks import Tasks
-from process_visualizer.gui.views.playback_panel import PlaybackPanel, lane_label
+from process_visualizer.gui.models.playback.bag_model import BagModel
+from process_visualizer.gui.models.playback.playback_model import PlacedMark
+from process_visualizer.gui.models.playback.values_model import ValuesModel
+from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.gui.views.playback.playback_panel import PlaybackPanel, lane_label
 
 HERE = Location('cell.xml', 1)
 MACHINE = Device(DeviceType.OTHER, 'machine', HERE,

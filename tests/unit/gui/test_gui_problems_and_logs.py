@@ -9,8 +9,8 @@ from PyQt5.QtGui import QGuiApplication
 from PyQt5.QtWidgets import QLabel, QListWidget, QPlainTextEdit, QPushButton, QWidget
 
 from process_visualizer.cell.errors import Location, Problem
-from process_visualizer.gui.views.log_view import LogView, exit_text
-from process_visualizer.gui.views.problems_view import ProblemsView, problem_html
+from process_visualizer.gui.views.cell.log_view import LogView, exit_text
+from process_visualizer.gui.views.cell.problems_view import ProblemsView, problem_html
 from process_visualizer.launching.node_state import NodeReport, NodeState
 from process_visualizer.launching.part_report import PartReport, PartState
 

@@ -8,11 +8,11 @@ from typing import Iterator, List
 import pytest
 from recording_stand_in import StandInRecorder, devices, told
 
-from process_visualizer.bags.recording_options import RecorderError, RecorderUnreachable
-from process_visualizer.gui.models.recording_choices import NameChoice
-from process_visualizer.gui.models.recording_model import RecordingModel
-from process_visualizer.gui.models.recording_types import Phase
-from process_visualizer.gui.tasks import Tasks
+from process_visualizer.clients.recording_options import RecorderError, RecorderUnreachable
+from process_visualizer.gui.models.recording.recording_choices import NameChoice
+from process_visualizer.gui.models.recording.recording_model import RecordingModel
+from process_visualizer.gui.models.recording.recording_types import Phase
+from process_visualizer.gui.toolkit.tasks import Tasks
 
 
 class Clock:

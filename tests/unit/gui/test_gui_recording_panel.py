@@ -17,14 +17,14 @@ from PyQt5.QtWidgets import (
 )
 from recording_stand_in import StandInRecorder, devices, seen, told
 
-from process_visualizer.bags.recording_options import RecorderError
-from process_visualizer.gui.models.finished_verdict import BagVerdict
-from process_visualizer.gui.models.recording_choices import NameChoice
-from process_visualizer.gui.models.recording_model import RecordingModel
-from process_visualizer.gui.models.recording_types import Phase
-from process_visualizer.gui.tasks import Tasks
-from process_visualizer.gui.views.recording_notice import Notice, notice_of
-from process_visualizer.gui.views.recording_panel import RecordingPanel
+from process_visualizer.clients.recording_options import RecorderError
+from process_visualizer.gui.models.recording.finished_verdict import BagVerdict
+from process_visualizer.gui.models.recording.recording_choices import NameChoice
+from process_visualizer.gui.models.recording.recording_model import RecordingModel
+from process_visualizer.gui.models.recording.recording_types import Phase
+from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.gui.views.recording.recording_notice import Notice, notice_of
+from process_visualizer.gui.views.recording.recording_panel import RecordingPanel
 
 Find = Callable[[Type[QWidget], str], Any]
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from PyQt5.QtCore import QByteArray, QSettings
 
-from process_visualizer.gui.settings import Settings
+from process_visualizer.gui.app.settings import Settings
 
 
 def settings(folder: Path) -> Settings:

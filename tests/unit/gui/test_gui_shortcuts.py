@@ -4,7 +4,7 @@ from __future__ import annotations
 from typing import List
 from unittest.mock import Mock
 
-from process_visualizer.gui.shortcuts import (
+from process_visualizer.gui.app.shortcuts import (
     Shortcut,
     general_keys,
     help_text,

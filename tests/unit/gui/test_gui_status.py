@@ -4,11 +4,11 @@ from __future__ import annotations
 import pytest
 
 from process_visualizer.cell.model import Mode
-from process_visualizer.gui.models.launch_model import Phase
-from process_visualizer.gui.models.recording_types import Phase as RecordingPhase
-from process_visualizer.gui.snapshots import PlayerSnapshot
-from process_visualizer.gui.status import player_activity, recorder_activity, status_text
-from process_visualizer.launching.device_state import Level, Line
+from process_visualizer.gui.app.status import player_activity, recorder_activity, status_text
+from process_visualizer.gui.models.cell.launch_model import Phase
+from process_visualizer.gui.models.recording.recording_types import Phase as RecordingPhase
+from process_visualizer.gui.ros.snapshots import PlayerSnapshot
+from process_visualizer.health.device_state import Level, Line
 
 GOOD = Line(Level.GOOD, 'arm: running')
 DIED = Line(Level.BAD, 'arm: driver ended with code 1')

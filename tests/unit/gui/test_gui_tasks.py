@@ -6,7 +6,7 @@ from typing import Any, Iterator, List
 
 import pytest
 
-from process_visualizer.gui.tasks import Tasks
+from process_visualizer.gui.toolkit.tasks import Tasks
 
 
 @pytest.fixture

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from PyQt5.QtGui import QColor, QFont, QImage
 from pytestqt.qtbot import QtBot
 
-from process_visualizer.gui.colours import contrast_to_white, readable_colour
-from process_visualizer.gui.time_axis import TimeAxis, tick_label
-from process_visualizer.gui.views.timeline_header import hover_value_rect
-from process_visualizer.gui.views.timeline_lanes import (
+from process_visualizer.gui.toolkit.colours import contrast_to_white, readable_colour
+from process_visualizer.gui.toolkit.time_axis import TimeAxis, tick_label
+from process_visualizer.gui.views.playback.timeline_header import hover_value_rect
+from process_visualizer.gui.views.playback.timeline_lanes import (
     LANE_HEIGHT,
     TEXT_HEIGHT,
     Lane,

@@ -10,10 +10,10 @@ from PyQt5.QtWidgets import QScrollBar
 from pytestqt.qtbot import QtBot
 from timeline_bench import LANES_Y, TRACK_Y, Bench, x_of
 
-from process_visualizer.gui.models.playback_model import PlacedMark
-from process_visualizer.gui.shown_time import ShownTime
-from process_visualizer.gui.style import ACCENT
-from process_visualizer.gui.views.timeline_lanes import Lane
+from process_visualizer.gui.models.playback.playback_model import PlacedMark
+from process_visualizer.gui.toolkit.shown_time import ShownTime
+from process_visualizer.gui.toolkit.style import ACCENT
+from process_visualizer.gui.views.playback.timeline_lanes import Lane
 
 CLOSER, FARTHER = QPoint(0, 120), QPoint(0, -120)
 

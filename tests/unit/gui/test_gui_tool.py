@@ -11,9 +11,9 @@ from PyQt5.QtWidgets import QLabel, QPushButton
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Pose, Tool
 from process_visualizer.cell.pose_edit import PoseEditError
-from process_visualizer.gui.models.tool_model import ToolModel
-from process_visualizer.gui.views.tool_notice import ToolNotice
-from process_visualizer.launching.node_warnings import NodeWarning, Severity
+from process_visualizer.gui.models.cell.tool_model import ToolModel
+from process_visualizer.gui.views.cell.tool_notice import ToolNotice
+from process_visualizer.health.node_warnings import NodeWarning, Severity
 
 HERE = Location('/cells/cell.xml', 1)
 ARMS = [Device(DeviceType.ROBOT, name, HERE) for name in ('left', 'right')]

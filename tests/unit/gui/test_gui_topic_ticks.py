@@ -4,7 +4,7 @@ from __future__ import annotations
 import pytest
 from recording_stand_in import devices, seen
 
-from process_visualizer.gui.models.topic_ticks import TopicHealth, TopicTicks
+from process_visualizer.gui.models.recording.topic_ticks import TopicHealth, TopicTicks
 
 
 @pytest.fixture

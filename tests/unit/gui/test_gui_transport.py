@@ -9,9 +9,9 @@ from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtWidgets import QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from process_visualizer.gui.models.step_unit import MESSAGE, StepUnit
-from process_visualizer.gui.views.speed_slider import SpeedSlider
-from process_visualizer.gui.views.transport_view import TransportView
+from process_visualizer.gui.models.playback.step_unit import MESSAGE, StepUnit
+from process_visualizer.gui.views.playback.speed_slider import SpeedSlider
+from process_visualizer.gui.views.playback.transport_view import TransportView
 
 
 class Bench:

@@ -12,14 +12,14 @@ from PyQt5.QtWidgets import QLabel, QPlainTextEdit
 
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType
-from process_visualizer.gui.models.device_states_model import DeviceStatesModel
-from process_visualizer.gui.models.launch_model import LaunchModel
-from process_visualizer.gui.models.warnings_model import WarningsModel
-from process_visualizer.gui.views.devices_view import DevicesView
-from process_visualizer.gui.views.warnings_view import WarningsView
-from process_visualizer.launching.device_state import Level
+from process_visualizer.gui.models.cell.device_states_model import DeviceStatesModel
+from process_visualizer.gui.models.cell.launch_model import LaunchModel
+from process_visualizer.gui.models.cell.warnings_model import WarningsModel
+from process_visualizer.gui.views.cell.devices_view import DevicesView
+from process_visualizer.gui.views.cell.warnings_view import WarningsView
+from process_visualizer.health.device_state import Level
+from process_visualizer.health.node_warnings import NodeWarnings, Severity
 from process_visualizer.launching.node_state import NodeReport, NodeState
-from process_visualizer.launching.node_warnings import NodeWarnings, Severity
 from process_visualizer.launching.part_report import PartReport, PartState
 
 ARM = Device(DeviceType.ROBOT, 'arm', Location('cell.xml', 1))

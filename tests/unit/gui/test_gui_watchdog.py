@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from PyQt5.QtCore import QObject
 
-from process_visualizer.gui.watchdog import VARIABLE, Watchdog, read_report, watch_if_wanted
+from process_visualizer.gui.app.watchdog import VARIABLE, Watchdog, read_report, watch_if_wanted
 
 
 @pytest.fixture

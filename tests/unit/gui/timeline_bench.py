@@ -10,9 +10,9 @@ from PyQt5.QtGui import QColor, QMouseEvent, QPaintEvent, QWheelEvent
 from PyQt5.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from process_visualizer.gui.views.timeline_lanes import Lane
-from process_visualizer.gui.views.timeline_layout import SIDE
-from process_visualizer.gui.views.timeline_view import TimelineView
+from process_visualizer.gui.views.playback.timeline_lanes import Lane
+from process_visualizer.gui.views.playback.timeline_layout import SIDE
+from process_visualizer.gui.views.playback.timeline_view import TimelineView
 
 WIDTH = 400 + 2 * int(SIDE)  # 20 s: 20 px are 1 s
 TRACK_Y, FLAGS_Y, HANDLES_Y, LANES_Y = 38, 8, 26, 100

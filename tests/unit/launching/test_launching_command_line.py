@@ -7,8 +7,8 @@ from typing import Callable, List, Tuple
 
 import pytest
 
-from process_visualizer.generate.saved_views import SavedViews
-from process_visualizer.launching.command_line import main
+from process_visualizer.commands.command_line import main
+from process_visualizer.rviz.saved_views import SavedViews
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 Write = Callable[..., str]

@@ -8,7 +8,7 @@ import pytest
 from process_visualizer.bags.catalogue import CatalogueTopic
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Topic
-from process_visualizer.launching.device_state import (
+from process_visualizer.health.device_state import (
     Level,
     Line,
     device_state,
@@ -16,9 +16,9 @@ from process_visualizer.launching.device_state import (
     recorded_line,
     worst,
 )
+from process_visualizer.health.topic_watch import TopicActivity
 from process_visualizer.launching.node_state import NodeReport, NodeState
 from process_visualizer.launching.part_report import PartReport, PartState
-from process_visualizer.launching.topic_watch import TopicActivity
 
 HERE = Location('cell.xml', 1)
 ARM = Device(DeviceType.ROBOT, 'arm', HERE,

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import pytest
 
-from process_visualizer.launching.figures import (
+from process_visualizer.health.figures import (
     clock_text,
     count_text,
     long_time_text,

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from typing import List, Tuple
 
-from process_visualizer.launching.node_warnings import (
+from process_visualizer.health.node_warnings import (
     LOG_S,
     STATE_S,
     NodeWarnings,

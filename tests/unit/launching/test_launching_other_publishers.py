@@ -6,8 +6,8 @@ from typing import Any, Dict, Iterator, List
 
 import pytest
 
-from process_visualizer.launching import other_publishers as module
-from process_visualizer.launching.other_publishers import (
+from process_visualizer.health import other_publishers as module
+from process_visualizer.health.other_publishers import (
     OtherPublisher,
     PublisherWatch,
     described,

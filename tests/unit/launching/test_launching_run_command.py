@@ -5,7 +5,7 @@ import signal
 
 import pytest
 
-from process_visualizer.launching.run_command import StopRequested, raise_stop_once
+from process_visualizer.commands.run_command import StopRequested, raise_stop_once
 
 
 @pytest.mark.parametrize('second', [signal.SIGINT, signal.SIGTERM])

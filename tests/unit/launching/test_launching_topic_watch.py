@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import pytest
 
-from process_visualizer.launching.topic_watch import TopicWatch
+from process_visualizer.health.topic_watch import TopicWatch
 
 TOPIC = '/arm/joints'
 

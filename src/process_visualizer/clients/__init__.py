@@ -1,0 +1,1 @@
+"""The services of player, recorder, RViz and ROS as methods, for window and commands (rospy)."""

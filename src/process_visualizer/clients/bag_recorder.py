@@ -1,0 +1,117 @@
+"""The recorder's services as methods, for the launcher and the command line."""
+from __future__ import annotations
+
+from typing import Any, Callable, List, Optional
+
+import rosgraph
+import rospy
+from std_srvs.srv import Trigger
+
+from process_visualizer.clients.recording_options import (
+    RecorderError,
+    RecorderUnreachable,
+    RecordingOptions,
+)
+from process_visualizer.clients.state_follower import StateFollower
+from process_visualizer.msg import RecorderState
+from process_visualizer.srv import Mark, StartRecording, StartRecordingRequest
+
+_NODE = '/bag_recorder'
+
+
+def request_of(options: RecordingOptions) -> StartRecordingRequest:
+    """Return the options as the service's request."""
+    return StartRecordingRequest(
+        topics=list(options.topics), patterns=list(options.patterns),
+        excluded=list(options.excluded), folder=options.folder, prefix=options.prefix,
+        name=options.name, compression=options.compression, split_bytes=options.split_bytes,
+        split_duration=options.split_duration_s, configuration=options.configuration,
+        recent=options.recent_s)
+
+
+class BagRecorder:
+    """Commands the node ``bag_recorder`` and follows its state; needs an initialised rospy node.
+
+    Every method waits for the recorder's answer: call them off the GUI thread. ``on_state`` is
+    called from rospy's thread.
+    """
+
+    def __init__(self, on_state: Optional[Callable[[RecorderState], None]] = None,
+                 node: str = _NODE, begins: bool = True) -> None:
+        """Follow the state, from now or from ``begin`` on."""
+        self._node = node
+        self._follower: StateFollower[RecorderState] = StateFollower(
+            f'{node}/state', RecorderState, on_state, begins)
+
+    def begin(self) -> None:
+        """Begin to follow the state, if that was left for later; waits for the master."""
+        self._follower.begin()
+
+    @property
+    def state(self) -> Optional[RecorderState]:
+        """The last state; None before the first one."""
+        return self._follower.state
+
+    def close(self) -> None:
+        """Stop following the state; the recorder goes on."""
+        self._follower.close()
+
+    def wait_until_ready(self, timeout_s: float) -> None:
+        """Wait until the recorder runs.
+
+        Raises:
+            RecorderError: it does not after the timeout.
+        """
+        try:
+            rospy.wait_for_service(f'{self._node}/start', timeout_s)
+        except rospy.ROSException as error:
+            raise RecorderUnreachable(f'{self._node} does not run; start it with '
+                                      '"rosrun process_visualizer bag_recorder"') from error
+
+    def wait_for(self, condition: Callable[[RecorderState], bool],
+                 timeout_s: Optional[float] = None) -> Optional[RecorderState]:
+        """Wait for a state that fulfils a condition; return it, or None after the timeout."""
+        return self._follower.wait_for(condition, timeout_s)
+
+    def start(self, options: RecordingOptions) -> str:
+        """Start a recording; return its path when every topic with a publisher is connected.
+
+        Raises:
+            RecorderError: nothing is recorded.
+        """
+        return str(self._call('start', StartRecording, request_of(options)).path)
+
+    def save_recent(self, options: RecordingOptions) -> str:
+        """Write what is in memory (or its last ``recent_s``) into a bag; return its path.
+
+        Raises:
+            RecorderError: it is not written.
+        """
+        return str(self._call('save_recent', StartRecording, request_of(options)).path)
+
+    def stop(self) -> List[str]:
+        """Stop; return the paths of the bags when everything is written.
+
+        If the master has died the recorder cannot be reached: SIGINT ends it and finishes the bag.
+
+        Raises:
+            RecorderError: nothing was being recorded, or something could not be written.
+        """
+        return list(self._call('stop', Trigger).message.splitlines())
+
+    def mark(self, label: str) -> None:
+        """Write a labelled moment, now, into the recording or into the memory.
+
+        Raises:
+            RecorderError: there is neither.
+        """
+        self._call('mark', Mark, label)
+
+    def _call(self, name: str, service: type, *request: object) -> Any:
+        try:
+            answer = rospy.ServiceProxy(f'{self._node}/{name}', service)(*request)
+        except (rospy.ServiceException, rosgraph.MasterException, OSError) as error:
+            raise RecorderUnreachable(f'{self._node} does not answer: {error}') from error
+        if not answer.success:
+            raise RecorderError(answer.message)
+        return answer

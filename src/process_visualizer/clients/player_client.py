@@ -1,0 +1,121 @@
+"""The player's services as methods, for the launcher."""
+from __future__ import annotations
+
+from typing import Any, Callable, Dict, Optional, Type
+
+import rospy
+from std_srvs.srv import Trigger
+
+from process_visualizer.clients.service_connection import ServiceConnection, ServiceUnreachable
+from process_visualizer.clients.state_follower import StateFollower
+from process_visualizer.msg import PlayerState
+from process_visualizer.srv import Seek, SetLoop, SetRate, Step
+
+_NODE = '/bag_player'
+_SERVICES: Dict[str, Type[Any]] = {
+    'play': Trigger, 'pause': Trigger, 'toggle_paused': Trigger, 'stop': Trigger, 'seek': Seek,
+    'set_rate': SetRate, 'step': Step, 'set_loop': SetLoop}
+_LAST_OFFERED = 'set_loop'
+
+
+class PlayerError(Exception):
+    """What the player refused, changing nothing; the text says why."""
+
+
+class PlayerUnreachable(PlayerError):
+    """The player, or the master that knows its address, is not there."""
+
+
+class PlayerClient:
+    """Commands the node ``bag_player`` and follows its state; needs an initialised rospy node.
+
+    Every method waits for the player's answer, so call them off the GUI thread, and returns it as
+    a text for the user. Connections are kept, for scrubbing, and opened again when the player has
+    been restarted. All commands raise PlayerError, with the player's reason, for what cannot be
+    met, and PlayerUnreachable. ``on_state`` is called from rospy's thread.
+    """
+
+    def __init__(self, on_state: Optional[Callable[[PlayerState], None]] = None,
+                 node: str = _NODE, timeout_s: float = 10.0, begins: bool = True) -> None:
+        """Follow the state, from now or from ``begin`` on.
+
+        A player that does not answer within the timeout is given up.
+        """
+        self._node = node
+        self._services = {name: ServiceConnection(f'{node}/{name}', service, timeout_s)
+                          for name, service in _SERVICES.items()}
+        self._follower: StateFollower[PlayerState] = StateFollower(
+            f'{node}/state', PlayerState, on_state, begins)
+
+    def begin(self) -> None:
+        """Begin to follow the state, if that was left for later; waits for the master."""
+        self._follower.begin()
+
+    @property
+    def state(self) -> Optional[PlayerState]:
+        """The last state; None before the first one."""
+        return self._follower.state
+
+    def close(self) -> None:
+        """Stop following the state and close the connections; the player goes on."""
+        self._follower.close()
+        for service in self._services.values():
+            service.close()
+
+    def wait_until_ready(self, timeout_s: float) -> None:
+        """Wait until the player runs.
+
+        Raises:
+            PlayerUnreachable: it does not after the timeout.
+        """
+        try:
+            rospy.wait_for_service(f'{self._node}/{_LAST_OFFERED}', timeout_s)
+        except rospy.ROSException as error:
+            raise PlayerUnreachable(f'{self._node} does not run; start it with '
+                                    '"rosrun process_visualizer bag_player FILE"') from error
+
+    def wait_for(self, condition: Callable[[PlayerState], bool],
+                 timeout_s: Optional[float] = None) -> Optional[PlayerState]:
+        """Wait for a state that fulfils a condition; return it, or None after the timeout."""
+        return self._follower.wait_for(condition, timeout_s)
+
+    def play(self) -> str:
+        """Play on; from the end, where nothing is left, start over."""
+        return self._call('play')
+
+    def pause(self) -> str:
+        """Stand still."""
+        return self._call('pause')
+
+    def toggle_paused(self) -> str:
+        """Play if paused, pause if playing."""
+        return self._call('toggle_paused')
+
+    def stop(self) -> str:
+        """Stand still at the beginning."""
+        return self._call('stop')
+
+    def seek(self, position_s: float) -> str:
+        """Go to a position [s from the beginning], at most to the nearer end; play on or pause."""
+        return self._call('seek', position_s)
+
+    def set_rate(self, rate: float) -> str:
+        """Change the rate: 0.01 to 16, or -16 to -0.01 backwards."""
+        return self._call('set_rate', rate)
+
+    def step(self, count: int = 0, topic: str = '', duration_s: float = 0.0) -> str:
+        """Pause and move by messages, of one topic or ('') of all, or (count 0) by a time [s]."""
+        return self._call('step', count, topic, duration_s)
+
+    def set_loop(self, loop: bool, begin_s: float = 0.0, end_s: float = 0.0) -> str:
+        """Repeat what is between two positions [s], all if both are 0; or no more."""
+        return self._call('set_loop', loop, begin_s, end_s)
+
+    def _call(self, name: str, *request: object) -> str:
+        try:
+            answer = self._services[name].call(*request)
+        except ServiceUnreachable as error:
+            raise PlayerUnreachable(str(error)) from error
+        if not answer.success:
+            raise PlayerError(answer.message)
+        return str(answer.message)

@@ -1,0 +1,78 @@
+"""RViz's own services for its view, for the launcher."""
+from __future__ import annotations
+
+from typing import Any, Sequence
+
+from std_msgs.msg import Bool, String
+
+from process_visualizer.clients.service_connection import (
+    ServiceConnection,
+    ServiceMissing,
+    ServiceUnreachable,
+)
+
+_NODE = '/rviz'
+
+
+class _SendFilePath:
+    """The service rviz/SendFilePath: what goes over the wire is a text, and a truth value.
+
+    RViz's own Python module cannot be used, for it loads all of RViz.
+    """
+
+    _md5sum = '92f17244ff295b327b62c307fafe751b'
+    _request_class = String
+    _response_class = Bool
+
+
+class RvizViewError(Exception):
+    """RViz has not done what it should with its view; says why."""
+
+
+class RvizView:
+    """Has a running RViz write or read its view. The methods block."""
+
+    def __init__(self, node: str = _NODE, timeout_s: float = 10.0) -> None:
+        """Take RViz's name, and how long an answer may take."""
+        self._node = node
+        self._save, self._load, self._load_before = (
+            ServiceConnection(f'{node}/{name}', _SendFilePath, timeout_s)
+            for name in ('save_config', 'load_config_discarding_changes', 'load_config'))
+
+    def save(self, path: str) -> None:
+        """Write what RViz shows now, camera and all, into a file (absolute path).
+
+        Raises RvizViewError.
+        """
+        self._call([self._save], path, 'cannot write its view to')
+
+    def load(self, path: str) -> None:
+        """Show what a file says (absolute path); raises RvizViewError.
+
+        RViz before 1.14.5 has only the second service, which discards changes there, too; later it
+        asks the user.
+        """
+        self._call([self._load, self._load_before], path, 'cannot read a view from')
+
+    def close(self) -> None:
+        """Close the connections."""
+        for service in (self._save, self._load, self._load_before):
+            service.close()
+
+    def _call(self, services: Sequence[ServiceConnection], path: str, problem: str) -> None:
+        try:
+            answer = _first_offered(services, path)
+        except ServiceUnreachable as error:
+            raise RvizViewError(str(error)) from None
+        if not answer.data:
+            raise RvizViewError(f'{self._node} {problem} "{path}"')
+
+
+def _first_offered(services: Sequence[ServiceConnection], path: str) -> Any:
+    """The answer of the first service that there is."""
+    for service in services[:-1]:
+        try:
+            return service.call(path)
+        except ServiceMissing:
+            continue
+    return services[-1].call(path)

@@ -1,0 +1,118 @@
+"""The command ``cell check``: everything that is wrong with a configuration, at once."""
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from typing import Dict, Iterable, List, Mapping, NamedTuple, Set, Tuple
+
+from process_visualizer.cell.environment import check_environment
+from process_visualizer.cell.errors import Location, Problem, ProblemList
+from process_visualizer.cell.model import Cell, Mode
+from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.descriptions.robot_description import RobotDescription, describe_devices
+from process_visualizer.generate.cell_extent import cell_extent
+from process_visualizer.generate.choice import Choice
+from process_visualizer.generate.drivers import LaunchFiles, inspect_launch_files
+from process_visualizer.generate.frame_rules import (
+    frame_problems,
+    frame_warnings,
+    joint_warnings,
+    static_frames,
+)
+from process_visualizer.rviz.saved_views import SavedViewError, SavedViews
+from process_visualizer.rviz.view_rules import view_warnings
+
+
+class Findings(NamedTuple):
+    """The cell as far as it can be understood, what stops it, and what should be looked at."""
+
+    cell: Cell
+    problems: List[Problem]
+    warnings: List[Problem]
+
+
+def check(path: str, arguments: Mapping[str, str]) -> int:
+    """Print everything that is wrong with a configuration; 1 if it cannot be used, else 0.
+
+    Raises ConfigurationError when the file is no configuration at all.
+    """
+    cell, problems, warnings = find_problems(path, arguments)
+    for line in [*map(str, problems), *map(_warning, warnings)]:
+        print(line, file=sys.stderr)
+    if not problems:
+        print(f'{cell.file}: {_counted(len(cell.devices), "device")}, no problem'
+              + (f', {_counted(len(warnings), "warning")}' if warnings else ''))
+    return 1 if problems else 0
+
+
+def find_problems(path: str, arguments: Mapping[str, str]) -> Findings:
+    """What is wrong with the file, on this machine, and with the models, all of it at once.
+
+    What one of them has found is not told again by the next. Raises ConfigurationError when the
+    file is no configuration at all.
+    """
+    cell, found = XmlParser(arguments).read(path)
+    found.extend(check_environment(cell))
+    descriptions, model_problems = describe_devices(cell.devices)
+    _extend(found, model_problems)
+    _extend(found, frame_problems(cell.devices, descriptions))
+    problems = list(dict.fromkeys(found.sorted()))
+    return Findings(cell, problems, _warnings(cell, descriptions, _places(problems)))
+
+
+def _warnings(cell: Cell, descriptions: Mapping[str, RobotDescription],
+              known: Set[Tuple[Location, str]]) -> List[Problem]:
+    """What is only missing for a device, where there is no problem already."""
+    inspected = [inspect_launch_files(Choice(cell, mode, cell.devices)) for mode in Mode]
+    published = static_frames(_nodes(cell, inspected))
+    warnings: Dict[Problem, None] = dict.fromkeys(
+        warning for files in inspected for warning in files.warnings)
+    warnings.update(dict.fromkeys(frame_warnings(cell, descriptions, published)))
+    if not any(element == 'topic' for _, element in known):
+        warnings.update(dict.fromkeys(joint_warnings(cell.devices, descriptions)))
+    warnings.update(dict.fromkeys(_view_warnings(cell, descriptions)))
+    result = ProblemList()
+    for file in cell.files:
+        result.begin_file(file)
+    result.extend(warning for warning in warnings
+                  if (warning.location, warning.element) not in known)
+    return result.sorted()
+
+
+def _view_warnings(cell: Cell, descriptions: Mapping[str, RobotDescription]) -> List[Problem]:
+    views = SavedViews(cell.file, [device.name for device in cell.devices])
+    name = views.chosen()
+    if name is None:
+        return []
+    try:
+        content = views.load(name)
+    except SavedViewError as error:
+        return [Problem(Location(cell.file, 1), '', str(error))]
+    return view_warnings(cell, name, content, cell_extent(cell, cell.devices, descriptions))
+
+
+def _nodes(cell: Cell, inspected: Iterable[LaunchFiles]) -> List[Tuple[str, str, str]]:
+    """Package, type and arguments of all nodes of the devices and of their launch files."""
+    own = [(node.package, node.type, str(node.attributes.get('args', '')))
+           for device in cell.devices for node in device.nodes]
+    return own + [(node.package, node.type, node.args or '') for files in inspected
+                  for content in files.contents.values() for node in content.nodes]
+
+
+def _extend(found: ProblemList, problems: Iterable[Problem]) -> None:
+    known = _places(found.sorted())
+    found.extend(problem for problem in problems
+                 if (problem.location, problem.element) not in known)
+
+
+def _places(problems: Iterable[Problem]) -> Set[Tuple[Location, str]]:
+    return {(problem.location, problem.element) for problem in problems}
+
+
+def _warning(problem: Problem) -> str:
+    """Its line, from which one sees that the configuration can be used nevertheless."""
+    return str(replace(problem, message=f'warning: {problem.message}'))
+
+
+def _counted(count: int, noun: str) -> str:
+    return f'{count} {noun}' + ('' if count == 1 else 's')

@@ -1,0 +1,167 @@
+"""The command ``cell``: what the window does with configurations and bags, without a window."""
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import sys
+from typing import Dict, List, Optional, Sequence
+
+from process_visualizer.bags.bag_errors import BagError
+from process_visualizer.cell.environment import check_environment
+from process_visualizer.cell.errors import ConfigurationError
+from process_visualizer.cell.model import Cell, Mode
+from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.commands.bag_commands import add_bag_commands, execute_bag_command
+from process_visualizer.commands.check_command import check
+from process_visualizer.commands.new_command import add_new_options, execute_new
+from process_visualizer.commands.overview import overview
+from process_visualizer.commands.record_command import record
+from process_visualizer.commands.record_options import add_record_options, record_options
+from process_visualizer.commands.run_command import run_plan
+from process_visualizer.descriptions.robot_description import describe_devices
+from process_visualizer.generate.choice import Choice, RvizStart, choose_devices
+from process_visualizer.generate.generator import generate
+from process_visualizer.generate.plan import Plan, PlanError, write_plan
+from process_visualizer.health.mixed_sources import MixedSources, refuse_mixture
+from process_visualizer.launching.other_cell import OtherCell
+from process_visualizer.launching.ros_master import RosMaster, RosMasterError
+
+_DESCRIPTION = ('Checks, shows, generates, runs or records the robot cell of a configuration file, '
+                'or makes such a file; reports on recordings.')
+_NAMED_VALUE = re.compile('[A-Za-z]\\w*:=')
+_COMMANDS = {
+    'check': 'report every problem of the configuration; exit code 1 if there is one',
+    'show': 'list devices, nodes and topics',
+    'generate': 'write the launch file, the RViz file and the models',
+    'run': 'generate, start everything, and stop all of it on Ctrl-C',
+    'new': 'write a configuration for what runs, or for what a bag holds',
+    'record': "record the devices' topics, or others, until Ctrl-C, then report",
+}
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> int:
+    """Run the command; returns its exit code."""
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    options = _parser().parse_args([word for word in words if not _NAMED_VALUE.match(word)])
+    named = list(filter(_NAMED_VALUE.match, words))  # argparse takes them in one place only
+    try:
+        if hasattr(options, 'bag_command'):
+            return execute_bag_command(options)
+        options.args = [*options.args, *named]
+        return _execute(options)
+    except ConfigurationError as error:
+        for problem in error.problems:
+            print(problem, file=sys.stderr)
+        return 1
+    except (BagError, PlanError, MixedSources, OtherCell, RosMasterError, ValueError,
+            OSError) as error:
+        print(f'cell: {error}', file=sys.stderr)
+        return 1
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog='cell', description=_DESCRIPTION)
+    commands = parser.add_subparsers(dest='command', required=True, metavar='COMMAND')
+    for name, help_text in _COMMANDS.items():
+        command = commands.add_parser(name, help=help_text, description=help_text)
+        if name == 'record':
+            command.set_defaults(args=[])
+            add_record_options(command)
+            continue
+        if name == 'new':
+            command.set_defaults(args=[])
+            add_new_options(command)
+            continue
+        command.add_argument('config', metavar='CONFIG', help='the configuration file')
+        command.add_argument('args', metavar='NAME:=VALUE', nargs='*',
+                             help='values for the <arg> elements of the configuration')
+        if name != 'check':
+            command.add_argument('--devices', metavar='A,B', help='the devices; all without it')
+        if name in ('generate', 'run'):
+            _add_run_options(command)
+    add_bag_commands(commands)
+    return parser
+
+
+def _add_run_options(command: argparse.ArgumentParser) -> None:
+    command.add_argument('--mode', choices=[mode.value for mode in Mode], default='realtime')
+    command.add_argument('--bag', metavar='FILE', help='recording to play (mode playback)')
+    command.add_argument('--output', metavar='DIR', help='folder for the generated files')
+    command.add_argument('--no-rviz', action='store_true', help='start without RViz')
+
+
+def _execute(options: argparse.Namespace) -> int:
+    if options.command == 'record':
+        return _record(options)
+    if options.command == 'new':
+        return execute_new(options)
+    if options.command == 'check':
+        return check(options.config, _named_values(options.args))
+    cell = XmlParser(_named_values(options.args)).parse(options.config)
+    if options.command == 'show':
+        devices = choose_devices(cell, _names(options.devices))
+        print(overview(cell, devices, describe_devices(devices)[0]))
+        return 0
+    choice = _choice(cell, options)
+    plan = _plan(choice)
+    if options.command == 'generate':
+        return _generate(plan, options.output or '.')
+    RosMaster().check()
+    refuse_mixture(choice)
+    return run_plan(plan, options.output, choice)
+
+
+def _record(options: argparse.Namespace) -> int:
+    wanted = record_options(options)
+    if wanted.config is None:
+        return record(None, (), wanted)
+    cell = XmlParser(_named_values(options.args)).parse(wanted.config)
+    return record(cell, choose_devices(cell, _names(wanted.devices)), wanted)
+
+
+def _named_values(words: Sequence[str]) -> Dict[str, str]:
+    values: Dict[str, str] = {}
+    for word in words:
+        name, separator, value = word.partition(':=')
+        if not separator or not name:
+            raise ValueError(f'"{word}" is not an argument; write NAME:=VALUE')
+        values[name] = value
+    return values
+
+
+def _names(text: Optional[str]) -> Optional[List[str]]:
+    return None if text is None else [name for name in text.split(',') if name]
+
+
+def _choice(cell: Cell, options: argparse.Namespace) -> Choice:
+    mode = Mode(options.mode)
+    bag = options.bag
+    if bag is not None:
+        if mode is not Mode.PLAYBACK:
+            raise ValueError('--bag needs --mode playback')
+        if not os.path.isfile(bag):
+            raise ValueError(f'there is no file "{bag}"')
+        bag = os.path.abspath(bag)
+        if '$(' in bag or not bag.isprintable():
+            raise ValueError(f'roslaunch cannot hand on the path {bag!a}; rename it')
+    rviz = RvizStart.NONE if options.no_rviz else RvizStart.REQUIRED
+    return Choice(cell, mode, choose_devices(cell, _names(options.devices)), rviz, bag)
+
+
+def _plan(choice: Choice) -> Plan:
+    """The plan; what the machine lacks for the choice is an error before anything starts."""
+    problems = check_environment(choice.cell, choice.mode,
+                                 [device.name for device in choice.devices])
+    if problems:
+        raise ConfigurationError(problems)
+    plan = generate(choice)
+    for warning in plan.warnings:
+        print(f'warning: {warning}', file=sys.stderr)
+    return plan
+
+
+def _generate(plan: Plan, folder: str) -> int:
+    for path in write_plan(plan, folder):
+        print(path)
+    return 0

@@ -1,0 +1,166 @@
+"""The command ``cell record``: a recorder of its own, started, watched and stopped again."""
+from __future__ import annotations
+
+import dataclasses
+import os
+import signal
+import subprocess
+import sys
+import threading
+from typing import List, Optional, Sequence
+
+import rosgraph
+import rospy
+from roslib.packages import find_node
+
+from process_visualizer.bags.recording import Recording
+from process_visualizer.cell.model import Cell, Device
+from process_visualizer.cell.stored_configuration import configuration_text
+from process_visualizer.clients.bag_recorder import BagRecorder
+from process_visualizer.clients.recording_options import (
+    RecorderError,
+    RecorderUnreachable,
+    RecordingOptions,
+)
+from process_visualizer.commands.record_options import RecordOptions, queue_parameter
+from process_visualizer.generate.launch_file import recorded_topics
+from process_visualizer.launching.roslaunch_process import dying_with_parent
+from process_visualizer.msg import RecorderState
+from process_visualizer.report.report import make_report
+from process_visualizer.report.report_text import as_text
+
+_READY_TIMEOUT_S = 10.0
+_STATE_TIMEOUT_S = 1.0  # states come twice a second; none come of a recorder that has died
+
+
+def record(cell: Optional[Cell], devices: Sequence[Device], options: RecordOptions) -> int:
+    """Record until SIGINT or SIGTERM or what the options say, then report; return the exit code.
+
+    Raises:
+        OSError: the configuration cannot be read.
+    """
+    if not rosgraph.is_master_online():
+        print(f'cell: there is no ROS master at {rosgraph.get_master_uri()}; start the cell first',
+              file=sys.stderr)
+        return 1
+    name = f'bag_recorder_{os.getpid()}'
+    process = subprocess.Popen(_command(name, options), start_new_session=True,
+                               stdin=subprocess.DEVNULL)
+    try:
+        rospy.init_node('cell_record', anonymous=True, disable_signals=True)
+        recording = _Recording(f'/{name}', process, options)
+        return recording.run(_recording_options(cell, devices, options))
+    except RecorderError as error:
+        print(f'cell: {error}', file=sys.stderr)
+        return 1
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait()
+
+
+class _Recording:
+    """One recording by a recorder of its own; what the operator has to know is told at once."""
+
+    def __init__(self, node: str, process: 'subprocess.Popen[bytes]',
+                 options: RecordOptions) -> None:
+        self._process = process
+        self._wanted = options
+        self._end = threading.Event()
+        self._told = 0  # problems
+        self._ended = False  # by itself
+        self._files: List[str] = []
+        self._recorder = BagRecorder(self._take_state, node)
+
+    def run(self, options: RecordingOptions) -> int:
+        """Record until a signal or the limit, or until the recorder ends; return the exit code."""
+        self._recorder.wait_until_ready(_READY_TIMEOUT_S)
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda *_: self._end.set())
+        threading.Thread(target=self._follow_process, daemon=True).start()
+        self._wait_for_time()
+        if self._end.is_set():
+            return 1
+        path = self._recorder.start(options)
+        self._files = [path]
+        self._tell(f'recording {path}')
+        if self._wanted.duration_s:
+            rospy.Timer(rospy.Duration.from_sec(self._wanted.duration_s),
+                        lambda _: self._end.set(), oneshot=True)
+        self._end.wait()
+        return self._finish()
+
+    def _wait_for_time(self) -> None:
+        """Where the time is simulated, wait for the first one: a message before it has none."""
+        if not rospy.get_param('/use_sim_time', False):
+            return
+        self._tell('waiting for the first time on /clock, as the time is simulated')
+        while not self._end.is_set() and self._recorder.wait_for(
+                lambda state: not state.stamp.is_zero(), _STATE_TIMEOUT_S) is None:
+            pass
+
+    def _tell(self, text: str) -> None:
+        if not self._wanted.is_quiet:
+            print(text, flush=True)
+
+    def _finish(self) -> int:
+        if self._process.poll() is not None:
+            raise RecorderError('the recorder has died; "rosrun process_visualizer cell reindex '
+                                f'{self._files[-1]}.active" makes a bag of what it has written')
+        ended = self._ended
+        with Recording(self._files if ended else self._stop()) as recording:
+            self._tell(as_text(make_report(recording)))
+        return 1 if ended else 0
+
+    def _stop(self) -> List[str]:
+        """Stop by the service or, if the master is gone with it, by a signal; return the bags."""
+        try:
+            return self._recorder.stop()
+        except RecorderUnreachable:
+            self._process.send_signal(signal.SIGINT)
+            self._process.wait()
+            return self._files
+
+    def _take_state(self, state: RecorderState) -> None:
+        new = min(state.problem_count - self._told, len(state.problems))
+        for problem in state.problems[len(state.problems) - new:]:
+            print(problem, file=sys.stderr, flush=True)
+        self._told = state.problem_count
+        if state.files:
+            self._files = list(state.files)
+            self._ended = state.state == RecorderState.IDLE
+        if self._ended or 0 < self._wanted.size_bytes <= state.bytes:
+            self._end.set()
+
+    def _follow_process(self) -> None:
+        self._process.wait()
+        self._end.set()
+
+
+def _recording_options(cell: Optional[Cell], devices: Sequence[Device],
+                       options: RecordOptions) -> RecordingOptions:
+    topics = [*recorded_topics(devices), *options.recording.topics,
+              *_subscriptions(options.node)]
+    return dataclasses.replace(
+        options.recording, topics=tuple(dict.fromkeys(topics)),
+        configuration='' if cell is None else configuration_text(cell))
+
+
+def _subscriptions(node: str) -> List[str]:
+    """The topics that a node subscribes to, as the master knows them."""
+    if not node:
+        return []
+    name = rosgraph.names.resolve_name(node, '/')
+    subscribers = rosgraph.Master('/cell_record').getSystemState()[1]
+    topics = [topic for topic, names in subscribers if name in names]
+    if not topics:
+        raise RecorderError(f'{name} subscribes to no topic; "rosnode list" shows the nodes')
+    return topics
+
+
+def _command(name: str, options: RecordOptions) -> List[str]:
+    """The recorder's program; it is interrupted, and finishes its bag, if this process dies."""
+    programs = find_node('process_visualizer', 'bag_recorder')
+    if not programs:
+        raise OSError('the program bag_recorder is not built; build the workspace')
+    queue = [] if options.queue_mb is None else [queue_parameter(options.queue_mb)]
+    return [*dying_with_parent(), programs[0], f'__name:={name}', '_recent_duration:=0', *queue]

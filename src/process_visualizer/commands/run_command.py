@@ -1,0 +1,114 @@
+"""``cell run``: starts a plan, tells what its nodes do, and stops everything at the end."""
+from __future__ import annotations
+
+import shutil
+import signal
+import sys
+import time
+from types import FrameType
+from typing import Optional
+
+from process_visualizer.cell.model import Mode
+from process_visualizer.generate.choice import Choice
+from process_visualizer.generate.plan import LAUNCH_FILE, Plan, write_plan
+from process_visualizer.health.mixed_sources import explanation, others_beside
+from process_visualizer.health.other_publishers import Others, PublisherWatch
+from process_visualizer.health.user_limits import tell_real_time_advice
+from process_visualizer.launching.node_state import NodeReport, NodeState
+from process_visualizer.launching.other_cell import refuse_other_cell
+from process_visualizer.launching.run import Run
+from process_visualizer.launching.run_record import clean_up_crashed_runs, new_run_folder
+
+_STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+"""The last one only where nohup does not want it to be ignored."""
+
+
+class StopRequested(Exception):
+    """A signal asked for the end."""
+
+
+def run_plan(plan: Plan, folder: Optional[str], choice: Choice) -> int:
+    """Write the plan into the folder (a temporary one without it), run it; the exit code.
+
+    ``choice`` is what the plan was made of. Raises OtherCell.
+    """
+    ended = clean_up_crashed_runs()
+    if ended:
+        print(f'ended {len(ended)} processes that a crashed run had left')
+    refuse_other_cell()
+    tell_real_time_advice(print)
+    output = folder or new_run_folder()
+    write_plan(plan, output)
+    code = _run(f'{output}/{LAUNCH_FILE}', choice)
+    if folder is None and code == 0:
+        shutil.rmtree(output, ignore_errors=True)
+    return code
+
+
+class _Reporter:
+    """Prints the changes of the nodes' states, and the lines that an operator should see."""
+
+    def __init__(self) -> None:
+        self._begin = time.monotonic()
+
+    def report(self, report: NodeReport) -> None:
+        self._print(str(report))
+
+    def line(self, line: str) -> None:
+        if any(word in line for word in ('[WARN]', '[ERROR]', '[FATAL]', 'ERROR:', 'WARN]')):
+            self._print(line)
+
+    def others(self, mode: Mode, others: Others) -> None:
+        """Tell who is mixed with what is shown."""
+        if others:
+            self._print(f'[WARN] {explanation(mode, others)}')
+
+    def _print(self, text: str) -> None:
+        print(f'{time.monotonic() - self._begin:7.2f} s  {text}', flush=True)
+
+
+def _run(launch_file: str, choice: Choice) -> int:
+    reporter = _Reporter()
+    numbers = [number for number in _STOP_SIGNALS if number is not signal.SIGHUP
+               or signal.getsignal(number) is not signal.SIG_IGN]
+    previous = {number: signal.signal(number, raise_stop_once) for number in numbers}
+    run = Run(launch_file, reporter.report, reporter.line)
+    watch = PublisherWatch(
+        lambda: others_beside(choice, {report.name for report in run.reports()}),
+        lambda others: reporter.others(choice.mode, others))
+    watch.begin()
+    try:
+        run.wait()
+    except StopRequested:
+        print('stopping all nodes', flush=True)
+    finally:
+        for number in numbers:
+            signal.signal(number, signal.SIG_IGN)
+        watch.close()
+        orphans = run.stop()
+        for number, handler in previous.items():
+            signal.signal(number, handler)
+    if orphans:
+        print(f'ended {len(orphans)} processes that roslaunch had left')
+    return _exit_code(run)
+
+
+def raise_stop_once(_number: int, _frame: Optional[FrameType]) -> None:
+    """Handle a signal; what comes after it is ignored, so that the end is not interrupted."""
+    for number in _STOP_SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
+    raise StopRequested
+
+
+def _exit_code(run: Run) -> int:
+    """1 when a required node failed or nothing could be started, else 0."""
+    failed = run.failed_required
+    if failed is not None and failed.exit_code != 0:
+        print(f'the required node {failed}; see {run.log_path}', file=sys.stderr)
+        return 1
+    states = [report.state for report in run.reports()]
+    if not any(state in (NodeState.RUNNING, NodeState.EXITED, NodeState.STARTING)
+               for state in states):
+        print(f'nothing could be started; see {run.log_path}', file=sys.stderr)
+        return 1
+    return 0

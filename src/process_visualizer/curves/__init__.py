@@ -1,0 +1,1 @@
+"""Process variables over a whole recording, and at a position of it (pure)."""

@@ -1,0 +1,107 @@
+"""Which process variables of a cell are drawn as curves, and how."""
+from __future__ import annotations
+
+from enum import Enum
+from typing import List, NamedTuple, Sequence, Set, Tuple
+
+from process_visualizer.cell.model import (
+    Color,
+    Device,
+    DeviceType,
+    Topic,
+    TopicFunction,
+    Variable,
+)
+from process_visualizer.descriptions.robot_frames import pose_frames
+from process_visualizer.motion.arrows import FORCE_COLOR, VELOCITY_COLOR
+
+_PLAIN_COLORS: Tuple[Color, ...] = (
+    (0.0, 0.75, 0.8), (0.9, 0.75, 0.0), (0.6, 0.2, 0.8), (1.0, 0.55, 0.1), (0.3, 0.5, 0.9))
+"""For topics without a colour of their own; the thesis' for its upper edge, lower edge, feed."""
+
+
+class Quantity(Enum):
+    """What a curve shows of a topic."""
+
+    SPEED = 'speed'  # m/s, from the poses of a tool
+    FORCE = 'force'  # N, magnitude
+    NUMBER = 'number'  # a field
+
+
+class CurveSource(NamedTuple):
+    """Where a curve comes from; ``message_type`` None: whatever the topic carries.
+
+    ``field`` is that of a number; ``frames`` are the base and the tool of a pose from tf; where a
+    ``model`` is named, the tool is that model's: see tool_on_tf. A source that is ``plain`` was
+    not asked for: it has a curve only if its topic is one of plain numbers.
+    """
+
+    device: str
+    label: str
+    unit: str
+    color: Color
+    quantity: Quantity
+    topic: str
+    message_type: str = ''
+    field: str = ''
+    frames: Tuple[str, str] = ('', '')
+    model: str = ''
+    plain: bool = False
+
+
+def curve_sources(devices: Sequence[Device]) -> Tuple[CurveSource, ...]:
+    """Return what is drawn of devices, in their order.
+
+    Of each robot the tool's speed and the force, in the colours of its arrows; every variable;
+    and the recorded topics without a function that turn out to carry one plain number.
+    """
+    sources: List[CurveSource] = []
+    for device in devices:
+        if device.type is DeviceType.ROBOT:
+            sources += _robot_sources(device)
+        sources += [_variable_source(device, variable) for variable in device.variables]
+    return tuple(sources + _plain_sources(devices, {source.topic for source in sources}))
+
+
+def _robot_sources(device: Device) -> List[CurveSource]:
+    sources = []
+    tool = device.topic_for(TopicFunction.TOOL_CENTER_FRAME)
+    if tool is not None:
+        sources.append(_quantity_source(device, tool, Quantity.SPEED, 'v', 'm/s')._replace(
+            frames=pose_frames(device, None), model='' if tool.frame else _model(device)))
+    force = device.topic_for(TopicFunction.FORCE_SENSOR)
+    if force is not None:
+        sources.append(_quantity_source(device, force, Quantity.FORCE, 'F', 'N'))
+    return sources
+
+
+def _model(device: Device) -> str:
+    return '' if device.model is None else f'{device.model.package}/{device.model.path}'
+
+
+def _quantity_source(device: Device, topic: Topic, quantity: Quantity, label: str,
+                     unit: str) -> CurveSource:
+    arrow, color = (('velocity', VELOCITY_COLOR) if quantity is Quantity.SPEED
+                    else ('force', FORCE_COLOR))
+    colors = [it.color for it in device.arrows if it.quantity == arrow and it.color is not None]
+    return CurveSource(device.name, label, unit, colors[0] if colors else color, quantity,
+                       topic.name, topic.message_type or '')
+
+
+def _variable_source(device: Device, variable: Variable) -> CurveSource:
+    return CurveSource(device.name, variable.label or variable.topic.strip('/'), variable.unit,
+                       variable.color, Quantity.NUMBER, variable.topic, field=variable.field)
+
+
+def _plain_sources(devices: Sequence[Device], taken: Set[str]) -> List[CurveSource]:
+    topics = {topic.name: (device, topic) for device in reversed(devices)
+              for topic in reversed(device.topics)
+              if topic.record and topic.function is None and topic.name not in taken}
+    return [CurveSource(device.name, topic.name.strip('/'), '', _PLAIN_COLORS[0],
+                        Quantity.NUMBER, topic.name, topic.message_type or '', 'data', plain=True)
+            for device, topic in reversed(list(topics.values()))]
+
+
+def plain_color(number: int) -> Color:
+    """Return the colour of the plain curve with this number."""
+    return _PLAIN_COLORS[number % len(_PLAIN_COLORS)]

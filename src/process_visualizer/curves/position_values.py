@@ -1,0 +1,173 @@
+"""The values of the process variables at a position of a recording, as the scene there has them."""
+from __future__ import annotations
+
+from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from process_visualizer.bags.bag_errors import BagDamaged
+from process_visualizer.bags.recording import Recording
+from process_visualizer.cell.model import Device
+from process_visualizer.curves.curve_sources import CurveSource, Quantity, curve_sources
+from process_visualizer.curves.number_columns import Numbers
+from process_visualizer.curves.source_locators import measured_s, source_locators
+from process_visualizer.curves.topic_messages import positions_between, topic_period_s
+from process_visualizer.messages.message_layout import Data
+from process_visualizer.messages.number_places import Locator
+from process_visualizer.motion.recorded_poses import MARGIN_S
+from process_visualizer.motion.recorded_velocity import RecordedVelocity
+from process_visualizer.playback.playback_event import MOMENT_NS
+
+_NS_PER_S = 1_000_000_000
+_MOST_UNUSABLE = 200  # messages of a topic, one before the other, that are looked at
+
+Key = Tuple[str, str, str]
+
+
+def key_of(device: str, label: str, topic: str) -> Key:
+    """Return what a curve and its value at a position have in common."""
+    return device, label, topic
+
+
+class _Numbers(NamedTuple):
+    """The numbers of a message, and its stamp [ns]; 0: none."""
+
+    values: Tuple[float, ...]
+    stamp_ns: int
+
+
+class _Row(NamedTuple):
+    """A message by its position in the index, and the part of the source that it is read for."""
+
+    part: int
+    position: int
+
+
+class PositionValues:
+    """Reads single messages around a position, none twice in a row; for one thread.
+
+    A speed is the slope of the poses before and after the position, that of the arrow; a force or
+    a number is that of the last message.
+    """
+
+    def __init__(self, paths: Sequence[str], devices: Sequence[Device]) -> None:
+        """Open the bags of a recording.
+
+        Raises:
+            BagError: a file cannot be read as a bag.
+        """
+        self._recording = Recording(paths)
+        self._topics = [topic for source in curve_sources(devices)
+                        for topic in [_Topic(self._recording, source, devices)] if topic.is_there]
+
+    def close(self) -> None:
+        """Close the files."""
+        self._recording.close()
+
+    def at(self, position_s: float) -> Dict[Key, Optional[float]]:
+        """Return the values at a position [s from the beginning]; None where there is none."""
+        time_ns = self._recording.begin_ns + round(position_s * _NS_PER_S)
+        return {topic.key: topic.value(time_ns) for topic in self._topics}
+
+
+class _Topic:
+    """A source and what its messages hold; the last ones that were read are kept."""
+
+    def __init__(self, recording: Recording, source: CurveSource,
+                 devices: Sequence[Device]) -> None:
+        self._recording, self._source = recording, source
+        self.key = key_of(source.device, source.label, source.topic)
+        self._locators = source_locators(recording, source, devices)
+        self._positions = recording.index.positions_of(self._locators.connections)
+        self._kept: Dict[_Row, Optional[_Numbers]] = {}
+        self._period_s = 0.0
+        if source.quantity is Quantity.SPEED:
+            self._period_s = topic_period_s(recording, self._locators.connections)
+
+    @property
+    def is_there(self) -> bool:
+        return len(self._positions) > 0
+
+    def value(self, time_ns: int) -> Optional[float]:
+        """Return the value at a bag time [ns]."""
+        if self._source.quantity is Quantity.SPEED:
+            return self._speed(time_ns)
+        numbers = self._last(time_ns)
+        if numbers is None:
+            return None
+        if self._source.quantity is Quantity.FORCE:
+            return float(np.linalg.norm(numbers.values))
+        return numbers.values[0]
+
+    def _last(self, time_ns: int) -> Optional[_Numbers]:
+        """Return the numbers that hold at a time."""
+        index, begin_ns = self._recording.index, self._recording.begin_ns
+        count = int(np.searchsorted(self._positions, index.count_until(time_ns)))
+        if count == 0:  # nothing yet, but perhaps in a moment
+            count = min(1, int(np.searchsorted(
+                self._positions, index.count_until(begin_ns + MOMENT_NS))))
+        rows = self._positions[max(count - _MOST_UNUSABLE, 0):count].tolist()
+        found = next((numbers for numbers in (self._numbers(_Row(0, row))
+                                              for row in reversed(rows))
+                      if numbers is not None), None)
+        self._keep([_Row(0, row) for row in rows[-1:]])
+        return found
+
+    def _speed(self, time_ns: int) -> Optional[float]:
+        around = [self._rows(part, time_ns) for part in range(len(self._locators.parts))]
+        numbers = self._locators.joined(self._recording, [
+            self._read(part, rows) for part, rows in enumerate(around)])
+        self._keep([row for rows in around for row in rows])
+        if not len(numbers.positions):
+            return None
+        velocity = RecordedVelocity(
+            measured_s(self._recording, numbers, self._period_s), numbers.values).velocity(
+                (time_ns - self._recording.begin_ns) / _NS_PER_S)
+        return None if velocity is None else float(np.linalg.norm(velocity))
+
+    def _rows(self, part: int, time_ns: int) -> List[_Row]:
+        """Return the messages around a bag time [ns] that hold a part of the source."""
+        margin_ns = round(MARGIN_S * _NS_PER_S)
+        return [_Row(part, position) for position in positions_between(
+            self._recording.index, tuple(self._locators.parts[part]), time_ns - margin_ns,
+            time_ns + margin_ns)]
+
+    def _read(self, part: int, rows: Sequence[_Row]) -> Numbers:
+        """Return what some messages hold of a part of the source that can be used."""
+        width = next(iter(self._locators.parts[part].values())).number_count
+        found = [(row.position, numbers) for row in rows
+                 for numbers in [self._numbers(row)] if numbers is not None]
+        return Numbers(np.array([position for position, _ in found], np.int64),
+                       np.array([it.values for _, it in found], float).reshape(-1, width),
+                       np.array([it.stamp_ns for _, it in found], np.int64))
+
+    def _numbers(self, row: _Row) -> Optional[_Numbers]:
+        """Return what a message holds of a part of the source; None if nothing usable."""
+        if row not in self._kept:
+            try:
+                data = self._recording.message(row.position)
+                connection = int(self._recording.index.connection[row.position])
+                self._kept[row] = _numbers_in(self._locators.parts[row.part][connection], data)
+            except BagDamaged:
+                self._kept[row] = None
+        return self._kept[row]
+
+    def _keep(self, rows: Sequence[_Row]) -> None:
+        self._kept = {row: self._kept[row] for row in rows if row in self._kept}
+
+
+def _numbers_in(locator: Locator, data: Data) -> Optional[_Numbers]:
+    places = locator.places(data)
+    if not places.numbers:
+        return None
+    values = tuple(_number(data, place.offset, place.kind) for place in places.numbers)
+    if not np.isfinite(values).all():
+        return None
+    at = places.stamp
+    stamp_ns = 0 if at is None else sum(
+        int(_number(data, at + offset, '<u4')) * unit for offset, unit in ((0, _NS_PER_S), (4, 1)))
+    return _Numbers(values, stamp_ns)
+
+
+def _number(data: Data, offset: int, kind: str) -> float:
+    return float(np.frombuffer(data, kind, 1, offset)[0])

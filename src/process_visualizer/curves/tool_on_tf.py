@@ -1,0 +1,126 @@
+"""Where a recording has the pose of a tool from: tf, and what the cell itself adds to it."""
+from __future__ import annotations
+
+from typing import Dict, List, Optional, Sequence, Tuple
+
+import numpy as np
+
+from process_visualizer.bags.bag_errors import BagDamaged
+from process_visualizer.bags.recording import Recording
+from process_visualizer.cell.model import Device, TopicFunction
+from process_visualizer.curves.curve_sources import CurveSource
+from process_visualizer.descriptions.robot_description import (
+    ModelError,
+    RobotDescription,
+    describe_device,
+)
+from process_visualizer.descriptions.robot_frames import pose_frames
+from process_visualizer.messages.number_places import (
+    FloatArrayLocator,
+    JointLocator,
+    Locator,
+    TransformLocator,
+    transforms_in,
+)
+from process_visualizer.motion.kinematics import Joint, Kinematics, Placement
+from process_visualizer.motion.tool_path import (
+    FrameSources,
+    MovingPart,
+    SentTransform,
+    ToolPath,
+)
+
+STATIC_TOPIC = '/tf_static'
+_JOINT_STATE, _ARRAY = 'sensor_msgs/JointState', 'std_msgs/Float32MultiArray'
+_BLOCKS, _BLOCK = 5, 100
+"""In so many parts of a recording, so many messages of each publisher are looked at."""
+
+Parts = Tuple[Dict[int, Locator], ...]
+
+
+def tool_on_tf(recording: Recording, source: CurveSource, device: Device,
+               connections: Sequence[int]) -> Optional[Tuple[ToolPath, Parts]]:
+    """Return how a tool is found from transforms, and what finds the numbers of its moving parts.
+
+    Frames that the recording does not have are those of the device's model, which the cell's
+    robot_state_publisher sends; what moves them are the recorded joint states. The model is
+    loaded where it is needed. None where nothing that moves leads to the tool.
+    """
+    frames = _recorded_frames(recording, connections)
+    description = _description(device) if source.model else None
+    base, tool = pose_frames(device, description) if source.model else source.frames
+    path = frames.path(base, tool)
+    if path is None:
+        description = description or _description(device)
+        if description is not None:
+            frames.add_model(Kinematics(description.text))
+            path = frames.path(base, tool)
+    if path is None or not path.moving:
+        return None
+    return path, tuple(_locators(recording, part, device, description, connections)
+                       for part in path.moving)
+
+
+def _description(device: Device) -> Optional[RobotDescription]:
+    """A model that cannot be used counts for none: a recording needs none to be looked at."""
+    try:
+        return describe_device(device)
+    except ModelError:
+        return None
+
+
+def _recorded_frames(recording: Recording, connections: Sequence[int]) -> FrameSources:
+    frames = FrameSources()
+    for data in _some_messages(recording, connections):
+        for transform in transforms_in(data):
+            frames.add_sent(SentTransform(transform.parent, transform.child))
+    index = recording.index
+    for data in _some_messages(recording, index.connections_of(STATIC_TOPIC)):
+        for it in transforms_in(data):
+            x, y, z, *turn = np.frombuffer(data, '<f8', 7, it.pose).tolist()
+            frames.add_fixed(it.parent, it.child, Placement((x, y, z), tuple(turn)))
+    return frames
+
+
+def _some_messages(recording: Recording, connections: Sequence[int]) -> List[memoryview]:
+    found = []
+    for connection in connections:
+        positions = recording.index.positions(connection)
+        begins = np.linspace(0, max(len(positions) - _BLOCK, 0), _BLOCKS).astype(int).tolist()
+        rows = sorted({row for begin in begins for row in range(begin, begin + _BLOCK)})
+        for position in positions[rows[:len(positions)]].tolist():
+            try:
+                found.append(recording.message(position))
+            except BagDamaged:
+                continue
+    return found
+
+
+def _locators(recording: Recording, part: MovingPart, device: Device,
+              description: Optional[RobotDescription],
+              connections: Sequence[int]) -> Dict[int, Locator]:
+    if isinstance(part, SentTransform):
+        return {number: TransformLocator(*part) for number in connections}
+    topic = device.topic_for(TopicFunction.JOINT_STATES)
+    if topic is None or description is None:
+        return {}
+    found = {}
+    for number in recording.index.connections_of(topic.name):
+        locator = _joint_locator(recording.index.connections[number].type, part, device,
+                                 list(description.joints))
+        if locator is not None:
+            found[number] = locator
+    return found
+
+
+def _joint_locator(message_type: str, joint: Joint, device: Device,
+                   joints: List[str]) -> Optional[Locator]:
+    """As joint_proc understands messages: by the joints' names, or in the model's order."""
+    if message_type == _JOINT_STATE:
+        prefix = '' if device.model is None else device.model.prefix
+        return JointLocator((joint.name, f'{prefix}{joint.name}',
+                             joint.name[len(device.name) + 1:]
+                             if joint.name.startswith(f'{device.name}/') else joint.name))
+    if message_type == _ARRAY and joint.name in joints:
+        return FloatArrayLocator(joints.index(joint.name) + 1, (len(joints),))
+    return None

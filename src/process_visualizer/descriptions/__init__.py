@@ -1,0 +1,1 @@
+"""Robot descriptions: xacro is expanded, urdfdom checks, extents and tool frames (pure)."""

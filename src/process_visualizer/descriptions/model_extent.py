@@ -1,0 +1,149 @@
+"""Where the geometry of a robot's or a machine's model is, and where its tool can get."""
+from __future__ import annotations
+
+import itertools
+import math
+import os
+import random
+from typing import List, Optional, Tuple
+from urllib.parse import unquote
+from xml.etree import ElementTree
+
+import numpy as np
+import rospkg
+
+from process_visualizer.descriptions.mesh_extent import mesh_corners
+from process_visualizer.motion.kinematics import Kinematics, Placement
+from process_visualizer.motion.rotations import matrix_from_quaternion, matrix_from_ypr
+
+_SAMPLES = 120
+"""Postures that are tried: their tool positions fill what an arm reaches but for its very rim."""
+_TURN_RAD = math.pi
+"""Joints without limits, and those that turn further, are tried up to half a turn."""
+_THROUGH = 0.1
+"""How much of a model may be behind its base plane (a plate, a cable) of one that stands on it."""
+_CORNERS = np.array(list(itertools.product((0.0, 1.0), repeat=3)))
+
+
+class ModelExtent:
+    """The space of one model, in the frame of its root link, in m."""
+
+    def __init__(self, urdf: str, packages: Optional[rospkg.RosPack] = None) -> None:
+        """Read a checked URDF; ``packages`` saves looking up those of meshes again.
+
+        Raises ValueError when a number in it is none.
+        """
+        self._packages = packages or rospkg.RosPack()
+        self._body: Optional[np.ndarray] = None
+        self._root = ElementTree.fromstring(urdf)
+        self._kinematics = Kinematics(urdf)
+        self._limits = {joint.get('name', ''): _limits(joint)
+                        for joint in self._root.findall('joint')}
+        self.positions = {name: _default(low, high) for name, (low, high) in self._limits.items()}
+        children = {child.get('link') for child in self._root.findall('joint/child')}
+        self.root_link = next((link for link in self._kinematics.links if link not in children), '')
+
+    def place(self, link: str) -> Optional[Placement]:
+        """Where a link is at the default joint positions: zero, or the middle where zero is not."""
+        return self._kinematics.placement(link, self.root_link, self.positions)
+
+    def body(self) -> np.ndarray:
+        """Corners (n, 3) of what is drawn, or else of what collides, at the default positions."""
+        if self._body is None:
+            self._body = self._corners()
+        return self._body
+
+    def _corners(self) -> np.ndarray:
+        corners = [np.empty((0, 3))]
+        for link in self._root.findall('link'):
+            place = self.place(link.get('name', ''))
+            shapes = link.findall('visual') or link.findall('collision')
+            if place is not None:
+                corners += [_moved(place, self._shape_corners(shape)) for shape in shapes]
+        return np.concatenate(corners)
+
+    def reach(self, tool: str) -> np.ndarray:
+        """Positions (n, 3) of a link in postures all over the joints' ranges.
+
+        An arm that stands on its base plane does not reach through that.
+        """
+        chance = random.Random(1)  # the same picture each time
+        found: List[Tuple[float, float, float]] = []
+        for _ in range(_SAMPLES if self._has_joints() else 0):
+            positions = {name: chance.uniform(low, high)
+                         for name, (low, high) in self._limits.items()}
+            place = self._kinematics.placement(tool, self.root_link, positions)
+            if place is not None:
+                found.append(place.position)
+        points = np.array(found, dtype=float).reshape(-1, 3)
+        return points[points[:, 2] >= 0.0] if self._stands() else points
+
+    def _has_joints(self) -> bool:
+        return any(joint.get('type') != 'fixed' for joint in self._root.findall('joint'))
+
+    def _stands(self) -> bool:
+        body = self.body()
+        return bool(len(body)) and bool(
+            -body[:, 2].min() <= _THROUGH * np.ptp(body, axis=0).max())
+
+    def _shape_corners(self, shape: ElementTree.Element) -> np.ndarray:
+        """The corners (8, 3) of the box around a shape, in its link; none if it is not known."""
+        ends = self._ends(shape.find('geometry'))
+        if ends is None:
+            return np.empty((0, 3))
+        corners = ends[0] + _CORNERS * (ends[1] - ends[0])
+        origin = shape.find('origin')
+        if origin is None:
+            return corners
+        roll, pitch, yaw = _numbers(origin.get('rpy', '0 0 0'))
+        turned = corners @ matrix_from_ypr((yaw, pitch, roll)).T
+        return np.asarray(turned + _numbers(origin.get('xyz', '0 0 0')))
+
+    def _ends(self, geometry: Optional[ElementTree.Element]) -> Optional[np.ndarray]:
+        """The lowest and the highest corner (2, 3) of a geometry."""
+        shape = None if geometry is None or not len(geometry) else geometry[0]
+        if shape is None:
+            return None
+        if shape.tag == 'mesh':
+            corners = mesh_corners(self._mesh_path(shape.get('filename', '')))
+            return None if corners is None else corners * _numbers(shape.get('scale', '1 1 1'))
+        radius, length = float(shape.get('radius', '0')), float(shape.get('length', '0'))
+        half = {'box': lambda: 0.5 * _numbers(shape.get('size', '0 0 0')),
+                'sphere': lambda: np.full(3, radius),
+                'cylinder': lambda: np.array([radius, radius, 0.5 * length])}.get(shape.tag)
+        return None if half is None else np.array([-half(), half()])
+
+    def _mesh_path(self, uri: str) -> str:
+        """The path of a mesh; the empty one where it is in a package that is not there."""
+        scheme, separator, rest = uri.partition('://')
+        if not separator:
+            return uri
+        if scheme == 'file':
+            return unquote(rest)
+        package, _, path = rest.partition('/')
+        try:
+            return os.path.join(self._packages.get_path(package), path)
+        except rospkg.ResourceNotFound:
+            return ''
+
+
+def _limits(joint: ElementTree.Element) -> Tuple[float, float]:
+    limit, kind = joint.find('limit'), joint.get('type')
+    if kind == 'continuous' or limit is None:
+        return -_TURN_RAD, _TURN_RAD
+    low, high = float(limit.get('lower', '0')), float(limit.get('upper', '0'))
+    if kind == 'revolute' and low <= 0.0 <= high:
+        return max(low, -_TURN_RAD), min(high, _TURN_RAD)
+    return low, high
+
+
+def _default(low: float, high: float) -> float:
+    return 0.0 if low <= 0.0 <= high else 0.5 * (low + high)
+
+
+def _moved(place: Placement, points: np.ndarray) -> np.ndarray:
+    return points @ matrix_from_quaternion(place.quaternion).T + np.array(place.position)
+
+
+def _numbers(text: str) -> np.ndarray:
+    return np.array(text.split(), dtype=float)

@@ -1,0 +1,210 @@
+"""Robot descriptions: xacro is expanded, and urdfdom checks the result."""
+from __future__ import annotations
+
+import os
+import subprocess
+import tempfile
+from dataclasses import dataclass
+from typing import Dict, FrozenSet, List, Optional, Tuple
+from xml.etree import ElementTree
+
+import rospkg
+
+from process_visualizer.cell.errors import Problem
+from process_visualizer.cell.model import Device, Model
+from process_visualizer.cell.substitution import package_advice
+from process_visualizer.cell.suggestions import missing_file
+from process_visualizer.descriptions.link_prefix import rename_links
+from process_visualizer.descriptions.xacro_file import XacroError, expand_xacro
+
+_MOVABLE = ('revolute', 'continuous', 'prismatic', 'floating', 'planar')
+
+
+class ModelError(Exception):
+    """A model cannot be used; says which file and why."""
+
+
+@dataclass(frozen=True)
+class RobotDescription:
+    """An expanded, checked URDF.
+
+    ``joints`` maps each movable joint's name, in file order, to its type; ``parents`` maps each
+    link to its parent link (the root link is missing there). ``drawn`` are the links with a visual,
+    ``collision_only`` those with a collision geometry and no visual.
+    """
+
+    text: str
+    links: Tuple[str, ...]
+    joints: Dict[str, str]
+    parents: Dict[str, str]
+    drawn: FrozenSet[str] = frozenset()
+    collision_only: FrozenSet[str] = frozenset()
+
+    @property
+    def root_link(self) -> str:
+        """The one link without a parent."""
+        return next(link for link in self.links if link not in self.parents)
+
+    def children(self, link: str) -> List[str]:
+        """The links whose parent is this one, in file order."""
+        return [child for child in self.links if self.parents.get(child) == link]
+
+    def ancestors(self, link: str) -> List[str]:
+        """The links from the parent of this one to the root; ends where they begin to repeat."""
+        found: Dict[str, None] = {}
+        parent = self.parents.get(link)
+        while parent is not None and parent not in found:
+            found[parent] = None
+            parent = self.parents.get(parent)
+        return list(found)
+
+
+def model_path(model: Model) -> str:
+    """The absolute path of a model file; raises ModelError when it is not there."""
+    if not model.package:
+        if not os.path.isfile(model.path):
+            raise ModelError(missing_file(model.path))
+        return model.path
+    try:
+        folder = rospkg.RosPack().get_path(model.package)
+    except rospkg.ResourceNotFound:
+        raise ModelError(package_advice(model.package)) from None
+    path = os.path.join(folder, model.path)
+    if not os.path.isfile(path):
+        raise ModelError(f'there is no file "{model.path}" in the package "{model.package}" '
+                         f'({folder})')
+    return path
+
+
+def load_robot_description(path: str, arguments: Tuple[Tuple[str, str], ...] = (),
+                           prefix: str = '') -> RobotDescription:
+    """The description in a URDF or xacro file; raises ModelError that names the file.
+
+    ``arguments`` are values for ``<xacro:arg>``; the names of links get the ``prefix``.
+    """
+    text = _expand(path, arguments) if path.endswith('.xacro') else _read(path)
+    try:
+        root = ElementTree.fromstring(text)
+    except ElementTree.ParseError as error:
+        raise ModelError(f'{path}: not well-formed XML: {error}') from None
+    if root.tag != 'robot':
+        raise ModelError(f'{path}: a URDF begins with <robot>, not <{root.tag}>')
+    if prefix:
+        rename_links(root, prefix)
+        text = ElementTree.tostring(root, encoding='unicode')
+    _check_with_urdfdom(path, text)
+    description = _describe(text, root)
+    _check_tree(path, description, root)
+    return description
+
+
+def _read(path: str) -> str:
+    try:
+        with open(path, encoding='utf-8') as file:
+            return file.read()
+    except (OSError, UnicodeDecodeError) as error:
+        raise ModelError(f'{path}: cannot be read: {error}') from None
+
+
+def _expand(path: str, arguments: Tuple[Tuple[str, str], ...]) -> str:
+    try:
+        return expand_xacro(path, arguments)
+    except XacroError as error:
+        raise ModelError(str(error)) from None
+
+
+def _check_with_urdfdom(path: str, text: str) -> None:
+    with tempfile.NamedTemporaryFile('w', suffix='.urdf', encoding='utf-8') as file:
+        file.write(text)
+        file.flush()
+        try:
+            check = subprocess.run(['check_urdf', file.name], stdout=subprocess.PIPE,
+                                   stderr=subprocess.STDOUT, text=True, timeout=30, check=False)
+        except FileNotFoundError:
+            raise ModelError('check_urdf is not installed; install liburdfdom-tools') from None
+        except subprocess.TimeoutExpired:
+            raise ModelError(f'{path}: check_urdf did not finish within 30 s') from None
+    if check.returncode != 0:
+        raise ModelError(f'{path}: not a valid URDF: {_first_error(check.stdout)}')
+
+
+def _check_tree(path: str, description: RobotDescription, root: ElementTree.Element) -> None:
+    """Find what urdfdom lets pass: unnamed links, a second parent, links in a circle."""
+    if '' in description.links:
+        raise ModelError(f'{path}: not a valid URDF: a link has no name')
+    children = [child.get('link', '') for child in root.findall('joint/child')]
+    for link in description.parents:
+        if children.count(link) > 1:
+            raise ModelError(f'{path}: not a valid URDF: the link "{link}" has two parents')
+        if description.root_link not in description.ancestors(link):
+            raise ModelError(f'{path}: not a valid URDF: the link "{link}" is not connected to '
+                             f'the root link "{description.root_link}"')
+
+
+def _first_error(output: str) -> str:
+    lines = [line.strip() for line in output.splitlines() if line.strip()]
+    errors = [line for line in lines if line.startswith('Error:')]
+    text = (errors or lines or ['check_urdf gave no reason'])[0]
+    return text[len('Error:'):].strip() if errors else text
+
+
+def _describe(text: str, root: ElementTree.Element) -> RobotDescription:
+    links = tuple(link.get('name', '') for link in root.findall('link'))
+    joints: Dict[str, str] = {}
+    parents: Dict[str, str] = {}
+    for joint in root.findall('joint'):
+        parent, child = joint.find('parent'), joint.find('child')
+        if parent is not None and child is not None:
+            parents[child.get('link', '')] = parent.get('link', '')
+        if joint.get('type') in _MOVABLE and joint.find('mimic') is None:
+            joints[joint.get('name', '')] = joint.get('type', '')
+    drawn, collision = (_links_with(root, tag) for tag in ('visual', 'collision'))
+    return RobotDescription(text, links, joints, parents, drawn, collision - drawn)
+
+
+def _links_with(root: ElementTree.Element, tag: str) -> FrozenSet[str]:
+    return frozenset(link.get('name', '') for link in root.findall('link')
+                     if link.find(tag) is not None)
+
+
+def describe_device(device: Device) -> Optional[RobotDescription]:
+    """The checked description of a device's model, or None; raises ModelError."""
+    if device.model is None:
+        return None
+    model = device.model
+    description = load_robot_description(model_path(model), model.arguments, model.prefix)
+    _check_base_frame(device, description)
+    return description
+
+
+def _check_base_frame(device: Device, description: RobotDescription) -> None:
+    if device.base is not None and device.base.frame != description.root_link:
+        raise ModelError(f'the base frame "{device.base.frame}" is not the root link of the '
+                         f'model, which is "{description.root_link}"; write that in <base>')
+
+
+def describe_devices(devices: Tuple[Device, ...]
+                     ) -> Tuple[Dict[str, RobotDescription], List[Problem]]:
+    """The descriptions by device name, and what is wrong with the others."""
+    descriptions: Dict[str, RobotDescription] = {}
+    problems: List[Problem] = []
+    owners: Dict[str, str] = {}
+    for device in devices:
+        try:
+            description = describe_device(device)
+            if description is not None:
+                _claim_links(device, description, owners)
+                descriptions[device.name] = description
+        except ModelError as error:
+            location = device.model.location if device.model else device.location
+            problems.append(Problem(location, 'model', str(error)))
+    return descriptions, problems
+
+
+def _claim_links(device: Device, description: RobotDescription, owners: Dict[str, str]) -> None:
+    for link in description.links:
+        if link in owners:
+            raise ModelError(f'the link "{link}" is also in the model of "{owners[link]}"; link '
+                             f'names must differ: write prefix="{device.name}/" in <model>, and '
+                             'the same before the frames in <base>, <tool>, <force>')
+    owners.update(dict.fromkeys(description.links, device.name))

@@ -1,0 +1,98 @@
+"""The program behind expand_xacro: expands one file and prints the result as JSON.
+
+usage: python3 -m process_visualizer.descriptions.xacro_child FILE [NAME:=VALUE …]
+
+It is a process of its own because xacro keeps its state in its module.
+"""
+from __future__ import annotations
+
+import json
+import re
+import sys
+from contextlib import redirect_stdout
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Dict, List, Mapping, Optional
+from xml.dom import minidom
+from xml.parsers.expat import ExpatError
+
+import rospkg
+
+from process_visualizer.descriptions.xacro_module import import_xacro, xacro_version
+from process_visualizer.descriptions.xacro_place import XacroPlace, place_in_files
+
+_ARGUMENT = re.compile(r'''<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)|'''
+                       r'''\$\(arg\s+([^)\s]+)|\barg\(\s*["']([^"']+)''')
+"""An argument where a file declares it, or asks for it."""
+
+
+def main(arguments: List[str]) -> int:
+    """Print the text of an expanded file, or the reason why there is none."""
+    path, given = arguments[0], arguments[1:]
+    mappings = dict(argument.split(':=', 1) for argument in given)
+    with redirect_stdout(sys.stderr):  # what a file prints is not the result
+        result = _result(path, mappings)
+    json.dump(result, sys.stdout)
+    return 0
+
+
+def _result(path: str, mappings: Dict[str, str]) -> Mapping[str, Any]:
+    try:
+        xacro = import_xacro()
+    except ImportError:
+        return {'missing': True}
+    result: Dict[str, Any] = {'xacro': xacro_version(xacro)}
+    try:
+        document = xacro.process_file(path, mappings=dict(mappings))
+        result.update(text=document.toprettyxml(indent='  '),
+                      unused=_unused(mappings, [path, *xacro.all_includes]))
+    except Exception as error:  # a xacro file evaluates expressions, which can raise anything
+        place = _place(xacro, path, error)
+        result.update(message=' '.join((str(error) or repr(error)).split()),
+                      package=_missing_package(error), argument=_missing_argument(error),
+                      file=place.file, line=place.line)
+    return result
+
+
+def _unused(mappings: Mapping[str, str], files: List[str]) -> Dict[str, List[str]]:
+    """Return arguments that no file speaks of, each with those that the files take."""
+    texts = [Path(file).read_text(encoding='utf-8', errors='replace') for file in files]
+    known = {name for text in texts for names in _ARGUMENT.findall(text) for name in names if name}
+    return {name: sorted(known) for name in mappings if name not in known}
+
+
+def _missing_package(error: Exception) -> str:
+    """Return the name of the package that was not found, if that is what is wrong, else ''."""
+    cause = getattr(error, 'exc', None)  # xacro's own errors carry the one that they wrap
+    return str(cause.args[0]) if isinstance(cause, rospkg.ResourceNotFound) else ''
+
+
+def _missing_argument(error: Exception) -> str:
+    """Return the name of the argument that has no value, if that is what is wrong, else ''."""
+    cause: Any = getattr(error, 'exc', None)
+    return str(cause.args[0]) if type(cause).__name__ == 'ArgException' else ''
+
+
+def _place(xacro: Any, path: str, error: Exception) -> XacroPlace:
+    """Return where xacro stopped: in the innermost macro's file, else the file included last."""
+    files = [file for file in (xacro.filestack or [path]) if file is not None] or [path]
+    if isinstance(error, ExpatError):
+        return XacroPlace(files[-1], error.lineno)
+    macros = [macro.history[-1][-1] for macro in (xacro.macrostack or []) if macro.history]
+    return place_in_files(_innermost_element(error.__traceback__),
+                          [*reversed(macros), *reversed(files)], files[-1])
+
+
+def _innermost_element(traceback: Optional[TracebackType]) -> Optional[minidom.Element]:
+    """Return the element that was being expanded: xacro's functions call it ``node``."""
+    found = None
+    while traceback is not None:
+        node = traceback.tb_frame.f_locals.get('node')
+        if isinstance(node, minidom.Element):
+            found = node
+        traceback = traceback.tb_next
+    return found
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,64 @@
+"""Expands xacro files, with the xacro of ROS 1 or, where there is none, xacro 2."""
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from typing import Any, Dict, Mapping, Sequence, Tuple
+
+from process_visualizer.cell.substitution import package_advice
+from process_visualizer.cell.suggestions import advice
+
+TIMEOUT_S = 60.0
+
+
+class XacroError(Exception):
+    """A xacro file cannot be expanded; says which file, where, and why."""
+
+
+def expand_xacro(path: str, arguments: Tuple[Tuple[str, str], ...] = ()) -> str:
+    """Return the text of the expanded file, given values for its ``<xacro:arg>`` elements.
+
+    Raises:
+        XacroError: it cannot be expanded.
+    """
+    result = _run(path, dict(arguments))
+    if result.get('missing'):
+        raise XacroError(f'{path}: xacro is not installed for {sys.executable}; install it '
+                         '(requirements/python.txt) or activate its virtual environment')
+    if 'text' not in result:
+        line = f':{result["line"]}' if result['line'] else ''
+        raise XacroError(f'{result["file"]}{line}: xacro: {_reason(result)} ({result["xacro"]})')
+    for name, known in result['unused'].items():
+        raise XacroError(f'{path}: {_unused(name, known)}')
+    return str(result['text'])
+
+
+def _reason(result: Mapping[str, Any]) -> str:
+    if result['package']:
+        return package_advice(result['package'])
+    if result['argument']:
+        name = result['argument']
+        return (f'the argument "{name}" has no value; write <arg name="{name}" value="…" /> '
+                'in <model>')
+    return str(result['message'])
+
+
+def _unused(name: str, known: Sequence[str]) -> str:
+    return f'it takes no argument "{name}"; ' + (advice(name, known) if known else 'leave it out')
+
+
+def _run(path: str, mappings: Mapping[str, str]) -> Dict[str, Any]:
+    words = [f'{name}:={value}' for name, value in mappings.items()]
+    command = [sys.executable, '-m', 'process_visualizer.descriptions.xacro_child', path, *words]
+    try:
+        done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                              timeout=TIMEOUT_S, check=False)
+    except subprocess.TimeoutExpired:
+        raise XacroError(f'{path}: xacro did not finish within {TIMEOUT_S:g} s') from None
+    try:
+        result: Dict[str, Any] = json.loads(done.stdout)
+    except ValueError:
+        raise XacroError(f'{path}: xacro ended with status {done.returncode}; what it said '
+                         'stands in the terminal') from None
+    return result

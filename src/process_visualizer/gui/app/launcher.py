@@ -1,0 +1,264 @@
+"""All models of the window and what connects them; no widgets."""
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from typing import List, Optional, Sequence
+
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from process_visualizer.cell.changes import changes
+from process_visualizer.cell.model import Mode, Pose
+from process_visualizer.clients.player_client import PlayerError
+from process_visualizer.generate.choice import Choice, RvizStart
+from process_visualizer.gui.app.status import player_activity, recorder_activity, status_text
+from process_visualizer.gui.models.cell.calibration_model import CalibrationModel
+from process_visualizer.gui.models.cell.cell_model import CellModel
+from process_visualizer.gui.models.cell.device_states_model import DeviceStatesModel
+from process_visualizer.gui.models.cell.launch_guard import LaunchGuard
+from process_visualizer.gui.models.cell.launch_model import LaunchModel, Phase
+from process_visualizer.gui.models.cell.master_model import MasterModel
+from process_visualizer.gui.models.cell.mixture_model import MixtureModel
+from process_visualizer.gui.models.cell.new_configuration_model import NewConfigurationModel
+from process_visualizer.gui.models.cell.tool_model import ToolModel
+from process_visualizer.gui.models.cell.view_model import ViewModel
+from process_visualizer.gui.models.cell.warnings_model import WarningsModel
+from process_visualizer.gui.models.playback.bag_model import BagModel
+from process_visualizer.gui.models.playback.playback_model import PlaybackModel
+from process_visualizer.gui.models.playback.values_model import ValuesModel
+from process_visualizer.gui.models.recording.recording_model import RecordingModel
+from process_visualizer.gui.ros.ros_link import RosLink, RosLinkError
+from process_visualizer.gui.ros.snapshots import PlayerSnapshot
+from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.health.device_state import Level, Line
+
+_MARKER = 'marker'
+
+_SWITCH_INTERVAL_S = 0.0005
+"""So long the window waits for each other thread that computes; Python's own 5 ms add up."""
+
+
+class Launcher(QObject):
+    """The program without its window."""
+
+    failed = pyqtSignal(str)
+    status_changed = pyqtSignal()
+
+    def __init__(self, parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self.tasks = Tasks(self)
+        self.link = RosLink(self)
+        self.master = MasterModel(self.tasks, self.link, self)
+        self.cell = CellModel(self.tasks, self)
+        self.new = NewConfigurationModel(self.tasks, self.link.look_at_system, self)
+        self.launch = LaunchModel(self.tasks, self)
+        self.guard = LaunchGuard(self.tasks, self.launch.launch, parent=self)
+        self.mixture = MixtureModel(self.tasks, self._own_nodes, parent=self)
+        self.warnings = WarningsModel(self.link.warnings, self)
+        self.states = DeviceStatesModel(self.launch, self.warnings)
+        self.recording = RecordingModel(self.tasks, self.link.recorder, self)
+        self.playback = PlaybackModel(self.tasks, self.link.player, PlayerError, parent=self)
+        self.bag = BagModel(self.tasks, self, lambda: self.recording.choices.folder)
+        self.values = ValuesModel(self.tasks, self.playback, parent=self)
+        self.view = ViewModel(self.tasks, self.cell, self.launch)
+        self.calibration = CalibrationModel(self.tasks, self.link.move_frame, self)
+        self.tool = ToolModel(self.tasks, self)
+        self._player: Optional[PlayerSnapshot] = None
+        self._devices_when_ready: Optional[Sequence[str]] = None
+        self._launches_when_ready = False
+        self._connect()
+
+    def begin(self) -> None:
+        """Clean up after a crash, and find or start the master."""
+        sys.setswitchinterval(_SWITCH_INTERVAL_S)
+        self.launch.prepare(self.master.connect_to_master)
+
+    def close(self) -> None:
+        """End everything that was started; blocks until it is done."""
+        self.launch.close()
+        self.master.close()
+        self.tasks.close()
+
+    def choice(self) -> Choice:
+        """What would be launched now."""
+        mode = self.cell.mode
+        bag, *others = self.bag.paths if mode is Mode.PLAYBACK and self.bag.paths else (None,)
+        assert self.cell.cell is not None
+        return Choice(self.cell.cell, mode, self.cell.chosen, RvizStart.OPTIONAL, bag,
+                      self.view.window, self.view.content, tuple(others))
+
+    def start(self) -> None:
+        """Launch what is chosen, once nobody publishes what would be mixed with it."""
+        if self.why_not() == '':
+            self.guard.launch(self.choice())
+
+    def when_ready(self, devices: Optional[Sequence[str]], launches: bool) -> None:
+        """Tick only these devices (None: as they are) and launch, once both is possible."""
+        self._devices_when_ready, self._launches_when_ready = devices, launches
+        self._try_to_begin()
+
+    def _try_to_begin(self) -> None:
+        if self.cell.cell is not None and self._devices_when_ready is not None:
+            devices, self._devices_when_ready = self._devices_when_ready, None
+            self.cell.tick_only(set(devices))
+        if self._launches_when_ready and self.why_not() == '' and not self.bag.is_loading:
+            self._launches_when_ready = False
+            self.start()
+
+    def why_not(self) -> str:
+        """Why nothing can be launched now; empty when it can."""
+        if not self.master.is_connected:
+            return self.master.problem
+        if self.cell.cell is None:
+            return 'The configuration has problems' if self.cell.problems else 'Loading'
+        if not self.cell.chosen:
+            return 'Tick a device first'
+        return ''
+
+    def pending(self) -> str:
+        """What would change if the nodes that run went over to what is chosen now."""
+        running = self.launch.running
+        if not self.launch.is_running or running is None or self.cell.cell is None:
+            return ''
+        return _difference(running, self.choice())
+
+    def apply(self) -> None:
+        """Go over to what is chosen now; a recording must not be interrupted."""
+        if self.recording.is_recording:
+            self.failed.emit('A recording is being made: stop it before devices are changed.')
+        else:
+            self.launch.apply(self.choice())
+
+    def status(self) -> str:
+        """The status line."""
+        if self.guard.is_looking:
+            return status_text(Phase.LAUNCHING, self.cell.mode, '', Line(Level.OFF, ''))
+        if self.launch.is_idle and self._waits_for():
+            return self._waits_for()
+        running = self.launch.running
+        mode = None if running is None else running.mode
+        activity = (recorder_activity(self.recording.phase) if mode is Mode.REALTIME
+                    else player_activity(self._player))
+        trouble = self.states.trouble(() if running is None else running.devices)
+        text = status_text(self.launch.phase, mode, activity, trouble)
+        return f'{text}\n{self.master.problem}' if self.master.is_lost else text
+
+    def _waits_for(self) -> str:
+        """What has to be done before anything can be launched; empty if nothing has."""
+        if self.master.is_connecting:
+            return 'Starting the ROS master…'
+        if self.new.is_making:
+            return f'Looking at {self.new.where}…'
+        return 'Reading the configuration…' if self.cell.is_loading else ''
+
+    def _connect(self) -> None:
+        self.link.player_state.connect(self._take_player)
+        self.link.pose_dragged.connect(self._take_drag)
+        self.calibration.marker_wanted.connect(self._show_marker)
+        self.calibration.moved.connect(lambda frame, pose: self.tasks.run(
+            _MARKER, lambda: self.link.move_marker(frame, pose)))
+        for saved in (self.calibration.saved, self.tool.saved):
+            saved.connect(lambda _device: self.cell.reload())
+        self.warnings.changed.connect(self._follow_warnings)
+        self.link.recorder_state.connect(self.recording.take_state)
+        self.link.recorder_state.connect(self.states.take_recorder)
+        for model in (self.master, self.launch, self.recording, self.playback, self.bag,
+                      self.calibration, self.tool, self.view, self.new):
+            model.failed.connect(self.failed)
+        for model in (self.guard, self.launch, self.recording, self.playback, self.states,
+                      self.new):
+            model.changed.connect(self.status_changed)
+        self.new.made.connect(self.cell.open)
+        self.launch.changed.connect(self._follow_launch)
+        self.launch.stopped.connect(self.recording.take_end_of_run)
+        self.mixture.begun.connect(self._pause_mixture)
+        self.cell.changed.connect(self._follow_cell)
+        for ready in (self.cell.loaded, self.master.connected, self.bag.changed):
+            ready.connect(self._try_to_begin)
+        self.bag.chosen.connect(self._play_other_bag)
+        self.bag.changed.connect(self._follow_bag)
+
+    def _follow_launch(self) -> None:
+        running = self.launch.running
+        mode = running.mode if running is not None and self.launch.is_running else None
+        self.mixture.follow(running)
+        self.warnings.follow(running is not None)
+        self.recording.set_running(mode is Mode.REALTIME)
+        self.calibration.set_running(mode is not None)
+        if mode is Mode.PLAYBACK:
+            self._play_other_bag('')
+        else:
+            self._take_player(None)
+
+    def _own_nodes(self) -> List[str]:
+        """The nodes that were launched here."""
+        return [node.name for report in self.launch.reports.values() for node in report.nodes]
+
+    def _pause_mixture(self) -> None:
+        if self.mixture.mode is Mode.PLAYBACK:
+            self.playback.pause()
+
+    def _follow_cell(self) -> None:
+        self.recording.choices.set_devices(self.cell.chosen)
+        self.bag.set_devices(self.cell.chosen)
+        if self.cell.mode is Mode.PLAYBACK:
+            self.bag.reopen()
+        self.values.set_devices(self.cell.chosen)
+        self.calibration.set_devices(self.cell.devices)
+        editor = self.cell.editor
+        self.tool.set_devices(self.cell.devices, None if editor is None else editor.save_tool)
+        if editor is not None:
+            self.calibration.set_save(editor.save)
+
+    def _follow_warnings(self) -> None:
+        self.tool.take_warnings({device.name: self.states.warnings(device.name)
+                                 for device in self.cell.devices})
+
+    def _follow_bag(self) -> None:
+        self.playback.set_marks(self.bag.marks)
+        self.values.set_recording(self.bag.paths)
+        self.states.set_recording(self.bag.catalogue)
+
+    def _play_other_bag(self, _path: str) -> None:
+        """The player restarts with another bag; everything else goes on running."""
+        running, paths = self.launch.running, self.bag.paths
+        if running is not None and self.launch.is_running and running.mode is Mode.PLAYBACK \
+                and paths and paths != (running.bag, *running.further_bags):
+            self.launch.apply(replace(running, bag=paths[0], further_bags=paths[1:]))
+
+    def _show_marker(self, is_shown: bool) -> None:
+        cell, base, pose = self.cell.cell, self.calibration.base, self.calibration.pose
+        if is_shown and cell is not None and base is not None:
+            self.tasks.run(_MARKER, lambda: self.link.show_marker(cell.frame, base.frame, pose),
+                           None, self._tell_marker)
+        else:
+            self.tasks.run(_MARKER, self.link.hide_marker)
+
+    def _tell_marker(self, error: Exception) -> None:
+        if not isinstance(error, RosLinkError):
+            raise error
+        self.failed.emit(str(error))
+
+    def _take_drag(self, frame: str, pose: Pose) -> None:
+        base = self.calibration.base
+        if base is not None and frame == base.frame:
+            self.calibration.take_pose(pose.xyz, pose.ypr)
+
+    def _take_player(self, player: Optional[PlayerSnapshot]) -> None:
+        if player is None and self._player is None:
+            return
+        self._player = player
+        self.playback.take_state(player)
+        if player is not None:
+            self.states.take_player(player)
+            self.mixture.take_player(player.others)
+
+
+def _difference(before: Choice, after: Choice) -> str:
+    old = [device.name for device in before.devices]
+    new = [device.name for device in after.devices]
+    changed = changes(before.cell, after.cell).changed
+    words = [('start', [name for name in new if name not in old]),
+             ('stop', [name for name in old if name not in new]),
+             ('restart', [name for name in new if name in old and name in changed])]
+    return '; '.join(f'{word} {", ".join(names)}' for word, names in words if names)

@@ -1,0 +1,392 @@
+"""LauncherApp: the operator's window."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import List, Optional, Sequence
+
+from PyQt5.QtGui import QCloseEvent
+from PyQt5.QtWidgets import (
+    QFileDialog,
+    QHBoxLayout,
+    QInputDialog,
+    QLabel,
+    QMainWindow,
+    QMessageBox,
+    QShortcut,
+    QStackedWidget,
+    QTabWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from process_visualizer.cell.errors import Problem
+from process_visualizer.cell.model import Mode
+from process_visualizer.gui.app.launcher import Launcher
+from process_visualizer.gui.app.settings import Settings
+from process_visualizer.gui.app.shortcuts import (
+    bind,
+    general_keys,
+    help_text,
+    playback_keys,
+    recording_keys,
+)
+from process_visualizer.gui.models.cell.cell_model import CellModel
+from process_visualizer.gui.models.cell.launch_model import Phase
+from process_visualizer.gui.toolkit.editor import open_in_editor
+from process_visualizer.gui.toolkit.questions import ask, message_box
+from process_visualizer.gui.toolkit.style import QUIET
+from process_visualizer.gui.toolkit.working_folder import working_folder
+from process_visualizer.gui.views.cell.calibration_panel import CalibrationPanel
+from process_visualizer.gui.views.cell.devices_panel import DevicesPanel
+from process_visualizer.gui.views.cell.launch_view import LaunchView
+from process_visualizer.gui.views.cell.log_view import LogView
+from process_visualizer.gui.views.cell.made_notice import MadeNotice
+from process_visualizer.gui.views.cell.mixture_notice import MixtureNotice
+from process_visualizer.gui.views.cell.new_configuration_view import NewConfigurationView
+from process_visualizer.gui.views.cell.tool_notice import ToolNotice
+from process_visualizer.gui.views.cell.warnings_view import WarningsView
+from process_visualizer.gui.views.parts.keys_dialog import KeysDialog
+from process_visualizer.gui.views.parts.labels import colour, title, tool_button
+from process_visualizer.gui.views.playback.playback_panel import PlaybackPanel
+from process_visualizer.gui.views.recording.recording_panel import RecordingPanel
+
+_MARGIN = 10
+
+
+class LauncherApp(QMainWindow):
+    """Devices, mode, status, launch button, and below them what the mode needs.
+
+    Closing it quits all nodes first. ``restarts`` says that the program is to begin again then.
+    """
+
+    def __init__(self, launcher: Launcher, settings: Settings,
+                 parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._launcher = launcher
+        self._settings = settings
+        self.restarts = False
+        self._is_leaving = self._is_closed = False
+        self._bag_to_play = ''
+        self._message: Optional[QMessageBox] = None
+        self._mixture_question: Optional[QMessageBox] = None
+        self.setWindowTitle('Process Visualizer')
+        self.file = QLabel()
+        self._devices_panel = DevicesPanel()
+        self.devices = self._devices_panel.devices
+        self.problems = self._devices_panel.problems
+        self.new = NewConfigurationView(launcher.new, lambda: launcher.cell.path, self)
+        self.made = MadeNotice(launcher.new)
+        self.launch = LaunchView()
+        self.mixture = MixtureNotice(launcher.mixture)
+        self.tool = ToolNotice(launcher.tool)
+        self.recording = RecordingPanel(launcher.recording)
+        self.playback = PlaybackPanel(launcher.playback, launcher.bag, launcher.values)
+        self.calibration = CalibrationPanel(launcher.calibration)
+        self._lay_out()
+        self._connect()
+        self._bind_keys()
+        self._show_cell()
+        self._show_launch()
+        self._show_views()
+
+    # Layout
+
+    def _lay_out(self) -> None:
+        self._mode_panels = QStackedWidget()
+        self._mode_panels.addWidget(self.recording)
+        self._mode_panels.addWidget(self.playback)
+        self.panels = QTabWidget()
+        self.panels.setObjectName('panels')
+        self.panels.setDocumentMode(True)
+        self.panels.addTab(self._mode_panels, 'Recording')
+        self.panels.addTab(self.calibration, 'Calibration')
+        body = QWidget()
+        layout = QVBoxLayout(body)
+        layout.setContentsMargins(_MARGIN, _MARGIN, _MARGIN, _MARGIN)
+        layout.addWidget(self._devices_group())
+        layout.addWidget(self.launch)
+        layout.addWidget(self.mixture)
+        layout.addWidget(self.tool)
+        layout.addWidget(self.panels, 1)
+        self.setCentralWidget(body)
+
+    def _devices_group(self) -> QWidget:
+        group = QWidget()
+        layout = QVBoxLayout(group)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(4)
+        row = QHBoxLayout()
+        row.addWidget(title('Devices'))
+        row.addSpacing(6)
+        self.file.setObjectName('configuration')
+        colour(self.file, QUIET)
+        row.addWidget(self.file, 1)
+        for symbol, name, hint, action in (
+                ('restart', 'restart_device', 'Restart the selected device',
+                 self._restart_selected),
+                ('open', 'open_configuration', 'Open another configuration', self._open),
+                ('reload', 'reload_configuration', 'Read the configuration again (F5)',
+                 self._launcher.cell.reload),
+                ('help', 'show_keys', 'Keys (?)', self._show_help)):
+            row.addWidget(tool_button(name, symbol, hint, action))
+        row.insertWidget(row.count() - 2, self.new.button)
+        layout.addLayout(row)
+        layout.addWidget(self.new)
+        layout.addWidget(self.made)
+        layout.addWidget(self._devices_panel)
+        return group
+
+    # Connections
+
+    def _connect(self) -> None:
+        launcher = self._launcher
+        launcher.cell.changed.connect(self._show_cell)
+        launcher.cell.changed.connect(self._show_launch)
+        launcher.cell.loaded.connect(self._show_devices)
+        launcher.launch.changed.connect(self._show_launch)
+        launcher.launch.stopped.connect(self._after_stop)
+        launcher.launch.problems_found.connect(self._show_refusal)
+        launcher.guard.asked.connect(self._ask_mixture)
+        master = launcher.master
+        for signal in (master.connected, master.failed, master.lost, master.returned):
+            signal.connect(self._show_launch)
+        master.lost.connect(self._tell_lost_master)
+        master.returned.connect(
+            lambda: self.statusBar().showMessage('The ROS master answers again'))
+        launcher.states.changed.connect(self._show_states)
+        launcher.status_changed.connect(self._show_status)
+        launcher.failed.connect(self._tell)
+        self.new.open_wanted.connect(self._open)
+        self.made.open_wanted.connect(self._open_in_editor)
+        launcher.recording.finished.connect(launcher.bag.add_recent)
+        self.recording.play_wanted.connect(self._play)
+        self.problems.open_wanted.connect(self._open_in_editor)
+        self.devices.ticked.connect(launcher.cell.tick)
+        self.devices.restart_wanted.connect(launcher.launch.restart)
+        self.devices.log_wanted.connect(self._show_log)
+        self.devices.warnings_wanted.connect(self._show_warnings)
+        self.launch.mode_chosen.connect(launcher.cell.set_mode)
+        self.launch.launch_wanted.connect(launcher.start)
+        self.launch.quit_wanted.connect(self._quit)
+        self.launch.apply_wanted.connect(launcher.apply)
+        self.launch.restart_view_wanted.connect(launcher.view.restart)
+        self.launch.save_view_wanted.connect(self._save_view)
+        self.launch.view_chosen.connect(launcher.view.choose)
+        launcher.view.changed.connect(self._show_views)
+
+    def _bind_keys(self) -> None:
+        launcher = self._launcher
+        playback = playback_keys(launcher.playback, self._mark_playback,
+                                 self.playback.timeline.look_closer)
+        recording = recording_keys(launcher.recording)
+        general = general_keys(launcher, self._show_help)
+        self._keys = {'Playback': playback, 'Recording': recording, 'Always': general}
+        self._playback_shortcuts: List[QShortcut] = bind(self, playback)
+        self._recording_shortcuts: List[QShortcut] = bind(self, recording)
+        bind(self, general)
+
+    # What is shown
+
+    def _show_devices(self, _valid: bool) -> None:
+        cell = self._launcher.cell
+        self.devices.set_devices(cell.devices, cell.is_ticked)
+        self._show_states()
+
+    def _show_cell(self) -> None:
+        cell = self._launcher.cell
+        self.file.setText(Path(cell.path).name if cell.path else '')
+        self.file.setToolTip(cell.path)
+        self.made.follow(cell.path)
+        self.devices.set_ticks(cell.is_ticked)
+        self._devices_panel.show_problems(cell.problems, _devices_in_force(cell))
+        is_playback = cell.mode is Mode.PLAYBACK
+        self.launch.show_mode(cell.mode)
+        self._mode_panels.setCurrentWidget(self.playback if is_playback else self.recording)
+        self.panels.setTabText(0, 'Playback' if is_playback else 'Recording')
+
+    def _show_refusal(self, problems: Sequence[Problem]) -> None:
+        self._devices_panel.show_problems(
+            problems, 'This cannot be launched here. Mend it, or untick the device.')
+
+    def _show_launch(self) -> None:
+        launcher = self._launcher
+        reason = launcher.why_not()
+        self.launch.show_phase(launcher.launch.phase, reason == '', reason)
+        pending = launcher.pending()
+        self.launch.show_changes(f'Apply: {pending}' if pending else '', pending)
+        self._enable_keys()
+        self._show_status()
+
+    def _enable_keys(self) -> None:
+        is_playback = self._launcher.cell.mode is Mode.PLAYBACK
+        is_running = self._launcher.launch.phase is Phase.RUNNING
+        for shortcut in self._playback_shortcuts:
+            shortcut.setEnabled(is_running and is_playback)
+        for shortcut in self._recording_shortcuts:
+            shortcut.setEnabled(is_running and not is_playback)
+
+    def _show_states(self) -> None:
+        for device in self._launcher.cell.devices:
+            self.devices.set_state(device.name, self._launcher.states.state(device))
+
+    def _show_status(self) -> None:
+        self.launch.status.setText(self._launcher.status())
+
+    def _show_views(self) -> None:
+        self.launch.show_views(self._launcher.view.names, self._launcher.view.chosen)
+
+    def _show_log(self, device: str, node: str) -> None:
+        report = self._launcher.launch.reports.get(device)
+        if report is not None:
+            LogView.show_node(self, report, node)
+
+    def _show_warnings(self, device: str) -> None:
+        WarningsView(device, self._launcher.states, self).show()
+
+    def _show_help(self) -> None:
+        KeysDialog(help_text(self._keys), self).open()
+
+    def _tell(self, message: str) -> None:
+        """Show a message; those that come while it is open are added to it."""
+        if self._message is None:
+            self._message = message_box(self, message)
+            self._message.finished.connect(self._forget_message)
+            self._message.open()
+        elif message not in self._message.text():
+            self._message.setText(f'{self._message.text()}\n\n{message}')
+        self.statusBar().showMessage(message)
+
+    def _forget_message(self) -> None:
+        self._message = None
+
+    def _tell_lost_master(self) -> None:
+        self.statusBar().showMessage('The ROS master does not answer any more')
+        question = ask(
+            self, 'The ROS master does not answer any more. Nodes that run go on, but nothing can '
+            'be launched or commanded. Quit all nodes (a recording is finished) and start the '
+            'launcher again?', 'Quit and start again', self._restart_program)
+        self._launcher.master.returned.connect(question.close)
+
+    def _ask_mixture(self, who: str, mode: Mode) -> None:
+        """Somebody is in the way of a launch; the question goes when nobody is any more."""
+        what, first = (('playback', ', paused') if mode is Mode.PLAYBACK
+                       else ('real-time mode', ''))
+        text = (f'{who}.\n\nStop that node: {what} begins by itself as soon as it is gone. '
+                f'Or begin all the same{first}.')
+        if self._mixture_question is not None:
+            self._mixture_question.setText(text)
+            return
+        guard = self._launcher.guard
+        question = ask(self, text, 'Begin all the same', guard.launch_all_the_same, guard.cancel)
+        question.setDefaultButton(QMessageBox.Cancel)
+        guard.settled.connect(question.close)
+        question.finished.connect(self._forget_mixture_question)
+        self._mixture_question = question
+
+    def _forget_mixture_question(self) -> None:
+        self._mixture_question = None
+
+    # What is done
+
+    def _open(self) -> None:
+        is_own = self.new.isHidden()  # else the example is open
+        folder = str(Path(self._launcher.cell.path).parent) if is_own else working_folder()
+        path, _ = QFileDialog.getOpenFileName(
+            self, 'Open a configuration', folder, 'Configurations (*.xml)')
+        if path:
+            self.new.hide()
+            self._launcher.cell.open(path)
+
+    def _open_in_editor(self, file: str, line: int) -> None:
+        self._launcher.tasks.run('editor', lambda: open_in_editor(file, line), None,
+                                 lambda error: self._tell(str(error)))
+
+    def _restart_selected(self) -> None:
+        name = self.devices.selected_device()
+        if name and self._launcher.launch.phase is Phase.RUNNING:
+            self._launcher.launch.restart(name)
+
+    def _mark_playback(self) -> None:
+        if self._launcher.playback.is_available:
+            self.playback.ask_for_mark(self._launcher.playback.position_s)
+
+    def _save_view(self) -> None:
+        """Ask for the name under which RViz's view is kept for these devices."""
+        dialog = QInputDialog(self)
+        dialog.setObjectName('view_name')
+        dialog.setWindowTitle('Save this view')
+        dialog.setLabelText('Name of the view:')
+        dialog.setTextValue(self._launcher.view.chosen or '')
+        dialog.textValueSelected.connect(self._launcher.view.save)
+        dialog.open()
+
+    def _play(self, path: str) -> None:
+        """Go over from what runs in real time to playback of a bag."""
+        self._bag_to_play = path
+        if self._launcher.launch.is_idle:
+            self._play_now()
+        else:
+            self._launcher.launch.quit()
+
+    def _play_now(self) -> None:
+        path, self._bag_to_play = self._bag_to_play, ''
+        self._launcher.bag.open([path])
+        self._launcher.cell.set_mode(Mode.PLAYBACK)
+        self._launcher.when_ready(None, True)
+
+    def _quit(self) -> None:
+        if self._launcher.recording.is_recording:
+            ask(self, 'A recording is being made. Finish it and quit all nodes?',
+                'Finish and quit', self._launcher.launch.quit)
+        else:
+            self._launcher.launch.quit()
+
+    def _after_stop(self) -> None:
+        if self._is_leaving:
+            self._close_now()
+        elif self._bag_to_play:
+            self._play_now()
+        else:
+            self._launcher.launch.prepare()
+
+    # The end
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Quit everything first, without freezing; the window closes when that is done."""
+        if self._is_closed:
+            event.accept()
+            return
+        event.ignore()
+        if self._launcher.recording.is_recording and not self._is_leaving:
+            ask(self, 'A recording is being made. Finish it, quit all nodes and close?',
+                'Finish and close', self.leave)
+        else:
+            self.leave()
+
+    def leave(self) -> None:
+        """Quit all nodes (the recorder finishes its bag), then close; without asking."""
+        if self._is_leaving:
+            return
+        self._is_leaving = True
+        self._launcher.guard.cancel()
+        if self._launcher.launch.is_idle:
+            self._close_now()
+        else:
+            self._launcher.launch.quit()
+
+    def _restart_program(self) -> None:
+        self.restarts = True
+        self.leave()
+
+    def _close_now(self) -> None:
+        self._is_closed = True
+        self.close()
+
+
+def _devices_in_force(cell: CellModel) -> str:
+    """Which devices are there although the file has problems; empty if there are none."""
+    if cell.cell is None:
+        return ''
+    if cell.cell.file == cell.path:
+        return 'Until it is mended and read again (F5), these devices stay:'
+    return f'The devices are still those of {Path(cell.cell.file).name}:'

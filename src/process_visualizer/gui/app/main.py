@@ -1,0 +1,200 @@
+"""The program ``gui``: the launcher with its window."""
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import signal
+import socket
+import sys
+from typing import Any, Dict, List, Optional, Sequence, Tuple
+
+import rospkg
+from PyQt5.QtCore import QObject, QRect, QSocketNotifier, Qt, pyqtSignal
+from PyQt5.QtWidgets import QApplication
+
+from process_visualizer.cell.model import Mode
+from process_visualizer.gui.app.launcher import Launcher
+from process_visualizer.gui.app.launcher_app import LauncherApp
+from process_visualizer.gui.app.settings import Settings
+from process_visualizer.gui.app.uncaught import install_hooks
+from process_visualizer.gui.app.watchdog import watch_if_wanted
+from process_visualizer.gui.models.cell.cell_model import CellModel
+from process_visualizer.gui.toolkit.style import apply_style
+from process_visualizer.health.user_limits import tell_real_time_advice
+from process_visualizer.rviz.window_geometry import Rectangle, view_rectangle
+
+_NAMED_VALUE = re.compile('[A-Za-z]\\w*:=')
+_WIDTH = 460
+
+_NO_SHARED_PICTURE = 'QT_XCB_NO_MITSHM'
+"""Qt's variable. Else each paint waits until the X server has read the last picture from the memory
+that both share; a server that is as busy as one that shows RViz takes its time."""
+
+
+def main() -> int:
+    """Run the launcher; returns its exit code."""
+    words = [word for word in sys.argv[1:] if not word.startswith('__')]  # roslaunch's own
+    options = _options([word for word in words if not _NAMED_VALUE.match(word)])
+    arguments = dict(word.split(':=', 1) for word in words if _NAMED_VALUE.match(word))
+    tell_real_time_advice(print)
+    app = make_application()
+    settings = Settings()
+    launcher = Launcher()
+    launcher.failed.connect(lambda message: print(message, file=sys.stderr, flush=True))
+    window = LauncherApp(launcher, settings)
+    install_hooks(window)
+    watcher = watch_if_wanted(app)
+    signals = StopSignals(app)
+    signals.received.connect(window.leave)
+    place_window(app, window, launcher, settings)
+    window.show()
+    _begin(launcher, settings, options, arguments)
+    if not options.config and not _last_configuration(settings):
+        window.new.offer()
+    code = app.exec_()
+    _remember(app, window, launcher, settings)
+    launcher.close()
+    if watcher is not None:
+        watcher.close()
+    signals.close()
+    if window.restarts:
+        os.execv(sys.executable, [sys.executable, *words_to_go_on(launcher.cell, sys.argv)])
+    return int(code)
+
+
+def words_to_go_on(cell: CellModel, words: Sequence[str]) -> List[str]:
+    """Return the command line of a program that goes on where this one, begun with words, ends.
+
+    The recording, and the values of the configuration's arguments, are in the settings. What
+    this one was begun with counts no longer.
+    """
+    ticked = ','.join(device.name for device in cell.chosen)
+    return [words[0], '--mode', cell.mode.value, '--devices', ticked,
+            *(word for word in words[1:] if word.startswith('__'))]  # roslaunch's own
+
+
+class StopSignals(QObject):
+    """SIGINT, SIGTERM and SIGHUP as a signal of Qt, whose loop otherwise does not notice them.
+
+    SIGHUP only where nohup does not want it to be ignored.
+    """
+
+    received = pyqtSignal()
+
+    def __init__(self, parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self._inside, self._outside = socket.socketpair()
+        self._outside.setblocking(False)
+        self._inside.setblocking(False)
+        self._notifier = QSocketNotifier(self._inside.fileno(), QSocketNotifier.Read, self)
+        self._notifier.activated.connect(self._take)
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            if number is not signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
+                signal.signal(number, lambda *_: None)  # Python writes it to the wake-up socket
+        signal.set_wakeup_fd(self._outside.fileno())
+
+    def close(self) -> None:
+        """Stop listening; from now on the signals are ignored, as the program ends anyway."""
+        signal.set_wakeup_fd(-1)
+        self._notifier.setEnabled(False)
+        self._inside.close()
+        self._outside.close()
+
+    def _take(self) -> None:
+        self._inside.recv(64)
+        self.received.emit()
+
+
+def _options(words: Sequence[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog='gui', description=__doc__)
+    parser.add_argument('config', nargs='?', default='',
+                        help='the configuration; the last one without it, at first devices.xml')
+    parser.add_argument('--mode', choices=['', *(mode.value for mode in Mode)], default='')
+    parser.add_argument('--bag', default='', help='a recording to play back')
+    parser.add_argument('--devices', metavar='A,B', default='', help='tick only these')
+    parser.add_argument('--launch', action='store_true', help='launch at once')
+    options = parser.parse_args(words)
+    options.mode = options.mode or (Mode.PLAYBACK.value if options.bag else '')
+    return options
+
+
+def make_application() -> QApplication:
+    """Return the application in the look of the launcher."""
+    QApplication.setAttribute(Qt.AA_EnableHighDpiScaling)
+    is_set = _NO_SHARED_PICTURE in os.environ
+    os.environ.setdefault(_NO_SHARED_PICTURE, '1')
+    app = QApplication(sys.argv[:1])
+    if not is_set:
+        del os.environ[_NO_SHARED_PICTURE]  # RViz has larger pictures
+    app.setApplicationName('process_visualizer')
+    apply_style(app)
+    return app
+
+
+def _begin(launcher: Launcher, settings: Settings, options: argparse.Namespace,
+           arguments: Dict[str, str]) -> None:
+    """Connect, and open what is asked for or what was open last."""
+    launcher.begin()
+    launcher.recording.choices.restore(settings.value('recording', {}))
+    launcher.bag.restore(settings.value('bag', {}))
+    if options.bag:
+        launcher.bag.open([options.bag])
+    launcher.cell.set_mode(Mode(options.mode or settings.value('mode', Mode.REALTIME.value)))
+    launcher.cell.open(*_configuration(settings, options.config, arguments))
+    if options.devices or options.launch:
+        launcher.when_ready(options.devices.split(',') if options.devices else None,
+                            options.launch)
+
+
+def _configuration(settings: Settings, given: str,
+                   arguments: Dict[str, str]) -> Tuple[str, Dict[str, str]]:
+    if given:
+        return given, arguments
+    last = _last_configuration(settings)
+    if last:
+        return last['path'], {**last.get('arguments', {}), **arguments}
+    return os.path.join(_package_folder(), 'devices.xml'), arguments
+
+
+def _last_configuration(settings: Settings) -> Dict[str, Any]:
+    """What was open last, if its file is still there; else nothing."""
+    last: Dict[str, Any] = settings.value('configuration', {})
+    return last if os.path.isfile(last.get('path', '')) else {}
+
+
+def _package_folder() -> str:
+    return str(rospkg.RosPack().get_path('process_visualizer'))
+
+
+def place_window(app: QApplication, window: LauncherApp, launcher: Launcher,
+                 settings: Settings) -> None:
+    """The window as it was left on this screen, else on the left side; RViz takes the rest."""
+    screen = app.primaryScreen()
+    room = screen.availableGeometry()
+    window.resize(_WIDTH, room.height())
+    window.move(room.topLeft())
+    geometry = settings.geometry(_name(screen.name(), room))
+    if geometry is not None:
+        window.restoreGeometry(geometry)
+    launcher.view.window = view_rectangle(_rectangle(room), _rectangle(window.frameGeometry()))
+
+
+def _name(screen: str, room: QRect) -> str:
+    return f'{screen}-{room.width()}x{room.height()}'
+
+
+def _rectangle(rectangle: QRect) -> Rectangle:
+    return Rectangle(rectangle.x(), rectangle.y(), rectangle.width(), rectangle.height())
+
+
+def _remember(app: QApplication, window: LauncherApp, launcher: Launcher,
+              settings: Settings) -> None:
+    screen = app.primaryScreen()
+    settings.store_geometry(_name(screen.name(), screen.availableGeometry()),
+                            window.saveGeometry())
+    settings.store('mode', launcher.cell.mode.value)
+    settings.store('configuration', launcher.cell.source)
+    settings.store('recording', launcher.recording.choices.settings())
+    settings.store('bag', launcher.bag.settings())
+    settings.sync()  # another program may take this one's place at once

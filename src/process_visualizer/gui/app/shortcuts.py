@@ -1,0 +1,110 @@
+"""The keys of the window: those that media players have taught everyone."""
+from __future__ import annotations
+
+from typing import Callable, Dict, List, Mapping, NamedTuple
+
+from PyQt5.QtCore import Qt
+from PyQt5.QtGui import QKeySequence
+from PyQt5.QtWidgets import QAbstractSpinBox, QApplication, QLineEdit, QShortcut, QWidget
+
+from process_visualizer.gui.app.launcher import Launcher
+from process_visualizer.gui.models.playback.playback_model import PlaybackModel
+from process_visualizer.gui.models.recording.recording_model import RecordingModel
+from process_visualizer.gui.toolkit.style import ACCENT
+
+
+class Shortcut(NamedTuple):
+    """A key (as QKeySequence writes it), what it does in words, and the action."""
+
+    key: str
+    text: str
+    action: Callable[[], None]
+
+
+def playback_keys(playback: PlaybackModel, add_mark: Callable[[], None],
+                  look_closer: Callable[[float], None]) -> List[Shortcut]:
+    """Return the keys that work while something is played, in the order in which they are shown.
+
+    ``look_closer`` shows less of the recording by so many steps, or (below 0) more.
+    """
+    return [
+        Shortcut('Space', 'play or pause', playback.toggle),
+        Shortcut('Shift+Space', 'play backwards', playback.toggle_backwards),
+        Shortcut('Left', 'a step back', lambda: playback.step(-1)),
+        Shortcut('Right', 'a step forward', lambda: playback.step(1)),
+        Shortcut(',', 'a step back', lambda: playback.step(-1)),
+        Shortcut('.', 'a step forward', lambda: playback.step(1)),
+        Shortcut('Shift+Left', '1 s back', lambda: playback.jump(-1.0)),
+        Shortcut('Shift+Right', '1 s forward', lambda: playback.jump(1.0)),
+        Shortcut('[', 'slower', playback.slower),
+        Shortcut(']', 'faster', playback.faster),
+        Shortcut('Home', 'to the beginning', playback.to_start),
+        Shortcut('End', 'to the end', playback.to_end),
+        Shortcut('A', 'the loop begins here', playback.set_loop_begin),
+        Shortcut('B', 'the loop ends here', playback.set_loop_end),
+        Shortcut('L', 'loop', playback.toggle_loop),
+        Shortcut('M', 'add a mark here', add_mark),
+        Shortcut('PgUp', 'to the mark before', playback.to_previous_mark),
+        Shortcut('PgDown', 'to the next mark', playback.to_next_mark),
+        Shortcut('+', 'see the timeline closer', lambda: look_closer(1.0)),
+        Shortcut('-', 'see more of it', lambda: look_closer(-1.0)),
+    ]
+
+
+def recording_keys(recording: RecordingModel) -> List[Shortcut]:
+    """Return the keys that work in real-time mode."""
+    return [
+        Shortcut('R', 'start or stop recording', recording.toggle),
+        Shortcut('M', 'mark this moment', recording.mark),
+    ]
+
+
+def general_keys(launcher: Launcher, show_help: Callable[[], None]) -> List[Shortcut]:
+    """Return the keys that always work."""
+    return [
+        Shortcut('Ctrl+L', 'launch or quit all nodes', lambda: _launch_or_quit(launcher)),
+        Shortcut('F5', 'read the configuration again', launcher.cell.reload),
+        Shortcut('?', 'show these keys', show_help),
+    ]
+
+
+def bind(window: QWidget, keys: List[Shortcut]) -> List[QShortcut]:
+    """Let the keys work in the whole window, except while a text or number is being written."""
+    bound = []
+    for key in keys:
+        shortcut = QShortcut(QKeySequence(key.key), window)
+        shortcut.setContext(Qt.WindowShortcut)
+        shortcut.activated.connect(_unless_writing(key.action))
+        bound.append(shortcut)
+    return bound
+
+
+def help_text(groups: Mapping[str, List[Shortcut]]) -> str:
+    """Return the keys in HTML: the longest group at the left, the others beside it."""
+    first, *others = (f'<p><b>{title}</b></p>{_table(keys)}' for title, keys in groups.items())
+    return (f'<table><tr><td>{first}</td><td width="32"></td>'
+            f'<td>{"".join(others)}</td></tr></table>')
+
+
+def _table(keys: List[Shortcut]) -> str:
+    """What each key does; those that do the same share a row."""
+    names: Dict[str, List[str]] = {}
+    for key in keys:
+        names.setdefault(key.text, []).append(key.key)
+    rows = ''.join(f'<tr><td style="color: {ACCENT}">{"&nbsp;&nbsp;".join(keys)}&nbsp;&nbsp;</td>'
+                   f'<td>{text}</td></tr>' for text, keys in names.items())
+    return f'<table cellpadding="2">{rows}</table>'
+
+
+def _unless_writing(action: Callable[[], None]) -> Callable[[], None]:
+    def act() -> None:
+        if not isinstance(QApplication.focusWidget(), (QLineEdit, QAbstractSpinBox)):
+            action()
+    return act
+
+
+def _launch_or_quit(launcher: Launcher) -> None:
+    if launcher.launch.is_idle:
+        launcher.start()
+    else:
+        launcher.launch.quit()

@@ -1,0 +1,147 @@
+"""Measures how long the GUI thread was blocked; used by the tests of the window."""
+from __future__ import annotations
+
+import faulthandler
+import json
+import os
+import signal
+import threading
+import time
+from collections import deque
+from pathlib import Path
+from typing import Deque, Dict, List, NamedTuple, Optional, Union
+
+from PyQt5.QtCore import QObject, Qt, QTimer
+
+from process_visualizer.gui.app.processor_wait import ProcessorWait
+
+VARIABLE = 'PROCESS_VISUALIZER_WATCHDOG'
+LIMIT_S = 0.05
+BEAT_MS = 10
+_SIGNAL = signal.SIGUSR2
+Entry = Dict[str, Union[str, float, int]]
+
+
+class Watchdog(QObject):
+    """A heart beats in the GUI thread, another thread watches it and writes what it sees.
+
+    The time between two beats is at most 10 ms more than the thread was blocked. What the thread
+    waited for a processor, as the kernel counts it, is told apart. The file has a line of JSON
+    for each block (``blocked_ms``, ``waited_ms``, ``computed_ms`` by all threads of the program,
+    ``at`` in s since the epoch, ``stack``) and at the end one with ``longest_ms``,
+    ``longest_own_ms`` (without the wait), ``beats``, ``blocks``.
+    """
+
+    def __init__(self, file: str, limit_s: float = LIMIT_S,
+                 parent: Optional[QObject] = None) -> None:
+        """Watch the thread that calls this, from its first beat on."""
+        super().__init__(parent)
+        self._limit_s = limit_s
+        self._gui_thread = threading.get_ident()
+        self._wait = ProcessorWait()
+        self._beat_s = self._waited_s = self._computed_s = 0.0
+        self._longest_s = self._longest_own_s = 0.0
+        self._beats = self._blocks = 0
+        self._seen: Optional[float] = None  # the beat after which the stack was taken
+        self._stack = os.memfd_create('stack')
+        faulthandler.register(_SIGNAL, self._stack, all_threads=False)
+        self._entries: Deque[Entry] = deque()
+        self._end = threading.Event()
+        self._file = Path(file)
+        self._file.write_text('', encoding='utf-8')
+        self._thread = threading.Thread(target=self._watch, name='watchdog', daemon=True)
+        self._timer = QTimer(self)
+        self._timer.setTimerType(Qt.PreciseTimer)
+        self._timer.timeout.connect(self._beat)
+        self._timer.start(BEAT_MS)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop watching, and write the last line."""
+        self._timer.stop()
+        self._end.set()
+        self._thread.join()
+        faulthandler.unregister(_SIGNAL)
+        os.close(self._stack)
+        self._wait.close()
+        self._entries.append({'longest_ms': _ms(self._longest_s),
+                              'longest_own_ms': _ms(self._longest_own_s),
+                              'beats': self._beats, 'blocks': self._blocks})
+        self._write()
+
+    def _beat(self) -> None:
+        now_s, waited_s, computed_s = time.monotonic(), self._wait.seconds(), time.process_time()
+        if self._beats:
+            self._note(now_s - self._beat_s, waited_s - self._waited_s,
+                       computed_s - self._computed_s)
+        self._beats += 1
+        self._beat_s, self._waited_s, self._computed_s = now_s, waited_s, computed_s
+
+    def _note(self, blocked_s: float, waited_s: float, computed_s: float) -> None:
+        self._longest_s = max(self._longest_s, blocked_s)
+        self._longest_own_s = max(self._longest_own_s, blocked_s - waited_s)
+        if blocked_s > self._limit_s:
+            self._blocks += 1
+            stack = self._taken_stack() if self._seen == self._beat_s else ''
+            self._entries.append({'blocked_ms': _ms(blocked_s), 'waited_ms': _ms(waited_s),
+                                  'computed_ms': _ms(computed_s), 'at': round(time.time(), 3),
+                                  'stack': stack})
+
+    def _watch(self) -> None:
+        while not self._end.wait(self._limit_s / 2):
+            beat_s = self._beat_s
+            is_late = beat_s > 0.0 and time.monotonic() - beat_s > self._limit_s
+            if is_late and self._seen != beat_s:
+                self._take_stack()
+                self._seen = beat_s
+            self._write()
+
+    def _take_stack(self) -> None:
+        """Let the thread write what it does.
+
+        It does so itself, interrupted by a signal: this thread would keep Python's lock meanwhile,
+        and hold up what it watches.
+        """
+        os.lseek(self._stack, 0, os.SEEK_SET)
+        os.ftruncate(self._stack, 0)
+        signal.pthread_kill(self._gui_thread, _SIGNAL)
+
+    def _taken_stack(self) -> str:
+        """What the thread did, the newest call first."""
+        size = os.fstat(self._stack).st_size
+        return os.pread(self._stack, size, 0).decode(errors='replace')
+
+    def _write(self) -> None:
+        if not self._entries:
+            return
+        with self._file.open('a', encoding='utf-8') as file:
+            while self._entries:
+                file.write(json.dumps(self._entries.popleft()) + '\n')
+
+
+class WatchdogReport(NamedTuple):
+    """What a watchdog has written; the longest block [ms] with and without waiting for a CPU."""
+
+    blocks: List[Entry]
+    longest_ms: float
+    longest_own_ms: float
+
+
+def read_report(file: str) -> WatchdogReport:
+    """Read what a watchdog has written; without its last line the longest block tells."""
+    entries = [json.loads(line) for line in Path(file).read_text('utf-8').splitlines()]
+    blocks = [entry for entry in entries if 'blocked_ms' in entry]
+    last = entries[-1] if entries and 'longest_ms' in entries[-1] else {
+        'longest_ms': max((it['blocked_ms'] for it in blocks), default=0.0),
+        'longest_own_ms': max((it['blocked_ms'] - it['waited_ms'] for it in blocks), default=0.0)}
+    return WatchdogReport(blocks, last['longest_ms'], last['longest_own_ms'])
+
+
+def watch_if_wanted(parent: QObject) -> Optional[Watchdog]:
+    """Watch this thread if the environment names a file to write to."""
+    file = os.environ.get(VARIABLE)
+    return Watchdog(file, parent=parent) if file else None
+
+
+def _ms(seconds: float) -> float:
+    return round(1000.0 * seconds, 2)

@@ -1,0 +1,124 @@
+"""The configuration, what is ticked in it, and the mode."""
+from __future__ import annotations
+
+import os
+from typing import Any, Dict, Mapping, NamedTuple, Optional, Set, Tuple
+
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from process_visualizer.cell.environment import check_environment
+from process_visualizer.cell.errors import ConfigurationError, Problem
+from process_visualizer.cell.model import Cell, Device, Mode
+from process_visualizer.cell.pose_edit import PoseEditError, PoseEditor
+from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.gui.toolkit.tasks import Tasks
+
+
+class _Loaded(NamedTuple):
+    path: str
+    cell: Optional[Cell]
+    problems: Tuple[Problem, ...]
+    missing: Tuple[Problem, ...]
+    editor: Optional[PoseEditor] = None
+
+
+class CellModel(QObject):
+    """Loads a configuration off the GUI thread; a broken one leaves the one before in place.
+
+    ``problems`` are those of the file that was read last, ``missing`` is what the devices need and
+    this computer does not have.
+    """
+
+    changed = pyqtSignal()
+    loaded = pyqtSignal(bool)
+    """A file has been read; whether the configuration is valid."""
+
+    def __init__(self, tasks: Tasks, parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self._tasks = tasks
+        self._arguments: Dict[str, str] = {}
+        self._unticked: Set[str] = set()
+        self.path = ''
+        self.cell: Optional[Cell] = None
+        self.problems: Tuple[Problem, ...] = ()
+        self.missing: Tuple[Problem, ...] = ()
+        self.editor: Optional[PoseEditor] = None
+        self.is_loading = False
+        self.mode = Mode.REALTIME
+
+    def open(self, path: str, arguments: Optional[Mapping[str, str]] = None) -> None:
+        """Load another configuration with values for its ``<arg>`` elements."""
+        self.path = os.path.abspath(path)
+        self._arguments = dict(arguments or {})
+        self.reload()
+
+    def reload(self) -> None:
+        """Read the file again."""
+        self.is_loading = True
+        self.changed.emit()
+        path, arguments = self.path, dict(self._arguments)
+        self._tasks.run('files', lambda: _load(path, arguments), self._take)
+
+    def is_ticked(self, name: str) -> bool:
+        """Whether a device is chosen; those of a new configuration all are."""
+        return name not in self._unticked
+
+    def tick(self, name: str, ticked: bool) -> None:
+        """Choose a device, or leave it out."""
+        if ticked == self.is_ticked(name):
+            return
+        (self._unticked.discard if ticked else self._unticked.add)(name)
+        self.changed.emit()
+
+    def tick_only(self, names: Set[str]) -> None:
+        """Choose these devices only."""
+        if self.cell is not None:
+            self._unticked = {device.name for device in self.cell.devices} - names
+            self.changed.emit()
+
+    def set_mode(self, mode: Mode) -> None:
+        """Choose real time or playback."""
+        if mode is not self.mode:
+            self.mode = mode
+            self.changed.emit()
+
+    @property
+    def devices(self) -> Tuple[Device, ...]:
+        """All devices."""
+        return () if self.cell is None else self.cell.devices
+
+    @property
+    def chosen(self) -> Tuple[Device, ...]:
+        """The chosen devices in the order of the configuration."""
+        return tuple(device for device in self.devices if self.is_ticked(device.name))
+
+    @property
+    def source(self) -> Dict[str, Any]:
+        """The path and the arguments, for the settings."""
+        return {'path': self.path, 'arguments': self._arguments}
+
+    def _take(self, loaded: _Loaded) -> None:
+        if loaded.path != self.path:  # another file was opened meanwhile
+            return
+        self.is_loading = False
+        self.problems = loaded.problems
+        if loaded.cell is not None:
+            self.cell, self.missing, self.editor = loaded.cell, loaded.missing, loaded.editor
+        self.changed.emit()
+        self.loaded.emit(loaded.cell is not None)
+
+
+def _load(path: str, arguments: Mapping[str, str]) -> _Loaded:
+    try:
+        cell = XmlParser(arguments).parse(path)
+    except ConfigurationError as error:
+        return _Loaded(path, None, tuple(error.problems), ())
+    return _Loaded(path, cell, (), tuple(check_environment(cell)), _editor(cell))
+
+
+def _editor(cell: Cell) -> Optional[PoseEditor]:
+    """What writes poses into the files; None if one was removed just now, which a reload tells."""
+    try:
+        return PoseEditor(cell)
+    except PoseEditError:
+        return None

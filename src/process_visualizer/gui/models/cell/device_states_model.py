@@ -1,0 +1,86 @@
+"""The states of all devices, from what roslaunch, the recorder and the player tell."""
+from __future__ import annotations
+
+from typing import Dict, Optional, Tuple
+
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from process_visualizer.bags.catalogue import Catalogue
+from process_visualizer.cell.model import Device
+from process_visualizer.generate.plan import BAG_PART, FRAMES_PART, RVIZ_PART
+from process_visualizer.gui.models.cell.launch_model import LaunchModel
+from process_visualizer.gui.models.cell.warnings_model import WarningsModel
+from process_visualizer.gui.ros.snapshots import PlayerSnapshot, RecorderSnapshot
+from process_visualizer.health.device_state import (
+    DeviceState,
+    Line,
+    device_state,
+    live_line,
+    part_line,
+    recorded_line,
+    worst,
+)
+from process_visualizer.health.node_warnings import NodeWarning, by_node
+from process_visualizer.health.topic_watch import TopicWatch
+
+_PARTS = {FRAMES_PART: 'frames', BAG_PART: 'recorder or player', RVIZ_PART: 'RViz'}
+
+
+class DeviceStatesModel(QObject):
+    """``changed`` comes when a state may be another one; `state` looks at one device."""
+
+    changed = pyqtSignal()
+
+    def __init__(self, launch: LaunchModel, warnings: WarningsModel) -> None:
+        super().__init__(launch)
+        self._launch, self._warnings = launch, warnings
+        self._lines: Dict[str, Line] = {}
+        self._watch = TopicWatch()
+        self._recorded: Optional[Catalogue] = None
+        launch.changed.connect(self.changed)
+        warnings.changed.connect(self.changed)
+        launch.stopped.connect(self._forget)
+
+    def take_recorder(self, recorder: RecorderSnapshot) -> None:
+        """In real-time mode the recorder counts what arrives."""
+        self._lines = {topic.name: live_line(self._watch.update(
+            topic.name, topic.rate_hz, topic.silence_s, topic.messages))
+            for topic in recorder.topics}
+        self.changed.emit()
+
+    def set_recording(self, recording: Optional[Catalogue]) -> None:
+        """Take what is in the recording that is played, or will be."""
+        self._recorded = recording
+
+    def take_player(self, player: PlayerSnapshot) -> None:
+        """In playback mode a topic is as it was recorded; how fast it is sent is the player's."""
+        recorded, played = self._recorded, {topic for topic, _ in player.topics}
+        if recorded is None or recorded.paths != player.files:
+            return  # one of them is about to change
+        lines = {topic.name: recorded_line(topic, topic.name in played)
+                 for topic in recorded.topics}
+        if lines != self._lines:
+            self._lines = lines
+            self.changed.emit()
+
+    def state(self, device: Device) -> DeviceState:
+        """Return the state of a device."""
+        report = self._launch.reports.get(device.name)
+        return device_state(device, report, self._lines, self._warnings.present)
+
+    def warnings(self, device: str) -> Tuple[NodeWarning, ...]:
+        """Return what the nodes of a device (its name) complain of now."""
+        report = self._launch.reports.get(device)
+        nodes = set() if report is None else {node.name for node in report.nodes}
+        return by_node(self._warnings.present, nodes)
+
+    def trouble(self, devices: Tuple[Device, ...]) -> Line:
+        """Return the worst state of devices and of the program's own parts, with its name."""
+        lines = [(device.name, self.state(device).summary) for device in devices]
+        lines += [(title, part_line(self._launch.reports[part])) for part, title in _PARTS.items()
+                  if part in self._launch.reports]
+        return worst(tuple(Line(line.level, f'{name}: {line.text}') for name, line in lines))
+
+    def _forget(self) -> None:
+        self._lines, self._watch = {}, TopicWatch()
+        self.changed.emit()

@@ -1,0 +1,98 @@
+"""The ROS master: found or started, and watched."""
+from __future__ import annotations
+
+from typing import Optional
+
+from PyQt5.QtCore import QObject, QTimer, pyqtSignal
+
+from process_visualizer.gui.ros.ros_link import RosLink, RosLinkError
+from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.launching.ros_master import RosMaster, RosMasterError
+
+_LINE = 'master'
+_FAREWELL_LINE = 'farewell'
+_FAREWELL_TIMEOUT_S = 5.0
+"""A master that hangs does not answer the farewell."""
+_CHECK_PERIOD_MS = 1000
+_END_TIMEOUT_S = 60.0
+_MOST_FAILURES = 3
+"""Of its checks; a busy master may miss one."""
+
+
+class MasterModel(QObject):
+    """Connects the launcher with the master, and tells when it is gone or hangs.
+
+    ``problem`` says why it is not connected, while ``is_connected`` is False. A master that was
+    started anew is as good as none: it does not know the nodes that run.
+    """
+
+    connected = pyqtSignal()
+    failed = pyqtSignal(str)
+    lost = pyqtSignal()
+    returned = pyqtSignal()
+    """The master that was lost answers again."""
+
+    def __init__(self, tasks: Tasks, link: RosLink, parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self._tasks, self._link = tasks, link
+        self._master = RosMaster()
+        self._process_id: Optional[int] = None
+        self._failures = 0
+        self._is_checking = False
+        self._timer = QTimer(self)
+        self._timer.setInterval(_CHECK_PERIOD_MS)
+        self._timer.timeout.connect(self._check)
+        self.is_connected = self.is_connecting = self.is_lost = False
+        self.problem = 'The ROS master is not there yet'
+
+    def connect_to_master(self) -> None:
+        """Use the master that runs, or start one, and become its node."""
+        self.is_connecting = True
+        self._tasks.run(_LINE, self._begin, self._take_connection, self._tell)
+
+    def close(self) -> None:
+        """Leave the master, and end it if it was started here; blocks."""
+        self._timer.stop()
+        self._tasks.run_and_wait(_FAREWELL_LINE, self._link.end, _FAREWELL_TIMEOUT_S)
+        self._tasks.run_and_wait(_LINE, self._master.stop, _END_TIMEOUT_S)
+
+    def _begin(self) -> None:
+        self._master.ensure()
+        self._link.begin()
+
+    def _take_connection(self, _nothing: object) -> None:
+        self.is_connected, self.is_connecting = True, False
+        self._timer.start()
+        self.connected.emit()
+
+    def _check(self) -> None:
+        if self._is_checking:  # a master that hangs does not answer at all
+            self._count(False)
+            return
+        self._is_checking = True
+        self._tasks.run(_LINE, self._master.process_id, self._take_check)
+
+    def _take_check(self, process_id: Optional[int]) -> None:
+        self._is_checking = False
+        self._process_id = self._process_id or process_id
+        self._count(process_id is not None and process_id == self._process_id)
+
+    def _count(self, online: bool) -> None:
+        self._failures = 0 if online else self._failures + 1
+        if self.is_connected and self._failures >= _MOST_FAILURES:
+            self.problem = 'The ROS master does not answer any more'
+            self._set_lost(True)
+            self.lost.emit()
+        elif self.is_lost and online:
+            self._set_lost(False)
+            self.returned.emit()
+
+    def _set_lost(self, is_lost: bool) -> None:
+        self.is_lost, self.is_connected = is_lost, not is_lost
+
+    def _tell(self, error: Exception) -> None:
+        self.is_connecting = False
+        if not isinstance(error, (RosMasterError, RosLinkError)):
+            raise error
+        self.problem = str(error)
+        self.failed.emit(self.problem)

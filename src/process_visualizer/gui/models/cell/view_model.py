@@ -1,0 +1,121 @@
+"""RViz: its place on the screen, and the views that the operator has saved."""
+from __future__ import annotations
+
+import os
+import tempfile
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple
+
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from process_visualizer.clients.rviz_view import RvizView, RvizViewError
+from process_visualizer.generate.plan import RVIZ_FILE, RVIZ_PART
+from process_visualizer.gui.models.cell.cell_model import CellModel
+from process_visualizer.gui.models.cell.launch_model import LaunchModel
+from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.launching.part_report import PartState
+from process_visualizer.rviz.saved_views import SavedViewError, SavedViews
+from process_visualizer.rviz.window_geometry import Rectangle
+
+_LINE = 'view'
+
+
+class _Views(NamedTuple):
+    names: Tuple[str, ...]
+    chosen: Optional[str]
+    content: Optional[Dict[str, Any]]
+
+
+class ViewModel(QObject):
+    """The views of the chosen devices; ``content`` is that of the chosen one, None for the default.
+
+    Nothing is kept unless the operator saves it.
+    """
+
+    changed = pyqtSignal()
+    failed = pyqtSignal(str)
+
+    def __init__(self, tasks: Tasks, cell: CellModel, launch: LaunchModel) -> None:
+        super().__init__(launch)
+        self._tasks, self._cell, self._launch = tasks, cell, launch
+        self._rviz = RvizView()
+        self._views = _Views((), None, None)
+        self._key: Tuple[str, Tuple[str, ...]] = ('', ())
+        self.window: Optional[Rectangle] = None
+        cell.changed.connect(self._follow_cell)
+
+    @property
+    def names(self) -> Tuple[str, ...]:
+        """The names of the saved views."""
+        return self._views.names
+
+    @property
+    def chosen(self) -> Optional[str]:
+        """The view of the next launch; None is the generated one."""
+        return self._views.chosen
+
+    @property
+    def content(self) -> Optional[Dict[str, Any]]:
+        """What the chosen view's file says."""
+        return self._views.content
+
+    def save(self, name: str) -> None:
+        """Keep what RViz shows now under a name, for these devices."""
+        views = self._saved_views()
+        self._run(lambda: self._save(views, name))
+
+    def choose(self, name: Optional[str]) -> None:
+        """Choose the view of the next launch (None: the generated one)."""
+        views = self._saved_views()
+        self._run(lambda: _choose(views, name))
+
+    def restart(self) -> None:
+        """Start RViz again; while it lives, with what it shows now."""
+        path = os.path.join(self._launch.folder, RVIZ_FILE)
+        report = self._launch.reports.get(RVIZ_PART)
+        is_alive = report is not None and report.state is PartState.RUNNING
+
+        def restart(_outcome: object) -> None:  # if RViz cannot write its view: the last one
+            self._launch.restart(RVIZ_PART)
+
+        self._tasks.run(_LINE, lambda: self._rviz.save(path) if is_alive else None, restart,
+                        restart)
+
+    def _follow_cell(self) -> None:
+        key = (self._cell.path, tuple(device.name for device in self._cell.chosen))
+        if key != self._key and key[0] and key[1]:
+            self._key = key
+            views = self._saved_views()
+            self._run(lambda: _read(views))
+
+    def _saved_views(self) -> SavedViews:
+        return SavedViews(*self._key)
+
+    def _save(self, views: SavedViews, name: str) -> _Views:
+        with tempfile.TemporaryDirectory(prefix='process_visualizer-') as folder:
+            path = os.path.join(folder, 'view.rviz')
+            self._rviz.save(path)
+            views.save(name, path)
+        return _read(views)
+
+    def _run(self, work: Callable[[], _Views]) -> None:
+        self._tasks.run(_LINE, work, self._take, self._tell)
+
+    def _take(self, views: _Views) -> None:
+        self._views = views
+        self.changed.emit()
+
+    def _tell(self, error: Exception) -> None:
+        if not isinstance(error, (SavedViewError, RvizViewError, OSError)):
+            raise error
+        self.failed.emit(str(error))
+
+
+def _choose(views: SavedViews, name: Optional[str]) -> _Views:
+    views.choose(name)
+    return _read(views)
+
+
+def _read(views: SavedViews) -> _Views:
+    names: List[str] = views.names()
+    chosen = views.chosen()
+    return _Views(tuple(names), chosen, None if chosen is None else views.load(chosen))

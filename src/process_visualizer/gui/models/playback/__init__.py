@@ -1,0 +1,1 @@
+"""Playback and what is in a recording."""

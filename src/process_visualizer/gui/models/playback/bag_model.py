@@ -1,0 +1,298 @@
+"""The recording that is chosen for playback, and what is in it."""
+from __future__ import annotations
+
+import os
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple
+
+from PyQt5.QtCore import QFileSystemWatcher, QObject, pyqtSignal
+
+from process_visualizer.bags.bag_errors import BagError, BagUnindexed
+from process_visualizer.bags.catalogue import Catalogue, missing_topics
+from process_visualizer.bags.marks import Mark, add_mark
+from process_visualizer.bags.reindex import ReindexCancelled, Reindexed
+from process_visualizer.cell.model import Device
+from process_visualizer.gui.models.playback.bag_reading import (
+    RecordingGone,
+    catalogue_if_there,
+    catalogue_of,
+    in_order,
+    missing_of,
+    reindexed,
+)
+from process_visualizer.gui.models.playback.curves_model import CurvesModel
+from process_visualizer.gui.models.playback.playback_model import PlacedMark
+from process_visualizer.gui.toolkit.progress import Progress
+from process_visualizer.gui.toolkit.tasks import Tasks
+
+_FILES, _REINDEXING = 'files', 'reindexing'
+_MOST_RECENT = 8
+_NS_PER_S = 1_000_000_000
+
+Paths = Tuple[str, ...]
+
+
+class BagModel(QObject):
+    """One bag, or several files of one recording; read in the background.
+
+    A bag that cannot be read does not take the place of the one that is open.
+    """
+
+    changed = pyqtSignal()
+    failed = pyqtSignal(str)
+    chosen = pyqtSignal(str)
+    """Another recording has been opened: the path of its first file."""
+
+    def __init__(self, tasks: Tasks, parent: Optional[QObject] = None,
+                 where_recorded: Callable[[], str] = lambda: '') -> None:
+        """``where_recorded`` returns the folder into which recordings go."""
+        super().__init__(parent)
+        self._where_recorded = where_recorded
+        self.curves = CurvesModel(tasks, self)
+        self.curves.failed.connect(self.failed)
+        self._tasks = tasks
+        self._wanted: Paths = ()
+        self._paths: Paths = ()
+        self._catalogue: Optional[Catalogue] = None
+        self._devices: Tuple[Device, ...] = ()
+        self._unindexed = ''
+        self._reindexing: Optional[Progress] = None
+        self._recent: Tuple[Paths, ...] = ()
+        self._gone: Paths = ()
+        self._last: Paths = ()  # was open when the window was closed, and has not been opened yet
+        self._folder = ''
+        self._watcher = QFileSystemWatcher(self)
+        self._watcher.fileChanged.connect(self._look)
+
+    # What is open.
+
+    @property
+    def path(self) -> str:
+        """The first file of the recording; empty if none is open."""
+        return self._paths[0] if self._paths else ''
+
+    @property
+    def paths(self) -> Paths:
+        """The files of the recording."""
+        return self._paths
+
+    @property
+    def is_loading(self) -> bool:
+        """Whether a recording is being opened."""
+        return bool(self._wanted) and not self._unindexed
+
+    @property
+    def catalogue(self) -> Optional[Catalogue]:
+        """What is in the recording; None if none is open."""
+        return self._catalogue
+
+    @property
+    def marks(self) -> Tuple[PlacedMark, ...]:
+        """The marks of the recording."""
+        found = self._catalogue
+        if found is None:
+            return ()
+        return tuple(PlacedMark(found.position_s(mark), mark.label) for mark in found.marks)
+
+    @property
+    def gaps(self) -> Tuple[Tuple[float, float], ...]:
+        """The parts that cannot be read, where that is known [s from the beginning]."""
+        found = self._catalogue
+        if found is None:
+            return ()
+        return tuple(((gap.begin_ns - found.begin_ns) / _NS_PER_S,
+                      (gap.end_ns - found.begin_ns) / _NS_PER_S)
+                     for gap in found.gaps if gap.end_ns)
+
+    @property
+    def missing(self) -> Dict[str, Tuple[str, ...]]:
+        """By device what it would play and the recording has not."""
+        return {} if self._catalogue is None else missing_topics(self._catalogue, self._devices)
+
+    @property
+    def gone(self) -> Paths:
+        """The files that have been deleted or moved while they were open."""
+        return self._gone
+
+    def open(self, paths: Sequence[str]) -> None:
+        """Open the files of one recording in place of what is open."""
+        self._read(tuple(in_order(paths)), catalogue_of)
+
+    def reopen(self) -> None:
+        """Open what was open when the window was closed, unless another was chosen since."""
+        if self._last:
+            self._read(self._last, catalogue_if_there)
+
+    def set_devices(self, devices: Sequence[Device]) -> None:
+        """Take the devices that are to be played."""
+        self._devices = tuple(devices)
+        self.curves.set_devices(self._devices)
+        self.changed.emit()
+
+    # A bag without an index.
+
+    @property
+    def unindexed(self) -> str:
+        """The bag that was to be opened and has no index; empty if there is none."""
+        return self._unindexed
+
+    @property
+    def reindexing(self) -> Optional[Progress]:
+        """How far the indexed copy is; None while none is being made."""
+        return self._reindexing
+
+    def reindex(self) -> None:
+        """Make an indexed copy of the bag without an index, and open that; the bag stays."""
+        if not self._unindexed or self._reindexing is not None:
+            return
+        path, progress = self._unindexed, Progress(self)
+        self._reindexing = progress
+        self._tasks.run(_REINDEXING, lambda: reindexed(path, progress),
+                        lambda result: self._take_copy(progress, result),
+                        lambda error: self._refuse_copy(progress, error))
+        self.changed.emit()
+
+    def cancel_reindexing(self) -> None:
+        """Make no indexed copy after all."""
+        if self._reindexing is not None:
+            self._reindexing.cancel()
+            self._reindexing = None
+            self.changed.emit()
+
+    def dismiss(self) -> None:
+        """Do without the bag that has no index."""
+        self.cancel_reindexing()
+        self._wanted, self._unindexed = (), ''
+        self.changed.emit()
+
+    # What the operator adds.
+
+    def add_mark(self, position_s: float, label: str) -> None:
+        """Add a mark beside the bag, which itself is not touched."""
+        found = self._catalogue
+        if found is not None:
+            mark = Mark(found.begin_ns + round(position_s * _NS_PER_S), label)
+            self._tasks.run(_FILES, lambda: add_mark(found.paths[0], mark),
+                            lambda _: self._take_mark(found.paths, mark), self._tell)
+
+    # What is remembered.
+
+    @property
+    def recent(self) -> Tuple[Paths, ...]:
+        """The last recordings, the newest first."""
+        return self._recent
+
+    @property
+    def folder(self) -> str:
+        """Where the next recording is looked for: where the last one is, else where they go.
+
+        Touches the disk.
+        """
+        folders = (self._folder, *(os.path.dirname(paths[0]) for paths in self._recent),
+                   self._where_recorded(), os.path.expanduser('~'))
+        return next(filter(os.path.isdir, folders), '')
+
+    def set_folder(self, folder: str) -> None:
+        """Say where the operator has looked for a recording."""
+        self._folder = folder
+
+    def add_recent(self, path: str) -> None:
+        """Put a bag in front of the last ones, without opening it."""
+        self._remember((path,))
+        self.changed.emit()
+
+    def settings(self) -> Dict[str, Any]:
+        """Return what is to be remembered."""
+        is_chosen = self._wanted and not self._unindexed
+        return {'recent': [list(paths) for paths in self._recent],
+                'open': list(self._wanted if is_chosen else self._paths or self._last)}
+
+    def restore(self, settings: Mapping[str, Any]) -> None:
+        """Take what was remembered; see ``reopen``."""
+        self._recent = tuple(tuple(str(path) for path in paths)
+                             for paths in settings.get('recent', []) if paths)
+        self._last = tuple(str(path) for path in settings.get('open', []))
+        self.changed.emit()
+
+    # Inside.
+
+    def _read(self, wanted: Paths, read: Callable[[Paths], Catalogue]) -> None:
+        self.cancel_reindexing()
+        self._unindexed, self._last, self._wanted = '', (), wanted
+        self._tasks.run(_FILES, lambda: read(wanted), lambda found: self._take(wanted, found),
+                        lambda error: self._refuse(wanted, error))
+        self.changed.emit()
+
+    def _take(self, wanted: Paths, found: Catalogue) -> None:
+        if wanted != self._wanted:
+            return  # another one has been chosen meanwhile
+        self._wanted, self._gone = (), ()
+        self._paths, self._catalogue = found.paths, found
+        self._remember(found.paths)
+        self._watch()
+        self.curves.set_recording(found.paths)
+        self.changed.emit()
+        self.chosen.emit(self.path)
+
+    def _refuse(self, wanted: Paths, error: Exception) -> None:
+        if wanted != self._wanted:
+            return
+        if isinstance(error, BagUnindexed):
+            self._unindexed = error.file
+        else:
+            self._wanted = ()
+            self._recent = tuple(paths for paths in self._recent if paths != wanted)
+        if isinstance(error, RecordingGone):
+            self._gone = error.paths
+        self.changed.emit()
+        if not isinstance(error, (BagUnindexed, RecordingGone)):
+            self._tell(error)
+
+    def _tell(self, error: Exception) -> None:
+        if not isinstance(error, BagError):
+            raise error
+        self.failed.emit(str(error))
+
+    def _take_copy(self, progress: Progress, result: Reindexed) -> None:
+        if progress is not self._reindexing:
+            return
+        self._reindexing = None
+        self.open([result.path if path == self._unindexed else path for path in self._wanted])
+        if result.gaps:
+            self.failed.emit('\n'.join(['Not everything could be saved:', *map(str, result.gaps)]))
+
+    def _refuse_copy(self, progress: Progress, error: Exception) -> None:
+        if progress is not self._reindexing or isinstance(error, ReindexCancelled):
+            return
+        self.dismiss()
+        self._tell(error)
+
+    def _take_mark(self, paths: Paths, mark: Mark) -> None:
+        found = self._catalogue
+        if found is not None and found.paths == paths:
+            self._catalogue = found._replace(marks=tuple(sorted([*found.marks, mark])))
+            self.changed.emit()
+
+    def _remember(self, paths: Paths) -> None:
+        others: List[Paths] = [it for it in self._recent if it != paths]
+        self._recent = (paths, *others)[:_MOST_RECENT]
+        self._folder = os.path.dirname(paths[0])
+
+    def _watch(self) -> None:
+        if self._watcher.files():
+            self._watcher.removePaths(self._watcher.files())
+        self._watcher.addPaths(list(self._paths))
+
+    def _look(self, _path: str) -> None:
+        """A file has changed: perhaps it is not there any more."""
+        paths = self._paths
+        self._tasks.run(_FILES, lambda: missing_of(paths),
+                        lambda gone: self._take_gone(paths, gone))
+
+    def _take_gone(self, paths: Paths, gone: Paths) -> None:
+        if paths != self._paths or gone == self._gone:
+            return
+        self._gone = gone
+        self.changed.emit()
+        if gone:
+            self.failed.emit(f'{gone[0]} has been deleted or moved while it was open. What plays '
+                             'goes on until its nodes are quit; put it back, or open another bag.')

@@ -1,0 +1,39 @@
+"""What an operator is told of commands to the recorder that cannot be done."""
+from __future__ import annotations
+
+from typing import Callable
+
+from process_visualizer.clients.recording_options import (
+    RecorderError,
+    RecorderUnreachable,
+    RecordingOptions,
+)
+from process_visualizer.gui.models.recording.bag_target import look_at
+
+
+def checked(command: Callable[[RecordingOptions], str], options: RecordingOptions) -> str:
+    """Run the command if nothing on the disk is in its way; off the GUI thread.
+
+    Raises:
+        RecorderError: something is, or the command is refused.
+    """
+    problem = look_at(options.folder, options.name, options.prefix).problem
+    if problem:
+        raise RecorderError(problem)
+    return command(options)
+
+
+def repair(path: str) -> str:
+    """What can be done for a file that the recorder has not finished."""
+    return (f'What it wrote is in {path}.active; "rosrun process_visualizer cell reindex '
+            f'{path}.active" makes a bag of it')
+
+
+def advice(error: Exception, path: str) -> str:
+    """What the operator is told; an error that nobody expects is raised again."""
+    if isinstance(error, RecorderUnreachable):
+        going_on = f'{path} is still being recorded: ' if path else ''
+        return f'{error}. {going_on}"Quit all nodes" ends the recorder, and finishes its file'
+    if isinstance(error, (RecorderError, OSError)):
+        return str(error)
+    raise error

@@ -1,0 +1,197 @@
+"""The launcher's own node: the only module of the window that knows rospy."""
+from __future__ import annotations
+
+import os
+import time
+from typing import Any, List, Optional, Sequence, Tuple, cast
+from xmlrpc.client import Error as XmlRpcError
+from xmlrpc.client import ServerProxy
+
+import rosgraph
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from PyQt5.QtCore import QObject, pyqtSignal
+from rosgraph_msgs.msg import Log
+
+from process_visualizer.cell.model import Pose
+from process_visualizer.clients.bag_recorder import BagRecorder
+from process_visualizer.clients.player_client import PlayerClient
+from process_visualizer.clients.system_look import from_system
+from process_visualizer.discovery.new_configuration import NewConfiguration
+from process_visualizer.gui.ros.pose_marker import PoseMarker
+from process_visualizer.gui.ros.snapshots import (
+    DisplaySnapshot,
+    PlayerSnapshot,
+    RecorderSnapshot,
+    TopicSnapshot,
+)
+from process_visualizer.health.node_warnings import NodeWarnings, Severity
+from process_visualizer.msg import PlayerState, RecorderState, TopicRecord
+from process_visualizer.srv import SetFrame
+
+NODE = 'process_visualizer'
+_PHASES = {RecorderState.IDLE: 'idle', RecorderState.STARTING: 'starting',
+           RecorderState.RECORDING: 'recording', RecorderState.STOPPING: 'stopping'}
+_SEVERITIES = {DiagnosticStatus.WARN: Severity.WARNING, DiagnosticStatus.ERROR: Severity.ERROR}
+
+
+class RosLinkError(Exception):
+    """The launcher cannot be a node, or a node refused; says why and what to do."""
+
+
+class RosLink(QObject):
+    """Turns what nodes say into snapshots, delivered in the GUI thread by queued signals.
+
+    Its methods and the commands of ``player`` and ``recorder`` block: run them as tasks. Nothing
+    is delivered before ``begin``.
+    """
+
+    player_state = pyqtSignal(object)
+    recorder_state = pyqtSignal(object)
+    displays = pyqtSignal(object)
+    """A tuple of DisplaySnapshot."""
+    pose_dragged = pyqtSignal(str, object)
+    """A frame has been dragged in RViz to this Pose in the global frame."""
+
+    def __init__(self, parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self.player = PlayerClient(lambda state: self.player_state.emit(_player(state)),
+                                   begins=False)
+        self.recorder = BagRecorder(lambda state: self.recorder_state.emit(_recorder(state)),
+                                    begins=False)
+        self.warnings = NodeWarnings()
+        self._subscribers: List[rospy.Subscriber] = []
+        self._marker = PoseMarker(self.pose_dragged.emit)
+
+    def begin(self) -> None:
+        """Become a node of the master; raises RosLinkError."""
+        _refuse_second_launcher()
+        try:
+            rospy.init_node(NODE, disable_signals=True)
+            self._subscribe()
+        except (rospy.ROSException, rosgraph.MasterException, OSError) as error:
+            raise RosLinkError(f'The ROS master at {rosgraph.get_master_uri()} has refused the '
+                               f'launcher ({error}). Start the launcher again.') from error
+
+    def _subscribe(self) -> None:
+        self.player.begin()
+        self.recorder.begin()
+        self._subscribers = [
+            rospy.Subscriber('/rviz/display_status', DiagnosticArray,
+                             lambda report: self.displays.emit(_displays(report)), queue_size=2),
+            rospy.Subscriber('/rosout', Log, self._take_log),
+            rospy.Subscriber('/diagnostics', DiagnosticArray, self._take_states)]
+
+    def _take_log(self, log: Any) -> None:
+        if log.level >= Log.WARN:
+            severity = Severity.WARNING if log.level == Log.WARN else Severity.ERROR
+            self.warnings.take_log(_sender(log), severity, log.msg, time.monotonic())
+
+    def _take_states(self, report: Any) -> None:
+        for it in report.status:
+            self.warnings.take_state(_sender(report), it.name, _SEVERITIES.get(it.level),
+                                     it.message, time.monotonic(),
+                                     {pair.key: pair.value for pair in it.values})
+
+    def end(self) -> None:
+        """Leave the master."""
+        if rospy.core.is_initialized():
+            rospy.signal_shutdown('the launcher is closed')
+
+    @staticmethod
+    def look_at_system() -> NewConfiguration:
+        """Return a configuration for what runs; takes some seconds.
+
+        Raises ValueError when nothing runs that belongs into one, or there is no master.
+        """
+        if not rospy.core.is_initialized():
+            raise ValueError('the launcher has no ROS master to ask')
+        return from_system()
+
+    def move_frame(self, frame: str, xyz: Sequence[float], ypr: Sequence[float]) -> str:
+        """Move a base frame while everything runs; returns what was done.
+
+        xyz in m, ypr in rad (yaw pitch roll). Raises RosLinkError.
+        """
+        try:
+            answer = rospy.ServiceProxy('/cell_frames/set_frame', SetFrame)(
+                '', frame, list(xyz), list(ypr))
+        except (rospy.ServiceException, rosgraph.MasterException, OSError) as error:
+            raise RosLinkError(f'{frame} is not moved: /cell_frames does not answer '
+                               f'({error})') from error
+        if not answer.success:
+            raise RosLinkError(f'{frame} is not moved: {answer.message}')
+        return str(answer.message)
+
+    def show_marker(self, parent: str, frame: str, pose: Pose) -> None:
+        """Let a frame be dragged in RViz; its pose is in the parent frame. Raises RosLinkError."""
+        try:
+            self._marker.show(parent, frame, pose)
+        except (rospy.ROSException, rosgraph.MasterException, OSError) as error:
+            raise RosLinkError(f'{frame} has no marker: the ROS master does not answer '
+                               f'({error})') from error
+
+    def move_marker(self, frame: str, pose: Pose) -> None:
+        """Let the marker follow its frame."""
+        if frame == self._marker.frame:
+            self._marker.move(pose)
+
+    def hide_marker(self) -> None:
+        """Let no frame be dragged any more."""
+        self._marker.hide()
+
+
+def _refuse_second_launcher() -> None:
+    """Two nodes of one name push each other out; a launcher that is gone does not count."""
+    try:
+        uri = rosgraph.Master('/launcher_check').lookupNode('/' + NODE)
+    except (rosgraph.MasterException, OSError):
+        return
+    try:
+        pid = cast(List[Any], ServerProxy(uri).getPid('/launcher_check'))[2]
+    except (OSError, XmlRpcError):
+        return
+    if pid != os.getpid():
+        raise RosLinkError(f'Another launcher (process {pid}) already uses the master '
+                           f'{rosgraph.get_master_uri()}. Close it, or set ROS_MASTER_URI.')
+
+
+def _sender(message: Any) -> str:
+    """The node that has sent a message, whatever the message says."""
+    return str(message._connection_header['callerid'])
+
+
+def _player(state: PlayerState) -> PlayerSnapshot:
+    return PlayerSnapshot(
+        stamp_s=state.stamp.to_sec(), begin_s=state.begin.to_sec(), duration_s=state.duration,
+        position_s=state.position, rate=state.rate, achieved_rate=state.achieved_rate,
+        paused=state.paused, loop=(state.loop_begin, state.loop_end) if state.loop else None,
+        segment=state.segment, published=state.published, dropped=state.dropped,
+        gaps=tuple(state.gaps), files=tuple(state.files), mark=state.mark,
+        topics=tuple((topic.name, topic.published) for topic in state.topics),
+        others=tuple(state.others))
+
+
+def _recorder(state: RecorderState) -> RecorderSnapshot:
+    return RecorderSnapshot(
+        phase=_PHASES[state.state], files=tuple(state.files), duration_s=state.duration,
+        messages=state.messages, dropped=state.dropped, lost=state.lost, bytes=state.bytes,
+        rate=state.rate, free_bytes=state.free_bytes, time_left_s=_known(state.time_left),
+        recent_s=state.recent, problems=tuple(state.problems),
+        topics=tuple(_topic(topic) for topic in state.topics))
+
+
+def _topic(topic: TopicRecord) -> TopicSnapshot:
+    return TopicSnapshot(
+        name=topic.name, type=topic.type, publishers=topic.publishers, messages=topic.messages,
+        rate_hz=topic.rate, bytes=topic.bytes, dropped=topic.dropped, lost=topic.lost,
+        silence_s=_known(topic.silence))
+
+
+def _known(value: float) -> Optional[float]:
+    """The recorder says -1 where it does not know."""
+    return None if value < 0.0 else value
+
+
+def _displays(report: DiagnosticArray) -> Tuple[DisplaySnapshot, ...]:
+    return tuple(DisplaySnapshot(it.name, int(it.level), it.message) for it in report.status)

@@ -1,0 +1,1 @@
+"""Looks, icons, tasks and dialogs, which know nothing of cells or recordings."""

@@ -1,0 +1,62 @@
+"""Time along a line: where a moment lies, and which moments are worth a tick."""
+from __future__ import annotations
+
+import math
+from typing import List, NamedTuple
+
+from process_visualizer.playback.time_text import format_time
+
+_STEPS_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0,
+            60.0, 120.0, 300.0, 600.0, 900.0, 1800.0, 3600.0, 7200.0, 21600.0, 43200.0, 86400.0)
+
+
+class TimeAxis(NamedTuple):
+    """``duration_s`` of a recording on a line from ``left`` on, ``width`` long [px].
+
+    ``begin_s`` is the moment at its left end.
+    """
+
+    duration_s: float
+    left: float
+    width: float
+    begin_s: float = 0.0
+
+    @property
+    def right(self) -> float:
+        """The right end of the line [px]."""
+        return self.left + self.width
+
+    def x(self, time_s: float) -> float:
+        """Return where a time lies [px]; outside of the line if it is not shown."""
+        if self.duration_s <= 0.0:
+            return self.left
+        return self.left + self.width * (time_s - self.begin_s) / self.duration_s
+
+    def time_s(self, x: float) -> float:
+        """Return the time at a place [px], at most at the nearer end."""
+        if self.width <= 0.0:
+            return self.begin_s
+        return self.begin_s + min(max((x - self.left) / self.width, 0.0), 1.0) * self.duration_s
+
+    def tick_step_s(self, least_px: float) -> float:
+        """Return the smallest sensible time between two ticks at least so far apart [px]."""
+        if self.width <= 0.0 or self.duration_s <= 0.0:
+            return _STEPS_S[-1]
+        least_s = least_px * self.duration_s / self.width
+        return next((step_s for step_s in _STEPS_S if step_s >= least_s), _STEPS_S[-1])
+
+    def ticks(self, least_px: float) -> List[float]:
+        """Return the times [s] of ticks at least so far apart [px], at multiples of their step."""
+        step_s = self.tick_step_s(least_px)
+        first = math.ceil(self.begin_s / step_s - 1e-9)
+        last = math.floor((self.begin_s + self.duration_s) / step_s + 1e-9)
+        return [index * step_s for index in range(first, last + 1)]
+
+
+def tick_label(time_s: float, step_s: float) -> str:
+    """Return a time as m:ss, with as many more digits as the step between ticks needs."""
+    text = format_time(time_s)
+    if step_s >= 1.0:
+        return text[:-4]
+    kept = 1 if step_s >= 0.1 else 2 if step_s >= 0.01 else 3
+    return text[:len(text) - 3 + kept]

@@ -1,0 +1,1 @@
+"""Devices, launching and calibration."""

@@ -1,0 +1,131 @@
+"""Mode, status, and the button that launches and quits all nodes."""
+from __future__ import annotations
+
+from typing import Optional, Tuple
+
+from PyQt5.QtCore import Qt, pyqtSignal
+from PyQt5.QtWidgets import (
+    QButtonGroup,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QMenu,
+    QPushButton,
+    QRadioButton,
+    QToolButton,
+    QWidget,
+)
+
+from process_visualizer.cell.model import Mode
+from process_visualizer.gui.models.cell.launch_model import Phase
+from process_visualizer.gui.toolkit.icons import icon
+from process_visualizer.gui.toolkit.style import set_primary
+from process_visualizer.gui.views.parts.labels import title
+
+_LAUNCH_TEXT = {Phase.IDLE: 'Launch nodes', Phase.LAUNCHING: 'Quit all nodes',
+                Phase.RUNNING: 'Quit all nodes', Phase.QUITTING: 'Quitting…'}
+
+
+class LaunchView(QWidget):
+    """What the thesis' window has below the list of devices."""
+
+    mode_chosen = pyqtSignal(object)
+    launch_wanted = pyqtSignal()
+    quit_wanted = pyqtSignal()
+    apply_wanted = pyqtSignal()
+    restart_view_wanted = pyqtSignal()
+    save_view_wanted = pyqtSignal()
+    view_chosen = pyqtSignal(object)
+    """The name of a saved view, or None for the generated one."""
+
+    def __init__(self, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._phase = Phase.IDLE
+        self._modes = QButtonGroup(self)
+        self.realtime = self._mode_button('Real-time', 'realtime', Mode.REALTIME)
+        self.playback = self._mode_button('Playback', 'playback', Mode.PLAYBACK)
+        self.status = QLabel()
+        self.status.setObjectName('status')
+        self.status.setWordWrap(True)
+        self.status.setTextInteractionFlags(Qt.TextSelectableByMouse)
+        self.launch = QPushButton('Launch nodes')
+        self.launch.setObjectName('launch')
+        self.launch.setMinimumHeight(34)
+        self.launch.clicked.connect(self._on_launch)
+        self.apply = QPushButton()
+        self.apply.setObjectName('apply')
+        self.apply.clicked.connect(self.apply_wanted)
+        self.view = QToolButton()
+        self.view.setObjectName('view')
+        self.view.setIcon(icon('view'))
+        self.view.setMinimumHeight(34)
+        self.view.setToolTip('RViz: start it again, save or choose a view')
+        self.view.setPopupMode(QToolButton.InstantPopup)
+        self.view.setMenu(QMenu(self.view))
+        self._lay_out()
+
+    def show_mode(self, mode: Mode) -> None:
+        """Check the button of a mode."""
+        (self.realtime if mode is Mode.REALTIME else self.playback).setChecked(True)
+
+    def show_phase(self, phase: Phase, can_launch: bool, reason: str) -> None:
+        """Show what can be done; ``reason`` says why nothing can be launched."""
+        self._phase = phase
+        for button in self._modes.buttons():
+            button.setEnabled(phase is Phase.IDLE)
+            button.setToolTip('' if phase is Phase.IDLE else 'Quit all nodes to change the mode')
+        self.launch.setText(_LAUNCH_TEXT[phase])
+        self.launch.setEnabled(phase is not Phase.QUITTING
+                               and (phase is not Phase.IDLE or can_launch))
+        self.launch.setToolTip(reason or 'Ctrl+L')
+        set_primary(self.launch, phase is Phase.IDLE)
+        self.view.setVisible(phase is Phase.RUNNING)
+
+    def show_changes(self, text: str, hint: str) -> None:
+        """Offer to go over to what is ticked or configured now; nothing without a text."""
+        self.apply.setVisible(bool(text))
+        self.apply.setText(text)
+        self.apply.setToolTip(hint)
+
+    def show_views(self, names: Tuple[str, ...], chosen: Optional[str]) -> None:
+        """Offer the saved views of the ticked devices."""
+        menu = self.view.menu()
+        menu.clear()
+        menu.addAction('Start RViz again, as it looks now', self.restart_view_wanted.emit)
+        menu.addAction('Save this view as…', self.save_view_wanted.emit)
+        menu.addSection('View of the next launch')
+        for name in (None, *names):
+            action = menu.addAction(name or 'generated')
+            action.setCheckable(True)
+            action.setChecked(name == chosen)
+            action.triggered.connect(lambda _checked, it=name: self.view_chosen.emit(it))
+
+    def _mode_button(self, text: str, name: str, mode: Mode) -> QRadioButton:
+        button = QRadioButton(text)
+        button.setObjectName(name)
+        button.clicked.connect(lambda: self.mode_chosen.emit(mode))
+        self._modes.addButton(button)
+        return button
+
+    def _on_launch(self) -> None:
+        (self.launch_wanted if self._phase is Phase.IDLE else self.quit_wanted).emit()
+
+    def _lay_out(self) -> None:
+        modes = QHBoxLayout()
+        modes.setSpacing(16)
+        for button in self._modes.buttons():
+            modes.addWidget(button)
+        modes.addStretch()
+        buttons = QHBoxLayout()
+        buttons.addWidget(self.launch, 1)
+        buttons.addWidget(self.view)
+        layout = QGridLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setHorizontalSpacing(12)
+        layout.setColumnStretch(1, 1)
+        layout.addWidget(title('Mode'), 0, 0)
+        layout.addLayout(modes, 0, 1)
+        layout.addWidget(title('Status'), 1, 0, Qt.AlignTop)
+        layout.addWidget(self.status, 1, 1)
+        layout.addWidget(self.apply, 2, 0, 1, 2)
+        layout.addLayout(buttons, 3, 0, 1, 2)

@@ -1,0 +1,44 @@
+"""Says what is in a configuration that was made, and opens it for what is left to decide."""
+from __future__ import annotations
+
+from typing import Optional
+
+from PyQt5.QtCore import pyqtSignal
+from PyQt5.QtWidgets import QPushButton, QWidget
+
+from process_visualizer.gui.models.cell.new_configuration_model import NewConfigurationModel
+from process_visualizer.gui.toolkit.icons import icon
+from process_visualizer.gui.toolkit.style import GOOD
+from process_visualizer.gui.views.parts.notice_frame import NoticeFrame
+
+
+class MadeNotice(NoticeFrame):
+    """Stands there until it is closed or another configuration is open."""
+
+    open_wanted = pyqtSignal(str, int)
+    """A file is to be opened in the editor at a line."""
+
+    def __init__(self, model: NewConfigurationModel, parent: Optional[QWidget] = None) -> None:
+        super().__init__('made', GOOD, '#f2f9f4', parent, symbol='ok')
+        self._path = ''
+        edit = QPushButton(icon('open'), 'Open it in the editor')
+        edit.setObjectName('made_edit')
+        edit.setToolTip('Your editor (VISUAL or EDITOR); afterwards, F5 reads the file again')
+        edit.clicked.connect(lambda: self.open_wanted.emit(self._path, 1))
+        close = QPushButton('Close')
+        close.setObjectName('made_close')
+        close.clicked.connect(self.hide)
+        self.add_buttons(edit, close)
+        self.hide()
+        model.told.connect(self._text.setText)
+        model.made.connect(self._show_made)
+
+    def follow(self, path: str) -> None:
+        """Take the path of the configuration that is open."""
+        if path != self._path:
+            self.hide()
+
+    def _show_made(self, path: str) -> None:
+        self._path = path
+        self.setToolTip(path)
+        self.show()

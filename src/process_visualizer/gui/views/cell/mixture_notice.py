@@ -1,0 +1,35 @@
+"""Says in red who publishes what does not belong to what is shown; not there while all is well."""
+from __future__ import annotations
+
+from typing import Optional
+
+from PyQt5.QtWidgets import QWidget
+
+from process_visualizer.cell.model import Mode
+from process_visualizer.gui.models.cell.mixture_model import MixtureModel
+from process_visualizer.gui.toolkit.style import BAD
+from process_visualizer.gui.views.parts.notice_frame import NoticeFrame
+
+_MOST_TOLD = 3
+_MEANING = {
+    Mode.PLAYBACK: '{}, beside the recording: what you see is a mixture. Stop that node.',
+    Mode.REALTIME: '{}, which plays a recording: what you see is a mixture. Stop that player.'}
+
+
+class MixtureNotice(NoticeFrame):
+    """Shows a mixture model."""
+
+    def __init__(self, model: MixtureModel, parent: Optional[QWidget] = None) -> None:
+        super().__init__('mixture', BAD, '#fdf4f3', parent)
+        self._model = model
+        model.changed.connect(self._show)
+        self._show()
+
+    def _show(self) -> None:
+        sentences, mode = self._model.sentences, self._model.mode
+        if sentences and mode is not None:
+            more = len(sentences) - _MOST_TOLD
+            told = '; '.join(sentences[:_MOST_TOLD]) + (f'; and {more} more' if more > 0 else '')
+            self._text.setText(_MEANING[mode].format(told))
+            self._text.setToolTip('\n'.join(sentences))
+        self.setVisible(bool(sentences) and mode is not None)

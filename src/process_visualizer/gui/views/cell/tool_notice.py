@@ -1,0 +1,44 @@
+"""Says which frame a robot's poses are those of, and offers to write it into the configuration."""
+from __future__ import annotations
+
+import os
+from typing import Optional
+
+from PyQt5.QtWidgets import QPushButton, QWidget
+
+from process_visualizer.gui.models.cell.tool_model import ToolModel
+from process_visualizer.gui.toolkit.icons import icon
+from process_visualizer.gui.toolkit.style import WARNING
+from process_visualizer.gui.views.parts.notice_frame import NoticeFrame
+
+
+class ToolNotice(NoticeFrame):
+    """Shows a tool model; not there while nothing is offered."""
+
+    def __init__(self, model: ToolModel, parent: Optional[QWidget] = None) -> None:
+        super().__init__('tool', WARNING, '#fdf8ef', parent)
+        self._model = model
+        self._write = QPushButton(icon('save'), '')
+        self._write.setObjectName('tool_write')
+        self._write.setToolTip('Write it into the file; all else in it stays, and a backup is '
+                               'kept beside it. The robot is restarted with Apply.')
+        self._write.clicked.connect(model.write)
+        self._dismiss = QPushButton('Not now')
+        self._dismiss.setObjectName('tool_dismiss')
+        self._dismiss.setToolTip('Leave it as it is; not asked again until the launcher is closed')
+        self._dismiss.clicked.connect(model.dismiss)
+        self.add_buttons(self._write, self._dismiss)
+        model.changed.connect(self._show)
+        self._show()
+
+    def _show(self) -> None:
+        offered = self._model.offered
+        if offered is not None:
+            file = os.path.basename(offered.file)
+            sentence = offered.text[:1].upper() + offered.text[1:]
+            self._text.setText(f'{sentence}. Write {offered.element} into {file}?')
+            self._write.setText(f'Write into {file}')
+            self._write.setAccessibleName(f'Write {offered.element} into {offered.file}')
+            self.setAccessibleName(f'Tool frame of {offered.device}')
+        self._write.setEnabled(not self._model.is_saving)
+        self.setVisible(offered is not None)

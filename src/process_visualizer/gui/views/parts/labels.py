@@ -1,0 +1,49 @@
+"""Small helpers that all panels share."""
+from __future__ import annotations
+
+from typing import Callable, Optional
+
+from PyQt5.QtGui import QColor, QPalette
+from PyQt5.QtWidgets import QLabel, QToolButton, QWidget
+
+from process_visualizer.gui.toolkit.icons import icon
+
+
+def colour(widget: QWidget, name: str) -> None:
+    """Write the widget's text in a colour, as long as it is enabled."""
+    palette = widget.palette()
+    if palette.color(QPalette.Active, QPalette.WindowText) != QColor(name):
+        for group in (QPalette.Active, QPalette.Inactive):
+            palette.setColor(group, QPalette.WindowText, QColor(name))
+        widget.setPalette(palette)
+
+
+def small(label: QLabel) -> QLabel:
+    """Return the label in a somewhat smaller size."""
+    font = label.font()
+    font.setPointSizeF(font.pointSizeF() * 0.9)
+    label.setFont(font)
+    return label
+
+
+def title(text: str) -> QLabel:
+    """Return a bold label, such as stands before a group."""
+    label = QLabel(text)
+    font = label.font()
+    font.setBold(True)
+    label.setFont(font)
+    return label
+
+
+def tool_button(name: str, icon_name: str, hint: str, action: Callable[[], object],
+                text: Optional[str] = None) -> QToolButton:
+    """Return a flat button with an icon."""
+    button = QToolButton()
+    button.setObjectName(name)
+    button.setIcon(icon(icon_name))
+    button.setToolTip(hint)
+    button.setAutoRaise(True)
+    if text is not None:
+        button.setText(text)
+    button.clicked.connect(lambda: action())
+    return button

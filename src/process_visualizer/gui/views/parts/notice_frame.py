@@ -1,0 +1,42 @@
+"""A frame with a symbol and a text; what is to be done about it stands below."""
+from __future__ import annotations
+
+from typing import Optional
+
+from PyQt5.QtCore import QSize, Qt
+from PyQt5.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QPushButton, QWidget
+
+from process_visualizer.gui.toolkit.icons import icon
+
+_ICON_PX = 18
+
+
+class NoticeFrame(QFrame):
+    """The object name of the frame is ``name``, that of its text ``name_text``."""
+
+    def __init__(self, name: str, colour: str, background: str,
+                 parent: Optional[QWidget] = None, symbol: str = 'warning') -> None:
+        super().__init__(parent)
+        self.setObjectName(name)
+        self.setStyleSheet(f'QFrame#{name} {{ border: 1px solid {colour}; border-radius: 5px; '
+                           f'background: {background}; }}')
+        self._text = QLabel()
+        self._text.setObjectName(f'{name}_text')
+        self._text.setWordWrap(True)
+        self._text.setTextFormat(Qt.PlainText)
+        self._text.setTextInteractionFlags(Qt.TextSelectableByMouse)
+        sign = QLabel()
+        sign.setPixmap(icon(symbol).pixmap(QSize(_ICON_PX, _ICON_PX)))
+        self._layout = QGridLayout(self)
+        self._layout.setContentsMargins(8, 6, 8, 6)
+        self._layout.setColumnStretch(1, 1)
+        self._layout.addWidget(sign, 0, 0, Qt.AlignTop)
+        self._layout.addWidget(self._text, 0, 1)
+
+    def add_buttons(self, *buttons: QPushButton) -> None:
+        """Add buttons below the text."""
+        row = QHBoxLayout()
+        for button in buttons:
+            row.addWidget(button)
+        row.addStretch(1)
+        self._layout.addLayout(row, 1, 1)

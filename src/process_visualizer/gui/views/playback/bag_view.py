@@ -1,0 +1,252 @@
+"""Chooses the recording, and shows what is in it and what is missing."""
+from __future__ import annotations
+
+import os
+from datetime import datetime
+from typing import List, Optional, Sequence, Tuple
+
+from PyQt5.QtCore import Qt
+from PyQt5.QtGui import QResizeEvent
+from PyQt5.QtWidgets import (
+    QComboBox,
+    QFileDialog,
+    QHBoxLayout,
+    QLabel,
+    QProgressBar,
+    QPushButton,
+    QSizePolicy,
+    QTreeWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from process_visualizer.bags.catalogue import Catalogue
+from process_visualizer.gui.models.playback.bag_model import BagModel
+from process_visualizer.gui.toolkit.icons import icon
+from process_visualizer.gui.toolkit.style import BAD, QUIET, WARNING
+from process_visualizer.gui.views.parts.fold_button import FoldButton
+from process_visualizer.gui.views.parts.layouts import in_column, in_row
+from process_visualizer.gui.views.recording.topic_tree import TopicTree
+from process_visualizer.health.device_state import recorded_rate_text
+from process_visualizer.health.figures import count_text, size_text
+from process_visualizer.playback.time_text import format_time
+
+_MOST_ROWS = 8
+_MOST_NAMED = 3
+_WIDE_PX = 560
+
+
+class BagView(QWidget):
+    """Recent bags, a dialog for others, a line of facts, the topics on request, and warnings."""
+
+    def __init__(self, bag: BagModel, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._bag = bag
+        self.recent = QComboBox()
+        self.open = QPushButton(icon('open'), 'Open…')
+        self.facts = QLabel()
+        self.details = FoldButton('bag_details', 'Topics', 'Show the topics of the recording')
+        self.topics = TopicTable()
+        self.warnings = QLabel()
+        self.unindexed = UnindexedRow(bag)
+        self._prepare()
+        self._lay_out()
+        bag.changed.connect(self._show)
+        self._show()
+
+    def _prepare(self) -> None:
+        self.recent.setObjectName('recent_bags')
+        self.recent.setAccessibleName('Recent recordings')
+        self.recent.setSizeAdjustPolicy(QComboBox.AdjustToMinimumContentsLengthWithIcon)
+        self.recent.setFocusPolicy(Qt.TabFocus)
+        self.recent.activated.connect(lambda row: self._bag.open(self.recent.itemData(row)))
+        self.open.setObjectName('open_bag')
+        self.open.setToolTip('Open a bag, or all files of a split recording  (Ctrl+O)')
+        self.open.setShortcut('Ctrl+O')
+        self.open.clicked.connect(self.choose_files)
+        self.facts.setObjectName('bag_facts')
+        self.facts.setWordWrap(True)
+        self.facts.setTextInteractionFlags(Qt.TextSelectableByMouse)
+        self.details.toggled.connect(self.topics.setVisible)
+        self.warnings.setObjectName('bag_warnings')
+        self.warnings.setWordWrap(True)
+        self.warnings.setTextFormat(Qt.RichText)
+
+    def _lay_out(self) -> None:
+        facts = QHBoxLayout()
+        facts.setSpacing(0)
+        facts.addWidget(self.facts, 1)
+        facts.addWidget(self.details, 0, Qt.AlignTop)
+        in_column(self, 4, in_row(self.recent, self.open, wide=self.recent), self.unindexed, facts,
+                  self.warnings, self.topics)
+        self.topics.hide()
+
+    def choose_files(self) -> None:
+        """Ask for the files of one recording and open them."""
+        paths, _filter = QFileDialog.getOpenFileNames(
+            self, 'Open a recording', self._bag.folder, 'Bags (*.bag *.bag.active);;All files (*)')
+        if paths:
+            self._bag.set_folder(os.path.dirname(paths[0]))
+            self._bag.open(paths)
+
+    def _show(self) -> None:
+        self._show_recent()
+        found = self._bag.catalogue
+        self.facts.setText(self._facts(found))
+        self.facts.setToolTip('' if found is None else _origin(found))
+        self.details.setVisible(found is not None)
+        if found is None:
+            self.details.setChecked(False)
+        else:
+            self.topics.show_topics(found)
+            self.details.setText(f'{count_text(len(found.topics), "topic")}, '
+                                 f'{count_text(found.message_count, "message")}')
+        warnings = _warnings(self._bag)
+        self.warnings.setText('<br>'.join(warnings))
+        self.warnings.setVisible(bool(warnings))
+        self.warnings.setToolTip(_whole_warnings(self._bag))
+
+    def _show_recent(self) -> None:
+        self.recent.clear()
+        for paths in self._bag.recent:
+            self.recent.addItem(name_of(paths), list(paths))
+            self.recent.setItemData(self.recent.count() - 1, '\n'.join(paths), Qt.ToolTipRole)
+        is_known = self._bag.paths in self._bag.recent
+        self.recent.setCurrentIndex(self._bag.recent.index(self._bag.paths) if is_known else -1)
+        self.recent.setEnabled(bool(self._bag.recent))
+        self.recent.setToolTip('\n'.join(self._bag.paths) or 'Recordings that were open before')
+
+    def _facts(self, found: Optional[Catalogue]) -> str:
+        if self._bag.is_loading:
+            return 'Reading…'
+        if found is None:
+            return f'<span style="color: {QUIET}">Choose a recording to play.</span>'
+        return facts_of(found)
+
+
+class UnindexedRow(QWidget):
+    """Offers an indexed copy of a bag that has no index, and shows how far it is."""
+
+    def __init__(self, bag: BagModel, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._bag = bag
+        self._shown: Optional[object] = None
+        self.text = QLabel()
+        self.text.setObjectName('unindexed')
+        self.text.setWordWrap(True)
+        self.bar = QProgressBar()
+        self.bar.setObjectName('reindex_progress')
+        self.bar.setRange(0, 1000)
+        self.make = QPushButton('Make a copy with an index')
+        self.make.setObjectName('reindex')
+        self.make.setToolTip('The bag itself is only read; the copy is written beside it')
+        self.make.clicked.connect(bag.reindex)
+        self.cancel = QPushButton('Cancel')
+        self.cancel.setObjectName('cancel_reindex')
+        self.cancel.setToolTip('Do without this bag')
+        self.cancel.clicked.connect(bag.dismiss)
+        self._lay_out()
+        bag.changed.connect(self._show)
+        self._show()
+
+    def _lay_out(self) -> None:
+        row = QHBoxLayout()
+        for widget in (self.make, self.bar, self.cancel):
+            row.addWidget(widget)
+        row.addStretch(1)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 2, 0, 2)
+        layout.addWidget(self.text)
+        layout.addLayout(row)
+
+    def _show(self) -> None:
+        path, progress = self._bag.unindexed, self._bag.reindexing
+        self.setVisible(bool(path))
+        self.text.setText(f'{os.path.basename(path)} has no index: its recording was interrupted. '
+                          'It can be played from a copy that has one.')
+        self.text.setToolTip(path)
+        self.make.setVisible(progress is None)
+        self.bar.setVisible(progress is not None)
+        if progress is not None and progress is not self._shown:
+            self.bar.setValue(0)
+            progress.changed.connect(lambda part: self.bar.setValue(round(1000 * part)))
+        self._shown = progress
+
+
+class TopicTable(TopicTree):
+    """The topics of a recording with counts and rates."""
+
+    def __init__(self, parent: Optional[QWidget] = None) -> None:
+        super().__init__('bag_topics', 4, parent)
+        self._rows: Optional[object] = None
+        self.setAccessibleName('Topics of the recording')
+        self.setHeaderLabels(['Topic', 'Messages', 'Rate', 'Type'])
+        self.setAlternatingRowColors(True)
+        self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Fixed)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Leave out the types where there is no room for them; a topic's tooltip has them."""
+        super().resizeEvent(event)
+        self.setColumnHidden(3, event.size().width() < _WIDE_PX)
+
+    def show_topics(self, found: Catalogue) -> None:
+        """Show what is in a recording."""
+        if self._rows == found.topics:
+            return
+        self._rows = found.topics
+        self.clear()
+        for topic in found.topics:
+            row = QTreeWidgetItem([topic.name, count_text(topic.message_count),
+                                   recorded_rate_text(topic),
+                                   topic.types[0].split('/')[-1]])
+            row.setTextAlignment(1, Qt.AlignRight)
+            row.setTextAlignment(2, Qt.AlignRight)
+            row.setToolTip(0, f'{topic.name}\n{", ".join(topic.types)}')
+            self.addTopLevelItem(row)
+        rows = min(len(found.topics), _MOST_ROWS)
+        self.setFixedHeight(self.header().sizeHint().height() + 4
+                            + rows * max(self.sizeHintForRow(0), 18))
+
+
+def name_of(paths: Sequence[str]) -> str:
+    """Return what a recording is called in a list: its file, and how many more there are."""
+    more = f'  + {len(paths) - 1} files' if len(paths) > 1 else ''
+    return os.path.basename(paths[0]) + more
+
+
+def facts_of(found: Catalogue) -> str:
+    """Return length, size and date of a recording in a line."""
+    begin = datetime.fromtimestamp(found.begin_ns / 1e9)
+    is_recent = begin.year == datetime.now().year
+    parts = [format_time(found.duration_s), size_text(found.size_bytes),
+             begin.strftime('%d %b %H:%M' if is_recent else '%Y-%m-%d %H:%M')]
+    return '\u2002'.join(part.replace(' ', '\u00a0') for part in parts)
+
+
+def _origin(found: Catalogue) -> str:
+    """When a recording began, and its files."""
+    begin = datetime.fromtimestamp(found.begin_ns / 1e9)
+    return '\n'.join([begin.strftime('Recorded on %Y-%m-%d at %H:%M:%S'), *found.paths])
+
+
+def _warnings(bag: BagModel) -> List[str]:
+    """What the operator has to know before the recording is played, in HTML."""
+    lines = [(BAD, f'{os.path.basename(path)} is not there any more') for path in bag.gone]
+    lines += [(WARNING, f'<b>{device}</b>: not in the recording: {_named(topics)}')
+              for device, topics in bag.missing.items()]
+    problems = () if bag.catalogue is None else bag.catalogue.problems
+    if problems:
+        parts = 'a part' if len(problems) == 1 else f'{len(problems)} parts'
+        lines.append((WARNING, f'{parts} of the files cannot be read; the rest is played'))
+    return [f'<span style="color: {colour}">{text}</span>' for colour, text in lines]
+
+
+def _whole_warnings(bag: BagModel) -> str:
+    lines = [f'{device}: {", ".join(topics)}' for device, topics in bag.missing.items()]
+    return '\n'.join([*bag.gone, *lines, *(() if bag.catalogue is None
+                                           else bag.catalogue.problems)])
+
+
+def _named(topics: Tuple[str, ...]) -> str:
+    more = len(topics) - _MOST_NAMED
+    return ', '.join(topics[:_MOST_NAMED]) + (f' and {more} more' if more > 0 else '')

@@ -1,0 +1,116 @@
+"""Playback as a whole: the recording, the buttons, and the timeline."""
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import Optional
+
+from PyQt5.QtCore import Qt
+from PyQt5.QtWidgets import QFrame, QInputDialog, QLabel, QVBoxLayout, QWidget
+
+from process_visualizer.curves.curves import Curve
+from process_visualizer.curves.position_values import key_of
+from process_visualizer.gui.models.playback.bag_model import BagModel
+from process_visualizer.gui.models.playback.playback_model import PlaybackModel
+from process_visualizer.gui.models.playback.values_model import ValuesModel
+from process_visualizer.gui.toolkit.style import WARNING
+from process_visualizer.gui.views.playback.bag_view import BagView
+from process_visualizer.gui.views.playback.curves_row import CurvesRow
+from process_visualizer.gui.views.playback.timeline_lanes import Lane, lane_of
+from process_visualizer.gui.views.playback.timeline_view import TimelineView
+from process_visualizer.gui.views.playback.transport_view import TransportView
+from process_visualizer.playback.time_text import format_time
+
+_IN_WORDS = {'v': 'tool speed v', 'F': 'tool force F'}  # with the letters at the arrows
+
+
+class PlaybackPanel(QWidget):
+    """The panel of playback mode, from top to bottom."""
+
+    def __init__(self, playback: PlaybackModel, bag: BagModel, values: ValuesModel,
+                 parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._playback = playback
+        self._bag = bag
+        self.bag = BagView(bag)
+        self.transport = TransportView(playback)
+        self.timeline = TimelineView(playback, values.value)
+        self.curves = CurvesRow(bag.curves)
+        self.notes = QLabel()
+        self.notes.setObjectName('playback_notes')
+        self.notes.setWordWrap(True)
+        self.notes.setTextFormat(Qt.PlainText)
+        self.notes.setStyleSheet(f'color: {WARNING}')
+        self.setObjectName('playback_panel')
+        self._lay_out()
+        bag.changed.connect(self._show_bag)
+        bag.curves.changed.connect(self._show_curves)
+        values.changed.connect(self.timeline.show_values)
+        self.timeline.mark_wanted.connect(self.ask_for_mark)
+        playback.changed.connect(self._show_notes)
+        self._show_bag()
+        self._show_curves()
+        self._show_notes()
+
+    def _lay_out(self) -> None:
+        frame = QFrame()
+        frame.setFrameShape(QFrame.StyledPanel)
+        frame.setStyleSheet('QFrame { background: palette(base); }')
+        inside = QVBoxLayout(frame)
+        inside.setContentsMargins(0, 2, 0, 0)
+        inside.setSpacing(0)
+        inside.setSizeConstraint(QVBoxLayout.SetMinAndMaxSize)  # it grows as far as its lanes do
+        inside.addWidget(self.timeline, 1)
+        inside.addWidget(self.curves)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 6, 0, 0)
+        layout.setSpacing(8)
+        layout.addWidget(self.bag)
+        layout.addWidget(self.transport)
+        layout.addWidget(self.notes)
+        layout.addWidget(frame, 1)
+        layout.addStretch(0)
+
+    def ask_for_mark(self, position_s: float) -> None:
+        """Ask for the label of a mark at a time [s], and add it to the recording."""
+        dialog = QInputDialog(self)
+        dialog.setObjectName('mark_label')
+        dialog.setWindowTitle('Add a mark')
+        dialog.setLabelText(f'What is at {format_time(position_s)}?')
+        dialog.textValueSelected.connect(
+            lambda label: self._bag.add_mark(position_s, label.strip() or 'mark'))
+        dialog.open()
+
+    def _show_bag(self) -> None:
+        found = self._bag.catalogue
+        self.timeline.set_recording(0.0 if found is None else found.duration_s, self._bag.gaps)
+        self.transport.set_topics(() if found is None else found.topic_names)
+
+    def _show_notes(self) -> None:
+        """Tell what the player cannot play, and what did not arrive."""
+        notes = list(self._playback.problems)
+        if self._playback.dropped:
+            notes.append(f'{self._playback.dropped} messages were too many for slow subscribers')
+        self.notes.setVisible(bool(notes))
+        more = f'  (and {len(notes) - 1} more)' if len(notes) > 1 else ''
+        self.notes.setText(notes[-1] + more if notes else '')
+        self.notes.setToolTip('\n'.join(notes))
+
+    def _show_curves(self) -> None:
+        found = self._bag.catalogue
+        self.timeline.set_lanes([] if found is None else [
+            _lane(curve, found.duration_s) for curve in self._bag.curves.curves])
+
+
+def lane_label(device: str, label: str) -> str:
+    """Return what a curve is called: as in RViz, behind its device, which is not named twice."""
+    if re.match(f'{re.escape(device)}(\\b|_)', label, re.IGNORECASE):
+        return label
+    return f'{device}  {_IN_WORDS.get(label, label)}'
+
+
+def _lane(curve: Curve, duration_s: float) -> Lane:
+    label = lane_label(curve.device, curve.label)
+    return replace(lane_of(label, curve.unit, curve.color, curve.low, curve.high,
+                           duration_s / max(len(curve.low), 1)),
+                   key=key_of(curve.device, curve.label, curve.topic))

@@ -1,0 +1,230 @@
+"""Draws what stands above the lanes: flags, the slider's groove, the loop, and the axis of time."""
+from __future__ import annotations
+
+from typing import NamedTuple, Sequence, Tuple
+
+from PyQt5.QtCore import QPointF, QRectF, Qt
+from PyQt5.QtGui import (
+    QColor,
+    QFont,
+    QFontMetricsF,
+    QPainter,
+    QPainterPath,
+    QPen,
+    QPixmap,
+    QPolygonF,
+)
+
+from process_visualizer.gui.models.playback.playback_model import PlacedMark
+from process_visualizer.gui.toolkit.style import ACCENT, QUIET, TEXT, WARNING
+from process_visualizer.gui.toolkit.time_axis import TimeAxis, tick_label
+from process_visualizer.gui.views.playback.timeline_layout import (
+    AXIS_HEIGHT,
+    AXIS_TOP,
+    FLAG_WIDTH,
+    FLAGS_HEIGHT,
+    FLAGS_TOP,
+    HEADER_HEIGHT,
+    TRACK_TOP,
+    track_rect,
+)
+
+_LEAST_LABEL = 34.0  # px: less room than this is not worth a label
+_KNOB = 6.5
+GROOVE = '#dde2e6'
+LOOP = '#8a5fb0'
+
+
+class Loop(NamedTuple):
+    """A and B [s], and whether they are in force."""
+
+    begin_s: float
+    end_s: float
+    is_on: bool
+
+    @property
+    def bounds(self) -> Tuple[float, float]:
+        """Both times [s]."""
+        return self.begin_s, self.end_s
+
+
+def header_picture(axis: TimeAxis, marks: Sequence[PlacedMark], hovered: int, scale: float,
+                   font: QFont) -> QPixmap:
+    """Return groove, ticks and flags; ``scale`` is how many dots a pixel of the screen has."""
+    picture = QPixmap(int((axis.width + 2 * axis.left) * scale), int(HEADER_HEIGHT * scale))
+    picture.setDevicePixelRatio(scale)
+    picture.fill(Qt.transparent)
+    painter = QPainter(picture)
+    painter.setRenderHint(QPainter.Antialiasing)
+    painter.setFont(font)
+    draw_groove(painter, axis)
+    draw_axis(painter, axis)
+    draw_flags(painter, axis, marks, hovered)
+    painter.end()
+    return picture
+
+
+def draw_axis(painter: QPainter, axis: TimeAxis) -> None:
+    """Draw ticks and their times."""
+    metrics = painter.fontMetrics()
+    least_px = metrics.horizontalAdvance('00:00.00') + 14.0
+    step_s = axis.tick_step_s(least_px)
+    for time_s in axis.ticks(least_px):
+        x = axis.x(time_s)
+        painter.setPen(QColor('#aab2b9'))
+        painter.drawLine(QPointF(x, AXIS_TOP - 1), QPointF(x, AXIS_TOP + 3))
+        painter.setPen(QColor(QUIET))
+        label = tick_label(time_s, step_s)
+        width = metrics.horizontalAdvance(label) + 2
+        left = min(max(x - width / 2, 1.0), axis.left + axis.width + axis.left - width - 1)
+        painter.drawText(QRectF(left, AXIS_TOP + 2, width, AXIS_HEIGHT - 2), Qt.AlignCenter, label)
+
+
+def draw_groove(painter: QPainter, axis: TimeAxis) -> None:
+    """Draw the groove of the slider."""
+    painter.setPen(Qt.NoPen)
+    painter.setBrush(QColor(GROOVE))
+    painter.drawRoundedRect(track_rect(axis), 3, 3)
+
+
+def draw_gaps(painter: QPainter, axis: TimeAxis, gaps: Sequence[Tuple[float, float]],
+              bottom: float) -> None:
+    """Hatch what of the recording cannot be read, down to the bottom [px]."""
+    painter.setPen(Qt.NoPen)
+    for begin_s, end_s in gaps:
+        left, right = _on_line(axis, begin_s), _on_line(axis, end_s)
+        if right == left and not axis.left < left < axis.right:
+            continue
+        rect = QRectF(QPointF(left, TRACK_TOP), QPointF(max(right, left + 3), bottom))
+        painter.fillRect(rect, QColor(255, 255, 255, 190))
+        hatched = QColor(WARNING)
+        hatched.setAlpha(130)
+        painter.setBrush(hatched)
+        brush = painter.brush()
+        brush.setStyle(Qt.BDiagPattern)
+        painter.fillRect(rect, brush)
+
+
+def draw_loop(painter: QPainter, axis: TimeAxis, loop: Loop, bottom: float) -> None:
+    """Shade what is repeated; A and B are tabs with their letters."""
+    colour = QColor(LOOP if loop.is_on else '#a0a8af')
+    shade = QColor(colour)
+    shade.setAlpha(34 if loop.is_on else 22)
+    left, right = _on_line(axis, loop.begin_s), _on_line(axis, loop.end_s)
+    painter.fillRect(QRectF(QPointF(left, TRACK_TOP), QPointF(right, bottom)), shade)
+    band = QRectF(QPointF(left, track_rect(axis).top()), QPointF(right, track_rect(axis).bottom()))
+    shade.setAlpha(110)
+    painter.fillRect(band, shade)
+    for time_s, letter, outward in ((loop.begin_s, 'A', -1), (loop.end_s, 'B', 1)):
+        x = axis.x(time_s)
+        if axis.left - 1 <= x <= axis.right + 1:
+            painter.fillRect(QRectF(round(x), TRACK_TOP + 4, 1, bottom - TRACK_TOP - 4), colour)
+            _draw_tab(painter, x, letter, outward, colour)
+
+
+def _on_line(axis: TimeAxis, time_s: float) -> float:
+    """Where a time lies [px], or the end of the line that is nearer to it."""
+    return min(max(axis.x(time_s), axis.left), axis.right)
+
+
+def _draw_tab(painter: QPainter, x: float, letter: str, outward: int, colour: QColor) -> None:
+    rect = QRectF(x if outward > 0 else x - 12, TRACK_TOP - 1, 12, 12)
+    painter.setPen(Qt.NoPen)
+    painter.setBrush(colour)
+    painter.drawRoundedRect(rect, 2, 2)
+    font = painter.font()
+    small = painter.font()
+    small.setPixelSize(9)
+    small.setBold(True)
+    painter.setFont(small)
+    painter.setPen(Qt.white)
+    painter.drawText(rect, Qt.AlignCenter, letter)
+    painter.setFont(font)
+
+
+def draw_flags(painter: QPainter, axis: TimeAxis, marks: Sequence[PlacedMark],
+               hovered: int) -> None:
+    """Draw the marks as flags, each with as much of its label as there is room for."""
+    metrics = QFontMetricsF(painter.font())
+    for row, mark in enumerate(marks):
+        x = axis.x(mark.position_s)
+        if not axis.left - 1 <= x <= axis.right + 1:
+            continue
+        end = axis.x(marks[row + 1].position_s) if row + 1 < len(marks) \
+            else axis.left + axis.width + axis.left
+        colour = QColor(ACCENT if row == hovered else WARNING)
+        painter.fillRect(QRectF(round(x), FLAGS_TOP + 2, 1, TRACK_TOP + 10 - FLAGS_TOP), colour)
+        painter.setPen(Qt.NoPen)
+        painter.setBrush(colour)
+        painter.drawPolygon(QPolygonF([QPointF(x, FLAGS_TOP + 2),
+                                       QPointF(x + FLAG_WIDTH, FLAGS_TOP + 6),
+                                       QPointF(x, FLAGS_TOP + 10)]))
+        room = end - x - FLAG_WIDTH - 8
+        if room >= _LEAST_LABEL:
+            painter.setPen(QColor(TEXT))
+            painter.drawText(QRectF(x + FLAG_WIDTH + 3, FLAGS_TOP - 1, room, FLAGS_HEIGHT - 3),
+                             Qt.AlignLeft | Qt.AlignVCenter,
+                             metrics.elidedText(mark.label, Qt.ElideRight, room))
+
+
+def draw_playhead(painter: QPainter, axis: TimeAxis, position_s: float, bottom: float,
+                  is_enabled: bool) -> None:
+    """Draw what has been played, the knob, and a line through all lanes."""
+    groove, x = track_rect(axis), _on_line(axis, position_s)
+    colour = QColor(ACCENT if is_enabled else '#a3abb2')
+    painter.setPen(Qt.NoPen)
+    painter.setBrush(colour)
+    path = QPainterPath()
+    path.addRoundedRect(QRectF(groove.left(), groove.top(), max(x - groove.left(), 0.0),
+                               groove.height()), 3, 3)
+    painter.fillPath(path, colour)
+    if abs(axis.x(position_s) - x) > 1.0:
+        return  # it is out of sight
+    painter.fillRect(QRectF(round(x) - 1, groove.bottom(), 2, bottom - groove.bottom()), colour)
+    painter.setPen(QPen(Qt.white, 1.5))
+    painter.drawEllipse(QPointF(x, groove.center().y()), _KNOB, _KNOB)
+
+
+def draw_hover(painter: QPainter, axis: TimeAxis, time_s: float, text: str, bottom: float) -> None:
+    """Draw a line at the mouse, with its time in place of the ticks' ones."""
+    x = round(axis.x(time_s)) + 0.5
+    painter.setPen(QPen(QColor(TEXT), 1, Qt.DotLine))
+    painter.drawLine(QPointF(x, TRACK_TOP), QPointF(x, bottom))
+    width = painter.fontMetrics().horizontalAdvance(text) + 10.0
+    left = min(max(x - width / 2, 1.0), axis.width + 2 * axis.left - width - 1)
+    rect = QRectF(left, AXIS_TOP + 1, width, AXIS_HEIGHT - 1)
+    painter.setPen(Qt.NoPen)
+    painter.setBrush(QColor(TEXT))
+    painter.drawRoundedRect(rect, 3, 3)
+    painter.setPen(Qt.white)
+    painter.drawText(rect, Qt.AlignCenter, text)
+
+
+def draw_hover_value(painter: QPainter, axis: TimeAxis, time_s: float, text: str, top: float,
+                     height: float) -> None:
+    """Draw a value beside the line at the mouse, in the look of its time, where there is room."""
+    rect = hover_value_rect(axis, time_s, painter.fontMetrics().horizontalAdvance(text) + 8.0, top,
+                            height)
+    painter.setPen(Qt.NoPen)
+    painter.setBrush(QColor(TEXT))
+    painter.drawRoundedRect(rect, 3, 3)
+    painter.setPen(Qt.white)
+    painter.drawText(rect, Qt.AlignCenter, text)
+
+
+def hover_value_rect(axis: TimeAxis, time_s: float, width: float, top: float,
+                     height: float) -> QRectF:
+    """Return where a value of a width [px] is written: beside the line, within the axis."""
+    x = axis.x(time_s)
+    left = x + 3.0 if x + 3.0 + width <= axis.right else x - 3.0 - width
+    return QRectF(max(left, 1.0), top, width, height)
+
+
+def draw_values(painter: QPainter, rect: QRectF, value: str, largest: str) -> None:
+    """Draw a lane's value, and quietly behind it its largest one."""
+    metrics = QFontMetricsF(painter.font())
+    painter.setPen(QColor(QUIET))
+    painter.drawText(rect, Qt.AlignRight | Qt.AlignVCenter, largest)
+    left = rect.adjusted(0, 0, -metrics.horizontalAdvance(largest) - 8, 0)
+    painter.setPen(QColor(TEXT))
+    painter.drawText(left, Qt.AlignRight | Qt.AlignVCenter, value)

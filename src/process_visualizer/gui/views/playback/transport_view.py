@@ -1,0 +1,262 @@
+"""The buttons of playback, the time, the speed, and what one step is."""
+from __future__ import annotations
+
+from typing import Callable, List, Optional, Sequence
+
+from PyQt5.QtCore import QSize, Qt
+from PyQt5.QtGui import QResizeEvent
+from PyQt5.QtWidgets import (
+    QComboBox,
+    QDoubleSpinBox,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QSizePolicy,
+    QToolButton,
+    QWidget,
+)
+
+from process_visualizer.gui.models.playback.playback_model import PlaybackModel
+from process_visualizer.gui.models.playback.step_unit import MESSAGE, TIMES, StepUnit
+from process_visualizer.gui.toolkit.icons import icon
+from process_visualizer.gui.toolkit.style import WARNING
+from process_visualizer.gui.views.playback.speed_slider import SpeedSlider
+from process_visualizer.gui.views.playback.time_label import TimeLabel
+from process_visualizer.playback.timeline import MAX_RATE, MIN_RATE
+
+_WIDE_SPACING, _NARROW_SPACING = 24, 8
+_LEAST_WIDTH = 400
+_ICON = QSize(20, 20)
+
+
+class TransportView(QWidget):
+    """Shows a playback model and commands it."""
+
+    def __init__(self, playback: PlaybackModel, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._playback = playback
+        self._is_wide: Optional[bool] = None
+        self._topics: Sequence[str] = ()
+        self.time = TimeLabel()
+        self.reached = QLabel()
+        self.slider = SpeedSlider()
+        self.rate = RateBox(playback)
+        self.unit = QComboBox()
+        self._prepare()
+        self._buttons = self._button_row()
+        self._speed_row = _row(QLabel('Speed'), self.slider, self.rate)
+        self._step_row = _row(QLabel('Step'), self.unit)
+        self._grid = QGridLayout(self)
+        self._grid.setContentsMargins(0, 0, 0, 0)
+        self._grid.setVerticalSpacing(6)
+        self._grid.setSizeConstraint(QGridLayout.SetNoConstraint)
+        self._arrange(False)
+        self.set_topics(())
+        playback.changed.connect(self._show)
+        playback.moved.connect(self._show_time)
+        self._show()
+
+    def set_topics(self, topics: Sequence[str]) -> None:
+        """Offer topics as units of a step."""
+        if tuple(topics) == tuple(self._topics) and self.unit.count():
+            return
+        self._topics = tuple(topics)
+        self.unit.blockSignals(True)
+        self.unit.clear()
+        for unit in (MESSAGE, *TIMES, *(StepUnit(topic) for topic in topics)):
+            self.unit.addItem(unit.label, unit)
+        self.unit.insertSeparator(1 + len(TIMES))
+        self.unit.blockSignals(False)
+        if self._playback.step_unit.topic not in ('', *topics):
+            self._playback.set_step_unit(MESSAGE)
+        self._show_unit()
+
+    # Parts
+
+    def _prepare(self) -> None:
+        self.time.setObjectName('time')
+        self.time.setToolTip('Position and length of the recording, m:ss.mmm')
+        self.reached.setObjectName('reached_rate')
+        self.reached.setStyleSheet(f'color: {WARNING}')
+        self.reached.setToolTip('The machine is too slow for more; all topics slow down together')
+        self.reached.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)
+        self.reached.setAlignment(Qt.AlignCenter)
+        self.slider.setObjectName('speed')
+        self.slider.setAccessibleName('Speed')
+        self.slider.setToolTip('Speed; a double click is 1  ([ slower, ] faster)')
+        self.slider.speed_chosen.connect(self._playback.set_speed)
+        self.unit.setObjectName('step_unit')
+        self.unit.setAccessibleName('Unit of a step')
+        self.unit.setToolTip('What one step is  (left and right arrow, or , and .)')
+        self.unit.setSizeAdjustPolicy(QComboBox.AdjustToMinimumContentsLengthWithIcon)
+        self.unit.setMinimumContentsLength(6)
+        self.unit.setFocusPolicy(Qt.TabFocus)
+        self.unit.activated.connect(
+            lambda row: self._playback.set_step_unit(StepUnit(*self.unit.itemData(row))))
+
+    def _button_row(self) -> QWidget:
+        it = self._playback
+        self.play = self._button('play', 'Play or pause  (space)', it.toggle)
+        self.play.setIconSize(QSize(26, 26))
+        self.backwards = self._button('play_backwards', 'Play backwards  (shift+space)',
+                                      it.toggle_backwards, True)
+        self.loop = self._button('loop', 'Repeat all, or from A to B  (L)', it.toggle_loop, True)
+        self.begin = self._button('loop_begin', 'The loop begins here  (A)',
+                                  lambda: it.set_loop_begin(), True)
+        self.end = self._button('loop_end', 'The loop ends here  (B)',
+                                lambda: it.set_loop_end(), True)
+        moving = [self._button('to_start', 'To the beginning  (home)', it.to_start),
+                  self._button('step_back', 'A step back  (left arrow, or ,)',
+                               lambda: it.step(-1), repeats=True),
+                  self.backwards, self.play, self._button('stop', 'Stop: pause at the beginning',
+                                                          it.stop),
+                  self._button('step_forward', 'A step forward  (right arrow, or .)',
+                               lambda: it.step(1), repeats=True),
+                  self._button('to_end', 'To the end  (end)', it.to_end)]
+        row = _row(*moving, spacing=1)
+        layout = row.layout()
+        layout.addWidget(self.reached, 1)
+        for button in (self.begin, self.loop, self.end):
+            layout.addWidget(button)
+        return row
+
+    def _button(self, name: str, hint: str, action: Callable[[], object], checks: bool = False,
+                repeats: bool = False) -> QToolButton:
+        button = QToolButton()
+        button.setObjectName(name)
+        button.setIcon(icon(name))
+        button.setIconSize(_ICON)
+        button.setToolTip(hint)
+        button.setAccessibleName(hint.split('  (')[0])
+        button.setCheckable(checks)
+        button.setAutoRepeat(repeats)
+        button.setAutoRaise(True)
+        button.setFocusPolicy(Qt.TabFocus)
+        button.setMinimumSize(32, 34)
+        button.clicked.connect(lambda: self._do(action))
+        return button
+
+    def _do(self, action: Callable[[], object]) -> None:
+        action()
+        self._show()  # a button that was checked by the press shows what is, not what was pressed
+
+    # Layout
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Use one row where there is room, otherwise several."""
+        self._arrange(event.size().width() >= self._wide_width())
+
+    def minimumSizeHint(self) -> QSize:
+        """Return a size in which several rows can be used, so that one row can be narrowed."""
+        size = super().minimumSizeHint()
+        return QSize(min(size.width(), _LEAST_WIDTH), size.height())
+
+    def _wide_width(self) -> int:
+        """How wide everything is in one row."""
+        parts = (self._buttons, self.time, self._speed_row, self._step_row)
+        return (sum(part.minimumSizeHint().width() for part in parts)
+                + (len(parts) - 1) * _WIDE_SPACING)
+
+    def _reached_width(self) -> int:
+        return self.fontMetrics().horizontalAdvance(' only 0.00× ')
+
+    def _arrange(self, is_wide: bool) -> None:
+        if is_wide == self._is_wide:
+            return
+        self._is_wide = is_wide
+        places = {self._buttons: (0, 0), self.time: (0, 1), self._speed_row: (0, 2),
+                  self._step_row: (0, 3)} if is_wide else \
+            {self.time: (0, 0), self._step_row: (0, 1), self._buttons: (1, 0),
+             self._speed_row: (2, 0)}
+        for widget, (row, column) in places.items():
+            spans = not is_wide and row > 0
+            self._grid.addWidget(widget, row, column, 1, 2 if spans else 1)
+        self.reached.setMinimumWidth(self._reached_width() if is_wide else 0)
+        self._grid.setHorizontalSpacing(_WIDE_SPACING if is_wide else _NARROW_SPACING)
+        for column in range(4):
+            self._grid.setColumnStretch(column, int(column == 2 if is_wide else column == 0))
+
+    # What is shown
+
+    def _show(self) -> None:
+        it = self._playback
+        for widget in (self._buttons, self._speed_row, self._step_row, self.time):
+            widget.setEnabled(it.is_available)
+        is_forward = it.is_playing and not it.is_backwards
+        self.play.setIcon(icon('pause' if is_forward else 'play'))
+        self.backwards.setChecked(it.is_playing and it.is_backwards)
+        self.backwards.setIcon(icon('pause' if self.backwards.isChecked() else 'play_backwards'))
+        self.loop.setChecked(it.is_looping)
+        self.begin.setChecked(it.loop_points.begin_s is not None)
+        self.end.setChecked(it.loop_points.end_s is not None)
+        self.slider.show_speed(abs(it.rate))
+        self.rate.show_rate(it.rate)
+        self._show_reached()
+        self._show_unit()
+        self._show_time()
+
+    def _show_reached(self) -> None:
+        reached = self._playback.reached_rate
+        self.reached.setText('' if reached is None else f'only {abs(reached):.2g}×')
+
+    def _show_unit(self) -> None:
+        row = next((row for row in range(self.unit.count())
+                    if self.unit.itemData(row) == self._playback.step_unit), 0)
+        self.unit.setCurrentIndex(row)
+
+    def _show_time(self) -> None:
+        if self._playback.is_available:
+            self.time.show_time(self._playback.position_s, self._playback.duration_s)
+        else:
+            self.time.show_nothing()
+
+
+class RateBox(QDoubleSpinBox):
+    """The speed as a number; its arrows lead through the ladder, Enter gives the keys back."""
+
+    def __init__(self, playback: PlaybackModel, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._playback = playback
+        self._is_being_written = False
+        self.setObjectName('rate')
+        self.setAccessibleName('Speed')
+        self.setToolTip('Speed; 1 is that of the recording  ([ slower, ] faster)')
+        self.setRange(MIN_RATE, MAX_RATE)
+        self.setDecimals(2)
+        self.setSuffix(' ×')
+        self.setPrefix('−')
+        self.setFixedWidth(self.sizeHint().width())  # so that nothing moves when it turns round
+        self.setKeyboardTracking(False)
+        self.setFocusPolicy(Qt.StrongFocus)
+        self.valueChanged.connect(playback.set_speed)
+        self.lineEdit().textEdited.connect(lambda _text: self._set_written(True))
+        self.editingFinished.connect(lambda: self._set_written(False))
+        self.lineEdit().returnPressed.connect(self.clearFocus)
+
+    def show_rate(self, rate: float) -> None:
+        """Show a rate; nothing is asked for, and what is being written stays."""
+        if not self._is_being_written:
+            self.blockSignals(True)
+            self.setPrefix('−' if rate < 0.0 else '')
+            self.setValue(abs(rate))
+            self.blockSignals(False)
+
+    def _set_written(self, is_being_written: bool) -> None:
+        self._is_being_written = is_being_written
+
+    def stepBy(self, steps: int) -> None:
+        """Take the next speeds of the ladder."""
+        for _ in range(abs(steps)):
+            self._playback.faster() if steps > 0 else self._playback.slower()
+        self.clearFocus()
+
+
+def _row(*widgets: QWidget, spacing: int = 6) -> QWidget:
+    row = QWidget()
+    layout = QHBoxLayout(row)
+    layout.setContentsMargins(0, 0, 0, 0)
+    layout.setSpacing(spacing)
+    items: List[QWidget] = list(widgets)
+    for widget in items:
+        layout.addWidget(widget)
+    return row

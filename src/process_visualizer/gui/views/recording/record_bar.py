@@ -1,0 +1,113 @@
+"""The big button with the elapsed time."""
+from __future__ import annotations
+
+from typing import Optional
+
+from PyQt5.QtCore import QSize, QTimer
+from PyQt5.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+
+from process_visualizer.gui.models.recording.recording_model import RecordingModel
+from process_visualizer.gui.models.recording.recording_types import Phase
+from process_visualizer.gui.toolkit.icons import icon
+from process_visualizer.gui.toolkit.style import BAD, LINE, QUIET, TEXT, tabular_font
+from process_visualizer.gui.views.parts.labels import colour, small
+from process_visualizer.health.figures import clock_text, count_text, size_text
+
+_CLOCK_PERIOD_MS = 100
+_ICON_PX = 20
+_TEXTS = {Phase.STARTING: 'Starting…', Phase.RECORDING: 'Stop', Phase.STOPPING: 'Stopping…'}
+
+
+class RecordBar(QFrame):
+    """Record or stop; red while something is recorded."""
+
+    def __init__(self, model: RecordingModel, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._model = model
+        self.setObjectName('record_bar')
+        self._button = QPushButton()
+        self._button.setObjectName('record')
+        self._button.setIconSize(QSize(_ICON_PX, _ICON_PX))
+        self._button.setMinimumSize(150, 40)
+        self._button.clicked.connect(model.toggle)
+        self._dot = QLabel()
+        self._clock = QLabel()
+        self._clock.setObjectName('record_time')
+        self._figures = small(QLabel())
+        self._figures.setObjectName('record_figures')
+        self._timer = QTimer(self)
+        self._timer.setInterval(_CLOCK_PERIOD_MS)
+        self._timer.timeout.connect(self._show_clock)
+        self._style_text()
+        self._lay_out()
+        model.changed.connect(self.refresh)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Show what the recorder does."""
+        phase = self._model.phase
+        is_recording = phase is Phase.RECORDING
+        self._button.setText(
+            'Saving…' if self._model.is_saving else _TEXTS.get(phase, 'Record'))
+        self._button.setIcon(icon('stop' if is_recording else 'record'))
+        self._button.setEnabled(phase in (Phase.IDLE, Phase.RECORDING))
+        self._button.setToolTip('Stop and finish the file (R)' if is_recording
+                                else 'Record the ticked topics (R)')
+        self._dot.setVisible(is_recording)
+        self._show_clock()
+        self._show_figures()
+        self._paint(is_recording)
+        if is_recording != self._timer.isActive():
+            self._timer.start() if is_recording else self._timer.stop()
+
+    def _show_clock(self) -> None:
+        text = clock_text(self._model.elapsed_s)
+        if text != self._clock.text():
+            self._clock.setText(text)
+
+    def _show_figures(self) -> None:
+        figures, arriving = self._model.figures, self._model.snapshot.rate
+        is_known = figures is not None and self._model.phase is not Phase.STARTING
+        colour(self._clock, TEXT if self._model.is_recording or is_known else QUIET)
+        if figures is None or not is_known:
+            self._figures.setText(f'{size_text(arriving)}/s arrive' if arriving else ' ')
+            return
+        parts = [size_text(figures.bytes), count_text(figures.messages, 'message')]
+        parts += [f'<span style="color:{BAD}"><b>{count_text(number)} {word}</b></span>'
+                  if number else f'{number} {word}'
+                  for number, word in ((figures.dropped, 'dropped'), (figures.lost, 'lost'))]
+        self._figures.setText(' · '.join(parts))
+
+    def _style_text(self) -> None:
+        font = tabular_font(self._clock.font())
+        font.setPointSizeF(font.pointSizeF() * 1.9)
+        self._clock.setFont(font)
+        bold = self._button.font()
+        bold.setBold(True)
+        self._button.setFont(bold)
+        self._dot.setPixmap(icon('record').pixmap(QSize(_ICON_PX, _ICON_PX)))
+        colour(self._figures, QUIET)
+
+    def _lay_out(self) -> None:
+        time = QHBoxLayout()
+        time.addStretch(1)
+        time.addWidget(self._dot)
+        time.addWidget(self._clock)
+        right = QVBoxLayout()
+        right.setSpacing(0)
+        right.addLayout(time)
+        row = QHBoxLayout()
+        row.addWidget(self._button)
+        row.addLayout(right, 1)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(8, 8, 8, 6)
+        layout.setSpacing(4)
+        layout.addLayout(row)
+        layout.addWidget(self._figures)
+
+    def _paint(self, is_recording: bool) -> None:
+        border, background = (BAD, '#fdf4f3') if is_recording else (LINE, '#ffffff')
+        sheet = (f'QFrame#record_bar {{ border: 1px solid {border}; border-radius: 5px; '
+                 f'background: {background}; }}')
+        if self.styleSheet() != sheet:
+            self.setStyleSheet(sheet)

@@ -1,0 +1,138 @@
+"""One notice below the record button: what the recorder waits for, has finished, or fails at."""
+from __future__ import annotations
+
+import os
+from typing import NamedTuple, Optional
+
+from PyQt5.QtCore import QSize, Qt, pyqtSignal
+from PyQt5.QtWidgets import QHBoxLayout, QLabel, QPushButton, QToolButton, QWidget
+
+from process_visualizer.gui.models.recording.finished_verdict import BagVerdict
+from process_visualizer.gui.models.recording.recording_model import RecordingModel
+from process_visualizer.gui.models.recording.recording_types import FinishedBag, Phase
+from process_visualizer.gui.models.recording.topic_ticks import TopicHealth
+from process_visualizer.gui.toolkit.icons import icon
+from process_visualizer.gui.toolkit.style import QUIET, TEXT
+from process_visualizer.gui.views.parts.labels import colour
+from process_visualizer.health.figures import clock_text, count_text
+
+_ICON_PX = 18
+_LINES = {
+    Phase.OFF: 'Launch the devices in real-time mode to record them.',
+    Phase.WAITING: 'The recorder is starting…',
+    Phase.STARTING: 'Waiting until every publisher is connected…',
+    Phase.GONE: 'The recorder does not answer. Quit all nodes and launch again.',
+}
+
+
+class Notice(NamedTuple):
+    """An icon (or ''), a text, and what else it tells when the mouse is over it."""
+
+    icon: str
+    text: str
+    hint: str = ''
+
+
+class RecordingNotice(QWidget):
+    """Says in words where things stand; a finished bag can be played from here."""
+
+    play_wanted = pyqtSignal(str)
+
+    def __init__(self, model: RecordingModel, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._model = model
+        self._icon = QLabel()
+        self._text = QLabel()
+        self._text.setObjectName('record_notice')
+        self._text.setWordWrap(True)
+        self._text.setTextInteractionFlags(Qt.TextSelectableByMouse)
+        self._play = QPushButton(icon('play'), 'Play it')
+        self._play.setObjectName('play_recording')
+        self._play.setToolTip('Quit the nodes and play this bag')
+        self._play.clicked.connect(self._on_play)
+        self._dismiss = QToolButton()
+        self._dismiss.setObjectName('dismiss_notice')
+        self._dismiss.setText('×')
+        self._dismiss.setToolTip('I have seen it')
+        self._dismiss.setAutoRaise(True)
+        self._dismiss.clicked.connect(model.dismiss)
+        self._lay_out()
+        model.changed.connect(self.refresh)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Show the notice of now."""
+        notice = notice_of(self._model)
+        if notice.text != self._text.text():
+            self._text.setText(notice.text)
+        self._text.setToolTip(notice.hint)
+        self._icon.setVisible(bool(notice.icon))
+        if notice.icon:
+            self._icon.setPixmap(icon(notice.icon).pixmap(QSize(_ICON_PX, _ICON_PX)))
+        colour(self._text, TEXT if notice.icon else QUIET)
+        is_idle = self._model.phase in (Phase.IDLE, Phase.OFF)
+        self._play.setVisible(is_idle and self._model.finished_bag is not None)
+        self._dismiss.setVisible(bool(self._model.error))
+
+    def _on_play(self) -> None:
+        if self._model.finished_bag is not None:
+            self.play_wanted.emit(self._model.finished_bag.files[0])
+
+    def _lay_out(self) -> None:
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 2, 0, 2)
+        layout.addWidget(self._icon)
+        layout.addWidget(self._text, 1)
+        layout.addWidget(self._play)
+        layout.addWidget(self._dismiss, 0, Qt.AlignTop)
+
+
+def notice_of(model: RecordingModel) -> Notice:
+    """Return what is to be said now."""
+    if model.error:
+        return Notice('warning', _sentence(model.error))
+    if model.is_saving:
+        return Notice('', 'Saving the last seconds…')
+    if model.phase is Phase.STOPPING:
+        return Notice('', 'Writing what has arrived, and finishing the file…')
+    if model.phase is Phase.RECORDING:
+        return _while_recording(model)
+    if model.finished_bag is not None and model.phase in (Phase.IDLE, Phase.OFF):
+        return _finished(model.finished_bag, model.verdict.verdict)
+    if model.phase is Phase.IDLE:
+        ticked = sum(row.is_ticked for row in model.choices.topics)
+        return Notice('', f'Ready to record {count_text(ticked, "topic")}.' if ticked else '')
+    return Notice('warning' if model.phase is Phase.GONE else '', _LINES[model.phase])
+
+
+def _while_recording(model: RecordingModel) -> Notice:
+    silent = [row.name for row in model.choices.topics
+              if row.is_ticked and row.health is TopicHealth.SILENT]
+    if silent:
+        others = f' and {len(silent) - 1} more' if len(silent) > 1 else ''
+        return Notice('warning', f'{silent[0]}{others}: silent. Does the driver still run?',
+                      '\n'.join(silent))
+    name = os.path.basename(model.path)
+    if not model.marks:
+        return Notice('', f'Into {name}', model.path)
+    marks = '\n'.join(f'{clock_text(time_s)}  {label}' for time_s, label in model.marks)
+    time_s, label = model.marks[-1]
+    return Notice('mark', f'{label} at {clock_text(time_s)}', marks)
+
+
+def _finished(bag: FinishedBag, verdict: Optional[BagVerdict]) -> Notice:
+    """The tick is the verdict of `cell report`, so that both say the same."""
+    parts = f' ({len(bag.files)} files)' if len(bag.files) > 1 else ''
+    text = f'{os.path.basename(bag.files[0])}{parts}'
+    told = 'looking whether it is complete…' if verdict is None else verdict.text
+    hint = '\n'.join([*bag.files, told, *bag.problems])
+    if verdict is None or not verdict.is_good:
+        return Notice('' if verdict is None else 'warning', f'{text}: {told}', hint)
+    if not bag.problems:
+        return Notice('ok', text, hint)
+    return Notice('warning', f'{text}: {count_text(len(bag.problems), "problem")}. '
+                             f'{_sentence(bag.problems[-1])}', hint)
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:]

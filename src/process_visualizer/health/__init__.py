@@ -1,0 +1,1 @@
+"""What an operator is told of devices, nodes and topics that run (no Qt)."""

@@ -1,0 +1,173 @@
+"""What an operator is told about a device: its nodes and its topics in one line."""
+from __future__ import annotations
+
+import signal
+from enum import IntEnum
+from typing import Dict, Mapping, NamedTuple, Optional, Tuple
+
+from process_visualizer.bags.catalogue import CatalogueTopic
+from process_visualizer.cell.model import Device
+from process_visualizer.health.figures import live_rate_text, rate_text
+from process_visualizer.health.node_warnings import NodeWarning, Severity, by_node, counted
+from process_visualizer.health.topic_watch import TopicActivity
+from process_visualizer.launching.node_state import NodeReport, NodeState
+from process_visualizer.launching.part_report import PartReport, PartState
+
+
+class Level(IntEnum):
+    """How good a state is; the higher, the more it asks for attention."""
+
+    OFF = 0
+    GOOD = 1
+    WAITING = 2
+    WARNING = 3
+    BAD = 4
+
+
+class Line(NamedTuple):
+    """A state in words; ``short`` is for where there is little room, if ``text`` is long."""
+
+    level: Level
+    text: str
+    short: str = ''
+
+
+_OFF = Line(Level.OFF, '')
+
+
+class DeviceState(NamedTuple):
+    """The state of a device, and of its nodes and topics by their names.
+
+    ``warnings`` are what its nodes complain of now.
+    """
+
+    summary: Line
+    nodes: Dict[str, Line]
+    topics: Dict[str, Line]
+    warnings: Tuple[NodeWarning, ...] = ()
+
+
+def device_state(device: Device, report: Optional[PartReport],
+                 lines: Mapping[str, Line], warnings: Tuple[NodeWarning, ...] = ()
+                 ) -> DeviceState:
+    """Return the state of a device; ``report`` is None while it does not run.
+
+    ``lines`` are those of topics, see ``live_line`` and ``recorded_line``; ``warnings`` may be
+    those of other devices too.
+    """
+    if report is None or report.state is PartState.STOPPED:
+        return DeviceState(_OFF, {}, {topic.name: _OFF for topic in device.topics})
+    nodes = {node.name: _warned(node_line(node), by_node(warnings, {node.name}))
+             for node in report.nodes}
+    topics = {topic.name: lines.get(topic.name, _OFF) for topic in device.topics}
+    own = by_node(warnings, set(nodes))
+    return DeviceState(_summary(report, topics, own), nodes, topics, own)
+
+
+def node_line(node: NodeReport) -> Line:
+    """Return the state of a node."""
+    if node.state is NodeState.RUNNING:
+        return Line(Level.GOOD, 'running' + _restarts(node))
+    if node.state is NodeState.STARTING:
+        return Line(Level.WAITING, 'starting' + _restarts(node))
+    if node.state is NodeState.EXITED:
+        level = Level.BAD if node.exit_code else Level.WARNING
+        return Line(level, _end(node.exit_code))
+    return Line(Level.BAD, f'cannot be started: {node.reason}')
+
+
+def _warned(line: Line, warnings: Tuple[NodeWarning, ...]) -> Line:
+    """Return the state of a node, and how much it complains of."""
+    if not warnings or line.level is not Level.GOOD:
+        return line
+    return Line(_level(warnings), f'{line.text}, {counted(warnings)}')
+
+
+def _level(warnings: Tuple[NodeWarning, ...]) -> Level:
+    is_error = any(it.severity is Severity.ERROR for it in warnings)
+    return Level.BAD if is_error else Level.WARNING
+
+
+def _end(exit_code: Optional[int]) -> str:
+    """How a process has ended; a negative code is a signal."""
+    if exit_code is not None and exit_code < 0:
+        try:
+            return f'killed by {signal.Signals(-exit_code).name}'
+        except ValueError:  # one that has no name
+            pass
+    return f'ended with code {exit_code}'
+
+
+def live_line(activity: TopicActivity) -> Line:
+    """Return the state of a topic whose messages are counted."""
+    if activity.silence_s is None:
+        return Line(Level.WAITING, 'no message yet')
+    if activity.is_stale:
+        return Line(Level.WARNING, f'silent for {activity.silence_s:.1f} s')
+    return Line(Level.GOOD, live_rate_text(activity.rate_hz, activity.silence_s))
+
+
+def recorded_line(topic: CatalogueTopic, is_played: bool) -> Line:
+    """Return what a recording has of a topic, however fast it is played."""
+    if not is_played:
+        return Line(Level.OFF, 'not played')  # not wanted, or the player says why not
+    return Line(Level.GOOD, recorded_rate_text(topic))
+
+
+def recorded_rate_text(topic: CatalogueTopic) -> str:
+    """Return the rate at which a topic was recorded; a latched one has none."""
+    if topic.is_latched:
+        return 'latched'
+    return rate_text(topic.rate_hz) if topic.rate_hz > 0.0 else 'once'
+
+
+def _restarts(node: NodeReport) -> str:
+    return f', restarted {node.restarts}×' if node.restarts else ''
+
+
+def part_line(report: PartReport) -> Line:
+    """Return the state of a part as a whole."""
+    if report.state in (PartState.STOPPED, PartState.STOPPING):
+        return Line(Level.WAITING, report.state.value)
+    dead = [node for node in report.nodes if node_line(node).level >= Level.WARNING]
+    if dead:
+        return _dead(dead)
+    if report.state is PartState.FAILED:
+        return Line(Level.BAD, report.reason)
+    starting = sum(node.state is NodeState.STARTING for node in report.nodes)
+    if report.state is PartState.STARTING or starting:
+        return Line(Level.WAITING, f'starting, {len(report.nodes) - starting} of '
+                                   f'{len(report.nodes)} nodes up')
+    return Line(Level.GOOD, 'running')
+
+
+def _summary(report: PartReport, topics: Mapping[str, Line],
+             warnings: Tuple[NodeWarning, ...]) -> Line:
+    line = part_line(report)
+    if line.level is Level.GOOD and warnings:
+        count = counted(warnings)
+        return Line(_level(warnings), f'{count}: {warnings[0].text}', f'{count}: click to read')
+    silent = [(name, topic) for name, topic in topics.items() if topic.level is Level.WARNING]
+    if line.level is Level.GOOD and silent:
+        name, topic = silent[0]
+        return Line(Level.WARNING, f'{name} {topic.text}' + _more(len(silent) - 1))
+    return line
+
+
+def _dead(nodes: 'list[NodeReport]') -> Line:
+    worst = max(nodes, key=lambda node: node_line(node).level)
+    line = node_line(worst)
+    return Line(line.level, f'{_short(worst.name)} {line.text}' + _more(len(nodes) - 1))
+
+
+def _short(name: str) -> str:
+    return name.rpartition('/')[2]
+
+
+def _more(count: int) -> str:
+    return f' (and {count} more)' if count else ''
+
+
+def worst(lines: Tuple[Line, ...]) -> Line:
+    """Return the line that asks most for attention."""
+    return max(lines, key=lambda line: line.level, default=_OFF)

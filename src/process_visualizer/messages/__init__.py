@@ -1,0 +1,1 @@
+"""Messages as bytes: definitions, layout, stamps and parts, without deserialising (pure)."""

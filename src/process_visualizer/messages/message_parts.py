@@ -1,0 +1,102 @@
+"""What a message says something about, where several messages together are the state of a topic.
+
+Two messages of one publisher with different transforms, or with different markers, hold beside
+each other. The layouts are those of ROS 1's serialisation (little-endian).
+"""
+from __future__ import annotations
+
+import struct
+from typing import Callable, NamedTuple, Optional, Tuple
+
+from process_visualizer.messages.connection import Connection
+from process_visualizer.messages.marker_removal import MARKER, shows_markers
+from process_visualizer.messages.message_layout import MessageDamaged
+from process_visualizer.messages.static_transforms import split
+
+TRANSFORM_TYPES = ('tf2_msgs/TFMessage', 'tf/tfMessage')
+_LENGTH = struct.Struct('<I')
+_STAMPED_BYTES = 12  # sequence number and stamp
+_IDENTITY = struct.Struct('<iii')  # id, type, action
+_LOOKS_BYTES = 7 * 8 + 3 * 8 + 4 * 4  # pose, scale, colour
+_LIFETIME = struct.Struct('<ii')
+_POINT_BYTES, _COLOUR_BYTES = 24, 16
+_DELETE_ALL = 3
+_NS_PER_S = 1_000_000_000
+
+
+class MessagePart(NamedTuple):
+    """What a message says of one thing: which, and for how long [ns] (0: until it is replaced)."""
+
+    key: bytes
+    lifetime_ns: int = 0
+
+
+Parts = Tuple[MessagePart, ...]
+PartsReader = Callable[[bytes], Parts]
+CLEARS = MessagePart(b'')
+"""The part of a message that ends all that was said before."""
+
+
+def parts_reader(connection: Connection) -> Optional[PartsReader]:
+    """Return what reads the parts of a connection's messages; None where each is a whole state.
+
+    The reader raises MessageDamaged where the bytes do not fit the type.
+    """
+    if connection.type in TRANSFORM_TYPES:
+        return lambda data: tuple(MessagePart(child) for child, _ in split(data))
+    if shows_markers(connection):
+        return _marker if connection.type == MARKER else _markers
+    return None
+
+
+def _marker(data: bytes) -> Parts:
+    return _read_markers(data, 0, 1)
+
+
+def _markers(data: bytes) -> Parts:
+    count, offset = _number(data, 0)
+    return _read_markers(data, offset, count)
+
+
+def _read_markers(data: bytes, offset: int, count: int) -> Parts:
+    """Return the parts of so many markers, which begin at an offset and end with the message."""
+    parts = []
+    for _ in range(count):
+        part, offset = _read_marker(data, offset)
+        parts.append(part)
+    if offset != len(data):
+        raise MessageDamaged(f'{count} markers take {offset} bytes, and there are {len(data)}')
+    return tuple(parts)
+
+
+def _read_marker(data: bytes, offset: int) -> Tuple[MessagePart, int]:
+    _, offset = _text(data, offset + _STAMPED_BYTES)
+    namespace, offset = _text(data, offset)
+    try:
+        number, _, action = _IDENTITY.unpack_from(data, offset)
+        offset += _IDENTITY.size + _LOOKS_BYTES
+        seconds, nanoseconds = _LIFETIME.unpack_from(data, offset)
+    except struct.error as error:
+        raise MessageDamaged(f'a marker ends too early: {error}') from None
+    offset += _LIFETIME.size + 1
+    for size in (_POINT_BYTES, _COLOUR_BYTES):
+        length, offset = _number(data, offset)
+        offset += length * size
+    for _ in range(2):
+        _, offset = _text(data, offset)
+    if action == _DELETE_ALL:
+        return CLEARS, offset + 1
+    lifetime_ns = max(0, seconds * _NS_PER_S + nanoseconds)
+    return MessagePart(_LENGTH.pack(number & 0xffffffff) + namespace, lifetime_ns), offset + 1
+
+
+def _text(data: bytes, offset: int) -> Tuple[bytes, int]:
+    length, begin = _number(data, offset)
+    return data[begin:begin + length], begin + length
+
+
+def _number(data: bytes, offset: int) -> Tuple[int, int]:
+    end = offset + _LENGTH.size
+    if end > len(data):
+        raise MessageDamaged(f'a message of {len(data)} bytes ends within a marker')
+    return int(_LENGTH.unpack_from(data, offset)[0]), end

@@ -1,0 +1,108 @@
+"""Says what is wrong in a node: in the log, and on /diagnostics for as long as it holds."""
+from __future__ import annotations
+
+import threading
+import time
+from typing import Dict, List, Mapping, Optional, Tuple
+
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+
+from process_visualizer.nodes.common.complaint_book import Complaint, ComplaintBook
+
+DIAGNOSTICS = '/diagnostics'
+PERIOD_S = 0.5
+LOG_PERIOD_S = 5.0
+_Said = Tuple[str, Complaint]
+
+
+class Complaints:
+    """The complaints of this node about a device; any thread may call it.
+
+    Each is logged when it begins, and now and then while it holds; see `ComplaintBook` for when it
+    ends. Nothing is published while all is well.
+    """
+
+    def __init__(self, device: str) -> None:
+        """Take the device's name, and advertise."""
+        self._device = device
+        self._lock = threading.Lock()
+        self._book = ComplaintBook()
+        self._next_log_s: Dict[str, float] = {}
+        self._wake = threading.Event()
+        self._pause = threading.Event()  # nobody sets it: ROS time may stand still
+        self._publisher = rospy.Publisher(DIAGNOSTICS, DiagnosticArray, queue_size=10)
+        threading.Thread(target=self._run, name='complaints', daemon=True).start()
+
+    def add(self, key: str, text: str, is_error: bool = False) -> None:
+        """Complain of a message; the key is what counts together, such as its topic."""
+        now_s = time.monotonic()
+        with self._lock:
+            self._book.add(key, text, now_s, is_error)
+        self._log(key, text, now_s, is_error, LOG_PERIOD_S)
+
+    def state(self, key: str, text: str, values: Optional[Mapping[str, str]] = None,
+              log_period_s: float = LOG_PERIOD_S) -> None:
+        """Complain of something until `end`; values are for programs."""
+        now_s = time.monotonic()
+        with self._lock:
+            self._book.state(key, text, now_s, values)
+        self._log(key, text, now_s, False, log_period_s)
+
+    def note_good(self, key: str) -> None:
+        """Take note of a message with which nothing is wrong."""
+        with self._lock:
+            self._book.note_good(key, time.monotonic())
+
+    def end(self, key: str) -> None:
+        """All is well with something, whatever was said of it."""
+        with self._lock:
+            self._book.end(key)
+
+    def _log(self, key: str, text: str, now_s: float, is_error: bool, period_s: float) -> None:
+        self._wake.set()
+        if now_s >= self._next_log_s.get(key, 0.0):
+            self._next_log_s[key] = now_s + period_s
+            (rospy.logerr if is_error else rospy.logwarn)('%s: %s', self._device, text)
+
+    def _run(self) -> None:
+        while not rospy.is_shutdown():
+            self._wake.wait()
+            statuses = self._statuses()
+            if statuses:
+                message = DiagnosticArray(status=statuses)
+                message.header.stamp = rospy.Time.now()
+                self._publish(message)
+            self._pause.wait(PERIOD_S)
+
+    def _publish(self, message: DiagnosticArray) -> None:
+        try:
+            self._publisher.publish(message)
+        except rospy.ROSException:  # its topics are closed already
+            if not rospy.is_shutdown():
+                raise
+
+    def _statuses(self) -> List[DiagnosticStatus]:
+        """Return what holds, and once what does not hold any more; then sleep if nothing does."""
+        now_s = time.monotonic()
+        with self._lock:
+            present = self._book.present(now_s)
+            statuses = [self._status(key, it, now_s) for key, it in present.items()]
+            ended = self._book.take_ended()
+            statuses += [DiagnosticStatus(DiagnosticStatus.OK, self._name(key), 'all is well',
+                                          self._device, []) for key in ended]
+            for key in ended:
+                self._next_log_s.pop(key, None)
+            if not present:
+                self._wake.clear()
+        return statuses
+
+    def _status(self, key: str, complaint: Complaint, now_s: float) -> DiagnosticStatus:
+        level = DiagnosticStatus.ERROR if complaint.is_error else DiagnosticStatus.WARN
+        values = {'messages': str(complaint.count), **complaint.values,
+                  'for_s': f'{now_s - complaint.since_s:.1f}'}
+        return DiagnosticStatus(level, self._name(key), complaint.text, self._device,
+                                [KeyValue(*pair) for pair in values.items()])
+
+    def _name(self, key: str) -> str:
+        return f'{rospy.get_name()}: {key}'

@@ -1,0 +1,34 @@
+"""A number that a user may change on the parameter server while a node runs."""
+from __future__ import annotations
+
+import rospy
+from rospy.impl.paramserver import get_param_server_cache
+
+from process_visualizer.nodes.common.parameters import is_number
+
+
+class LiveNumber:
+    """Follows a parameter through the master's notifications; reading it costs no call.
+
+    rospy.get_param_cached subscribes a parameter, but calls the master again at every access to
+    one that is not set. So it is called once, and its cache is read.
+    """
+
+    def __init__(self, name: str, default: float) -> None:
+        """Take the parameter's name, and what holds where it is not set or not a number."""
+        self._name = rospy.resolve_name(name)
+        self._default = default
+        rospy.get_param_cached(self._name, default)
+
+    def value(self) -> float:
+        """Return the parameter's value as it is now."""
+        try:
+            value = get_param_server_cache().get(self._name)
+        except KeyError:
+            return self._default
+        if is_number(value):
+            return float(value)
+        rospy.logwarn_throttle_identical(
+            10.0, f'parameter {self._name}: a number is expected, not {value!r}; '
+                  f'{self._default:g} is used')
+        return self._default

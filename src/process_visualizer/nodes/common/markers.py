@@ -1,0 +1,152 @@
+"""Markers for RViz: arrows and numbers that are locked to the frame they act in.
+
+A marker with frame_locked is drawn with its frame's transform of every rendered frame, the same
+as the robot's, and so never lags behind it (thesis figure 6.11). Its stamp is zero: the latest
+transform.
+"""
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Optional
+
+import genpy
+from geometry_msgs.msg import Point, Quaternion
+from std_msgs.msg import ColorRGBA
+from visualization_msgs.msg import Marker
+
+from process_visualizer.motion.arrows import arrow_length, format_age, format_value
+from process_visualizer.motion.rotations import Vector, quaternion_turning_x_onto
+from process_visualizer.nodes.common.parameters import ArrowStyle, Color
+
+STALE_COLOR: Color = (0.55, 0.55, 0.55, 1.0)
+ARROW_ID, TEXT_ID = 0, 1
+TEXT_PERIOD_S = 0.1  # numbers that change faster cannot be read
+LIFETIME_S = 0.8
+"""RViz removes what is not drawn anew within this time: what a process drew does not outlive it.
+Processes draw ten times a second at least, also what stands still or is old."""
+
+
+@dataclass(frozen=True)
+class VectorSample:
+    """The last value of a quantity, when it came, and where it acts."""
+
+    vector: Vector  # (3,) in the frame, in the quantity's unit
+    frame: str
+    time_s: float
+    foot: Vector = (0.0, 0.0, 0.0)  # (3,) [m] in the frame: where the arrow begins
+
+    def age_s(self, now_s: float) -> float:
+        """Return the time [s] since the value came."""
+        return max(0.0, now_s - self.time_s)
+
+
+class Pace:
+    """Lets something happen once in a period."""
+
+    def __init__(self, period_s: float) -> None:
+        """Take the period [s]."""
+        self._period_s = period_s
+        self._next_s = -math.inf
+
+    def hurry(self) -> None:
+        """Let it happen the next time, however little time has passed."""
+        self._next_s = -math.inf
+
+    def is_due(self, now_s: float, early_s: float = 0.0) -> bool:
+        """Tell whether it may happen now, and if so, not again for a period.
+
+        It may happen so much too early [s]: of something that has about this period itself, none
+        is left out then.
+        """
+        # A clock that was set back starts anew.
+        if self._next_s - self._period_s <= now_s < self._next_s - early_s:
+            return False
+        late_s = now_s - self._next_s
+        # A little late is made up for, so that the rate holds whatever the rate of asking.
+        self._next_s = now_s + self._period_s - (late_s if 0.0 <= late_s < self._period_s else 0.0)
+        return True
+
+
+def value_text(style: ArrowStyle, value: float, age_s: float, stale_after_s: float) -> str:
+    """Return the value with its unit, or since when there is none."""
+    if age_s > stale_after_s:
+        return format_age(style.label, age_s)
+    return format_value(style.label, value, style.unit, style.decimals)
+
+
+def vector_arrow(namespace: str, style: ArrowStyle, sample: VectorSample, stale: bool) -> Marker:
+    """Return the arrow of a vector, grey if stale; below the threshold the deletion of it."""
+    marker = _mortal_marker(namespace, ARROW_ID, sample.frame)
+    magnitude = math.hypot(*sample.vector)
+    if magnitude <= max(style.threshold, 0.0):
+        marker.action = Marker.DELETE
+        return marker
+    marker.type = Marker.ARROW
+    length = arrow_length(magnitude, style.scale_m, style.min_m, style.max_m)
+    marker.scale.x, marker.scale.y, marker.scale.z = length, style.diameter_m, style.diameter_m
+    marker.pose.position = Point(*sample.foot)
+    marker.pose.orientation = Quaternion(*quaternion_turning_x_onto(sample.vector))
+    marker.color = ColorRGBA(*(STALE_COLOR if stale else style.color))
+    return marker
+
+
+def text_marker(namespace: str, frame: str, position: Vector, text: str, height_m: float,
+                color: Color) -> Marker:
+    """Return a text that faces the viewer, centred on a position (3,) [m] in a frame."""
+    marker = _mortal_marker(namespace, TEXT_ID, frame)
+    marker.type = Marker.TEXT_VIEW_FACING
+    marker.text = text
+    marker.scale.z = height_m
+    marker.pose.position = Point(*position)
+    marker.color = ColorRGBA(*color)
+    return marker
+
+
+def deletion(namespace: str, number: int, frame: str) -> Marker:
+    """Return the deletion of a marker."""
+    marker = _marker(namespace, number, frame)
+    marker.action = Marker.DELETE
+    return marker
+
+
+def invisible_marker(namespace: str, frame: str) -> Marker:
+    """Return a marker that nobody sees: a display without any warns that nothing has come."""
+    marker = _mortal_marker(namespace, 0, frame)
+    marker.type = Marker.SPHERE
+    marker.scale.x = marker.scale.y = marker.scale.z = 1e-4
+    marker.color.a = 1e-3
+    return marker
+
+
+def mesh_marker(namespace: str, frame: str, resource: str) -> Marker:
+    """Return a mesh with its own materials at a frame's origin; resource is its URL."""
+    marker = _marker(namespace, 0, frame)
+    marker.type = Marker.MESH_RESOURCE
+    marker.mesh_resource = resource
+    marker.mesh_use_embedded_materials = True
+    marker.scale.x = marker.scale.y = marker.scale.z = 1.0
+    return marker
+
+
+def text_color(color: Optional[Color]) -> Color:
+    """Return a light variant of an arrow's colour, readable on a dark background."""
+    red, green, blue, _ = STALE_COLOR if color is None else color
+    light = [0.65 + 0.35 * part for part in (red, green, blue)]
+    return light[0], light[1], light[2], 1.0
+
+
+def _mortal_marker(namespace: str, number: int, frame: str) -> Marker:
+    marker = _marker(namespace, number, frame)
+    marker.lifetime = genpy.Duration.from_sec(LIFETIME_S)
+    return marker
+
+
+def _marker(namespace: str, number: int, frame: str) -> Marker:
+    marker = Marker()
+    marker.header.frame_id = frame
+    marker.ns = namespace
+    marker.id = number
+    marker.frame_locked = True
+    marker.pose.orientation.w = 1.0
+    return marker

@@ -1,0 +1,162 @@
+"""Private parameters of the variable processor, as the generated launch file writes them."""
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import List, Optional, Tuple
+
+import rosgraph.names
+
+from process_visualizer.motion.field_path import FieldPath
+from process_visualizer.motion.variables import MAX_LENGTH_M
+from process_visualizer.nodes.common.parameters import STALE_AFTER_S, Color, Parameters
+
+ORANGE: Color = (1.0, 0.55, 0.1, 1.0)
+RED: Color = (0.9, 0.1, 0.1, 1.0)
+UnitVector = Tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class VariableColors:
+    """The colour of a variable by its value: a warning limit goes before the scale."""
+
+    color: Color
+    scale: Optional[Tuple[float, float, Color]] = None  # begin, end, colour at the end
+    low: float = -math.inf
+    high: float = math.inf
+    warning_color: Color = RED
+
+    def of(self, value: float) -> Color:
+        """Return the colour of a value."""
+        if not self.low <= value <= self.high:
+            return self.warning_color
+        if self.scale is None:
+            return self.color
+        begin, end, end_color = self.scale
+        share = min(max((value - begin) / (end - begin), 0.0), 1.0)
+        red, green, blue, alpha = (first + share * (second - first)
+                                   for first, second in zip(self.color, end_color))
+        return red, green, blue, alpha
+
+    @staticmethod
+    def read(parameters: Parameters) -> 'VariableColors':
+        """Return the checked colours of a variable.
+
+        Raises:
+            ParameterError: a value is wrong.
+        """
+        limits, scale = parameters.group('limits'), parameters.group('color_scale')
+        return VariableColors(
+            parameters.color('color', ORANGE), _color_scale(scale),
+            limits.number('low', -math.inf) if limits.has('low') else -math.inf,
+            limits.number('high', math.inf) if limits.has('high') else math.inf,
+            limits.color('color', RED))
+
+
+@dataclass(frozen=True)
+class VariableParameters:
+    """A number of a topic, and how it is shown."""
+
+    topic: str
+    field: FieldPath
+    frame: str
+    axis: UnitVector  # in the frame
+    colors: VariableColors
+    unit: str
+    scale_m: float  # metres of arrow per unit; 0: text only
+    offset: float  # value at which the arrow has no length
+    label: str
+    offset_param: str = ''  # a parameter that holds the offset; empty: there is none
+    max_m: float = MAX_LENGTH_M  # longest length of the arrow
+
+    @staticmethod
+    def read(parameters: Parameters) -> 'VariableParameters':
+        """Return the checked parameters of a variable.
+
+        Raises:
+            ParameterError: a value is wrong.
+        """
+        return VariableParameters(
+            topic=_topic(parameters), field=_field(parameters),
+            frame=_required(parameters, 'frame').lstrip('/'), axis=_axis(parameters),
+            colors=VariableColors.read(parameters), unit=parameters.text('unit', ''),
+            scale_m=parameters.number('scale', 1.0), offset=parameters.number('offset', 0.0),
+            label=parameters.text('label', ''), offset_param=_offset_param(parameters),
+            max_m=parameters.number('max', MAX_LENGTH_M, above=0.0))
+
+
+@dataclass(frozen=True)
+class VariablesParameters:
+    """The private parameters of the variable processor."""
+
+    variables: List[VariableParameters]
+    text_frame: str  # empty: each text stands beside its own arrow
+    text_position: Optional[Tuple[float, float, float]]  # [m] in the frame of the text
+    text_height_m: float
+    marker_rate_hz: float
+    stale_after_s: float
+
+    @staticmethod
+    def read(parameters: Parameters) -> 'VariablesParameters':
+        """Return the checked parameters.
+
+        Raises:
+            ParameterError: a value is wrong, or there is no variable.
+        """
+        variables = [VariableParameters.read(group) for group in parameters.groups('variables')]
+        if not variables:
+            raise parameters.error('variables', 'a list of at least one variable', variables)
+        text = parameters.group('text')
+        return VariablesParameters(
+            variables, text.frame('frame', ''),
+            text.vector('position', (0.0, 0.0, 0.0)) if text.has('position') else None,
+            text.number('height', 0.05, above=0.0),
+            parameters.number('marker_rate', 30.0, above=0.0),
+            parameters.number('stale_after', STALE_AFTER_S, above=0.0))
+
+
+def _required(parameters: Parameters, name: str) -> str:
+    value = parameters.text(name, '')
+    if not value:
+        raise parameters.error(name, 'a name', value)
+    return value
+
+
+def _topic(parameters: Parameters) -> str:
+    name = _required(parameters, 'topic')
+    if not rosgraph.names.is_legal_name(name):
+        raise parameters.error('topic', 'the name of a topic', name)
+    return name
+
+
+def _field(parameters: Parameters) -> FieldPath:
+    text = parameters.text('field', 'data')
+    try:
+        return FieldPath(text)
+    except ValueError:
+        raise parameters.error('field', 'a field such as data, data[2] or wrench.force.z',
+                               text) from None
+
+
+def _offset_param(parameters: Parameters) -> str:
+    name = parameters.text('offset_param', '')
+    if name and not rosgraph.names.is_legal_name(name):
+        raise parameters.error('offset_param', 'the name of a parameter', name)
+    return name
+
+
+def _color_scale(parameters: Parameters) -> Optional[Tuple[float, float, Color]]:
+    if not parameters.has('begin') and not parameters.has('end'):
+        return None
+    begin, end = parameters.number('begin', 0.0), parameters.number('end', 1.0)
+    if begin == end:
+        raise parameters.error('end', 'another value than begin', end)
+    return begin, end, parameters.color('color', RED)
+
+
+def _axis(parameters: Parameters) -> UnitVector:
+    x, y, z = axis = parameters.vector('axis', (1.0, 0.0, 0.0))
+    length = math.hypot(*axis)
+    if not 0.0 < length < math.inf:
+        raise parameters.error('axis', 'a direction of three numbers', list(axis))
+    return x / length, y / length, z / length

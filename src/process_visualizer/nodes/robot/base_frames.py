@@ -1,0 +1,132 @@
+"""What frames that messages name mean for a robot: which they are, and where in its base."""
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+from typing import Any, Callable, Dict, Optional, Tuple
+
+import genpy
+import rospy
+from sensor_msgs.msg import JointState
+from tf2_msgs.msg import TFMessage
+
+from process_visualizer.motion.frame_names import meant_frame
+from process_visualizer.motion.joint_history import JointHistory
+from process_visualizer.motion.kinematics import Kinematics, Placement
+from process_visualizer.motion.rotations import Triple, Vector, rotated
+from process_visualizer.nodes.common.parameters import RobotParameters
+from process_visualizer.nodes.robot.frame_reader import STATIC_TOPIC, TF_MESSAGE
+from process_visualizer.nodes.robot.pose_decoder import FramesNotConnected
+from process_visualizer.nodes.robot.robot_messages import ToolPose, deserialize
+
+
+class BaseFrames:
+    """Brings what messages say into a robot's base frame.
+
+    A maker's driver says where the tool is in the maker's own frame, such as ``base`` beside
+    ``base_link``. Any frame that the model or a static transform connects with the base is taken;
+    where a joint lies between, its position at the time of the message counts.
+    """
+
+    def __init__(self, parameters: RobotParameters, model: Kinematics,
+                 on_change: Callable[[], None]) -> None:
+        """Take the robot's frames and model.
+
+        Args:
+            parameters: the robot processor's.
+            model: the robot's; static transforms are added to it when they are needed.
+            on_change: called when poses that were given before mean something else now.
+        """
+        self._parameters = parameters
+        self._model = model
+        self._on_change = on_change
+        self._joints = JointHistory()
+        self._lock = threading.Lock()
+        self._fixed: Dict[str, Tuple[str, Placement]] = {}
+        self._static: Optional[rospy.Subscriber] = None
+        self.follows_joints = False
+
+    def name(self, frame: str) -> str:
+        """Return the frame that a driver means by a name."""
+        return meant_frame(frame, self._model.links, self._parameters.robot_name,
+                           self._parameters.link_prefix)
+
+    def take_joints(self, message: bytes) -> None:
+        """Take a sensor_msgs/JointState as it came; it is read only if a joint matters."""
+        if not self.follows_joints:
+            return
+        try:
+            state = deserialize(JointState, message)
+        except genpy.DeserializationError:  # not from the joint processor, which checks its own
+            return
+        with self._lock:
+            self._joints.add(state.header.stamp.to_sec(), dict(zip(state.name, state.position)))
+
+    def in_base(self, pose: ToolPose, joints: Optional[JointHistory] = None) -> ToolPose:
+        """Return a pose in the base frame.
+
+        Args:
+            pose: in any frame.
+            joints: those that belong to it; without them those that come.
+
+        Raises:
+            FramesNotConnected: the joints between its frame and the base frame are not known yet.
+            ValueError: nothing connects its frame with the base frame.
+        """
+        given = pose.frame or self._parameters.tool_center_frame.parent_frame
+        frame = self.name(given)
+        if frame in ('', self._parameters.base_frame):
+            return replace(pose, frame='')
+        moved = self._place(frame, given, pose.stamp_s, joints or self._joints).then(
+            Placement(_triple(pose.position), pose.quaternion))
+        return replace(pose, position=moved.position, quaternion=moved.quaternion, frame='')
+
+    def drawn_force(self, frame: str, force: Vector) -> Tuple[str, Vector]:
+        """Return the frame in which a force (3,) [N] is drawn, and the force in it.
+
+        That of a link that stands still in the base is turned into the base frame: such a robot
+        reports along the axes of its base what acts at its tool.
+        """
+        base = self._parameters.base_frame
+        if frame not in self._model.links or self._model.moves(frame, base):
+            return frame, force
+        place = self._model.connection(frame, base, {})
+        return (frame, force) if place is None else (base, rotated(place.quaternion, force))
+
+    def _place(self, frame: str, given: str, stamp_s: float, joints: JointHistory) -> Placement:
+        base = self._parameters.base_frame
+        if not self._model.connects(frame, base):
+            self._listen()
+            raise ValueError(f'its frame is {given}, which neither the model nor a static '
+                             f'transform connects with the base frame {base}; name another frame '
+                             'in it, or publish the transform')
+        self.follows_joints |= self._model.moves(frame, base)
+        with self._lock:
+            place = self._model.connection(frame, base, joints.at(stamp_s))
+        if place is None:
+            raise FramesNotConnected(f'its frame is {given}, and the positions of the joints '
+                                     f'between that and the base frame {base} are not known yet')
+        return place
+
+    def _listen(self) -> None:
+        if self._static is None:  # AnyMsg, as FrameReader: a topic has one class in a process
+            self._static = rospy.Subscriber(STATIC_TOPIC, rospy.AnyMsg, self._on_static)
+
+    def _on_static(self, message: Any) -> None:
+        if message._connection_header['type'] != TF_MESSAGE:
+            return
+        before = dict(self._fixed)
+        for found in deserialize(TFMessage, message._buff).transforms:
+            place, turn = found.transform.translation, found.transform.rotation
+            parent, child = (name.lstrip('/') for name in (found.header.frame_id,
+                                                           found.child_frame_id))
+            placement = Placement((place.x, place.y, place.z), (turn.x, turn.y, turn.z, turn.w))
+            self._fixed[child] = parent, placement
+            self._model.fix(parent, child, placement)
+        if self._fixed != before:
+            self._on_change()
+
+
+def _triple(vector: Vector) -> Triple:
+    x, y, z = vector
+    return x, y, z

@@ -1,0 +1,104 @@
+"""Warns of frames in which something is shown but which are not in tf."""
+from __future__ import annotations
+
+import time
+from typing import Any, Collection, Dict, Optional, Set
+
+import rospy
+import tf2_ros
+from tf2_msgs.msg import TFMessage
+
+from process_visualizer.nodes.common.complaints import Complaints
+from process_visualizer.nodes.robot.frame_reader import STATIC_TOPIC, TF_TOPIC
+from process_visualizer.nodes.robot.robot_messages import deserialize
+
+PATIENCE_S = 5.0  # from the first data to the first look: the other nodes start too
+LISTENING_S = 1.0
+PERIOD_S = 5.0
+
+
+class FrameWatch:
+    """Looks whether frames are connected with a robot's base frame; RViz draws nothing otherwise.
+
+    A link of the robot's model is, and so is a frame that is fixed to one. For others /tf is
+    listened to for a moment: with many robots more of that would cost much. A frame that was found
+    once is not looked for any more.
+    """
+
+    def __init__(self, complaints: Complaints, base_frame: str, links: Collection[str]) -> None:
+        """Take where to complain, a robot's base frame, and its links."""
+        self._complaints = complaints
+        self._base_frame = base_frame
+        self._found: Set[str] = {base_frame, *links}
+        self._wanted: Dict[str, str] = {}  # the topic by the frame
+        self._fixed_to: Dict[str, str] = {}
+        self._buffer = tf2_ros.BufferCore(rospy.Duration(10.0))
+        self._static: Optional[rospy.Subscriber] = None
+        self._moving: Optional[rospy.Subscriber] = None
+        self._next_s = 0.0
+
+    def want(self, frame: str, topic: str) -> None:
+        """Look for a frame in which the data of a topic are shown."""
+        if frame in self._found or frame in self._wanted:
+            return
+        self._wanted[frame] = rospy.resolve_name(topic)
+        self._next_s = time.monotonic() + PATIENCE_S
+        if self._static is None:  # AnyMsg, as FrameReader: a topic has one class in a process
+            self._static = rospy.Subscriber(STATIC_TOPIC, rospy.AnyMsg, self._on_static)
+
+    def look(self) -> None:
+        """Look now, and warn of what is not found after some time."""
+        if not self._wanted or time.monotonic() < self._next_s:
+            return
+        for frame in [frame for frame in self._wanted if self._is_fixed(frame)]:
+            self._take(frame)
+        if self._wanted and self._moving is None:
+            self._moving = rospy.Subscriber(TF_TOPIC, rospy.AnyMsg, self._on_transforms)
+            self._next_s += LISTENING_S
+        elif self._wanted:
+            self._judge()
+
+    def _judge(self) -> None:
+        assert self._moving is not None
+        self._moving.unregister()
+        self._moving = None
+        self._next_s = time.monotonic() + PERIOD_S
+        for frame in list(self._wanted):
+            problem = self._problem(frame)
+            if problem:
+                self._warn(frame, problem)
+            else:
+                self._take(frame)
+
+    def _take(self, frame: str) -> None:
+        self._found.add(frame)
+        del self._wanted[frame]
+        self._complaints.end(frame)
+
+    def _is_fixed(self, frame: str) -> bool:
+        """Tell whether a frame is fixed to one that was found."""
+        passed: Set[str] = set()
+        while frame in self._fixed_to and frame not in passed | self._found:
+            passed.add(frame)
+            frame = self._fixed_to[frame]
+        return frame in self._found
+
+    def _problem(self, frame: str) -> str:
+        known = self._buffer._frameExists(frame)
+        if not self._buffer._frameExists(self._base_frame):  # a robot may be a force sensor only
+            return '' if known else f'there is no frame {frame}'
+        connected, problem = self._buffer.can_transform_core(self._base_frame, frame, rospy.Time())
+        return '' if connected else str(problem)
+
+    def _warn(self, frame: str, problem: str) -> None:
+        self._complaints.state(frame, f'what {self._wanted[frame]} brings is not drawn, as tf does '
+                               f'not connect the frame {frame} with {self._base_frame}: {problem}')
+
+    def _on_static(self, message: Any) -> None:
+        for transform in deserialize(TFMessage, message._buff).transforms:
+            self._buffer.set_transform_static(transform, 'static')
+            self._fixed_to[transform.child_frame_id] = transform.header.frame_id
+
+    def _on_transforms(self, message: Any) -> None:
+        for transform in deserialize(TFMessage, message._buff).transforms:
+            self._buffer.set_transform(transform, 'dynamic')

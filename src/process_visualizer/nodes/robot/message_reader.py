@@ -1,0 +1,82 @@
+"""Reads a quantity from a topic whatever supported message type carries it."""
+from __future__ import annotations
+
+import threading
+import time
+from typing import Any, Callable, Dict, Generic, Optional, TypeVar
+
+import genpy
+import rospy
+
+from process_visualizer.motion.time_watch import TimeWatch
+from process_visualizer.nodes.common.complaints import Complaints
+
+Quantity = TypeVar('Quantity')
+Decoder = Callable[[bytes], Quantity]
+
+
+class DoubtfulMessage(Exception):
+    """A message was used, although something about it is wrong; the text says what."""
+
+
+class TopicReader(Generic[Quantity]):
+    """Subscribes a topic and hands its decoded content to a callback, one message at a time.
+
+    The type is taken from the publisher's connection, so that one node reads the thesis' arrays
+    and standard messages alike. A message that cannot be used is left out with a complaint that
+    names the topic; the last good one stays. One that comes while ROS time stands still or has
+    gone back is used, with a complaint too.
+    """
+
+    def __init__(self, complaints: Complaints, topic: str, message_type: str,
+                 decoders: Dict[str, Decoder[Quantity]],
+                 callback: Callable[[Quantity], None]) -> None:
+        """Subscribe.
+
+        Args:
+            complaints: those of the node.
+            topic: the topic's name.
+            message_type: the only type that is taken ('package/Type'), or '' for each of decoders.
+            decoders: for each type, a function of the serialised message; it raises ValueError
+                (with what is wrong) for content that cannot be used.
+            callback: called in the thread of the subscription; may raise ValueError likewise, or
+                DoubtfulMessage when it has used the content nevertheless.
+        """
+        self._complaints = complaints
+        self._topic = rospy.resolve_name(topic)
+        self._decoders = decoders
+        self._message_type = message_type
+        self._callback = callback
+        self._lock = threading.Lock()  # two publishers of a topic are two threads
+        self._time_watch = TimeWatch()
+        rospy.Subscriber(topic, rospy.AnyMsg, self._receive, tcp_nodelay=True)
+
+    def _receive(self, message: rospy.AnyMsg) -> None:
+        with self._lock:
+            try:
+                self._callback(self._decode(message))
+                self._watch_time()
+                self._complaints.note_good(self._topic)
+            except ValueError as error:
+                self._warn(f'is left out: {error}')
+            except DoubtfulMessage as doubt:
+                self._warn(f'is shown, but {doubt}')
+
+    def _watch_time(self) -> None:
+        problem = self._time_watch.problem(rospy.get_time(), time.monotonic())
+        if problem:
+            raise DoubtfulMessage(problem)
+
+    def _decode(self, message: Any) -> Quantity:
+        carried: str = message._connection_header['type']
+        decoder: Optional[Decoder[Quantity]] = self._decoders.get(carried)
+        if decoder is None or (self._message_type and carried != self._message_type):
+            expected = self._message_type or ' or '.join(self._decoders)
+            raise ValueError(f'it carries {carried}, and {expected} is expected')
+        try:
+            return decoder(message._buff)
+        except genpy.DeserializationError as error:
+            raise ValueError(f'its bytes are not those of {carried}: {error}') from error
+
+    def _warn(self, problem: str) -> None:
+        self._complaints.add(self._topic, f'a message on {self._topic} {problem}')

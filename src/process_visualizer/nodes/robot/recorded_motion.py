@@ -1,0 +1,186 @@
+"""In playback, the tool's velocity at the position: read from the recording before it is needed."""
+from __future__ import annotations
+
+import math
+import threading
+import time
+from typing import Callable, NamedTuple, Optional, Tuple
+
+import rospy
+
+from process_visualizer.clients.player_clock import STATE_TOPIC
+from process_visualizer.clients.service_connection import ServiceUnreachable
+from process_visualizer.motion.playback_clock import PlaybackClock
+from process_visualizer.motion.recorded_poses import (
+    Part,
+    RecordedPoses,
+    kept_part,
+    needed_part,
+    next_part,
+)
+from process_visualizer.motion.recorded_velocity import RecordedVelocity
+from process_visualizer.motion.rotations import Triple
+from process_visualizer.msg import PlayerState
+from process_visualizer.nodes.robot.recorded_reading import Reading, RecordedReader
+from process_visualizer.playback.timeline import MAX_RATE
+
+MOMENT_S = 0.05  # in which an operator does not see that a number has not changed yet
+_RETRY_S, _WARNING_S = 1.0, 10.0
+
+
+class RecordedMoment(NamedTuple):
+    """A position of playback, the wall time [s] at which it is there, and velocities around it."""
+
+    position_s: float
+    wall_s: float
+    around: RecordedVelocity
+
+    def velocity(self) -> Optional[Triple]:
+        """Return the velocity (3,) [m/s] in the base frame; None where the tool has none."""
+        return self.around.velocity(self.position_s)
+
+    def angular_velocity(self) -> Optional[Triple]:
+        """Return the angular velocity (3,) [rad/s] in the base frame; None as above."""
+        return self.around.angular_velocity(self.position_s)
+
+    def age_s(self) -> Optional[float]:
+        """Return how old the last pose is [s of the recording]; None before the first."""
+        return self.around.age_s(self.position_s)
+
+
+class _Known(NamedTuple):
+    poses: RecordedPoses
+    velocity: RecordedVelocity
+
+
+class RecordedMotion:
+    """Keeps the poses around the position, wherever playback goes.
+
+    A thread reads them by the player's service ~read: what is needed for the position first, then
+    what lies ahead. So a velocity depends on the recording and on the position, and neither on
+    what came before nor on when it came.
+    """
+
+    def __init__(self, reader: RecordedReader, clock: PlaybackClock, window_s: float,
+                 on_change: Callable[[], None]) -> None:
+        """Take what is read and for whom.
+
+        Args:
+            reader: of the poses.
+            clock: of the player's states.
+            window_s: of the slopes [s].
+            on_change: called, in various threads, with each state of the player, and when more is
+                known.
+        """
+        self._reader = reader
+        self._clock = clock
+        self._window_s = window_s
+        self._on_change = on_change
+        self._changed = threading.Condition()
+        self._recording: Tuple[object, ...] = ()  # begin, duration, files, topics
+        self._duration_s = 0.0
+        self._is_played: Optional[bool] = None  # not known yet
+        self._known: Optional[_Known] = None
+        self._problem = ''
+        self._retry_s = 0.0
+        self._awaited_s = math.inf
+        self._thread = threading.Thread(target=self._run, name='recorded poses', daemon=True)
+
+    def start(self) -> None:
+        """Begin to follow the player."""
+        self._thread.start()
+        rospy.Subscriber(STATE_TOPIC, PlayerState, self._take_state, tcp_nodelay=True)
+
+    def is_in_charge(self) -> bool:
+        """Tell whether there is a player that plays the poses; if it may, that counts, too."""
+        return self._is_played is not False and self._clock.follows_player(time.time())
+
+    @property
+    def problem(self) -> str:
+        """Why no velocity can be known from what the recording has; '' if it can."""
+        return self._problem if self.is_in_charge() else ''
+
+    def is_awaited(self) -> bool:
+        """Tell whether what belongs to the position is going to be known in a moment."""
+        if not self.is_in_charge() or self.moment() is not None:
+            self._awaited_s = math.inf
+            return False
+        self._awaited_s = min(self._awaited_s, time.monotonic())
+        return time.monotonic() < self._awaited_s + MOMENT_S
+
+    def moment(self) -> Optional[RecordedMoment]:
+        """Return what belongs to the present position; None while it is not known."""
+        wall_s = time.time()
+        bag, known = self._clock.bag_time(wall_s), self._known
+        if bag is None or known is None:
+            return None
+        position_s = self._within(bag.time_s)
+        if not known.poses.part.holds(needed_part(position_s, self._duration_s)):
+            return None
+        return RecordedMoment(position_s, wall_s, known.velocity)
+
+    def forget(self) -> None:
+        """Read all anew, as messages mean something else now."""
+        with self._changed:
+            self._recording = ()
+
+    def _take_state(self, state: PlayerState) -> None:
+        recording = (state.begin, state.duration, *state.files,
+                     *(topic.name for topic in state.topics))
+        with self._changed:
+            if recording != self._recording:
+                self._recording, self._duration_s = recording, state.duration
+                self._is_played = self._known = None
+            self._changed.notify()
+        self._on_change()
+
+    def _within(self, position_s: float) -> float:
+        return min(max(position_s, 0.0), self._duration_s)
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._next_part() is not None)
+                recording, part = self._recording, self._next_part()
+            if part is not None:
+                self._extend(recording, part)
+
+    def _next_part(self) -> Optional[Part]:
+        bag = self._clock.bag_time(time.time())
+        if (bag is None or not self._recording or time.monotonic() < self._retry_s
+                or not self.is_in_charge()):
+            return None
+        known = None if self._known is None else self._known.poses.part
+        return next_part(known, self._within(bag.time_s), _bounded(bag.rate), self._duration_s)
+
+    def _extend(self, recording: Tuple[object, ...], part: Part) -> None:
+        try:
+            reading = self._reader.read(Part(round(part.begin_s, 9), round(part.end_s, 9)))
+        except ServiceUnreachable as error:
+            if self._retry_s:  # not for the first time: the player may just have ended
+                rospy.logwarn_throttle(_WARNING_S, f'{self._reader.topic}: its recorded '
+                                       f'velocities are not known: {error}')
+            self._retry_s = time.monotonic() + _RETRY_S
+            return
+        self._retry_s = 0.0
+        known = None if reading is None else self._joined(reading)
+        with self._changed:
+            if self._recording is recording:
+                self._is_played, self._known = reading is not None, known
+                self._problem = '' if reading is None else reading.problem
+        self._on_change()
+
+    def _joined(self, reading: Reading) -> _Known:
+        poses, before = reading.poses, self._known
+        if before is not None and (before.poses.part.end_s == poses.part.begin_s
+                                   or before.poses.part.begin_s == poses.part.end_s):
+            poses = before.poses.joined(poses)
+        bag = self._clock.bag_time(time.time())
+        if bag is not None:
+            poses = poses.only(kept_part(self._within(bag.time_s), _bounded(bag.rate)))
+        return _Known(poses, poses.velocity(self._window_s, reading.period_s))
+
+
+def _bounded(rate: float) -> float:
+    """Return the rate for which poses are read ahead; at higher ones velocities may be missing."""
+    return min(max(rate, -MAX_RATE), MAX_RATE)

@@ -1,0 +1,153 @@
+"""Reads the poses of a tool from a part of the recording, by the player's service ~read."""
+from __future__ import annotations
+
+import math
+from functools import partial
+from operator import itemgetter
+from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Tuple
+
+import genpy
+import rospy
+
+from process_visualizer.clients.service_connection import ServiceConnection
+from process_visualizer.motion.recorded_poses import Part, RecordedPose, RecordedPoses
+from process_visualizer.nodes.robot.pose_decoder import FramesNotConnected, PoseDecoder
+from process_visualizer.nodes.robot.recorded_joints import RecordedJoints
+from process_visualizer.nodes.robot.robot_messages import ToolPose
+from process_visualizer.srv import ReadTopic
+
+SERVICE = '/bag_player/read'
+JOINTS_HZ = 100.0
+"""At most so many of the joint states count, as of those that robot_state_publisher takes."""
+_ANSWER_S = 5.0
+_NS = 1e-9
+_SHORTEST = 0.9  # of a period: joint states come unevenly
+_Event = Tuple[float, Callable[[], Optional[ToolPose]]]  # when recorded [s], and what it brings
+Decoders = Callable[[str], Optional[PoseDecoder]]
+
+
+class Reading(NamedTuple):
+    """What was read: the poses, their period [s], and why there are none, where they are cut off.
+
+    Cut off: something between the tool and the base frame is missing.
+    """
+
+    poses: RecordedPoses
+    period_s: float
+    problem: str = ''
+
+
+class _Messages(NamedTuple):
+    """The messages of a topic with the positions [s] at which they were recorded."""
+
+    type: str
+    begin_s: float  # of the recording: bag time of position 0
+    period_s: float
+    messages: List[Tuple[float, bytes]]
+
+
+class RecordedReader:
+    """Reads one tool's poses; the robot's joints too, where the poses need them."""
+
+    def __init__(self, topic: str, decoders: Decoders, joints: Optional[RecordedJoints],
+                 preroll_s: float) -> None:
+        """Take what is read.
+
+        Args:
+            topic: what carries the poses.
+            decoders: returns a new decoder of messages of a type, None for one that is not taken.
+            joints: those of the robot, if it has a topic of them.
+            preroll_s: how much a decoder is given before the poses that are wanted [s].
+        """
+        self.topic = rospy.resolve_name(topic)
+        self._decoders, self._joints, self._preroll_s = decoders, joints, preroll_s
+        self._needs_joints = False
+        self._service = ServiceConnection(rospy.resolve_name(SERVICE), ReadTopic, _ANSWER_S)
+
+    def read(self, part: Part) -> Optional[Reading]:
+        """Return the poses of a part of the recording; None if they are not played.
+
+        Raises:
+            ServiceUnreachable: the player cannot be asked.
+        """
+        reach = Part(max(part.begin_s - self._preroll_s, 0.0), part.end_s)
+        tool = self._messages(self.topic, reach)
+        reading = None if self._needs_joints else self._decoded(part, tool, None)
+        if self._joints is None or (reading is not None and not reading.problem):
+            return reading
+        topic = rospy.resolve_name(self._joints.topic)
+        joints = self._messages(topic, reach)
+        self._needs_joints = joints is not None
+        if joints is None and reading is not None:
+            return reading._replace(problem=f'{reading.problem}; record {topic} too, by which it '
+                                    'would be known')
+        return self._decoded(part, tool, joints)
+
+    def _messages(self, topic: str, part: Part) -> Optional[_Messages]:
+        """Return the messages of a topic; None if it is not played."""
+        messages: List[Tuple[float, bytes]] = []
+        begin_s = part.begin_s
+        while True:
+            answer = self._service.call(topic, begin_s, part.end_s)
+            if not answer.success:
+                return None
+            end = 0
+            for recorded_s, size in zip(answer.positions, answer.sizes):
+                end += size
+                messages.append((recorded_s, answer.data[end - size:end]))
+            if answer.end >= part.end_s:
+                return _Messages(answer.type, answer.recording_begin.to_sec(), answer.period,
+                                 messages)
+            begin_s = answer.end + _NS
+
+    def _decoded(self, part: Part, tool: Optional[_Messages],
+                 joints: Optional[_Messages]) -> Optional[Reading]:
+        decoder = self._decoders('' if tool is None else tool.type)
+        if decoder is None:
+            return None
+        events = [] if joints is None else list(self._joint_events(decoder, joints))
+        if tool is None and not events:
+            return None
+        if tool is not None:
+            events += [(recorded_s, partial(decoder.pose, message))
+                       for recorded_s, message in tool.messages]
+        source = tool or joints
+        assert source is not None
+        poses, problem = _collected(events, source.begin_s)
+        return Reading(RecordedPoses(part, [it for it in poses if it.recorded_s >= part.begin_s]),
+                       source.period_s, '' if poses else problem)
+
+    def _joint_events(self, decoder: PoseDecoder, joints: _Messages) -> Iterator[_Event]:
+        assert self._joints is not None
+        positions: Dict[str, float] = {}
+        next_s = -math.inf
+        for recorded_s, message in joints.messages:
+            try:
+                found = self._joints.decode(joints.type, message, joints.begin_s + recorded_s)
+            except ValueError:
+                continue  # joint_proc tells of it when it is played
+            positions.update(found.positions)
+            if found.positions and recorded_s >= next_s:
+                next_s = recorded_s + _SHORTEST / JOINTS_HZ
+                yield recorded_s, partial(decoder.take_joints, dict(positions), found.stamp)
+
+
+def _collected(events: List[_Event], recording_s: float) -> Tuple[List[RecordedPose], str]:
+    """Return the poses that some events bring, in their order, and why one brought none.
+
+    Messages that cannot be used are left out: they are told of when they are played.
+    """
+    poses: List[RecordedPose] = []
+    problem = ''
+    for recorded_s, take in sorted(events, key=itemgetter(0)):
+        try:
+            pose = take()
+        except FramesNotConnected as error:
+            problem = str(error)
+            continue
+        except (ValueError, genpy.DeserializationError):
+            continue
+        if pose is not None:
+            stamp_s = pose.stamp_s - recording_s if pose.stamp_s else math.nan
+            poses.append(RecordedPose(recorded_s, stamp_s, pose.position, pose.quaternion))
+    return poses, problem

@@ -1,0 +1,74 @@
+"""Subscribes what brings the tool's pose, and understands recorded messages of it likewise."""
+from __future__ import annotations
+
+from typing import Callable, Mapping, Optional
+
+import rospy
+
+from process_visualizer.motion.joint_history import JointHistory
+from process_visualizer.motion.kinematics import Kinematics
+from process_visualizer.nodes.common.complaints import Complaints
+from process_visualizer.nodes.common.parameters import RobotParameters
+from process_visualizer.nodes.robot.base_frames import BaseFrames
+from process_visualizer.nodes.robot.frame_reader import TF_MESSAGE, FrameReader
+from process_visualizer.nodes.robot.message_reader import Decoder, TopicReader
+from process_visualizer.nodes.robot.pose_decoder import PoseDecoder
+from process_visualizer.nodes.robot.robot_messages import POSE_DECODERS, ToolPose
+
+
+class ToolInput:
+    """The tool's poses, from messages of a pose or of transforms; each in the base frame."""
+
+    def __init__(self, parameters: RobotParameters, complaints: Complaints,
+                 callback: Callable[[ToolPose], None], on_static: Callable[[], None],
+                 base_frames: BaseFrames, model: Kinematics) -> None:
+        """Subscribe, if there is a topic.
+
+        Args:
+            parameters, complaints, base_frames, model: the robot processor's.
+            callback: called with each pose; may raise as that of TopicReader.
+            on_static: called when static transforms have changed that the poses depend on.
+        """
+        self._topic, self._callback = parameters.tool_center_frame, callback
+        self._base_frames = base_frames
+        self._frames: Optional[FrameReader] = None
+        if self._topic.message_type == TF_MESSAGE:
+            frame = self._topic.frame or parameters.tool_frame
+            self._frames = FrameReader(complaints, self._topic.name, parameters.base_frame, frame,
+                                       callback, on_static, model, base_frames.name)
+        elif self._topic.name:
+            TopicReader(complaints, self._topic.name, self._topic.message_type,
+                        POSE_DECODERS, self._take)
+
+    def decoder(self, message_type: str) -> Optional[PoseDecoder]:
+        """Return what understands messages of a type, in their order; None if it is not taken.
+
+        Where there are none ('') joints may do, which move the frame of a tool that is in tf.
+        """
+        if self._frames is not None:
+            return self._frames.decoder() if message_type in ('', TF_MESSAGE) else None
+        decode = POSE_DECODERS.get(message_type)
+        if decode is None or self._topic.message_type not in ('', message_type):
+            return None
+        return _MessageDecoder(decode, self._base_frames)
+
+    def _take(self, pose: ToolPose) -> None:
+        self._callback(self._base_frames.in_base(pose))
+
+
+class _MessageDecoder(PoseDecoder):
+    """Of messages that hold a pose, in any frame; a joint may lie before that."""
+
+    def __init__(self, decode: Decoder[ToolPose], base_frames: BaseFrames) -> None:
+        self._decode, self._base_frames = decode, base_frames
+        self._joints = JointHistory()
+
+    def pose(self, message: bytes) -> Optional[ToolPose]:
+        """See PoseDecoder."""
+        return self._base_frames.in_base(self._decode(message), self._joints)
+
+    def take_joints(self, positions: Mapping[str, float], stamp: rospy.Time
+                    ) -> Optional[ToolPose]:
+        """See PoseDecoder."""
+        self._joints.add(stamp.to_sec(), positions)
+        return None

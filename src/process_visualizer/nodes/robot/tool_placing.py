@@ -1,0 +1,164 @@
+"""Finds the frame in which a robot's arrows are drawn, and tells what does not fit together."""
+from __future__ import annotations
+
+import math
+import time
+from typing import Any, Dict, Optional
+
+import genpy
+import rospy
+from sensor_msgs.msg import JointState
+from tf2_msgs.msg import TFMessage
+
+from process_visualizer.motion.kinematics import Kinematics, Placement
+from process_visualizer.motion.tool_place import (
+    MOTION_S,
+    Difference,
+    ToolDifference,
+    ToolPlace,
+    base_place,
+)
+from process_visualizer.nodes.common.complaints import Complaints
+from process_visualizer.nodes.common.parameters import RobotParameters
+from process_visualizer.nodes.robot.frame_reader import STATIC_TOPIC, TF_MESSAGE
+from process_visualizer.nodes.robot.robot_messages import ToolPose, deserialize
+from process_visualizer.nodes.robot.tool_study import ToolStudy, describe, values
+
+PATIENCE_S = 5.0  # before something that is missing is told: the other nodes start too
+LOOK_PERIOD_S = 1.0
+LOG_PERIOD_S = 30.0
+ABOUT = 'tool frame'
+
+
+class ToolPlacer:
+    """Where the tool is, as the robot's model has it: that is what RViz draws.
+
+    The model's joints tell how the tool frame is turned in the base frame; so an arrow that is
+    drawn in the tool frame points right whatever the driver's orientations mean, and moves with
+    the drawn robot. Where there is no model, or the tool frame is not fixed to it, arrows are
+    drawn in the base frame, at the reported position.
+    """
+
+    def __init__(self, parameters: RobotParameters, kinematics: Kinematics,
+                 complaints: Complaints) -> None:
+        """Take the frames and limits, and the model; listen to fixed frames if it needs them."""
+        self._complaints = complaints
+        self._parameters = parameters
+        self._kinematics = kinematics
+        self._joint_states = b''
+        self._positions: Dict[str, float] = {}
+        self._difference = ToolDifference()
+        self._speed_m_per_s = self._turning_rad_per_s = 0.0
+        self._study = ToolStudy(kinematics, parameters.base_frame, parameters.tool_frame)
+        self._is_placed = True
+        self._next_look_s = time.monotonic() + PATIENCE_S
+        if kinematics.links and parameters.tool_frame not in kinematics.links:
+            rospy.Subscriber(STATIC_TOPIC, rospy.AnyMsg, self._on_static)
+
+    def take_joints(self, message: bytes) -> None:
+        """Take a sensor_msgs/JointState as it came."""
+        self._joint_states = message
+
+    def place(self, pose: ToolPose, is_fresh: bool) -> ToolPlace:
+        """Return where to draw what belongs to a tool.
+
+        Args:
+            pose: the last one that was reported.
+            is_fresh: pose and joint states have come lately, so that they can be compared.
+        """
+        frame, model = self._parameters.tool_frame, self._model_placement()
+        self._is_placed = model is not None
+        if model is None:
+            if pose.child_frame == frame:  # tf itself says how that frame is turned
+                return ToolPlace(frame, pose.quaternion, (0.0, 0.0, 0.0), pose.position)
+            return base_place(self._parameters.base_frame, pose.position)
+        if is_fresh:
+            quaternion = pose.quaternion if pose.has_rotation else None
+            self._difference.add(model, pose.position, quaternion)
+            if self._may_learn():
+                self._study.look(time.monotonic(), self._positions, pose.position, quaternion)
+        return ToolPlace(frame, model.quaternion, self._foot(), model.position)
+
+    def note_motion(self, speed_m_per_s: float, turning_rad_per_s: float) -> None:
+        """Take how fast the tool moves and turns, on which depends what can be compared."""
+        self._speed_m_per_s, self._turning_rad_per_s = speed_m_per_s, turning_rad_per_s
+
+    def look(self) -> None:
+        """Complain of a tool frame that cannot be used, or is not where the tool is reported."""
+        now_s = time.monotonic()
+        if now_s < self._next_look_s:
+            return
+        self._next_look_s = now_s + LOOK_PERIOD_S
+        problem = self._problem()
+        finding = self._study.finding
+        if problem and finding is not None and self._may_learn():
+            parameters = self._parameters
+            topic = rospy.resolve_name(parameters.tool_center_frame.name)
+            text = describe(parameters.robot_name, topic, parameters.tool_frame, finding)
+            self._complaints.state(ABOUT, text, values(finding), LOG_PERIOD_S)
+        elif problem:
+            self._complaints.state(ABOUT, problem, log_period_s=LOG_PERIOD_S)
+        else:
+            self._complaints.end(ABOUT)
+
+    def _foot(self) -> 'tuple[float, float, float]':
+        """Return where arrows begin in the tool frame: at its origin if the tool is there."""
+        difference = self._difference.median()
+        if self._parameters.foot_at_tool_frame or self._is_near(difference):
+            return 0.0, 0.0, 0.0
+        return difference.offset
+
+    def _may_learn(self) -> bool:
+        """Tell whether the tool frame was chosen here, and is not where the tool is reported."""
+        return (not self._parameters.foot_at_tool_frame and self._difference.is_settled()
+                and not self._is_near(self._difference.median()))
+
+    def _is_near(self, difference: Difference) -> bool:
+        limit_m = self._parameters.tool_limit_m + MOTION_S * self._speed_m_per_s
+        return difference.distance_m() <= limit_m
+
+    def _is_turned(self, difference: Difference) -> bool:
+        limit_rad = self._parameters.tool_limit_rad + MOTION_S * self._turning_rad_per_s
+        return difference.angle > limit_rad  # never for NaN
+
+    def _problem(self) -> str:
+        parameters = self._parameters
+        if not self._is_placed:
+            if not self._kinematics.links:
+                return ''
+            return (f'where the tool frame {parameters.tool_frame} is in {parameters.base_frame} '
+                    'is not known, as it is not fixed to the model, or the positions of joints '
+                    'before it are not known; arrows begin at the reported position')
+        difference = self._difference.median()
+        if not self._difference.is_settled() \
+                or (self._is_near(difference) and not self._is_turned(difference)):
+            return ''
+        turn = '' if math.isnan(difference.angle) else f' and {math.degrees(difference.angle):.0f}°'
+        foot = 'of the tool frame' if parameters.foot_at_tool_frame \
+            or self._is_near(difference) else 'that is reported'
+        return (f'the tool pose on {rospy.resolve_name(parameters.tool_center_frame.name)} and '
+                f'the tool frame {parameters.tool_frame} of the model are '
+                f'{difference.distance_m():.3f} m{turn} apart; arrows begin at the position '
+                f'{foot}. If another frame is meant, name it in <tool>')
+
+    def _model_placement(self) -> Optional[Placement]:
+        if self._joint_states:
+            state = self._decoded(self._joint_states)
+            self._joint_states = b''
+            self._positions.update(zip(state.name, state.position))
+        return self._kinematics.placement(self._parameters.tool_frame,
+                                          self._parameters.base_frame, self._positions)
+
+    def _decoded(self, message: bytes) -> Any:
+        try:
+            return deserialize(JointState, message)
+        except genpy.DeserializationError:  # not from the joint processor, which checks its own
+            return JointState()
+
+    def _on_static(self, message: Any) -> None:
+        if message._connection_header['type'] != TF_MESSAGE:
+            return
+        for found in deserialize(TFMessage, message._buff).transforms:
+            place, turn = found.transform.translation, found.transform.rotation
+            self._kinematics.fix(found.header.frame_id, found.child_frame_id, Placement(
+                (place.x, place.y, place.z), (turn.x, turn.y, turn.z, turn.w)))

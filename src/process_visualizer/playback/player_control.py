@@ -1,0 +1,143 @@
+"""The commands that a user can give to the player, in seconds, with answers as texts."""
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, Optional, Tuple
+
+from process_visualizer.playback.engine import Playback, Step
+from process_visualizer.playback.timeline import (
+    NS_PER_S,
+    Basis,
+    CommandRefused,
+    Timeline,
+    duration_s,
+)
+
+
+class PlayerStatus(NamedTuple):
+    """What the player does now; positions are seconds from the beginning."""
+
+    position_s: float
+    duration_s: float
+    rate: float
+    achieved_rate: float
+    paused: bool
+    loop: Optional[Tuple[float, float]]
+    segment: int
+    since_ns: int  # monotonic time from which on the position has run as it does
+    monotonic_ns: int  # the time for which the position holds
+
+
+class PlayerControl:
+    """Commands for any thread. Each returns what was done, as a text, or changes nothing.
+
+    All of them raise CommandRefused, with the reason, for what cannot be met.
+    """
+
+    def __init__(self, timeline: Timeline, playback: Playback) -> None:
+        """Take what the commands go to."""
+        self._timeline = timeline
+        self._playback = playback
+        self._stands = False
+
+    @property
+    def stands(self) -> bool:
+        """Tell whether the last command of its kind said that it is to stand still."""
+        return self._stands
+
+    def status(self) -> PlayerStatus:
+        """Return what the player does now."""
+        basis, now_ns = self._timeline.now()
+        loop = basis.loop and (self._seconds(basis.loop[0]), self._seconds(basis.loop[1]))
+        return PlayerStatus(self._seconds(basis.position_at(now_ns)), duration_s(basis),
+                            basis.rate, self._timeline.achieved_rate(), basis.paused, loop,
+                            basis.segment, basis.monotonic_ns, now_ns)
+
+    def play(self) -> str:
+        """Play on; from the end, where nothing is left, start over."""
+        self._stands = False
+        self._timeline.play()
+        return self._where('playing')
+
+    def pause(self) -> str:
+        """Stand still."""
+        self._stands = True
+        self._timeline.pause()
+        return self._where('paused')
+
+    def toggle_paused(self) -> str:
+        """Play if paused, pause if playing."""
+        self._timeline.toggle_paused()
+        return self._where('paused' if self._timeline.basis.paused else 'playing')
+
+    def stop(self) -> str:
+        """Stand still at the beginning."""
+        self._stands = True
+        self._timeline.stop()
+        return self._arrived('stopped at')
+
+    def seek(self, position_s: float) -> str:
+        """Go to a position [s], at most to the nearer end."""
+        return self._timeline.seek(self._bag_ns('the position', position_s)) or self._arrived('at')
+
+    def seek_by(self, duration_s_: float) -> str:
+        """Go on or (below 0) back by a time [s], at most to the nearer end."""
+        return self.seek(self._seconds(self._timeline.position_ns()) + duration_s_)
+
+    def set_rate(self, rate: float) -> str:
+        """Change the rate; below 0 backwards."""
+        self._timeline.set_rate(rate)
+        return f'rate {rate:g}'
+
+    def step(self, count: int, topic: str = '', duration_s_: float = 0.0) -> str:
+        """Pause and move by messages, of one topic or ('') of all, or (count 0) by a time [s]."""
+        step = Step(count, topic, _nanoseconds('the duration', duration_s_))
+        if not count and not step.duration_ns:
+            raise CommandRefused('a step needs a count of messages or a duration other than 0')
+        self._stands = True
+        changed = self._playback.step(step).changed
+        return self._arrived(f'{changed}: at' if changed else 'at')
+
+    def toggle_pause_topics(self) -> str:
+        """Pause no more before the messages of some topics, or again."""
+        pauses = self._playback.course.toggle_pauses()
+        return 'pausing at topics' if pauses else 'not pausing at topics'
+
+    def set_loop(self, loop: bool, begin_s: float = 0.0, end_s: float = 0.0) -> str:
+        """Repeat what is between two positions [s], all if both are 0; or no more."""
+        if not loop:
+            self._timeline.clear_loop()
+            return 'no loop'
+        basis = self._timeline.basis
+        if not (begin_s or end_s):
+            begin_ns, end_ns = basis.begin_ns, basis.end_ns
+        else:
+            begin_ns = self._bag_ns('the begin of the loop', begin_s)
+            end_ns = self._bag_ns('the end of the loop', end_s)
+        inner_ns = max(begin_ns, basis.begin_ns), min(end_ns, basis.end_ns)
+        self._timeline.set_loop(*inner_ns)
+        changed = '' if inner_ns == (begin_ns, end_ns) else (
+            f' instead of {begin_s:.3f} to {end_s:.3f} s, which is more than there is')
+        return f'loop from {self._seconds(inner_ns[0]):.3f} to {self._seconds(inner_ns[1]):.3f} s' \
+            + changed
+
+    def _arrived(self, verb: str) -> str:
+        """Where it is, and of which topics nothing can be shown there."""
+        absent = self._playback.not_begun(self._timeline.position_ns())
+        return self._where(verb) + (f'; nothing yet on {", ".join(absent)}' if absent else '')
+
+    def _where(self, verb: str) -> str:
+        return f'{verb} {self._seconds(self._timeline.position_ns()):.3f} s'
+
+    def _seconds(self, bag_ns: int) -> float:
+        return (bag_ns - self._timeline.basis.begin_ns) / NS_PER_S
+
+    def _bag_ns(self, what: str, position_s: float) -> int:
+        basis: Basis = self._timeline.basis
+        return basis.begin_ns + _nanoseconds(what, position_s)
+
+
+def _nanoseconds(what: str, seconds: float) -> int:
+    if not math.isfinite(seconds):
+        raise CommandRefused(f'{what} must be a number, not {seconds}')
+    return round(seconds * NS_PER_S)

@@ -1,0 +1,140 @@
+"""Stamps of the recording to stamps of today, so that nothing downstream sees that data is old."""
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections import OrderedDict
+from typing import List, Optional
+
+from process_visualizer.playback.clock import Clock
+from process_visualizer.playback.timeline import NS_PER_S, Basis
+
+MAX_DISTANCE_NS = NS_PER_S  # of a stamp from the time of its message
+MAX_AGE_NS = 3 * NS_PER_S  # of a wall stamp: tf2 forgets after 10 s
+CLOCK_SET_NS = NS_PER_S // 100
+SLEW_NS = 1_000
+MEMORY = 8192
+
+
+class StampMapping:
+    """Maps the stamps inside messages to wall time, for the one thread that publishes.
+
+    While playing, a stamp is mapped like the time of its message: bag intervals become wall
+    intervals divided by the rate. What would lie in the future (stamps after the time of their
+    message, and all stamps before it when playing backwards) moves the whole mapping back by a
+    common lag. A stamp far from the time of its message (another computer's clock) counts as
+    less far, so that it neither holds up the others nor becomes too old for tf2.
+
+    While paused, and for what is restored after a jump, a stamp is now. Stamps that are equal in
+    the recording are equal here, until a new scene (a seek, a step back, a turn) publishes the
+    same messages again. Between two commands, order is kept; after one, nothing is stamped before
+    what was stamped until then, but for stamps that are equal to those. A wall clock that is set
+    back is followed: no stamp in the future matters more.
+    """
+
+    def __init__(self, clock: Optional[Clock] = None) -> None:
+        """Take the clock of the timeline."""
+        self._clock = clock or Clock()
+        self._command = self._scene = -1
+        self._known: OrderedDict[int, int] = OrderedDict()  # bag stamp -> wall stamp
+        self._remembered = 0
+        self._order = OrderKeeper()
+        self._floor_ns = self._lag_ns = self._offset_ns = self._wall_ns = 0
+
+    @property
+    def remembered(self) -> int:
+        """How many different stamps were mapped so far: a mark for ``forget_since``."""
+        return self._remembered
+
+    def stamp(self, basis: Basis, stamp_ns: int, message_ns: int,
+              shown_ns: Optional[int] = None, sent_ns: int = 0) -> int:
+        """Return the wall stamp [ns] of a bag stamp in a message recorded at a bag time [ns].
+
+        The message is sent at a monotonic time [ns], now if that has passed. Where it is not shown
+        at the time when it was recorded, as in playing backwards, ``shown_ns`` is the bag time at
+        which it is; its stamps move with it.
+        """
+        if basis.paused:
+            return self.present(basis, stamp_ns)
+        now_ns = self._follow(basis)
+        if stamp_ns not in self._known:
+            near_ns = nearby(basis, stamp_ns, message_ns)
+            near_ns += 0 if shown_ns is None else shown_ns - message_ns
+            sent_wall_ns = max(now_ns, sent_ns + self._offset_ns)
+            wall_ns = max(self._mapped(basis, near_ns, sent_wall_ns), self._floor_ns)
+            self._remember(stamp_ns, self._order.fit(near_ns if basis.forward else -near_ns,
+                                                     wall_ns))
+        return self._known[stamp_ns]
+
+    def present(self, basis: Basis, stamp_ns: int) -> int:
+        """Return the wall stamp [ns] of a bag stamp in a message that is restored: now."""
+        now_ns = self._follow(basis)
+        if stamp_ns not in self._known:
+            self._remember(stamp_ns, now_ns)
+            self._floor_ns = now_ns
+            self._order = OrderKeeper()
+        return self._known[stamp_ns]
+
+    def forget(self) -> None:
+        """Stamp anew what is published again, as somebody has not seen it yet."""
+        self._known.clear()
+
+    def forget_since(self, remembered: int) -> None:
+        """Forget the stamps mapped since a mark, as their messages were not sent after all."""
+        for _ in range(min(self._remembered - remembered, len(self._known))):
+            self._known.popitem()
+        self._remembered = remembered
+
+    def _mapped(self, basis: Basis, near_ns: int, sent_ns: int) -> int:
+        due_ns = basis.due_ns(near_ns)
+        assert due_ns is not None, 'the basis is not paused'
+        wall_ns = due_ns + self._offset_ns
+        self._lag_ns = max(self._lag_ns, wall_ns - sent_ns)
+        return wall_ns - self._lag_ns
+
+    def _follow(self, basis: Basis) -> int:
+        """Take note of commands and of the wall clock; return the wall time [ns]."""
+        monotonic_ns, now_ns = self._clock.monotonic_ns(), self._clock.wall_ns()
+        error_ns = now_ns - monotonic_ns - self._offset_ns
+        set_back = now_ns < self._wall_ns
+        if basis.scene != self._scene or set_back:
+            self._known.clear()
+        if basis.command != self._command or set_back or abs(error_ns) > CLOCK_SET_NS:
+            self._floor_ns, self._lag_ns, self._order = now_ns, 0, OrderKeeper()
+            self._offset_ns += error_ns
+        else:  # the wall clock may be slewed
+            self._offset_ns += min(max(error_ns, -SLEW_NS), SLEW_NS)
+        self._scene, self._command, self._wall_ns = basis.scene, basis.command, now_ns
+        return now_ns
+
+    def _remember(self, stamp_ns: int, wall_ns: int) -> None:
+        if len(self._known) >= MEMORY:
+            self._known.popitem(last=False)
+        self._known[stamp_ns] = wall_ns
+        self._remembered += 1
+
+
+class OrderKeeper:
+    """Keeps wall stamps in the order of their keys, by as little change as possible."""
+
+    def __init__(self) -> None:
+        self._keys: List[int] = []
+        self._walls: List[int] = []
+
+    def fit(self, key: int, wall_ns: int) -> int:
+        """Return the wall stamp [ns], between those of the neighbouring keys, and remember it."""
+        index = bisect_left(self._keys, key)
+        if index < len(self._keys):
+            wall_ns = min(wall_ns, self._walls[index])
+        if index > 0:
+            wall_ns = max(wall_ns, self._walls[index - 1])
+        self._keys.insert(index, key)
+        self._walls.insert(index, wall_ns)
+        if len(self._keys) > MEMORY:
+            del self._keys[:MEMORY // 2], self._walls[:MEMORY // 2]
+        return wall_ns
+
+
+def nearby(basis: Basis, stamp_ns: int, message_ns: int) -> int:
+    """Return the stamp [bag ns], moved near to the time of its message where it is far from it."""
+    reach_ns = min(MAX_DISTANCE_NS, int(MAX_AGE_NS * abs(basis.rate)))
+    return min(max(stamp_ns, message_ns - reach_ns), message_ns + reach_ns)

@@ -1,0 +1,69 @@
+"""Where a step leads: how many messages are passed afterwards, and at what time."""
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Optional
+
+import numpy as np
+
+from process_visualizer.bags.bag_index import BagIndex
+from process_visualizer.playback.timeline import Basis, CommandRefused, within
+
+
+@dataclass(frozen=True)
+class StepTarget:
+    """A number of messages that have been passed, and a position [bag ns] with just these.
+
+    ``changed`` says what is not as it was asked for; it is empty if all is.
+    """
+
+    count: int
+    bag_ns: int
+    changed: str = ''
+
+
+def step_by_messages(index: BagIndex, end_ns: int, passed: int, count: int,
+                     topic: str = '') -> StepTarget:
+    """Return the target of a step by messages, of one topic or ('') of all; below 0 backwards.
+
+    Forward it ends at a message, at or before ``end_ns`` [bag ns], backwards just before one: the
+    scene is as it was then. Where fewer messages are left, it ends with the last of them.
+
+    Raises:
+        CommandRefused: the topic is not in the recording, or no message is left that way.
+    """
+    positions = _positions(index, topic)
+    done = passed if positions is None else int(np.searchsorted(positions, passed))
+    total = index.count_until(end_ns)
+    total = total if positions is None else int(np.searchsorted(positions, total))
+    reached = min(max(done + count, 0), total)
+    of_topic = f' on {topic}' if topic else ''
+    if reached == done:
+        raise CommandRefused(f'there is no message {"after" if count > 0 else "before"} this '
+                             f'position{of_topic}')
+    before = reached
+    if positions is not None:
+        before = int(positions[reached - 1]) + 1 if count > 0 else int(positions[reached])
+    target, stepped = _target(index, before), abs(reached - done)
+    if stepped == abs(count):
+        return target
+    return replace(target, changed=f'only {stepped} of {abs(count)} messages are left{of_topic}')
+
+
+def step_by_time(index: BagIndex, basis: Basis, bag_ns: int) -> StepTarget:
+    """Return the target of a step to a bag time [ns], at most to the nearer end."""
+    target_ns, changed = within(basis, bag_ns)
+    return StepTarget(index.count_until(target_ns), target_ns, changed)
+
+
+def _positions(index: BagIndex, topic: str) -> Optional[np.ndarray]:
+    if not topic:
+        return None
+    connections = index.connections_of(topic)
+    if not connections:
+        raise CommandRefused(f'the topic {topic} is not in the recording, or not chosen')
+    return index.positions_of(connections)
+
+
+def _target(index: BagIndex, count: int) -> StepTarget:
+    return StepTarget(count, int(index.time_ns[count - 1]) if count else index.begin_ns)

@@ -1,0 +1,391 @@
+"""Playback time: which moment of the recording is now, whatever has been commanded before."""
+from __future__ import annotations
+
+import math
+import threading
+from dataclasses import dataclass, replace
+from typing import Any, Optional, Tuple
+
+from process_visualizer.playback.achieved_rate import AchievedRate
+from process_visualizer.playback.clock import Clock
+
+NS_PER_S = 1_000_000_000
+MIN_RATE = 0.01  # of what a user is offered; others may be asked for
+MAX_RATE = 16.0
+LOWEST_RATE = 1e-6
+HIGHEST_RATE = 1e6  # as fast as messages can be sent
+MIN_LOOP_NS = NS_PER_S // 10
+FOREVER_NS = 1 << 62
+
+
+class CommandRefused(Exception):
+    """A command that cannot be met and has changed nothing; the text says why."""
+
+
+@dataclass(frozen=True)
+class Basis:
+    """Playback time as a function of the monotonic clock, from one command to the next.
+
+    Times of the recording are bag times [ns since 1970]. Arithmetic is exact: the rate is taken
+    as the ratio of integers that a float is, so that a moment of the recording is reached exactly
+    when it is due: position_at(t) is at or behind b, seen in the direction of play, exactly for
+    t >= due_ns(b).
+    """
+
+    bag_ns: int  # the position at monotonic_ns
+    monotonic_ns: int
+    begin_ns: int  # of the recording
+    end_ns: int
+    rate: float = 1.0
+    paused: bool = True
+    held: bool = False  # paused, but only until somebody who listens has come so far
+    loop: Optional[Tuple[int, int]] = None  # [bag ns]
+    segment: int = 0  # grows where the position jumps: no velocity is computed across
+    scene: int = 0  # grows where messages that were published already may be published again
+    command: int = 0  # grows at each command: times before and after are not comparable
+    version: int = 0  # grows whenever a wait is interrupted, by a command or by another reason
+
+    @property
+    def forward(self) -> bool:
+        """Tell the direction of play."""
+        return self.rate > 0.0
+
+    @property
+    def limit_ns(self) -> int:
+        """Return the bag time at which play ends or jumps back to the other end of the loop.
+
+        From a position outside of the loop, and not before it, play goes on to the bounds.
+        """
+        if self.forward:
+            return self.loop[1] if self.loop and self.bag_ns <= self.loop[1] else self.end_ns
+        return self.loop[0] if self.loop and self.bag_ns >= self.loop[0] else self.begin_ns
+
+    def position_at(self, monotonic_ns: int) -> int:
+        """Return the bag time [ns] at a monotonic time; it stays at the limit."""
+        if self.paused:
+            return self.bag_ns
+        numerator, denominator = abs(self.rate).as_integer_ratio()
+        played_ns = max(monotonic_ns - self.monotonic_ns, 0) * numerator // denominator
+        if self.forward:
+            return min(self.bag_ns + played_ns, self.limit_ns)
+        return max(self.bag_ns - played_ns, self.limit_ns)
+
+    def due_ns(self, bag_ns: int) -> Optional[int]:
+        """Return the monotonic time [ns] at which a bag time is reached; None while paused.
+
+        For a bag time that has been passed already, this is a time in the past.
+        """
+        if self.paused:
+            return None
+        numerator, denominator = abs(self.rate).as_integer_ratio()
+        ahead_ns = bag_ns - self.bag_ns if self.forward else self.bag_ns - bag_ns
+        return self.monotonic_ns - (-ahead_ns * denominator) // numerator
+
+
+class Timeline:
+    """The basis of playback, changed by commands from any thread, and waits that these interrupt.
+
+    Reaching the limit (Basis.limit_ns) does nothing by itself: whoever publishes calls
+    pass_limit() once all messages up to it are published, so that none is lost.
+    """
+
+    def __init__(self, begin_ns: int, end_ns: int, clock: Optional[Clock] = None,
+                 head_start_ns: int = 0) -> None:
+        """Begin paused at the beginning of a recording, given its bounds [bag ns].
+
+        Play begins a head start [ns] after the command, so that the first messages can be
+        prepared by the time they are due.
+
+        Raises:
+            ValueError: the recording ends before it begins.
+        """
+        if end_ns < begin_ns:
+            raise ValueError(f'the end {end_ns} lies before the beginning {begin_ns}')
+        self._clock = clock or Clock()
+        self._head_start_ns = head_start_ns
+        self._changed = threading.Condition()
+        now_ns = self._clock.monotonic_ns()
+        self._basis = Basis(begin_ns, now_ns, begin_ns, end_ns)
+        self._achieved = AchievedRate(now_ns)
+
+    @property
+    def basis(self) -> Basis:
+        """Return the present basis; it is immutable."""
+        return self._basis
+
+    def now(self) -> Tuple[Basis, int]:
+        """Return the present basis and the monotonic time [ns] for which it was asked."""
+        with self._changed:
+            return self._basis, self._clock.monotonic_ns()
+
+    def position_ns(self) -> int:
+        """Return the present position [bag ns]."""
+        with self._changed:
+            return self._basis.position_at(self._clock.monotonic_ns())
+
+    def achieved_rate(self) -> float:
+        """Return the rate that was kept lately: nearer to zero than the rate if there were slips.
+
+        It is 0 while paused.
+        """
+        with self._changed:
+            if self._basis.paused:
+                return 0.0
+            return self._basis.rate * self._achieved.share(self._clock.monotonic_ns())
+
+    # Commands: each re-bases, with the position as it is now, and interrupts waits.
+
+    def play(self) -> None:
+        """Play on from the position; from the limit, where nothing is left, start over."""
+        with self._changed:
+            if self._basis.paused:
+                self._start()
+
+    def begin(self) -> None:
+        """Play from the position, also where that is the limit."""
+        with self._changed:
+            self._play_on()
+
+    def pause(self) -> None:
+        """Stand still at the position."""
+        with self._changed:
+            self._rebase(paused=True)
+
+    def toggle_paused(self) -> None:
+        """Play if paused, pause if playing."""
+        with self._changed:
+            if self._basis.paused:
+                self._start()
+            else:
+                self._rebase(paused=True)
+
+    def stop(self) -> None:
+        """Stand still at the beginning of the recording, whatever the direction."""
+        with self._changed:
+            self._jump(self._basis.begin_ns, paused=True)
+
+    def set_rate(self, rate: float) -> None:
+        """Change the rate (below zero: backwards); the position goes on from where it is.
+
+        Turning round begins no new segment, as the position does not jump, but a new scene.
+
+        Raises:
+            CommandRefused: the rate is 0, not a number, or too small or large.
+        """
+        checked_rate(rate)
+        with self._changed:
+            basis = self._basis
+            turned = (rate > 0.0) != basis.forward
+            self._rebase(rate=float(rate), scene=basis.scene + turned,
+                         paused=basis.paused and not basis.held)
+
+    def seek(self, bag_ns: int) -> str:
+        """Go to a bag time [ns] and keep playing or pausing; return what had to be changed.
+
+        A time outside of the recording is moved to its nearer end, which the text says; it is
+        empty if all went as asked.
+        """
+        with self._changed:
+            target_ns, changed = within(self._basis, bag_ns)
+            self._jump(target_ns)
+        return changed
+
+    def step_to(self, bag_ns: int, version: Optional[int] = None) -> Optional[Basis]:
+        """Pause at a bag time [ns] within the recording: a step, which begins no new segment.
+
+        A step back begins a new scene: what was published is published again. Returns the new
+        basis. With a version, nothing happens if a command came in between (see wait_until_due):
+        then it returns None.
+        """
+        with self._changed:
+            basis = self._basis
+            if version not in (None, basis.version):
+                return None
+            target_ns = min(max(bag_ns, basis.begin_ns), basis.end_ns)
+            back = target_ns < basis.position_at(self._clock.monotonic_ns())
+            self._rebase(bag_ns=target_ns, paused=True, scene=basis.scene + back)
+            return self._basis
+
+    def set_loop(self, begin_ns: int, end_ns: int) -> None:
+        """Repeat what is between two bag times [ns]; the position does not jump yet.
+
+        Raises:
+            CommandRefused: the times are in the wrong order, too close, or outside.
+        """
+        with self._changed:
+            self._check_loop(begin_ns, end_ns)
+            self._rebase(loop=(begin_ns, end_ns))
+
+    def clear_loop(self) -> None:
+        """Play to the end of the recording and no further."""
+        with self._changed:
+            self._rebase(loop=None)
+
+    def interrupt(self) -> None:
+        """End all waits, for another reason than a command."""
+        with self._changed:
+            self._basis = replace(self._basis, version=self._basis.version + 1)
+            self._changed.notify_all()
+
+    # For the one who publishes.
+
+    def wait_until_due(self, bag_ns: Optional[int], version: int, lead_ns: int = 0) -> bool:
+        """Wait until a bag time [ns] is due (None: for ever); False if a command came first.
+
+        With a lead, the wait ends so much earlier [ns]. The version is that of the basis from
+        which the caller concluded what to wait for: a command since then ends the wait before it
+        begins.
+        """
+        with self._changed:
+            while self._basis.version == version:
+                remaining_ns = self._remaining_ns(bag_ns) - lead_ns
+                if remaining_ns <= 0:
+                    return True
+                self._clock.wait(self._changed, remaining_ns)
+            return False
+
+    def wait_for_command(self, until_ns: Optional[int], version: int) -> bool:
+        """Wait for a command, at most until a monotonic time [ns]; False if none came.
+
+        See wait_until_due for the version.
+        """
+        with self._changed:
+            while self._basis.version == version:
+                remaining_ns = (FOREVER_NS if until_ns is None
+                                else until_ns - self._clock.monotonic_ns())
+                if remaining_ns <= 0:
+                    return False
+                self._clock.wait(self._changed, remaining_ns)
+            return True
+
+    def slip_to(self, bag_ns: int, version: int, begins: bool = False) -> None:
+        """Let a bag time [ns] that is overdue be due now: the machine could not keep up.
+
+        Or, where play ``begins`` there, after the head start.
+        All that follows comes later by the same time, so that there is no burst. The position
+        goes back to that time, which must lie within the recording. Nothing happens
+        if the time is still to come, or if a command came in between (see wait_until_due).
+        """
+        with self._changed:
+            due_ns, now_ns = self._basis.due_ns(bag_ns), self._clock.monotonic_ns()
+            if self._basis.version != version or due_ns is None or due_ns >= now_ns:
+                return
+            later_ns = now_ns + (self._head_start_ns if begins else 0)
+            self._basis = replace(self._basis, bag_ns=bag_ns, monotonic_ns=later_ns)
+            self._achieved.lose(now_ns, later_ns - due_ns)
+
+    def skip_to(self, bag_ns: int, version: int) -> None:
+        """Go on at a later bag time [ns], as nothing is before it: no new scene begins.
+
+        Nothing happens if a command came in between (see wait_until_due); so with the next two.
+        """
+        with self._changed:
+            if self._basis.version == version:
+                self._rebase(bag_ns=bag_ns, segment=self._basis.segment + 1,
+                             monotonic_ns=self._clock.monotonic_ns() + self._head_start_ns)
+
+    def pause_at(self, bag_ns: int, version: int) -> None:
+        """Pause at a bag time [ns] that has just been reached."""
+        with self._changed:
+            if self._basis.version == version:
+                self._rebase(bag_ns=bag_ns, paused=True)
+
+    def hold(self, version: int) -> None:
+        """Stand still until ``release``, or a command."""
+        with self._changed:
+            if self._basis.version == version:
+                self._rebase(paused=True, held=True)
+
+    def release(self) -> None:
+        """Play on, if it is held."""
+        with self._changed:
+            if self._basis.held:
+                self._rebase(paused=False)
+
+    def pass_limit(self, version: int) -> None:
+        """At the limit, jump back to the other end of the loop, or pause if there is none.
+
+        Nothing happens elsewhere, or if a command came in between (see wait_until_due).
+        """
+        with self._changed:
+            basis = self._basis
+            position_ns = basis.position_at(self._clock.monotonic_ns())
+            if basis.version != version or basis.paused or position_ns != basis.limit_ns:
+                return
+            if basis.loop:
+                self._jump(basis.loop[0] if basis.forward else basis.loop[1])
+            else:
+                self._rebase(paused=True)
+
+    def _remaining_ns(self, bag_ns: Optional[int]) -> int:
+        due_ns = None if bag_ns is None else self._basis.due_ns(bag_ns)
+        now_ns = self._clock.monotonic_ns()
+        return FOREVER_NS if due_ns is None else due_ns - now_ns
+
+    def _start(self) -> None:
+        basis = self._basis
+        if basis.loop or basis.bag_ns != basis.limit_ns:
+            self._play_on()
+        else:
+            self._jump(basis.begin_ns if basis.forward else basis.end_ns, paused=False)
+
+    def _play_on(self) -> None:
+        self._rebase(paused=False, monotonic_ns=self._clock.monotonic_ns() + self._head_start_ns)
+
+    def _jump(self, bag_ns: int, **changes: Any) -> None:
+        basis = self._basis
+        changes.setdefault('paused', basis.paused and not basis.held)
+        self._rebase(bag_ns=bag_ns, segment=basis.segment + 1, scene=basis.scene + 1, **changes)
+
+    def _rebase(self, **changes: Any) -> None:
+        basis, now_ns = self._basis, self._clock.monotonic_ns()
+        changes.setdefault('bag_ns', basis.position_at(now_ns))
+        changes.setdefault('monotonic_ns', now_ns)
+        if 'paused' in changes:
+            changes.setdefault('held', False)
+        self._basis = replace(basis, command=basis.command + 1, version=basis.version + 1,
+                              **changes)
+        self._achieved.restart(now_ns)
+        self._changed.notify_all()
+
+    def _check_loop(self, begin_ns: int, end_ns: int) -> None:
+        basis = self._basis
+        begin_s = (begin_ns - basis.begin_ns) / NS_PER_S
+        end_s = (end_ns - basis.begin_ns) / NS_PER_S
+        if end_ns - begin_ns < MIN_LOOP_NS:
+            raise CommandRefused(f'a loop from {begin_s:.3f} to {end_s:.3f} s: its end must be '
+                                 f'at least {MIN_LOOP_NS / NS_PER_S} s after its beginning')
+        if begin_ns < basis.begin_ns or end_ns > basis.end_ns:
+            raise CommandRefused(f'a loop from {begin_s:.3f} to {end_s:.3f} s is outside of the '
+                                 f'recording (0 to {duration_s(basis):.3f} s)')
+
+
+def within(basis: Basis, bag_ns: int) -> Tuple[int, str]:
+    """Return the nearest bag time [ns] within the recording, and what had to be changed."""
+    target_ns = min(max(bag_ns, basis.begin_ns), basis.end_ns)
+    if target_ns == bag_ns:
+        return target_ns, ''
+    asked_s, length_s = (bag_ns - basis.begin_ns) / NS_PER_S, duration_s(basis)
+    where = 'the beginning' if bag_ns < target_ns else 'the end'
+    return target_ns, (f'{asked_s:.3f} s is outside of the recording (0 to {length_s:.3f} s): '
+                       f'moved to {where}')
+
+
+def duration_s(basis: Basis) -> float:
+    """Return how long the recording is [s]."""
+    return (basis.end_ns - basis.begin_ns) / NS_PER_S
+
+
+def checked_rate(rate: float) -> None:
+    """Check a rate.
+
+    Raises:
+        CommandRefused: the rate is 0, not a number, or too small or large.
+    """
+    if not math.isfinite(rate):
+        raise CommandRefused(f'the rate must be a number, not {rate}')
+    if rate == 0.0:
+        raise CommandRefused('the rate must not be 0: pause instead')
+    if not LOWEST_RATE <= abs(rate) <= HIGHEST_RATE:
+        raise CommandRefused(f'the rate must be from {LOWEST_RATE:g} to {HIGHEST_RATE:g}, or '
+                             f'from -{HIGHEST_RATE:g} to -{LOWEST_RATE:g} backwards, not {rate:g}')

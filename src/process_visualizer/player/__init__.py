@@ -1,0 +1,1 @@
+"""The player as a node: the engine with its publishers, services and state (rospy)."""

@@ -1,0 +1,371 @@
+"""The player: publishes a recording, with services to move freely in its time."""
+from __future__ import annotations
+
+import os
+import threading
+import time
+import traceback
+from typing import List, NamedTuple, Optional, Tuple
+
+import rospy
+
+from process_visualizer.bags.bag_errors import BagError
+from process_visualizer.bags.marks import Mark, mark_at, read_marks
+from process_visualizer.bags.recording import Recording
+from process_visualizer.health.other_publishers import (
+    SHARED_TOPICS,
+    Others,
+    PublisherWatch,
+    described,
+    other_publishers,
+)
+from process_visualizer.motion.playback_clock import PlaybackClock, PlaybackState
+from process_visualizer.msg import PlayerState, TopicCount
+from process_visualizer.nodes.common.process_end import at_shutdown
+from process_visualizer.playback.course import Course
+from process_visualizer.playback.engine import Playback
+from process_visualizer.playback.play_summary import play_summary, printable
+from process_visualizer.playback.player_control import PlayerControl
+from process_visualizer.playback.progress import Progress
+from process_visualizer.playback.scene import sources
+from process_visualizer.playback.timeline import NS_PER_S, Timeline
+from process_visualizer.playback.topic_choice import TopicChoice
+from process_visualizer.player.bag_publishers import BagPublishers, published_topics
+from process_visualizer.player.player_services import PlayerServices
+from process_visualizer.player.player_state import StatePublisher
+from process_visualizer.player.rate_control import RateControl
+from process_visualizer.player.simulated_clock import SimulatedClock
+from process_visualizer.player.topic_conflicts import without_conflicts
+from process_visualizer.player.topic_reading import TopicReadingService
+
+DRAIN_S = 5.0
+HEAD_START_NS = 50_000_000
+"""Too short to be noticed, and enough to have the first messages ready when they are due."""
+SIGNALS_S = 0.5  # how long the main thread waits at most before it looks at signals
+REPEAT_S = 2.0
+"""While paused the scene is published again after so long: what has started meanwhile, or has lost
+it, need not subscribe topics of the player itself (a robot's model follows its /tf)."""
+
+
+class NothingToPlay(Exception):
+    """The recording has no message that can be played; the text says why."""
+
+
+class PlaybackFailed(Exception):
+    """The thread that publishes has ended by a fault of the program; the text says where."""
+
+
+class PlayerSettings(NamedTuple):
+    """How a recording is played, to its end or to a time [s from its beginning]."""
+
+    choice: TopicChoice = TopicChoice()
+    end_s: Optional[float] = None
+    restamp: bool = True
+    clock_hz: Optional[float] = None  # of /clock; None: it is not published
+    queue_size: int = 100
+    pauses_beside_others: bool = False  # who publish the same topics
+    keep_alive: bool = False  # at the end
+    skip_empty_s: Optional[float] = None
+    pause_topics: Tuple[str, ...] = ()
+    rate_control_topic: str = ''
+    rate_control_max_delay_s: float = 1.0
+
+
+class BagPlayer:
+    """A recording being played in this node; paused at the beginning until told to play."""
+
+    def __init__(self, recording: Recording, settings: PlayerSettings) -> None:
+        """Advertise the topics and services, in a node that has been initialised.
+
+        Raises:
+            NothingToPlay: no topic is left that can be played.
+        """
+        self._recording = recording
+        self._marks, bad_marks = _marks(recording)
+        self._left_out_topics = self._choose(recording, settings)
+        self._problems = self._left_out_topics + bad_marks
+        self._told_problems = 0
+        self._others: Others = ()
+        self._changed = threading.Condition()
+        self._started = self._finished = self._quitting = False
+        self._failure: Optional[PlaybackFailed] = None
+        self._repeats, self._repeated_ns = settings.restamp, 0
+        self._timeline = _timeline(recording, settings.end_s)
+        self._begin = _ros_time(self._timeline.basis.begin_ns)
+        self._publishers = BagPublishers(self._topics, sources(recording.index.connections),
+                                         settings.queue_size, self)
+        self._playback = Playback(recording, self._timeline, self._publishers, settings.restamp,
+                                  course=_course(self._timeline, settings))
+        self._stays = settings.keep_alive
+        self._told = PlaybackClock()  # of what the states have said
+        self._control_rate(settings)
+        self._clock = (SimulatedClock(self._timeline, settings.clock_hz,
+                                      self._playback.repeat_scene)
+                       if settings.clock_hz else None)
+        self.control = PlayerControl(self._timeline, self._playback)
+        self._thread = threading.Thread(target=self._run, name='playback', daemon=True)
+        self._reading = TopicReadingService(recording, self._topics)
+        self._state = StatePublisher(self.state_message)
+        self._services = PlayerServices(self.control, self._state.update)
+        self._pauses_beside_others = settings.pauses_beside_others
+        self._watch = self._watch_others(settings.choice)
+        self._watch.look()
+        self._watch.begin()
+
+    @property
+    def dropped(self) -> int:
+        """How many messages slow subscribers did not get."""
+        return self._publishers.dropped
+
+    @property
+    def problems(self) -> Tuple[str, ...]:
+        """What cannot be played, so far."""
+        return tuple(map(printable, (*self._problems, *self._playback.problems)))
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether all that was chosen could be played so far."""
+        gaps = (gap for gap in self._recording.index.gaps
+                if not gap.topics or self._names.keys() & set(gap.topics))
+        return not (self._left_out_topics or self._playback.left_out or any(gaps))
+
+    def summary(self) -> Tuple[str, ...]:
+        """Return as lines what was not played so far, and what did not arrive."""
+        index, left_out = self._recording.index, self._playback.left_out
+        recorded = {topic: len(index.positions_of(index.connections_of(topic)))
+                    for topic in left_out}
+        return play_summary(left_out, recorded, self.problems, self.dropped)
+
+    def prepare(self, rate: float, start_s: Optional[float], loop: bool) -> None:
+        """Set the rate, where to begin (None: at the beginning, backwards at the end), the loop.
+
+        Raises:
+            CommandRefused: what is left is too short for a loop.
+            NothingToPlay: nothing is left.
+        """
+        self.control.set_rate(rate)
+        end_s = self.control.status().duration_s
+        if start_s is not None and self._bag_ns(start_s) > self._timeline.basis.end_ns:
+            raise NothingToPlay(f'there are no messages to play from {start_s:g} s on: the '
+                                f'recording is {end_s:.3f} s long; choose an earlier --start')
+        if loop:
+            self.control.set_loop(True, start_s or 0.0, end_s)
+        self.control.seek((0.0 if rate > 0.0 else end_s) if start_s is None else start_s)
+
+    def wait_for_subscribers(self, delay_s: float, all_topics: bool) -> bool:
+        """Wait for a time [s] and until every topic has a subscriber; False if quit meanwhile."""
+        at_shutdown(self.quit)
+        with self._changed:
+            self._changed.wait_for(lambda: self._quitting, delay_s)
+            while not self._quitting and all_topics and not self._publishers.all_subscribed:
+                self._changed.wait(SIGNALS_S)
+            return not self._quitting
+
+    def start(self, paused: bool) -> None:
+        """Begin to publish, playing or paused; paused too where a command has said so already."""
+        self._playback.prepare()
+        if not (paused or self.control.stands):
+            self._timeline.begin()
+        self._thread.start()
+        self._started = True
+
+    def wait(self) -> None:
+        """Wait until the node is shut down or told to quit, or the end, where it does not stay.
+
+        Raises:
+            PlaybackFailed: nothing is published any more.
+        """
+        with self._changed:
+            while not (self._quitting or (self._finished and not self._stays)):
+                # a signal just before the wait is handled only after it
+                self._changed.wait(SIGNALS_S)
+                self._repeat_while_paused()
+                self.tell_problems()
+        if self._failure is not None:
+            raise self._failure
+
+    def tell_problems(self) -> None:
+        """Tell on the terminal what has gone wrong since this was done last."""
+        for problem in self.problems[self._told_problems:]:
+            rospy.logwarn(problem)
+            self._told_problems += 1
+
+    def quit(self) -> None:
+        """End waiting."""
+        with self._changed:
+            self._quitting = True
+            self._changed.notify_all()
+
+    def progress(self) -> Progress:
+        """Return where playback is."""
+        status = self.control.status()
+        return Progress(status.position_s, status.duration_s, status.rate, status.achieved_rate,
+                        status.paused, status.loop, self.dropped,
+                        self._mark(status.position_s))
+
+    def close(self) -> None:
+        """End: what was published is still sent, if that does not take too long."""
+        self._watch.close()
+        self._services.close()
+        self._reading.close()
+        if self._thread.is_alive():
+            self._playback.close()
+            self._thread.join()
+        if not rospy.is_shutdown():
+            self._publishers.wait_until_sent(DRAIN_S)
+        self._state.close()
+        if self._clock is not None:
+            self._clock.close()
+        self._publishers.close()
+
+    def state_message(self) -> PlayerState:
+        """Return what the player does now."""
+        status, offset_ns = self.control.status(), _wall_offset_ns()
+        self._told.add(PlaybackState(
+            (status.monotonic_ns + offset_ns) / NS_PER_S, status.position_s, status.rate,
+            status.paused, status.segment, (status.since_ns + offset_ns) / NS_PER_S))
+        begin_s, end_s = status.loop or (0.0, 0.0)
+        return PlayerState(
+            stamp=_ros_time(status.monotonic_ns + offset_ns),
+            since=_ros_time(status.since_ns + offset_ns),
+            begin=self._begin, duration=status.duration_s,
+            position=status.position_s, rate=status.rate, achieved_rate=status.achieved_rate,
+            paused=status.paused, loop=status.loop is not None, loop_begin=begin_s,
+            loop_end=end_s, segment=status.segment, published=self._playback.published,
+            dropped=self.dropped, gaps=self.problems,
+            files=list(map(printable, self._recording.paths)),
+            mark=self._mark(status.position_s),
+            topics=[TopicCount(*topic) for topic in self._publishers.published.items()],
+            others=described(self._others),
+            not_begun=[self._names[topic] for topic
+                       in self._playback.not_begun(self._bag_ns(status.position_s))])
+
+    def _mark(self, position_s: float) -> str:
+        """The label of the last mark before a position [s]."""
+        mark = mark_at(self._marks, self._bag_ns(position_s))
+        return '' if mark is None else mark.label
+
+    def _bag_ns(self, position_s: float) -> int:
+        return self._timeline.basis.begin_ns + round(position_s * NS_PER_S)
+
+    def _choose(self, recording: Recording, settings: PlayerSettings) -> List[str]:
+        topics, problems = published_topics(recording.index.connections,
+                                            settings.choice.published_name)
+        self._topics, conflicts = without_conflicts(topics)
+        self._names = {recording.index.connections[number].topic: topic.name
+                       for topic in self._topics for number in topic.numbers}
+        recording.choose(number for topic in self._topics for number in topic.numbers)
+        if not len(recording.index):
+            raise NothingToPlay(' '.join(['no chosen topic can be played', *problems, *conflicts]))
+        return problems + conflicts
+
+    def _watch_others(self, choice: TopicChoice) -> PublisherWatch:
+        """Also of what was asked for by name and is not in the recording, but may be shown."""
+        names = {topic.name for topic in self._topics} | set(choice.named())
+        topics, own = sorted(names - SHARED_TOPICS), {rospy.get_name()}
+        return PublisherWatch(lambda: other_publishers(topics, own), self._take_others)
+
+    def _take_others(self, others: Others) -> None:
+        """Tell who has begun to publish what is played, and stand still, if that is wanted."""
+        new = [it for it in others if it not in self._others]
+        self._others = others
+        pauses = bool(new) and self._pauses_beside_others
+        for sentence in described(new):
+            rospy.logwarn(f'{sentence}, beside the recording: stop it, or play under other names '
+                          f'(-p PREFIX){"; playback is paused" if pauses else ""}')
+        if pauses:
+            self.control.pause()
+        self._state.update()
+
+    def _control_rate(self, settings: PlayerSettings) -> None:
+        if settings.rate_control_topic:
+            RateControl(settings.rate_control_topic,
+                        self._played_at if settings.restamp else lambda stamp_ns: stamp_ns,
+                        self._playback.course.heard)
+
+    def _played_at(self, stamp_ns: int) -> Optional[int]:
+        """The bag time [ns] that was played at a wall time; None before a jump."""
+        time = self._told.bag_time(stamp_ns / NS_PER_S)
+        if time is None or time.segment != self._timeline.basis.segment:
+            return None
+        return self._bag_ns(time.time_s)
+
+    def _repeat_while_paused(self) -> None:
+        basis, now_ns = self._timeline.basis, time.monotonic_ns()
+        quiet_ns = now_ns - max(basis.monotonic_ns, self._repeated_ns)
+        if self._repeats and basis.paused and not basis.held and quiet_ns >= REPEAT_S * NS_PER_S:
+            self._repeated_ns = now_ns
+            self._playback.repeat_scene()
+
+    def _run(self) -> None:
+        try:
+            self._playback.run()
+        except Exception as error:  # whatever it is: the program ends with it
+            self._failure = self._failed(error)
+            self.quit()
+
+    def _failed(self, error: Exception) -> PlaybackFailed:
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        return PlaybackFailed(
+            f'playback has failed at {self.control.status().position_s:.3f} s: {error!r} in '
+            f'{os.path.basename(place.filename)}, line {place.lineno}; start it again, and tell '
+            'the developers, with the bag')
+
+    # What the engine and the publishers tell, in their threads.
+
+    def on_jump(self, bag_ns: int) -> None:
+        """Take note of a jump to a bag time [ns], before its scene is published."""
+        if self._clock is not None:
+            self._clock.jump(bag_ns)
+        self._state.update()
+
+    def on_finish(self) -> bool:
+        """Take note that play has reached its end; return whether nothing is to follow."""
+        self._state.update()
+        with self._changed:
+            self._finished = True
+            self._changed.notify_all()
+        return not self._stays
+
+    def on_subscribe(self) -> None:
+        """Take note of a new subscriber; while paused, it is to see the scene at once."""
+        with self._changed:
+            self._changed.notify_all()
+        if self._timeline.basis.paused and self._started:
+            self._playback.repeat_scene()
+
+
+def _marks(recording: Recording) -> Tuple[List[Mark], List[str]]:
+    """The marks, and what of them cannot be read; before topics are chosen."""
+    try:
+        return read_marks(recording), [str(gap) for gap in recording.damage]
+    except BagError as error:
+        return [], [str(error)]
+
+
+def _timeline(recording: Recording, end_s: Optional[float]) -> Timeline:
+    """The timeline of a recording up to a time; it ends where the recording does at the latest."""
+    end_ns = recording.end_ns
+    if end_s is not None:
+        end_ns = min(recording.begin_ns + round(end_s * NS_PER_S), end_ns)
+    return Timeline(recording.begin_ns, end_ns, head_start_ns=HEAD_START_NS)
+
+
+def _course(timeline: Timeline, settings: PlayerSettings) -> Course:
+    skip_s, delay_s = settings.skip_empty_s, settings.rate_control_max_delay_s
+    return Course(timeline, None if skip_s is None else round(skip_s * NS_PER_S),
+                  settings.pause_topics,
+                  round(delay_s * NS_PER_S) if settings.rate_control_topic else None)
+
+
+def _wall_offset_ns() -> int:
+    """Return what wall times are more than monotonic ones [ns], not disturbed by other threads."""
+    readings = []
+    for _ in range(3):
+        before_ns, wall_ns, after_ns = time.monotonic_ns(), time.time_ns(), time.monotonic_ns()
+        readings.append((after_ns - before_ns, wall_ns - (before_ns + after_ns) // 2))
+    return min(readings)[1]
+
+
+def _ros_time(time_ns: int) -> rospy.Time:
+    return rospy.Time(*divmod(time_ns, NS_PER_S))

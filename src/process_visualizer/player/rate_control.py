@@ -1,0 +1,46 @@
+"""Follows the topic of a node by which playback waits until that node has come so far."""
+from __future__ import annotations
+
+import re
+import struct
+from typing import Callable, Optional
+
+import rospy
+
+from process_visualizer.playback.timeline import NS_PER_S
+
+_STAMP = struct.Struct('<4xII')  # behind the sequence number
+_BEGINS_WITH_HEADER = re.compile(r'(?:\s*(?:#[^\n]*)?\n)*\s*(?:std_msgs/|roslib/)?Header\s')
+
+
+class RateControl:
+    """The option --rate-control-topic of `rosbag play`: any type that begins with a header."""
+
+    def __init__(self, topic: str, bag_ns_of: Callable[[int], Optional[int]],
+                 heard: Callable[[int], None]) -> None:
+        """Subscribe.
+
+        Args:
+            topic: its global name.
+            bag_ns_of: maps a stamp [ns] to the bag time [ns], None where it cannot.
+            heard: is called with that in rospy's thread.
+        """
+        self._topic = topic
+        self._bag_ns_of = bag_ns_of
+        self._heard = heard
+        rospy.Subscriber(topic, rospy.AnyMsg, self._receive, queue_size=10, tcp_nodelay=True)
+
+    def _receive(self, message: rospy.AnyMsg) -> None:
+        if not begins_with_header(message._connection_header.get('message_definition', '')):
+            rospy.logwarn_throttle(10.0, f'{self._topic} cannot control the rate: its messages do '
+                                         'not begin with a header')
+            return
+        seconds, nanoseconds = _STAMP.unpack_from(message._buff)
+        bag_ns = self._bag_ns_of(seconds * NS_PER_S + nanoseconds)
+        if bag_ns is not None:
+            self._heard(bag_ns)
+
+
+def begins_with_header(definition: str) -> bool:
+    """Tell whether the first field of a message definition is a header."""
+    return _BEGINS_WITH_HEADER.match(definition) is not None

@@ -1,0 +1,127 @@
+"""Sends messages to subscribers at their times, by a thread that Python cannot hold up."""
+from __future__ import annotations
+
+import ctypes
+import threading
+import weakref
+from typing import Callable, Dict, List
+
+from process_visualizer.messages.message_layout import Data
+
+LIBRARY = 'libprocess_visualizer_sender.so'
+
+
+class TimedSender:
+    """The C++ class TimedSender; see include/process_visualizer/sender/timed_sender.hpp."""
+
+    def __init__(self) -> None:
+        """Load the library and start the thread.
+
+        Raises:
+            OSError: the library is not there, or the system has no more descriptors.
+        """
+        self._quick = _declared(ctypes.PyDLL(LIBRARY))  # keeps Python's lock: too short to give up
+        self._waiting = _declared(ctypes.CDLL(LIBRARY))
+        self._sender = self._quick.timed_sender_new()
+        if not self._sender:
+            raise OSError('the sender of messages cannot be started')
+        end = weakref.finalize(self, self._waiting.timed_sender_delete, self._sender)
+        end.atexit = False  # what is called while Python ends may still use it
+        self._closing = threading.RLock()  # a signal may interrupt one call and make another
+        self._on_broken: Dict[int, Callable[[], None]] = {}
+        self._thread = threading.Thread(target=self._watch, name='broken links', daemon=True)
+        self._thread.start()
+
+    @property
+    def dropped(self) -> int:
+        """How many messages slow subscribers did not get."""
+        return int(self._quick.timed_sender_dropped(self._sender))
+
+    def sent(self, topic: int) -> int:
+        """Return how many messages of a topic have been sent, whether or not somebody listens."""
+        return int(self._quick.timed_sender_sent(self._sender, topic))
+
+    def add_topic(self, latch: bool, queue_size: int, queue_bytes: int) -> int:
+        """Return the number of a new topic, given what may wait for each of its subscribers."""
+        return int(self._quick.timed_sender_add_topic(self._sender, latch, queue_size, queue_bytes))
+
+    def add_link(self, topic: int, socket: int, on_broken: Callable[[], None]) -> int:
+        """Return the number of a new subscriber, given its socket; -1 if that is closed already.
+
+        ``on_broken`` is called by a thread of its own when the subscriber has gone away.
+        """
+        link = int(self._quick.timed_sender_add_link(self._sender, topic, socket))
+        if link >= 0:
+            self._on_broken[link] = on_broken
+        return link
+
+    def remove_link(self, link: int) -> None:
+        """Forget a subscriber."""
+        self._on_broken.pop(link, None)
+        self._quick.timed_sender_remove_link(self._sender, link)
+
+    def send(self, topic: int, source: int, pieces: List[Data], due_ns: int) -> None:
+        """Send a message of one of a topic's sources when a monotonic time [ns] has come.
+
+        It is not sent before those given earlier. The last one of each source is latched; new
+        subscribers get them in the order in which they were sent.
+        """
+        data = pieces[0] if len(pieces) == 1 and isinstance(pieces[0], bytes) else b''.join(pieces)
+        self._quick.timed_sender_send(self._sender, topic, source, due_ns, data, len(data))
+
+    def withdraw(self, topic: int, source: int, due_ns: int) -> None:
+        """Latch nothing of a topic's source any more, from a monotonic time [ns] on."""
+        self._quick.timed_sender_withdraw(self._sender, topic, source, due_ns)
+
+    def revoke(self, after_ns: int) -> int:
+        """Take back what is due after a time [ns] and not sent yet; return how many messages."""
+        return int(self._quick.timed_sender_revoke(self._sender, after_ns))
+
+    def wait_until_sent(self, timeout_s: float) -> bool:
+        """Wait until all has gone; return False if it took too long."""
+        return bool(self._waiting.timed_sender_wait_until_sent(self._sender, timeout_s))
+
+    def close(self) -> None:
+        """End the threads; what is queued is not sent, nor is what comes afterwards."""
+        with self._closing:
+            self._waiting.timed_sender_close(self._sender)
+        self._thread.join()
+
+    def _watch(self) -> None:
+        while True:
+            link = self._waiting.timed_sender_wait_for_broken(self._sender)
+            if link < 0:
+                return
+            on_broken = self._on_broken.pop(link, None)
+            if on_broken is not None:
+                on_broken()
+
+
+def take_long_slices() -> None:
+    """Let others run at once when they wake up, the sender and subscribers above all.
+
+    This is for the calling thread and those that it starts; see time_slice.hpp.
+    """
+    _declared(ctypes.PyDLL(LIBRARY)).timed_sender_take_long_slices()
+
+
+def _declared(library: ctypes.CDLL) -> ctypes.CDLL:
+    sender, number, size = ctypes.c_void_p, ctypes.c_int, ctypes.c_size_t
+    for name, result, arguments in (
+            ('take_long_slices', None, []),
+            ('new', sender, []),
+            ('delete', None, [sender]),
+            ('add_topic', number, [sender, number, size, size]),
+            ('add_link', number, [sender, number, number]),
+            ('remove_link', None, [sender, number]),
+            ('send', None, [sender, number, number, ctypes.c_int64, ctypes.c_char_p, size]),
+            ('withdraw', None, [sender, number, number, ctypes.c_int64]),
+            ('revoke', size, [sender, ctypes.c_int64]),
+            ('sent', size, [sender, number]),
+            ('dropped', size, [sender]),
+            ('wait_until_sent', number, [sender, ctypes.c_double]),
+            ('wait_for_broken', number, [sender]),
+            ('close', None, [sender])):
+        function = getattr(library, f'timed_sender_{name}')
+        function.restype, function.argtypes = result, arguments
+    return library

@@ -1,0 +1,1 @@
+"""What RViz shows: camera, displays, the operator's saved views (pure)."""

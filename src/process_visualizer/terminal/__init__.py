@@ -1,0 +1,1 @@
+"""The command bag_player: options, keys and progress line in a terminal."""

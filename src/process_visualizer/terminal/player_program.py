@@ -1,0 +1,130 @@
+"""The command ``bag_player``: plays recordings in a terminal or as a node of a launch file."""
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from typing import List, Optional, Sequence, Type
+
+import rosgraph
+import rospy
+
+from process_visualizer.bags.bag_errors import BagError, BagUnindexed
+from process_visualizer.bags.recording import Recording
+from process_visualizer.nodes.common.process_end import start_node
+from process_visualizer.playback.timeline import CommandRefused
+from process_visualizer.playback.topic_choice import TopicChoice
+from process_visualizer.player.bag_player import (
+    BagPlayer,
+    NothingToPlay,
+    PlaybackFailed,
+    PlayerSettings,
+)
+from process_visualizer.player.timed_sender import take_long_slices
+from process_visualizer.terminal.player_options import (
+    PlayerOptions,
+    parse_options,
+    topic_remaps,
+    without_topic_remaps,
+)
+from process_visualizer.terminal.player_terminal import PlayerTerminal
+from process_visualizer.terminal.reindexing import ReindexRefused, reindexed
+
+PRIORITY = -10
+"""Of all threads: who else computes must not hold up what is to be sent (see nice(1))."""
+NOT_ALL = 3
+"""The exit code when something of the recording could not be played."""
+INTERRUPTED = 130
+"""The exit code that a shell gives for Ctrl-C."""
+SWITCH_INTERVAL_S = 0.0005  # how long a thread may compute while another one has a message to send
+
+
+def main(arguments: Optional[Sequence[str]] = None,
+         recording_type: Type[Recording] = Recording) -> int:
+    """Run the command; returns its exit code."""
+    words = list(sys.argv if arguments is None else arguments)
+    options = parse_options(rospy.myargv(words)[1:])
+    sys.setswitchinterval(SWITCH_INTERVAL_S)
+    take_priority()
+    take_long_slices()
+    try:
+        return _play(options, words, recording_type)
+    except (BagError, NothingToPlay, PlaybackFailed, ReindexRefused, CommandRefused,
+            ValueError) as error:
+        print(f'bag_player: {error}', file=sys.stderr)
+    except KeyboardInterrupt:  # before it is a node, which ends in its own way
+        return INTERRUPTED
+    except (rospy.ROSException, rosgraph.MasterException, OSError) as error:
+        if rospy.is_shutdown():  # by a signal, in the middle of beginning
+            return 0
+        print(f'bag_player: the ROS master cannot be used: {error}; is roscore running?',
+              file=sys.stderr)
+    return 1
+
+
+def take_priority() -> None:
+    """Come before programs that only compute, if the user may, and has not wanted otherwise."""
+    if os.getpriority(os.PRIO_PROCESS, 0) == 0:
+        with contextlib.suppress(PermissionError):  # without it, all works, only less punctually
+            os.setpriority(os.PRIO_PROCESS, 0, PRIORITY)
+
+
+def _play(options: PlayerOptions, words: List[str], recording_type: Type[Recording]) -> int:
+    with opened(options, recording_type) as recording:
+        rosgraph.Master('/bag_player').getPid()  # instead of rospy's endless wait for a master
+        start_node('bag_player', without_topic_remaps(words))
+        choice = TopicChoice(options.topics, options.exclude, options.prefix,
+                             topic_remaps(words, rospy.get_namespace()))
+        topics = [it.topic for it in recording.index.connections]
+        for named in (choice, TopicChoice(options.pause_topics)):
+            for message in named.unmatched_messages(topics):
+                rospy.logwarn(message)
+        player = BagPlayer(recording, _settings(options, choice))
+        try:
+            _run(player, options)
+        finally:
+            player.close()
+        _sum_up(player)
+    return 0 if player.is_complete else NOT_ALL
+
+
+def opened(options: PlayerOptions, recording_type: Type[Recording] = Recording) -> Recording:
+    """Return the recording; a bag without an index is copied into one that has it, if allowed.
+
+    Raises:
+        BagError: a file cannot be played.
+        ReindexRefused: a bag has no index, and none was to be made.
+    """
+    paths = list(options.files)
+    while True:
+        try:
+            return recording_type(paths)
+        except BagUnindexed as error:
+            paths = [reindexed(path, str(error), options.reindex) if path == error.file else path
+                     for path in paths]
+
+
+def _settings(options: PlayerOptions, choice: TopicChoice) -> PlayerSettings:
+    start_s = options.start_s or 0.0
+    end_s = None if options.duration_s is None else start_s + options.duration_s
+    return PlayerSettings(choice, end_s, not options.recorded_stamps,
+                          options.clock_hz if options.clock else None, options.queue_size,
+                          options.pauses_beside_others, options.keep_alive,
+                          options.skip_empty_s, options.pause_topics, options.rate_control_topic,
+                          options.rate_control_max_delay_s)
+
+
+def _run(player: BagPlayer, options: PlayerOptions) -> None:
+    player.tell_problems()
+    player.prepare(options.rate, options.start_s, options.loop)
+    if player.wait_for_subscribers(options.delay_s, options.wait_for_subscribers):
+        player.start(options.paused)
+        with PlayerTerminal(player.progress, player.control, player.quit, options.quiet):
+            player.wait()
+
+
+def _sum_up(player: BagPlayer) -> None:
+    lines = player.summary()
+    if lines:
+        print('\n  '.join(['bag_player: not everything has been played or has arrived:', *lines]),
+              file=sys.stderr)

@@ -1,0 +1,112 @@
+"""The player in a terminal: a progress line, and keys."""
+from __future__ import annotations
+
+import os
+import sys
+import threading
+from types import TracebackType
+from typing import Callable, Dict, List, Optional, Type
+
+from process_visualizer.playback.player_control import PlayerControl
+from process_visualizer.playback.progress import Progress
+from process_visualizer.playback.rate_ladder import faster, slower
+from process_visualizer.playback.timeline import CommandRefused
+from process_visualizer.terminal.player_keyboard import Keyboard, in_foreground
+from process_visualizer.terminal.player_keys import KEY_HELP, Action, Command, key_action
+from process_visualizer.terminal.progress_line import progress_line, symbols_for
+
+PERIOD_S = 0.1
+_CLEAR_LINE = '\r\x1b[K'
+
+
+class TerminalCommands:
+    """What the keys do: the commands of the player, and some that follow from its status."""
+
+    def __init__(self, control: PlayerControl) -> None:
+        """Take the player's commands."""
+        self._control = control
+        self._loop_begin_s = 0.0
+        self._by_command: Dict[Command, Callable[[int], str]] = {
+            Command.TOGGLE_PAUSED: lambda _: control.toggle_paused(),
+            Command.STEP: control.step,
+            Command.SEEK_BY: lambda amount: control.seek_by(float(amount)),
+            Command.SEEK_TO_BEGIN: lambda _: control.seek(0.0),
+            Command.SEEK_TO_END: lambda _: control.seek(control.status().duration_s),
+            Command.FASTER: lambda _: control.set_rate(faster(control.status().rate)),
+            Command.SLOWER: lambda _: control.set_rate(slower(control.status().rate)),
+            Command.REVERSE: lambda _: control.set_rate(-control.status().rate),
+            Command.TOGGLE_LOOP: lambda _: control.set_loop(control.status().loop is None),
+            Command.TOGGLE_PAUSE_TOPICS: lambda _: control.toggle_pause_topics(),
+            Command.LOOP_BEGIN: lambda _: self._begin_loop(),
+            Command.LOOP_END: lambda _: self._end_loop(),
+            Command.HELP: lambda _: KEY_HELP,
+        }
+
+    def perform(self, action: Action) -> str:
+        """Do what a key stands for; return what was done, or why it was not."""
+        try:
+            return self._by_command[action.command](action.amount)
+        except CommandRefused as refusal:
+            return str(refusal)
+
+    def _begin_loop(self) -> str:
+        self._loop_begin_s = self._control.status().position_s
+        return f'the loop will begin at {self._loop_begin_s:.3f} s: b sets its end'
+
+    def _end_loop(self) -> str:
+        return self._control.set_loop(True, self._loop_begin_s, self._control.status().position_s)
+
+
+class PlayerTerminal:
+    """While it is used in a ``with``: shows where playback is, and does what the keys say."""
+
+    def __init__(self, status: Callable[[], Progress], control: PlayerControl,
+                 quit_player: Callable[[], None], quiet: bool) -> None:
+        """Take where playback is [as often as asked], the commands, and what ends the player."""
+        self._status = status
+        self._commands = TerminalCommands(control)
+        self._quit = quit_player
+        self._shown = not quiet and sys.stdout.isatty()
+        self._symbols = symbols_for(sys.stdout.encoding)
+        self._keyboard = Keyboard()
+        self._ended = threading.Event()
+        self._threads: List[threading.Thread] = []
+
+    def __enter__(self) -> PlayerTerminal:
+        """Take the terminal and begin."""
+        self._keyboard.__enter__()
+        for work in (self._read_keys, self._show):
+            self._threads.append(threading.Thread(target=work, name='terminal', daemon=True))
+            self._threads[-1].start()
+        return self
+
+    def __exit__(self, kind: Optional[Type[BaseException]], error: Optional[BaseException],
+                 traceback: Optional[TracebackType]) -> None:
+        """End, with the terminal as it was."""
+        self._ended.set()
+        self._keyboard.__exit__(kind, error, traceback)
+        for thread in self._threads:
+            thread.join()
+        if self._shown:
+            sys.stdout.write('\n')
+
+    def _read_keys(self) -> None:
+        for key in iter(self._keyboard.read_key, None):
+            action = key_action(key)
+            if action is None:
+                continue
+            if action.command is Command.QUIT:
+                self._quit()
+                return
+            answer = self._commands.perform(action)
+            if self._shown and ('\n' in answer or not action.command.value.startswith('seek')):
+                sys.stdout.write(f'{_CLEAR_LINE}{answer}\n')
+
+    def _show(self) -> None:
+        while self._shown and not self._ended.wait(PERIOD_S):
+            if not in_foreground(sys.stdout.fileno()):
+                continue
+            width = os.get_terminal_size(sys.stdout.fileno()).columns
+            line = progress_line(self._status(), width - 1, self._symbols)
+            sys.stdout.write(_CLEAR_LINE + line)
+            sys.stdout.flush()
