@@ -1,6 +1,6 @@
 """Robots that move on a known path, and where their arrows point on the screen meanwhile.
 
-The nodes are those that the command `cell` generates, with the models in tests/data. A frame of
+The nodes are those that the command `cell` generates, with the models in test/data. A frame of
 the screen is taken 60 times a second: the arrow's marker is drawn with the newest transform, as
 RViz does with markers that are locked to their frame.
 """
@@ -33,7 +33,7 @@ from process_visualizer.motion.rotations import (
     ypr_from_matrix,
 )
 
-DATA = Path(__file__).resolve().parents[1] / 'tests' / 'data'
+DATA = Path(__file__).resolve().parents[1] / 'test' / 'data'
 RATE_HZ, SCREEN_HZ = 125.0, 60.0
 SLOWEST_M_PER_S = 0.04  # where a tool turns back it has no direction
 _SETTLING_S = 1.5
@@ -42,7 +42,7 @@ _IDENTITY = (0.0, 0.0, 0.0, 1.0)
 
 
 class Model(NamedTuple):
-    """A model of tests/data: the frames, and the joints' middle positions; the last one turns."""
+    """A model of test/data: the frames, and the joints' middle positions; the last one turns."""
 
     file: str
     base: str

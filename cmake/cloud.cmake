@@ -55,7 +55,7 @@ install(DIRECTORY include/${PROJECT_NAME}/ DESTINATION ${CATKIN_PACKAGE_INCLUDE_
 if(CATKIN_ENABLE_TESTING)
   # PCL's own box filter is what the test compares with.
   find_package(PCL REQUIRED COMPONENTS common filters)
-  catkin_add_gtest(test_roi_filter tests/cpp/test_roi_filter.cpp)
+  catkin_add_gtest(test_roi_filter test/cpp/test_roi_filter.cpp)
   process_visualizer_compile(test_roi_filter)
   target_include_directories(test_roi_filter SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
   target_link_libraries(test_roi_filter roi_filter ${PCL_LIBRARIES})

@@ -14,7 +14,7 @@ install(TARGETS process_visualizer_joints LIBRARY DESTINATION ${CATKIN_PACKAGE_L
 install(TARGETS joint_proc RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 
 if(CATKIN_ENABLE_TESTING)
-  catkin_add_gtest(test_joints tests/cpp/test_joints.cpp)
+  catkin_add_gtest(test_joints test/cpp/test_joints.cpp)
   process_visualizer_compile(test_joints)
   target_link_libraries(test_joints process_visualizer_joints)
 endif()

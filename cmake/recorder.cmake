@@ -42,14 +42,14 @@ target_link_libraries(record_load ${roscpp_LIBRARIES})
 
 if(CATKIN_ENABLE_TESTING)
   foreach(test test_recorder test_recorder_figures test_recorder_publishers)
-    catkin_add_gtest(${test} tests/cpp/${test}.cpp)
+    catkin_add_gtest(${test} test/cpp/${test}.cpp)
     process_visualizer_compile(${test})
     target_link_libraries(${test} process_visualizer_recorder)
   endforeach()
 
   # what rosbag's own library does with the recorder's bags
   find_package(rosbag_storage REQUIRED)
-  add_executable(append_to_bag tests/cpp/append_to_bag.cpp)
+  add_executable(append_to_bag test/cpp/append_to_bag.cpp)
   process_visualizer_compile(append_to_bag)
   target_link_libraries(append_to_bag ${rosbag_storage_LIBRARIES} ${roscpp_LIBRARIES})
 endif()

@@ -19,7 +19,7 @@ install(TARGETS process_visualizer_sender LIBRARY DESTINATION ${CATKIN_PACKAGE_L
 
 if(CATKIN_ENABLE_TESTING)
   foreach(name test_sender test_transfer)
-    catkin_add_gtest(${name} tests/cpp/${name}.cpp)
+    catkin_add_gtest(${name} test/cpp/${name}.cpp)
     process_visualizer_compile(${name})
     target_link_libraries(${name} process_visualizer_sender)
   endforeach()

@@ -2,7 +2,7 @@
 
     count_tests.py FOLDER [STEP …]
 
-The steps are the parts of ./test that failed. One without a failed test, as a checker or a
+The steps are the parts of ./run_tests that failed. One without a failed test, as a checker or a
 program that died before it told about its tests, counts as a failure of its own.
 """
 from __future__ import annotations

@@ -1,4 +1,4 @@
-# Shared by ./demo and ./test: installs what is missing, builds a catkin workspace outside of the
+# Shared by ./demo and ./run_tests: installs what is missing, builds a catkin workspace outside of the
 # source tree, and loads its environment. Sourced by bash; the repository is in $repository.
 
 cache="${XDG_CACHE_HOME:-$HOME/.cache}/process_visualizer"
@@ -54,7 +54,7 @@ install_python() {
 build_inputs() {
   (cd "$repository" && find scripts/workspace.sh CMakeLists.txt package.xml setup.py cmake \
     compatibility env-hooks include msg nodes \
-    src srv sewing_cell tests/cpp *.xml -type f \
+    src srv sewing_cell test/cpp *.xml -type f \
     -not -name '*.py' -not -path '*/meshes/*' -not -path '*/__pycache__/*' 2>/dev/null |
     sort | xargs sha256sum; cd "$repository" && sha256sum setup.py sewing_cell/setup.py)
 }

@@ -20,7 +20,11 @@ from process_visualizer.descriptions.xacro_file import expand_xacro
 
 SEWING_CELL = Path(__file__).resolve().parents[2]
 URDF = SEWING_CELL / "urdf"
-MESHES = SEWING_CELL / "meshes"
+REPOSITORY = SEWING_CELL.parent
+URDFS = (URDF, REPOSITORY / "urdf")
+MESHES = {f"package://{package}/meshes/{path.name}": path
+          for package, folder in (("process_visualizer", REPOSITORY), ("sewing_cell", SEWING_CELL))
+          for path in sorted((folder / "meshes").iterdir())}
 ROBOTS = ("ur_rt_upper", "ur_rt_lower")
 STATIC_MODELS = {
     "sewing_machine": "sewing_machine/base",
@@ -49,7 +53,7 @@ Models = Dict[str, ElementTree.Element]
 
 @pytest.fixture(scope="session")
 def robots() -> Models:
-    """The expanded URDF of both robots, with $(find sewing_cell) answered from this tree."""
+    """The expanded URDF of both robots, with $(find …) answered from this tree."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("ROS_PACKAGE_PATH", f"{SEWING_CELL.parent}{os.pathsep}{SEWING_CELL}")
         texts = {name: expand_xacro(str(URDF / f"{name}.urdf.xacro")) for name in ROBOTS}
@@ -59,7 +63,8 @@ def robots() -> Models:
 @pytest.fixture(scope="session")
 def models(robots: Models) -> Models:
     """Every model of the cell by its name."""
-    static = {name: ElementTree.parse(URDF / f"{name}.urdf").getroot() for name in STATIC_MODELS}
+    paths = {path.stem: path for folder in URDFS for path in folder.glob("*.urdf")}
+    static = {name: ElementTree.parse(paths[name]).getroot() for name in STATIC_MODELS}
     return {**robots, **static}
 
 
@@ -203,15 +208,18 @@ def collada_points(path: Path) -> np.ndarray:
     return np.vstack([np.array(numbers(array.text)).reshape(-1, 3) for array in arrays])
 
 
+def mesh_path(name: str) -> Path:
+    return next(path for path in MESHES.values() if path.stem == name)
+
+
 def bounds(name: str) -> Bounds:
-    points = collada_points(MESHES / f"{name}.dae")
+    points = collada_points(mesh_path(name))
     return points.min(axis=0), points.max(axis=0)
 
 
 def test_every_mesh_of_a_model_exists_and_every_mesh_is_used(models: Models) -> None:
     named = {file for model in models.values() for file in mesh_files(model)}
-    prefix = "package://sewing_cell/meshes/"
-    assert named == {prefix + path.name for path in MESHES.iterdir()}
+    assert named == set(MESHES)
 
 
 def test_every_visual_has_a_mesh_and_every_link_a_collision(models: Models) -> None:
@@ -222,10 +230,10 @@ def test_every_visual_has_a_mesh_and_every_link_a_collision(models: Models) -> N
 
 
 def test_meshes_together_stay_small() -> None:
-    assert sum(path.stat().st_size for path in MESHES.iterdir()) < SIZE_LIMIT_BYTES
+    assert sum(path.stat().st_size for path in MESHES.values()) < SIZE_LIMIT_BYTES
 
 
-@pytest.mark.parametrize("path", sorted(MESHES.glob("*.dae")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", list(MESHES.values()), ids=lambda path: path.stem)
 def test_mesh_is_sound(path: Path) -> None:
     """Points, normals and triangles agree in number; normals are unit and look outwards."""
     for mesh in ElementTree.parse(path).getroot().iter(f"{COLLADA}mesh"):
@@ -258,7 +266,7 @@ def test_sewing_machine_has_the_dimensions_of_the_cell() -> None:
 
 def test_needle_of_the_sewing_machine_is_at_its_frame() -> None:
     """Around (-0.08, -0.08) nothing but needle, foot and plate is between 0 and 0.1 m."""
-    points = collada_points(MESHES / "sewing_machine.dae")
+    points = collada_points(mesh_path("sewing_machine"))
     near = points[(np.hypot(points[:, 0] + 0.08, points[:, 1] + 0.08) < 0.0025)]
     assert near[:, 2].max() > 0.1 and np.any(np.abs(near[:, 2]) < 0.01)
 
@@ -280,7 +288,7 @@ def test_stand_carries_the_robots_and_stands_on_the_floor() -> None:
 
 
 def test_making_the_meshes_again_gives_the_same_files(tmp_path: Path) -> None:
-    script = SEWING_CELL / "scripts" / "make_meshes.py"
+    script = REPOSITORY / "scripts" / "make_meshes.py"
     subprocess.run([sys.executable, str(script), str(tmp_path)], check=True, timeout=120)
-    made = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
-    assert made == {path.name: path.read_bytes() for path in MESHES.iterdir()}
+    made = {path.relative_to(tmp_path): path.read_bytes() for path in tmp_path.rglob("*.dae")}
+    assert made == {path.relative_to(REPOSITORY): path.read_bytes() for path in MESHES.values()}

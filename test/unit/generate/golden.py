@@ -15,7 +15,7 @@ from process_visualizer.generate.generator import generate
 from process_visualizer.generate.plan import LAUNCH_FILE, RVIZ_FILE, Plan
 
 REPOSITORY = Path(__file__).resolve().parents[3]
-FOLDER = REPOSITORY / 'tests' / 'data' / 'golden'
+FOLDER = REPOSITORY / 'test' / 'data' / 'golden'
 BAG = '/data/seam 1.bag'
 
 CASES: Dict[str, Tuple[str, Mode]] = {

@@ -29,7 +29,7 @@ def test_committed_schema_is_up_to_date() -> None:
 
 
 @pytest.mark.parametrize('path', [
-    REPOSITORY / 'devices.xml', REPOSITORY / 'tests' / 'data' / 'listing_5_1.xml',
+    REPOSITORY / 'devices.xml', REPOSITORY / 'test' / 'data' / 'listing_5_1.xml',
     *sorted((REPOSITORY / 'sewing_cell' / 'devices').glob('*.xml'))], ids=lambda path: path.name)
 def test_configurations_of_the_repository(schema: etree.XMLSchema, path: Path) -> None:
     XmlParser().parse(str(path))

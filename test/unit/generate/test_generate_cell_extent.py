@@ -14,7 +14,7 @@ from process_visualizer.descriptions.robot_description import describe_devices
 from process_visualizer.generate.cell_extent import cell_extent
 
 REPOSITORY = Path(__file__).resolve().parents[3]
-UR, PANDA = (REPOSITORY / 'tests' / 'data' / name for name in ('ur5e.urdf', 'panda.urdf'))
+UR, PANDA = (REPOSITORY / 'test' / 'data' / name for name in ('ur5e.urdf', 'panda.urdf'))
 BOX = ('<robot name="b"><link name="{0}"><visual><origin xyz="0 0 {2}"/><geometry>'
        '<box size="{1}"/></geometry></visual></link></robot>')
 Parse = Callable[[str], Cell]

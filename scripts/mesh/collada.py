@@ -13,7 +13,7 @@ from .surface import Part, Surface, merged
 _HEAD = """<?xml version="1.0" encoding="utf-8"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
  <asset>
-  <contributor><authoring_tool>sewing_cell/scripts/make_meshes.py</authoring_tool></contributor>
+  <contributor><authoring_tool>process_visualizer/scripts/make_meshes.py</authoring_tool></contributor>
   <created>2026-01-01T00:00:00</created>
   <modified>2026-01-01T00:00:00</modified>
   <unit name="meter" meter="1"/>

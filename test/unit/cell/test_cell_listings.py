@@ -23,7 +23,7 @@ from process_visualizer.cell.model import (
 from process_visualizer.cell.xml_parser import XmlParser
 
 REPOSITORY = Path(__file__).resolve().parents[3]
-LISTING_5_1 = REPOSITORY / 'tests' / 'data' / 'listing_5_1.xml'
+LISTING_5_1 = REPOSITORY / 'test' / 'data' / 'listing_5_1.xml'
 LISTING_6_1 = REPOSITORY / 'devices.xml'
 
 

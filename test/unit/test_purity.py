@@ -8,7 +8,8 @@ from typing import Iterator, List
 import pytest
 
 SOURCE = Path(__file__).resolve().parents[2] / 'src'
-PACKAGES = ('cell', 'generate', 'motion', 'bags', 'discovery')
+PACKAGES = ('cell', 'motion', 'descriptions', 'rviz', 'generate', 'messages', 'bags', 'playback',
+            'curves', 'report', 'discovery')
 FORBIDDEN = ('rospy', 'PyQt5')
 
 

@@ -17,7 +17,8 @@ EXECUTABLES = {
 }
 SHARED = {
     'process_visualizer': ['devices.xml', 'devices.xsd', 'rviz_config/default.rviz',
-                           'nodelet_plugins.xml', 'rviz_plugins.xml'],
+                           'nodelet_plugins.xml', 'rviz_plugins.xml', 'urdf/ur.urdf.xacro',
+                           'meshes/ur-link0.dae'],
     'sewing_cell': ['devices/simulated.xml', 'urdf/ur_rt_upper.urdf.xacro',
                     'meshes/sewing_machine.dae', 'launch/openni_play.launch'],
 }

@@ -103,7 +103,7 @@ def arm_cell(write: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> W
     folder = tmp_path / 'my_cell'
     folder.mkdir()
     (folder / 'package.xml').write_text('<package><name>my_cell</name></package>')
-    model = REPOSITORY / 'tests' / 'data' / 'ur5e.urdf'
+    model = REPOSITORY / 'test' / 'data' / 'ur5e.urdf'
     (folder / 'ur5e.urdf').write_text(model.read_text())
     (folder / 'd.launch').write_text(
         '<launch><node pkg="tf2_ros" type="static_transform_publisher" name="n" '

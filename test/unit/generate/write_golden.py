@@ -2,7 +2,7 @@
 
 Run it in the environment of the workspace and look at what git says has changed:
 
-    ./scripts/build python3 tests/unit/generate/write_golden.py && git diff tests/data/golden
+    ./scripts/build python3 test/unit/generate/write_golden.py && git diff test/data/golden
 """
 from __future__ import annotations
 
