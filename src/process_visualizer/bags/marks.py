@@ -55,7 +55,7 @@ def added_marks(bag: str) -> List[Mark]:
         with open(path, encoding='utf-8') as file:
             return [_mark(entry) for entry in parsed_json(file.read())]
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise BagError(path, f'cannot be read as marks ({error}); mend or remove it') from error
+        raise BagError(path, f'cannot be read as marks ({error}); repair or remove it') from error
 
 
 def _mark(entry: Any) -> Mark:

@@ -138,7 +138,7 @@ class ElementReader:
             self._problem(child, f'<{parent.tag}> takes no elements; remove it')
         elif child.tag in TAGS:
             self._problem(child, f'is not allowed in <{parent.tag}>; '
-                          + 'possible are: ' + ', '.join(sorted(tag.children)))
+                          + 'expected one of: ' + ', '.join(sorted(tag.children)))
         else:
             self._problem(child, f'unknown element in <{parent.tag}>; '
                           + advice(child.tag, tag.children))

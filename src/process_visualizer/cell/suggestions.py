@@ -21,7 +21,7 @@ def advice(word: str, names: Iterable[str]) -> str:
     name = nearest(word, known)
     if name is not None:
         return f'did you mean "{name}"?'
-    return 'possible are: ' + ', '.join(known)
+    return 'expected one of: ' + ', '.join(known)
 
 
 def missing_file(path: str) -> str:

@@ -58,5 +58,5 @@ def choose_devices(cell: Cell, names: Optional[Iterable[str]] = None) -> Tuple[D
         if name not in known:
             raise ValueError(f'there is no device "{name}"; {advice(name, known)}')
     if not wanted:
-        raise ValueError('no device is chosen; possible are: ' + ', '.join(known))
+        raise ValueError('no device is chosen; expected one of: ' + ', '.join(known))
     return tuple(device for device in cell.devices if device.name in wanted)

@@ -68,7 +68,8 @@ class PlayerControl:
     def toggle_paused(self) -> str:
         """Play if paused, pause if playing."""
         self._timeline.toggle_paused()
-        return self._where('paused' if self._timeline.basis.paused else 'playing')
+        self._stands = self._timeline.basis.paused
+        return self._where('paused' if self._stands else 'playing')
 
     def stop(self) -> str:
         """Stand still at the beginning."""

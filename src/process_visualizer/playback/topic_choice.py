@@ -113,4 +113,4 @@ def _advice(text: str, topics: Sequence[str]) -> str:
     name = nearest(_canonical(text), topics)
     if name is not None:
         return f'did you mean "{name}"?'
-    return 'possible are: ' + shortened(', '.join(sorted(topics)) or 'none', _LONGEST_LIST)
+    return 'expected one of: ' + shortened(', '.join(sorted(topics)) or 'none', _LONGEST_LIST)

@@ -132,14 +132,15 @@ def test_unmatched_messages_say_what_to_write():
     near, far = choice.unmatched_messages(TOPICS)
     assert near == ('no topic of the recording fits "/robot/joint_state"; '
                     'did you mean "/robot/joint_states"?')
-    assert far.startswith('no topic of the recording fits "/weather"; possible are: /camera/depth')
+    assert far.startswith(
+        'no topic of the recording fits "/weather"; expected one of: /camera/depth')
 
 
 def test_unmatched_message_is_short():
     message, = TopicChoice(['/weather']).unmatched_messages([f'/x{i}/y' for i in range(10000)])
     assert len(message) < 300
     message, = TopicChoice(['/weather']).unmatched_messages([])
-    assert message.endswith('possible are: none')
+    assert message.endswith('expected one of: none')
 
 
 def test_names_that_are_asked_for_whether_or_not_the_recording_has_them():

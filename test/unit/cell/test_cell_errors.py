@@ -43,4 +43,4 @@ def test_nearest_names() -> None:
     names = ['PointCloud', 'PointCloud2', 'Pose']
     assert nearest('pointcloud2', names) == 'PointCloud2'
     assert nearest('xyz', names) is None
-    assert advice('xyz', names) == 'possible are: PointCloud, PointCloud2, Pose'
+    assert advice('xyz', names) == 'expected one of: PointCloud, PointCloud2, Pose'

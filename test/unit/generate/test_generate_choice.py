@@ -30,9 +30,9 @@ def test_chosen_devices(names: Optional[List[str]], expected: List[str], cell: C
 
 @pytest.mark.parametrize('names, message', [
     (['arm', 'camra'], 'there is no device "camra"; did you mean "camera"?'),
-    (['xyz'], 'there is no device "xyz"; possible are: arm, camera, table'),
-    ([''], 'there is no device ""; possible are: arm, camera, table'),
-    ([], 'no device is chosen; possible are: arm, table, camera')])
+    (['xyz'], 'there is no device "xyz"; expected one of: arm, camera, table'),
+    ([''], 'there is no device ""; expected one of: arm, camera, table'),
+    ([], 'no device is chosen; expected one of: arm, table, camera')])
 def test_wrong_names(names: List[str], message: str, cell: Cell) -> None:
     with pytest.raises(ValueError) as caught:
         choose_devices(cell, names)

@@ -77,6 +77,34 @@ def test_buttons_ask_for_what_they_say(stand: PlaybackStand, playing: bool, rate
     assert stand.commands() == expected
 
 
+def test_while_a_rate_is_under_way_it_does_not_set_out_in_the_wrong_direction(
+        stand: PlaybackStand) -> None:
+    stand.model.set_rate(2.0)
+    stand.model.play_backwards()
+    assert stand.model.rate == -2.0
+    assert stand.commands() == [('set_rate', 2.0), ('set_rate', -2.0), ('play',)]
+
+
+@pytest.mark.parametrize('method', ['pause', 'stop'])
+def test_who_stands_still_is_not_moved_by_a_rate_that_waited(stand: PlaybackStand,
+                                                             method: str) -> None:
+    stand.play()
+    stand.model.set_rate(2.0)
+    stand.model.play_backwards()
+    getattr(stand.model, method)()
+    commands = stand.commands()
+    assert (method,) in commands and ('play',) not in commands
+    assert commands[-1] == ('set_rate', -2.0)
+
+
+def test_a_speed_that_is_changed_meanwhile_does_not_keep_it_from_playing(
+        stand: PlaybackStand) -> None:
+    stand.model.set_rate(2.0)
+    stand.model.play_backwards()
+    stand.model.set_rate(-3.0)
+    assert stand.commands() == [('set_rate', 2.0), ('set_rate', -3.0), ('play',)]
+
+
 def test_a_refusal_is_told(stand: PlaybackStand) -> None:
     stand.client.reason = 'there is nothing to play'
     stand.model.play()

@@ -91,11 +91,11 @@ def test_where_curves_scroll_ctrl_and_the_header_still_zoom(qtbot: QtBot) -> Non
     assert bench.view.zoom.shown.duration_s < once < 20.0
 
 
-def test_keys_look_closer_at_the_position(bench: Bench) -> None:
+def test_keys_zoom_in_at_the_position(bench: Bench) -> None:
     bench.stand.state(position_s=10.0)
-    bench.view.look_closer(1.0)
+    bench.view.zoom_in(1.0)
     assert shown(bench) == pytest.approx((2.0, 18.0))
-    bench.view.look_closer(-1.0)
+    bench.view.zoom_in(-1.0)
     assert shown(bench) == pytest.approx((0.0, 20.0))
 
 

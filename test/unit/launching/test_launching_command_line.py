@@ -260,8 +260,8 @@ def test_show_some_devices(names: str, shown: List[str], cell: Cell, write: Writ
 
 @pytest.mark.parametrize('names, message', [
     ('tabel', 'cell: there is no device "tabel"; did you mean "table"?'),
-    ('', 'cell: no device is chosen; possible are: table'),
-    (',', 'cell: no device is chosen; possible are: table')])
+    ('', 'cell: no device is chosen; expected one of: table'),
+    (',', 'cell: no device is chosen; expected one of: table')])
 def test_wrong_devices(names: str, message: str, cell: Cell, write: Write) -> None:
     assert cell('show', write(TABLE), '--devices', names) == (1, [], [message])
 

@@ -177,7 +177,7 @@ class LauncherApp(QMainWindow):
     def _bind_keys(self) -> None:
         launcher = self._launcher
         playback = playback_keys(launcher.playback, self._mark_playback,
-                                 self.playback.timeline.look_closer)
+                                 self.playback.timeline.zoom_in)
         recording = recording_keys(launcher.recording)
         general = general_keys(launcher, self._show_help)
         self._keys = {'Playback': playback, 'Recording': recording, 'Always': general}
@@ -206,7 +206,7 @@ class LauncherApp(QMainWindow):
 
     def _show_refusal(self, problems: Sequence[Problem]) -> None:
         self._devices_panel.show_problems(
-            problems, 'This cannot be launched here. Mend it, or untick the device.')
+            problems, 'This cannot be launched here. Fix the problem or untick the device.')
 
     def _show_launch(self) -> None:
         launcher = self._launcher
@@ -388,5 +388,5 @@ def _devices_in_force(cell: CellModel) -> str:
     if cell.cell is None:
         return ''
     if cell.cell.file == cell.path:
-        return 'Until it is mended and read again (F5), these devices stay:'
+        return 'Until it is fixed and read again (F5), these devices stay:'
     return f'The devices are still those of {Path(cell.cell.file).name}:'

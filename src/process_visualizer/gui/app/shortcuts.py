@@ -22,10 +22,10 @@ class Shortcut(NamedTuple):
 
 
 def playback_keys(playback: PlaybackModel, add_mark: Callable[[], None],
-                  look_closer: Callable[[float], None]) -> List[Shortcut]:
+                  zoom_in: Callable[[float], None]) -> List[Shortcut]:
     """Return the keys that work while something is played, in the order in which they are shown.
 
-    ``look_closer`` shows less of the recording by so many steps, or (below 0) more.
+    ``zoom_in`` shows less of the recording by so many steps, or (below 0) more.
     """
     return [
         Shortcut('Space', 'play or pause', playback.toggle),
@@ -46,8 +46,8 @@ def playback_keys(playback: PlaybackModel, add_mark: Callable[[], None],
         Shortcut('M', 'add a mark here', add_mark),
         Shortcut('PgUp', 'to the mark before', playback.to_previous_mark),
         Shortcut('PgDown', 'to the next mark', playback.to_next_mark),
-        Shortcut('+', 'see the timeline closer', lambda: look_closer(1.0)),
-        Shortcut('-', 'see more of it', lambda: look_closer(-1.0)),
+        Shortcut('+', 'zoom in on the timeline', lambda: zoom_in(1.0)),
+        Shortcut('-', 'zoom out', lambda: zoom_in(-1.0)),
     ]
 
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import bisect
 import time
-from typing import Any, Callable, NamedTuple, Optional, Protocol, Sequence, Tuple, Type
+from typing import Any, Callable, NamedTuple, Optional, Sequence, Tuple, Type
 
 from PyQt5.QtCore import QObject, Qt, QTimer, pyqtSignal
 
@@ -12,8 +12,10 @@ from process_visualizer.gui.models.playback.loop_points import (
     LoopPoints,
     points_of,
 )
+from process_visualizer.gui.models.playback.motion import MotionCommands
 from process_visualizer.gui.models.playback.newest_call import NewestCall
 from process_visualizer.gui.models.playback.playback_position import PlaybackPosition
+from process_visualizer.gui.models.playback.player_commands import PlayerCommands
 from process_visualizer.gui.models.playback.step_unit import MESSAGE, StepUnit
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 from process_visualizer.gui.toolkit.tasks import Tasks
@@ -27,18 +29,6 @@ _JUST_PASSED_S = 0.7  # while playing, "previous mark" leads farther than to one
 _HERE_S = 0.0005
 
 Loop = Optional[Tuple[float, float]]
-
-
-class PlayerCommands(Protocol):
-    """What commands the player (PlayerClient in clients/player_client.py); each call may block."""
-
-    def play(self) -> Any: ...
-    def pause(self) -> Any: ...
-    def stop(self) -> Any: ...
-    def seek(self, position_s: float) -> Any: ...
-    def set_rate(self, rate: float) -> Any: ...
-    def step(self, count: int, topic: str = '', duration_s: float = 0.0) -> Any: ...
-    def set_loop(self, loop: bool, begin_s: float = 0.0, end_s: float = 0.0) -> Any: ...
 
 
 class PlacedMark(NamedTuple):
@@ -84,7 +74,7 @@ class PlaybackModel(QObject):
         self._unit = MESSAGE
         self._marks: Tuple[PlacedMark, ...] = ()
         self._seeks = self._newest(self._send_seek, self._forget_seek)
-        self._rates = self._newest(client.set_rate)
+        self._motion = MotionCommands(client.set_rate, client.play, self._newest)
         self._loops = self._newest(self._send_loop)
         self._steps = self._newest(self._send_steps)
         self._frames = QTimer(self, interval=FRAME_MS, timerType=Qt.PreciseTimer)
@@ -134,8 +124,8 @@ class PlaybackModel(QObject):
     @property
     def rate(self) -> float:
         """The rate as commanded; below 0 backwards."""
-        if self._rates.wanted is not None:
-            return self._rates.wanted
+        if self._motion.rate is not None:
+            return self._motion.rate
         return 1.0 if self._snapshot is None else self._snapshot.rate
 
     @property
@@ -168,7 +158,7 @@ class PlaybackModel(QObject):
 
     def pause(self) -> None:
         """Stand still."""
-        self._run(self._client.pause)
+        self._stand(self._client.pause)
 
     def toggle(self) -> None:
         """Pause while playing, in either direction; play forward while paused."""
@@ -180,7 +170,7 @@ class PlaybackModel(QObject):
 
     def stop(self) -> None:
         """Stand still at the beginning."""
-        self._run(self._client.stop)
+        self._stand(self._client.stop)
 
     # Go somewhere.
 
@@ -233,6 +223,7 @@ class PlaybackModel(QObject):
     def step(self, count: int) -> None:
         """Pause and go so many steps on, or (below 0) back."""
         if self.is_available:
+            self._motion.stand()
             waiting = self._steps.waiting
             done, unit = waiting if waiting is not None and waiting[1] == self._unit \
                 else (0, self._unit)
@@ -269,7 +260,7 @@ class PlaybackModel(QObject):
         if not self.is_available or rate == 0.0:
             return
         size = min(max(abs(rate), MIN_RATE), MAX_RATE)
-        self._rates.request(size if rate > 0.0 else -size)
+        self._motion.change_rate(size if rate > 0.0 else -size)
         self.changed.emit()
 
     def set_speed(self, speed: float) -> None:
@@ -339,9 +330,15 @@ class PlaybackModel(QObject):
         self.failed.emit(str(error))
 
     def _play_at(self, rate: float) -> None:
-        if rate != self.rate:
-            self.set_rate(rate)
-        self._run(self._client.play)
+        if rate == self.rate and self._motion.rate is None:
+            self._run(self._client.play)
+        elif self.is_available:
+            self._motion.play(rate)
+            self.changed.emit()
+
+    def _stand(self, command: Callable[[], Any]) -> None:
+        self._motion.stand()
+        self._run(command)
 
     def _send_seek(self, position_s: float) -> None:
         self._sought_at_s = self._clock()

@@ -49,7 +49,7 @@ _FEWEST_LANES = 2  # that are visible, if there are so many
 _FONT_PX = 11
 _PLAYHEAD_REACH, _HOVER_REACH = 10, 110  # px to each side of them that are drawn anew
 _HINT = ('Press to go there, drag to look around, drag A and B to change the loop.\n'
-         'Turn the wheel to see it closer (Shift: move), double-click to see all.\n'
+         'Turn the wheel to zoom in (Shift: move), double-click to see all.\n'
          'Home and End: to the ends. Page up and down: from mark to mark. A, B, L: the loop.')
 
 
@@ -316,7 +316,7 @@ class TimelineView(QWidget):
         self._show_hover(None)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Look closer or from farther; over lanes that have no room scroll them, without Ctrl."""
+        """Zoom in or out; over lanes that have no room scroll them, without Ctrl."""
         is_over_lanes = event.pos().y() >= HEADER_HEIGHT
         modifiers = event.modifiers()
         if self._scroll.maximum() and is_over_lanes and modifiers == Qt.NoModifier:
@@ -387,7 +387,7 @@ class TimelineView(QWidget):
         return timeline_menu(self, self._playback, self.zoom, time_s,
                              lambda: self.mark_wanted.emit(time_s))
 
-    def look_closer(self, steps: float) -> None:
+    def zoom_in(self, steps: float) -> None:
         """Show less, or (below 0) more, around the position."""
         self.zoom.step(steps, self._playback.position_s)
 
