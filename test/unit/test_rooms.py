@@ -65,3 +65,11 @@ def test_no_room_is_a_warehouse() -> None:
     for path in modules():
         counts[room(path)] += path.name != '__init__.py'
     assert {name: count for name, count in counts.items() if count > MOST_FILES} == {}
+
+
+def test_each_file_that_the_document_names_exists() -> None:
+    text = (REPOSITORY / 'docs' / 'architecture.md').read_text(encoding='utf-8')
+    named = re.findall(r'`((?:[a-z_]+/)+[a-z_]+\.py)`', text)
+    assert named
+    assert [it for it in named if not any((folder / it).exists()
+                                          for folder in (PACKAGE, REPOSITORY))] == []
