@@ -25,7 +25,7 @@
 #include <thread>
 #include <vector>
 
-#include "process_visualizer/sender/time_slice.hpp"
+#include "process_visualizer/common/time_slice.hpp"
 
 namespace {
 

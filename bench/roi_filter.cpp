@@ -1,5 +1,5 @@
 /// Prints how long the crop of a Kinect's cloud (640 x 480 points of x, y, z, rgb) takes.
-#include "process_visualizer/roi_filter.hpp"
+#include "process_visualizer/cloud/roi_filter.hpp"
 
 #include <sensor_msgs/point_cloud2_iterator.h>
 
@@ -37,7 +37,7 @@ double medianMilliseconds(std::vector<double>& times) {
 int main() {
   using Clock = std::chrono::steady_clock;
   const auto cloud = kinectCloud();
-  const process_visualizer::Box box({0, 0, 2}, {1.0, 0.8, 1.0});
+  const process_visualizer::cloud::Box box({0, 0, 2}, {1.0, 0.8, 1.0});
   const Eigen::Isometry3d transform(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()));
   std::vector<double> times;
   std::size_t kept = 0;

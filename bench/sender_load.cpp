@@ -29,13 +29,13 @@
 #include <thread>
 #include <vector>
 
-#include "process_visualizer/sender/time_slice.hpp"
+#include "process_visualizer/common/time_slice.hpp"
 #include "process_visualizer/sender/timed_sender.hpp"
 
-using process_visualizer::monotonicNow;
-using process_visualizer::Packet;
-using process_visualizer::QueueLimits;
-using process_visualizer::TimedSender;
+using process_visualizer::sender::monotonicNow;
+using process_visualizer::sender::Packet;
+using process_visualizer::sender::QueueLimits;
+using process_visualizer::sender::TimedSender;
 
 namespace {
 

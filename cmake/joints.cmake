@@ -1,13 +1,13 @@
 # The joint processor: which position belongs to which joint (no node), and the node joint_proc.
 
-add_library(process_visualizer_joints src/robot/complaint.cpp src/robot/joint_coverage.cpp
-  src/robot/joint_matching.cpp
-  src/robot/time_watch.cpp)
+add_library(process_visualizer_joints src/joints/complaint.cpp src/joints/joint_coverage.cpp
+  src/joints/joint_matching.cpp
+  src/joints/time_watch.cpp)
 process_visualizer_compile(process_visualizer_joints)
 
-add_executable(joint_proc src/robot/joint_processor.cpp src/robot/joint_processor_main.cpp)
+add_executable(joint_proc src/joints/joint_processor.cpp src/joints/joint_processor_main.cpp)
 process_visualizer_compile(joint_proc)
-target_link_libraries(joint_proc process_visualizer_joints process_visualizer_sender
+target_link_libraries(joint_proc process_visualizer_joints process_visualizer_common
   ${roscpp_LIBRARIES})
 
 install(TARGETS process_visualizer_joints LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})

@@ -1,6 +1,5 @@
 # The recorder: a library without a master, and the node bag_recorder.
 
-find_package(Threads REQUIRED)
 find_package(xmlrpcpp REQUIRED)
 
 add_library(process_visualizer_recorder

@@ -1,19 +1,16 @@
 # The player's sender: a library without ROS, which Python loads.
 
-find_package(Threads REQUIRED)
-
 add_library(process_visualizer_sender SHARED
   src/sender/agenda.cpp
   src/sender/c_interface.cpp
   src/sender/packet.cpp
   src/sender/subscriber_link.cpp
-  src/sender/time_slice.cpp
   src/sender/timed_sender.cpp
   src/sender/transfer.cpp
   src/sender/wakeup.cpp
 )
 process_visualizer_compile(process_visualizer_sender)
-target_link_libraries(process_visualizer_sender Threads::Threads)
+target_link_libraries(process_visualizer_sender process_visualizer_common Threads::Threads)
 
 install(TARGETS process_visualizer_sender LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})
 

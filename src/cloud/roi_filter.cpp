@@ -1,4 +1,4 @@
-#include "process_visualizer/roi_filter.hpp"
+#include "process_visualizer/cloud/roi_filter.hpp"
 
 #include <sensor_msgs/PointField.h>
 
@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace process_visualizer {
+namespace process_visualizer::cloud {
 namespace {
 
 /// Neighbouring bytes of points that are all kept.
@@ -147,4 +147,4 @@ sensor_msgs::PointCloud2 cropToBox(const sensor_msgs::PointCloud2& cloud,
   return cropped;
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::cloud

@@ -9,11 +9,11 @@
 #include <pluginlib/class_list_macros.hpp>
 #include <stdexcept>
 
-#include "process_visualizer/frame_name.hpp"
-#include "process_visualizer/roi_filter.hpp"
-#include "process_visualizer/roi_parameters.hpp"
+#include "process_visualizer/cloud/roi_filter.hpp"
+#include "process_visualizer/cloud/roi_parameters.hpp"
+#include "process_visualizer/common/frame_name.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::cloud {
 namespace {
 
 constexpr double kReportPeriod = 5;  ///< least time between two equal messages in the log, s
@@ -90,6 +90,6 @@ Eigen::Isometry3d RoiFilter::boxFromCloud(const std::string& cloud_frame) const 
       parameters_->frame, withoutLeadingSlash(cloud_frame), ros::Time(0)));
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::cloud
 
-PLUGINLIB_EXPORT_CLASS(process_visualizer::RoiFilter, nodelet::Nodelet)
+PLUGINLIB_EXPORT_CLASS(process_visualizer::cloud::RoiFilter, nodelet::Nodelet)

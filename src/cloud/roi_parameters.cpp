@@ -1,10 +1,10 @@
-#include "process_visualizer/roi_parameters.hpp"
+#include "process_visualizer/cloud/roi_parameters.hpp"
 
 #include <stdexcept>
 
-#include "process_visualizer/frame_name.hpp"
+#include "process_visualizer/common/frame_name.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::cloud {
 namespace {
 
 using XmlRpc::XmlRpcValue;
@@ -65,4 +65,4 @@ RoiParameters readRoiParameters(const ros::NodeHandle& node_handle) {
   }
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::cloud

@@ -2,7 +2,7 @@
 
 #include <sstream>
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 
 std::string accountText(const std::map<std::string, TopicStatistics>& statistics,
                         const std::vector<ClockJump>& jumps,
@@ -29,4 +29,4 @@ std::string accountText(const std::map<std::string, TopicStatistics>& statistics
   return text.str();
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

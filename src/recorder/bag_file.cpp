@@ -15,7 +15,7 @@
 
 #include "process_visualizer/recorder/bag_name.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 namespace {
 
 constexpr char kMagic[] = "#ROSBAG V2.0\n";
@@ -320,4 +320,4 @@ void BagFile::fail(const std::string& what) const {
                                 : "; check the folder and its permissions"));
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

@@ -7,7 +7,7 @@
 
 #include "process_visualizer/recorder/bag_file.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 namespace {
 
 constexpr const char* kExtension = ".bag";
@@ -87,4 +87,4 @@ void createFolder(const std::string& folder) {
                          "; choose another");
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

@@ -13,7 +13,7 @@
 #include "process_visualizer/recorder/recording_request.hpp"
 #include "process_visualizer/recorder/text.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 namespace {
 
 const std::string kPrefix = "/process_visualizer/";
@@ -295,4 +295,4 @@ bool BagRecorder::takeIn(const Message& message) {
   return is_taken;
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

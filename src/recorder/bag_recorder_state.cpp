@@ -5,7 +5,7 @@
 #include "process_visualizer/recorder/bag_recorder.hpp"
 #include "process_visualizer/recorder/text.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 namespace {
 
 constexpr std::size_t kProblems = 20;  ///< that are remembered
@@ -138,4 +138,4 @@ void BagRecorder::followPublishers(const Publishers& publishers) {
   if (is_new) subscribe();
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

@@ -29,7 +29,7 @@ int main(int argc, char** argv) {
   ros::init(argc, argv, "bag_recorder", ros::init_options::NoSigintHandler);
   try {
     ros::NodeHandle node;  // keeps roscpp running until everything else is gone
-    process_visualizer::BagRecorder recorder;
+    process_visualizer::recorder::BagRecorder recorder;
     ros::AsyncSpinner spinner(2);  // ~mark is answered while ~start waits
     spinner.start();
     int number = 0;

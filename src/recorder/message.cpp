@@ -6,7 +6,7 @@
 
 #include "process_visualizer/recorder/text.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 
 Connection connectionWith(const std::string& topic,
                           const std::map<std::string, std::string>& header) {
@@ -39,4 +39,4 @@ Message textMessage(const ConnectionPtr& connection, const ros::Time& time,
   return {connection, time, content};
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

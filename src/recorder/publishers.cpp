@@ -13,7 +13,7 @@
 #include <thread>
 #include <utility>
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 namespace {
 
 enum class Answer { kNone, kDead, kLinks };
@@ -135,4 +135,4 @@ std::set<std::string> topicsWithLivingPublisher(const Publishers& publishers,
   return living;
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 namespace {
 
 // Its messages add to each other: what one publisher told holds beside what another tells.
@@ -78,4 +78,4 @@ double RecentMessages::duration() const {
   return messages_.empty() ? 0.0 : (messages_.back().time - messages_.front().time).toSec();
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

@@ -6,7 +6,7 @@
 
 #include "process_visualizer/recorder/bag_name.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 namespace {
 
 // A chunk is not kept back for longer than this: it is all that a kill can cost.
@@ -240,4 +240,4 @@ void Recording::tellEnd() {
   contents_.on_end();
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

@@ -4,7 +4,7 @@
 
 #include "process_visualizer/recorder/bag_name.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 namespace {
 
 Compression compressionOf(const std::string& name) {
@@ -33,4 +33,4 @@ RecordingOptions optionsOf(const StartRecording::Request& request, const ros::No
   return options;
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

@@ -8,7 +8,7 @@
 #include <thread>
 #include <utility>
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 namespace {
 
 constexpr unsigned kUnlimited = 0;  // for roscpp's queue: the recorder's own one is bounded
@@ -179,4 +179,4 @@ ConnectionPtr Subscriptions::connectionOf(const std::string& topic,
   return connection;
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

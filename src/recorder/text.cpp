@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 namespace {
 
 constexpr char kReplacement[] = "\xEF\xBF\xBD";
@@ -54,4 +54,4 @@ std::string validUtf8(const std::string& text) {
   return valid;
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

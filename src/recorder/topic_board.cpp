@@ -1,6 +1,6 @@
 #include "process_visualizer/recorder/topic_board.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 
 void TopicBoard::begin(const std::vector<std::string>& topics) {
   is_counting_ = true;
@@ -74,4 +74,4 @@ std::vector<TopicRecord> TopicBoard::records(const std::set<std::string>& topics
   return records;
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

@@ -6,7 +6,7 @@
 
 #include "process_visualizer/recorder/bag_file.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 namespace {
 
 std::vector<std::regex> expressions(const std::vector<std::string>& texts) {
@@ -56,4 +56,4 @@ bool TopicChoice::isWanted(const std::string& name) const {
   return matchesAny(name, patterns_) && !matchesAny(name, excluded_);
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

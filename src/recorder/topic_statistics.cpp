@@ -4,7 +4,7 @@
 #include <cstring>
 #include <sstream>
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 namespace {
 
 constexpr double kGapFactor = 3.0;
@@ -81,4 +81,4 @@ bool beginsWithHeader(const std::string& definition) {
   return false;
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

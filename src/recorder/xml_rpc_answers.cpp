@@ -1,6 +1,6 @@
 #include "process_visualizer/recorder/xml_rpc_answers.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 namespace {
 
 using XmlRpc::XmlRpcValue;
@@ -72,4 +72,4 @@ Links linksFrom(const std::string& publisher, XmlRpcValue& answer) {
   return isSuccess(answer) ? linksOf(answer[2], publisher, "i") : Links();
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

@@ -2,7 +2,7 @@
 
 #include "process_visualizer/sender/wakeup.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::sender {
 
 void Agenda::set(int item, std::int64_t time_ns, std::uint64_t rank) {
   const auto place = places_.find(item);
@@ -33,4 +33,4 @@ std::vector<int> Agenda::due(std::int64_t now_ns) const {
   return items;
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::sender

@@ -4,11 +4,11 @@
 #include <exception>
 #include <memory>
 
-#include "process_visualizer/sender/time_slice.hpp"
+#include "process_visualizer/common/time_slice.hpp"
 #include "process_visualizer/sender/timed_sender.hpp"
 
-using process_visualizer::Packet;
-using process_visualizer::TimedSender;
+using process_visualizer::sender::Packet;
+using process_visualizer::sender::TimedSender;
 
 extern "C" {
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace process_visualizer {
+namespace process_visualizer::sender {
 
 Packet::Packet(const char* message, std::size_t size)
     : size_(size + sizeof(std::uint32_t)), bytes_(new char[size_]) {
@@ -12,4 +12,4 @@ Packet::Packet(const char* message, std::size_t size)
   if (size > 0) std::memcpy(bytes_.get() + sizeof(std::uint32_t), message, size);
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::sender

@@ -13,7 +13,7 @@
 
 #include "process_visualizer/sender/wakeup.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::sender {
 
 namespace {
 
@@ -107,4 +107,4 @@ void SubscriberLink::written(std::size_t bytes) {
   if (queue_.empty()) state_ = State::kIdle;
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::sender

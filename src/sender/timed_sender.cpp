@@ -7,9 +7,9 @@
 #include <ctime>
 #include <utility>
 
-#include "process_visualizer/sender/time_slice.hpp"
+#include "process_visualizer/common/time_slice.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::sender {
 
 using State = SubscriberLink::State;
 
@@ -245,4 +245,4 @@ void TimedSender::ringBefore(std::int64_t time_ns) {
   wakeup_.ring();
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::sender

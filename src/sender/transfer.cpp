@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace process_visualizer {
+namespace process_visualizer::sender {
 
 namespace {
 
@@ -33,4 +33,4 @@ std::size_t Transfer::sizeOf(std::size_t written, std::int64_t now_ns) const {
   return now_ns >= due_ns_ ? rest : std::min(rest - 1, slice_bytes_);
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::sender

@@ -10,7 +10,7 @@
 #include <cerrno>
 #include <system_error>
 
-namespace process_visualizer {
+namespace process_visualizer::sender {
 
 namespace {
 
@@ -94,4 +94,4 @@ void Wakeup::setTimer(std::int64_t time_ns) {
   timer_ns_ = time_ns;
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::sender

@@ -7,7 +7,7 @@
 
 #include "process_visualizer/recorder/message.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 
 inline ConnectionPtr connectionWith(const std::string& definition,
                                     const std::string& latching = "0") {
@@ -31,4 +31,4 @@ inline ConnectionPtr latchedBy(const std::string& node, const std::string& topic
   return std::make_shared<Connection>(Connection{topic, {{"callerid", node}, {"latching", "1"}}});
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

@@ -13,7 +13,7 @@
 
 #include "process_visualizer/sender/timed_sender.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::sender {
 
 constexpr std::int64_t kMs = 1'000'000;
 constexpr QueueLimits kMuch{1000, 1 << 30};
@@ -86,4 +86,4 @@ inline std::vector<int> counted(int count) {
   return numbers;
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::sender

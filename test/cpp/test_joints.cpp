@@ -3,12 +3,12 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "process_visualizer/robot/complaint.hpp"
-#include "process_visualizer/robot/joint_coverage.hpp"
-#include "process_visualizer/robot/joint_matching.hpp"
-#include "process_visualizer/robot/time_watch.hpp"
+#include "process_visualizer/joints/complaint.hpp"
+#include "process_visualizer/joints/joint_coverage.hpp"
+#include "process_visualizer/joints/joint_matching.hpp"
+#include "process_visualizer/joints/time_watch.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::joints {
 namespace {
 
 using Names = std::vector<std::string>;
@@ -140,7 +140,7 @@ TEST(Complaint, StandsUntilGoodMessagesComeForSomeTime) {
 }
 
 }  // namespace
-}  // namespace process_visualizer
+}  // namespace process_visualizer::joints
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);

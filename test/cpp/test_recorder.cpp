@@ -15,7 +15,7 @@
 #include "process_visualizer/recorder/recording.hpp"
 #include "recorder_messages.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 namespace {
 
 namespace fs = std::filesystem;
@@ -357,7 +357,7 @@ TEST(Latched, OfPublishersThatAreGoneAreForgottenWhenTheyAreReplaced) {
 }
 
 }  // namespace
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder
 
 int main(int argc, char** argv) {
   ros::Time::init();

@@ -5,7 +5,7 @@
 #include "process_visualizer/recorder/topic_statistics.hpp"
 #include "recorder_messages.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 namespace {
 
 TEST(Clock, JumpsAreNotedAndDriftIsNot) {
@@ -77,7 +77,7 @@ TEST(Statistics, KnowTypesThatBeginWithAHeader) {
 }
 
 }  // namespace
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);

@@ -10,7 +10,7 @@
 #include "process_visualizer/recorder/topic_choice.hpp"
 #include "process_visualizer/recorder/xml_rpc_answers.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 namespace {
 
 using Names = std::set<std::string>;
@@ -121,7 +121,7 @@ TEST(Choice, OfWhatIsNoExpressionOrNameIsRefused) {
 }
 
 }  // namespace
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);

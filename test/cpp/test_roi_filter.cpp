@@ -15,9 +15,9 @@
 #include <string>
 #include <vector>
 
-#include "process_visualizer/roi_filter.hpp"
+#include "process_visualizer/cloud/roi_filter.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::cloud {
 namespace {
 
 using Point = std::array<float, 3>;
@@ -254,7 +254,7 @@ TEST(Box, RejectsWhatIsNoBox) {
 }
 
 }  // namespace
-}  // namespace process_visualizer
+}  // namespace process_visualizer::cloud
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);

@@ -7,10 +7,10 @@
 #include <future>
 #include <random>
 
-#include "process_visualizer/sender/time_slice.hpp"
+#include "process_visualizer/common/time_slice.hpp"
 #include "sender_testing.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::sender {
 
 namespace {
 
@@ -374,7 +374,7 @@ TEST(TimedSender, RefusesWhatIsNoSocket) {
 
 }  // namespace
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::sender
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);

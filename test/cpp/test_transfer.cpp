@@ -4,7 +4,7 @@
 
 #include "process_visualizer/sender/transfer.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::sender {
 
 namespace {
 
@@ -41,7 +41,7 @@ TEST(Transfer, WhatIsOverdueIsWrittenAtOnce) {
 
 }  // namespace
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::sender
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);

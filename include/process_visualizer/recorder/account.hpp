@@ -8,7 +8,7 @@
 #include "process_visualizer/recorder/clock_watch.hpp"
 #include "process_visualizer/recorder/topic_statistics.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 
 /// Returns what a recorder knows of a recording at its end, as JSON: by topic what it received and
 /// what it dropped, and the jumps of the clock.
@@ -17,4 +17,4 @@ std::string accountText(const std::map<std::string, TopicStatistics>& statistics
                         const std::vector<ClockJump>& jumps,
                         const std::map<std::string, std::uint64_t>& unwritten);
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

@@ -9,7 +9,7 @@
 
 #include "process_visualizer/recorder/message.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 
 /// What keeps a recording from being written; says which file, why, and what to do.
 class RecordingError : public std::runtime_error {
@@ -88,4 +88,4 @@ class BagFile {
   std::map<std::string, std::uint64_t> counts_, discarded_;
 };
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

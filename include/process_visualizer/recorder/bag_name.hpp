@@ -2,7 +2,7 @@
 
 #include <string>
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 
 /// Returns the path of a new bag: FOLDER/NAME.bag, or with an empty name FOLDER/PREFIX_DATE.bag or
 /// FOLDER/DATE.bag with the local date and time, which is numbered if there is one already.
@@ -16,4 +16,4 @@ std::string partPath(const std::string& path, unsigned part);
 /// Creates a folder with those above it. \throws RecordingError
 void createFolder(const std::string& folder);
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

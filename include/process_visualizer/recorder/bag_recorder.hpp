@@ -20,7 +20,7 @@
 #include "process_visualizer/recorder/topic_board.hpp"
 #include "process_visualizer/recorder/topic_choice.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 
 /// The node bag_recorder: services `~start ~save_recent ~stop ~mark`, topic `~state`.
 class BagRecorder {
@@ -94,4 +94,4 @@ class BagRecorder {
   std::thread state_thread_, master_thread_;
 };
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

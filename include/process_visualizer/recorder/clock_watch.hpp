@@ -7,7 +7,7 @@
 
 #include "ros/time.h"
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 
 /// A jump of the computer's clock: the time after it, and how far it went (s).
 struct ClockJump {
@@ -44,4 +44,4 @@ class ClockWatch {
   std::vector<ClockJump> jumps_;
 };
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

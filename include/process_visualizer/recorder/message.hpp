@@ -1,22 +1,15 @@
 #pragma once
 
-#include <ros/message_traits.h>
-#include <ros/serialization.h>
 #include <ros/time.h>
 
 #include <boost/shared_ptr.hpp>
-#include <cstdint>
 #include <map>
 #include <memory>
 #include <string>
-#include <vector>
 
-namespace process_visualizer {
+#include "process_visualizer/common/raw_message.hpp"
 
-/// A message as it came over the wire; any type can be received as this.
-struct RawMessage {
-  std::vector<std::uint8_t> bytes;
-};
+namespace process_visualizer::recorder {
 
 /// One publisher's stream of a topic: what a bag calls a connection.
 struct Connection {
@@ -56,40 +49,4 @@ ConnectionPtr textConnection(const std::string& topic, const std::string& node,
 Message textMessage(const ConnectionPtr& connection, const ros::Time& time,
                     const std::string& text);
 
-}  // namespace process_visualizer
-
-namespace ros {
-namespace message_traits {
-
-template <>
-struct MD5Sum<process_visualizer::RawMessage> {
-  static const char* value() { return "*"; }
-  static const char* value(const process_visualizer::RawMessage&) { return value(); }
-};
-
-template <>
-struct DataType<process_visualizer::RawMessage> {
-  static const char* value() { return "*"; }
-  static const char* value(const process_visualizer::RawMessage&) { return value(); }
-};
-
-template <>
-struct Definition<process_visualizer::RawMessage> {
-  static const char* value() { return ""; }
-  static const char* value(const process_visualizer::RawMessage&) { return value(); }
-};
-
-}  // namespace message_traits
-
-namespace serialization {
-
-template <>
-struct Serializer<process_visualizer::RawMessage> {
-  template <typename Stream>
-  static void read(Stream& stream, process_visualizer::RawMessage& message) {
-    message.bytes.assign(stream.getData(), stream.getData() + stream.getLength());
-  }
-};
-
-}  // namespace serialization
-}  // namespace ros
+}  // namespace process_visualizer::recorder

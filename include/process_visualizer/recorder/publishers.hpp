@@ -8,7 +8,7 @@
 
 #include "process_visualizer/recorder/xml_rpc_answers.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 
 /// Asks the master; nothing if it does not answer.
 std::optional<Publishers> publishersAtMaster();
@@ -39,4 +39,4 @@ std::set<std::string> topicsWithLivingPublisher(const Publishers& publishers,
                                                 const std::set<std::string>& topics,
                                                 double timeout_s);
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

@@ -10,7 +10,7 @@
 
 #include "process_visualizer/recorder/message.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 
 /// The newest message of each latching publisher: what a bag has to begin with.
 class LatchedMessages {
@@ -69,4 +69,4 @@ class RecentMessages {
   LatchedMessages before_;  ///< as of the time of the first message
 };
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

@@ -15,7 +15,7 @@
 #include "process_visualizer/recorder/clock_watch.hpp"
 #include "process_visualizer/recorder/recent_messages.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 
 struct RecordingOptions {
   std::string path;
@@ -112,4 +112,4 @@ class Recording {
   std::thread thread_;
 };
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

@@ -7,7 +7,7 @@
 
 #include "process_visualizer/recorder/recording.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 
 /// Returns the options for a recording that is asked for; creates its folder.
 /// \param node its private parameters say what the request leaves open
@@ -19,4 +19,4 @@ RecordingOptions optionsOf(const StartRecording::Request& request, const ros::No
 /// Returns a parameter in megabytes as bytes.
 std::uint64_t megabytes(const ros::NodeHandle& node, const std::string& parameter, int value);
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

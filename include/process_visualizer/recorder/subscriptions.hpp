@@ -15,7 +15,7 @@
 #include "process_visualizer/recorder/message.hpp"
 #include "process_visualizer/recorder/publishers.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 
 /// Subscribes to topics of any type and hands on their messages as bytes, in the order in which
 /// they arrive, from one thread. Nothing is dropped on the way.
@@ -66,4 +66,4 @@ class Subscriptions {
   std::map<std::string, std::string> definitions_;  ///< of messages, by MD5 sum
 };
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 
 /// Returns the words as one text, with the separator between them.
 std::string joined(const std::vector<std::string>& words, const std::string& separator);
@@ -11,4 +11,4 @@ std::string joined(const std::vector<std::string>& words, const std::string& sep
 /// Returns a text in which every byte that is not part of UTF-8 is replaced by U+FFFD.
 std::string validUtf8(const std::string& text);
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

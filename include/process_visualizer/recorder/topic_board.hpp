@@ -10,7 +10,7 @@
 
 #include "process_visualizer/recorder/topic_statistics.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 
 /// The figures of all topics: counts of a recording, and what arrives now.
 class TopicBoard {
@@ -46,4 +46,4 @@ class TopicBoard {
   std::chrono::steady_clock::time_point measured_ = std::chrono::steady_clock::now();
 };
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

@@ -7,7 +7,7 @@
 
 #include "process_visualizer/recorder/xml_rpc_answers.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 
 /// The topics that are recorded: some by their names, and those that match a pattern as soon as
 /// somebody publishes them.
@@ -36,4 +36,4 @@ class TopicChoice {
   std::vector<std::regex> patterns_, excluded_;
 };
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

@@ -8,7 +8,7 @@
 
 #include "process_visualizer/recorder/message.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 
 /// Counts the messages of a topic and finds what is missing between them.
 ///
@@ -52,4 +52,4 @@ class TopicStatistics {
 /// Returns whether the type with this definition begins with a std_msgs/Header.
 bool beginsWithHeader(const std::string& definition);
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-namespace process_visualizer {
+namespace process_visualizer::recorder {
 
 /// Names of the publishing nodes by topic, as the master knows them.
 using Publishers = std::map<std::string, std::set<std::string>>;
@@ -33,4 +33,4 @@ Links linksFrom(const std::string& publisher, XmlRpc::XmlRpcValue& answer);
 /// Returns a value if it is a text, else an empty one.
 std::string textOf(const XmlRpc::XmlRpcValue& value);
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::recorder

@@ -6,7 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
-namespace process_visualizer {
+namespace process_visualizer::sender {
 
 /// When the next work of each numbered item may be done. What is due is found without a look at
 /// the rest. Times are of the monotonic clock, in nanoseconds.
@@ -29,4 +29,4 @@ class Agenda {
   std::unordered_map<int, std::set<Entry>::iterator> places_;
 };
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::sender

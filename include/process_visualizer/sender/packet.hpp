@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <memory>
 
-namespace process_visualizer {
+namespace process_visualizer::sender {
 
 /// A message as TCPROS wants it on the wire: its length (uint32, little-endian), then its bytes.
 class Packet {
@@ -24,4 +24,4 @@ class Packet {
 /// One copy for all subscribers of a topic.
 using PacketPtr = std::shared_ptr<const Packet>;
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::sender

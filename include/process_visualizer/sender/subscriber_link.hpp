@@ -8,7 +8,7 @@
 #include "process_visualizer/sender/packet.hpp"
 #include "process_visualizer/sender/transfer.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::sender {
 
 /// How much may wait for a subscriber that is slower than the messages come.
 struct QueueLimits {
@@ -67,4 +67,4 @@ class SubscriberLink {
   State state_ = State::kIdle;
 };
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::sender

@@ -13,7 +13,7 @@
 #include "process_visualizer/sender/subscriber_link.hpp"
 #include "process_visualizer/sender/wakeup.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::sender {
 
 /// Sends messages to the subscribers of topics at times given before, in a thread of its own.
 /// Times are of the monotonic clock, in nanoseconds. May be used by several threads.
@@ -114,4 +114,4 @@ class TimedSender {
 /// The monotonic clock [ns].
 std::int64_t monotonicNow();
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::sender

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace process_visualizer {
+namespace process_visualizer::sender {
 
 /// When which part of a packet is written. A subscriber has a message once its last byte has come:
 /// so a large one is sent in slices before it is due, and only its last byte waits. It arrives in
@@ -26,4 +26,4 @@ class Transfer {
   std::size_t slice_bytes_;
 };
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::sender

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace process_visualizer {
+namespace process_visualizer::sender {
 
 /// What ends a thread's wait: a time, another thread, or a socket.
 class Wakeup {
@@ -40,4 +40,4 @@ class Wakeup {
   std::int64_t timer_ns_ = kNever;
 };
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::sender

@@ -4,7 +4,7 @@
 
 #include <Eigen/Geometry>
 
-namespace process_visualizer {
+namespace process_visualizer::cloud {
 
 /// A box (region of interest) whose edges are parallel to the axes of the frame it is given in.
 class Box {
@@ -36,4 +36,4 @@ class Box {
 sensor_msgs::PointCloud2 cropToBox(const sensor_msgs::PointCloud2& cloud,
                                    const Eigen::Isometry3d& box_from_cloud, const Box& box);
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::cloud

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-namespace process_visualizer {
+namespace process_visualizer::joints {
 
 /// Notices that ROS time stands still or goes back, which simulated time can do.
 class TimeWatch {
@@ -23,4 +23,4 @@ class TimeWatch {
   bool begun_ = false;
 };
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::joints

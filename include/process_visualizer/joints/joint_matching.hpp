@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace process_visualizer {
+namespace process_visualizer::joints {
 
 /// Positions [rad or m] of joints, by name; a driver's message may have no names.
 struct JointPositions {
@@ -55,4 +55,4 @@ class JointMatching {
 /// \throws std::invalid_argument the text is not XML
 std::vector<std::string> movableJoints(const std::string& urdf);
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::joints

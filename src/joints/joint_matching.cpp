@@ -1,4 +1,4 @@
-#include "process_visualizer/robot/joint_matching.hpp"
+#include "process_visualizer/joints/joint_matching.hpp"
 
 #include <algorithm>
 #include <boost/property_tree/xml_parser.hpp>
@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace process_visualizer {
+namespace process_visualizer::joints {
 namespace {
 
 std::string listed(const std::vector<std::string>& names) {
@@ -89,4 +89,4 @@ std::vector<std::string> movableJoints(const std::string& urdf) {
   return names;
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::joints

@@ -4,9 +4,9 @@
 
 #include <string>
 
-#include "process_visualizer/roi_filter.hpp"
+#include "process_visualizer/cloud/roi_filter.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::cloud {
 
 /// The region of interest as it is on the parameter server.
 struct RoiParameters {
@@ -19,4 +19,4 @@ struct RoiParameters {
 /// \throws std::invalid_argument that names the parameter and what it must be
 RoiParameters readRoiParameters(const ros::NodeHandle& node_handle);
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::cloud

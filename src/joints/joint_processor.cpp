@@ -1,4 +1,4 @@
-#include "process_visualizer/robot/joint_processor.hpp"
+#include "process_visualizer/joints/joint_processor.hpp"
 
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <std_msgs/Float32MultiArray.h>
@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-namespace process_visualizer {
+namespace process_visualizer::joints {
 namespace {
 
 constexpr double kQuietPeriodS = 0.05;
@@ -191,4 +191,4 @@ bool JointProcessor::isDue() {
   return true;
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::joints

@@ -10,7 +10,7 @@ class Display;
 class DisplayGroup;
 }  // namespace rviz
 
-namespace process_visualizer {
+namespace process_visualizer::displays {
 
 /// What a display shows under "Status": level and texts, and whether it has received nothing.
 /// RViz's levels ok, warning and error are numbered as those of DiagnosticStatus. Call this and the
@@ -22,4 +22,4 @@ diagnostic_msgs::DiagnosticStatus reportDisplay(const rviz::Display& display,
 std::vector<diagnostic_msgs::DiagnosticStatus> reportDisplays(const rviz::DisplayGroup& group,
                                                               const std::string& prefix = "");
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::displays

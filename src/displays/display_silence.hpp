@@ -6,7 +6,7 @@ namespace rviz {
 class Display;
 }
 
-namespace process_visualizer {
+namespace process_visualizer::displays {
 
 /// Why a display that is to show a topic shows nothing: it has not subscribed the topic, or has
 /// received nothing yet. Empty if it has, if it is switched off, if it has no topic, and if RViz
@@ -20,4 +20,4 @@ extern const char* const kSilenceName;
 /// Shows it in the status of the display, as a warning, or removes that.
 void showSilence(rviz::Display& display);
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::displays

@@ -12,7 +12,7 @@
 #include "display_report.hpp"
 #include "display_silence.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::displays {
 namespace {
 
 constexpr float kPeriod = 0.5;  ///< between two reports, s
@@ -79,6 +79,6 @@ diagnostic_msgs::DiagnosticStatus DisplayStatus::reportRviz() const {
   return report;
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::displays
 
-PLUGINLIB_EXPORT_CLASS(process_visualizer::DisplayStatus, rviz::Display)
+PLUGINLIB_EXPORT_CLASS(process_visualizer::displays::DisplayStatus, rviz::Display)

@@ -1,6 +1,6 @@
-#include "process_visualizer/robot/complaint.hpp"
+#include "process_visualizer/joints/complaint.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::joints {
 namespace {
 
 constexpr std::chrono::seconds kHold{3};  // it must not blink
@@ -17,4 +17,4 @@ void Complaint::add(const std::string& text, Time now) {
 
 bool Complaint::holds(Time now) const { return count_ > 0 && !(has_good_ && now - last_ > kHold); }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::joints

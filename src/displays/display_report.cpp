@@ -8,7 +8,7 @@
 
 #include "display_silence.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::displays {
 namespace {
 
 using diagnostic_msgs::DiagnosticStatus;
@@ -73,4 +73,4 @@ std::vector<DiagnosticStatus> reportDisplays(const rviz::DisplayGroup& group,
   return reports;
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::displays

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <string>
 
-namespace process_visualizer {
+namespace process_visualizer::joints {
 
 /// What is wrong with the messages of a topic, for as long as it holds: until good messages come
 /// and no bad one has come for some time. As ComplaintBook of the Python nodes.
@@ -31,4 +31,4 @@ class Complaint {
   bool has_good_ = false;
 };
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::joints

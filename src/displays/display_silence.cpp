@@ -9,7 +9,7 @@
 
 #include <algorithm>
 
-namespace process_visualizer {
+namespace process_visualizer::displays {
 
 const char* const kSilenceName = "Messages";
 
@@ -105,4 +105,4 @@ void showSilence(rviz::Display& display) {
   }
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::displays

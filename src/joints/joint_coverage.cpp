@@ -1,6 +1,6 @@
-#include "process_visualizer/robot/joint_coverage.hpp"
+#include "process_visualizer/joints/joint_coverage.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::joints {
 namespace {
 
 constexpr std::chrono::seconds kPatience{3};
@@ -24,4 +24,4 @@ std::string JointCoverage::problem(Clock::time_point now) const {
          " is, and what hangs on it is not drawn; name a topic that has all joints of the model";
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::joints

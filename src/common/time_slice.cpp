@@ -1,4 +1,4 @@
-#include "process_visualizer/sender/time_slice.hpp"
+#include "process_visualizer/common/time_slice.hpp"
 
 #include <pthread.h>
 #include <sched.h>

@@ -8,13 +8,13 @@
 #include <optional>
 #include <string>
 
-#include "process_visualizer/recorder/message.hpp"
-#include "process_visualizer/robot/complaint.hpp"
-#include "process_visualizer/robot/joint_coverage.hpp"
-#include "process_visualizer/robot/joint_matching.hpp"
-#include "process_visualizer/robot/time_watch.hpp"
+#include "process_visualizer/common/raw_message.hpp"
+#include "process_visualizer/joints/complaint.hpp"
+#include "process_visualizer/joints/joint_coverage.hpp"
+#include "process_visualizer/joints/joint_matching.hpp"
+#include "process_visualizer/joints/time_watch.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::joints {
 
 /// The parameters of the joint processor.
 struct JointParameters {
@@ -80,4 +80,4 @@ class JointProcessor {
 /// \throws std::exception the bytes are not of that type
 JointPositions decodeJoints(const std::string& type, const RawMessage& message);
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::joints

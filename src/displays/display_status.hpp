@@ -6,7 +6,7 @@
 
 #include <cstdint>
 
-namespace process_visualizer {
+namespace process_visualizer::displays {
 
 /// RViz display that draws nothing. It warns in the status of each display that has not received
 /// anything, where RViz alone calls that OK. Twice a second it publishes what RViz shows of its
@@ -33,4 +33,4 @@ class DisplayStatus : public rviz::Display {
   std::uint64_t frames_at_report_ = 0;
 };
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::displays

@@ -1,6 +1,6 @@
-#include "process_visualizer/robot/time_watch.hpp"
+#include "process_visualizer/joints/time_watch.hpp"
 
-namespace process_visualizer {
+namespace process_visualizer::joints {
 namespace {
 
 constexpr std::chrono::seconds kLongestStep{1};  // of a simulated clock
@@ -20,4 +20,4 @@ std::string TimeWatch::problem(double ros_s, Clock::time_point now) {
   return {};
 }
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::joints

@@ -9,13 +9,13 @@
 #include <exception>
 #include <stdexcept>
 
-#include "process_visualizer/robot/joint_processor.hpp"
-#include "process_visualizer/sender/time_slice.hpp"
+#include "process_visualizer/common/time_slice.hpp"
+#include "process_visualizer/joints/joint_processor.hpp"
 
 namespace {
 
-using process_visualizer::JointMatching;
-using process_visualizer::JointParameters;
+using process_visualizer::joints::JointMatching;
+using process_visualizer::joints::JointParameters;
 
 constexpr double kRateHz = 30.0;  // what a screen shows
 constexpr double kCallTimeoutS = 0.1;
@@ -51,7 +51,7 @@ std::vector<std::string> readJointNames() {
   if (!ros::param::get("robot_description", urdf))
     refuse("~joint_names", "the names of the robot's joints are expected, or a robot_description");
   try {
-    return process_visualizer::movableJoints(urdf);
+    return process_visualizer::joints::movableJoints(urdf);
   } catch (const std::invalid_argument& error) {
     refuse("robot_description", error.what());
   }
@@ -86,7 +86,7 @@ int main(int argc, char** argv) {
   ros::NodeHandle node;  // keeps roscpp running
   try {
     const JointParameters parameters = readParameters();
-    process_visualizer::JointProcessor processor(
+    process_visualizer::joints::JointProcessor processor(
         parameters, JointMatching(parameters.robot_name, readJointNames(), readOffsets(),
                                   ros::param::param<std::string>("~prefix", "")));
     spinUntilShutdown();

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace process_visualizer {
+namespace process_visualizer::joints {
 
 /// Notices joints of a robot that no message tells about, such as those of a gripper whose states
 /// come on another topic. What they move cannot be drawn.
@@ -28,4 +28,4 @@ class JointCoverage {
   bool begun_ = false;
 };
 
-}  // namespace process_visualizer
+}  // namespace process_visualizer::joints
