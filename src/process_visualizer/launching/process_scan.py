@@ -5,26 +5,42 @@ import os
 import signal
 import time
 from pathlib import Path
-from typing import List, Optional
+from typing import Callable, List, Optional
 
 RUN_VARIABLE = 'PROCESS_VISUALIZER_RUN'
 _TERM_TIMEOUT_S = 3.0
 _CHECK_PERIOD_S = 0.05
+_EXEC_S = 0.02  # in which a process has begun to be another program
+_LINUX = ('0', '2')  # the parents of what is no program
 
 
 def processes_of_run(run_id: str) -> List[int]:
     """The process ids whose environment carries the run's mark, this process excepted."""
     mark = f'{RUN_VARIABLE}={run_id}'.encode()
     pids = [int(path.name) for path in Path('/proc').iterdir() if path.name.isdigit()]
-    return [pid for pid in pids if pid != os.getpid() and _carries(pid, mark)]
+    return [pid for pid in pids if pid != os.getpid() and mark in _environment(pid).split(b'\0')]
 
 
-def _carries(pid: int, mark: bytes) -> bool:
+def _environment(pid: int) -> bytes:
+    """The environment of a process; empty if it has ended, or belongs to somebody else or Linux.
+
+    While a process executes another program it has none for a moment.
+    """
+    deadline = time.monotonic() + _EXEC_S
     try:
-        alive = Path(f'/proc/{pid}/stat').read_bytes().rpartition(b')')[2].split()[0] != b'Z'
-        return alive and mark in Path(f'/proc/{pid}/environ').read_bytes().split(b'\0')
-    except (OSError, IndexError):  # it ended meanwhile, or belongs to somebody else
-        return False
+        while True:
+            state, parent = _stat(pid)[:2]
+            found = Path(f'/proc/{pid}/environ').read_bytes()
+            if found or state == 'Z' or parent in _LINUX or time.monotonic() > deadline:
+                return b'' if state == 'Z' else found
+            time.sleep(_EXEC_S / 10)
+    except (OSError, IndexError):
+        return b''
+
+
+def _stat(pid: int) -> List[str]:
+    """The fields of a process behind its name: state, parent's id, …; see proc(5)."""
+    return Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
 
 
 def start_time(pid: int) -> Optional[str]:
@@ -33,7 +49,7 @@ def start_time(pid: int) -> Optional[str]:
     None if there is none, or if it has ended and its parent has not asked for its exit code yet.
     """
     try:
-        fields = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
+        fields = _stat(pid)
         return None if fields[0] == 'Z' else fields[19]
     except (OSError, IndexError):
         return None
@@ -41,9 +57,16 @@ def start_time(pid: int) -> Optional[str]:
 
 def end_processes(run_id: str) -> List[int]:
     """End what is left of a run, with SIGTERM and after 3 s with SIGKILL; returns the ids."""
-    ended = processes_of_run(run_id)
-    _signal_all(ended, signal.SIGTERM)
-    if not wait_until_gone(run_id, _TERM_TIMEOUT_S):
+    ended: List[int] = []
+
+    def end_more() -> bool:
+        left = processes_of_run(run_id)
+        more = [pid for pid in left if pid not in ended]  # begun by one that had not ended yet
+        _signal_all(more, signal.SIGTERM)
+        ended.extend(more)
+        return not left
+
+    if not _wait_for(end_more, _TERM_TIMEOUT_S):
         _signal_all(processes_of_run(run_id), signal.SIGKILL)
         wait_until_gone(run_id, _TERM_TIMEOUT_S)
     return ended
@@ -51,8 +74,12 @@ def end_processes(run_id: str) -> List[int]:
 
 def wait_until_gone(run_id: str, timeout_s: float) -> bool:
     """Wait for the end of all processes of a run; they are not our children, so look at them."""
+    return _wait_for(lambda: not processes_of_run(run_id), timeout_s)
+
+
+def _wait_for(condition: Callable[[], bool], timeout_s: float) -> bool:
     deadline = time.monotonic() + timeout_s
-    while processes_of_run(run_id):
+    while not condition():
         if time.monotonic() > deadline:
             return False
         time.sleep(_CHECK_PERIOD_S)
