@@ -5,7 +5,7 @@ import itertools
 import math
 import os
 import random
-from typing import List, Optional, Tuple
+from typing import Callable, Dict, List, Optional, Tuple
 from urllib.parse import unquote
 from xml.etree import ElementTree
 
@@ -108,9 +108,11 @@ class ModelExtent:
             corners = mesh_corners(self._mesh_path(shape.get('filename', '')))
             return None if corners is None else corners * _numbers(shape.get('scale', '1 1 1'))
         radius, length = float(shape.get('radius', '0')), float(shape.get('length', '0'))
-        half = {'box': lambda: 0.5 * _numbers(shape.get('size', '0 0 0')),
-                'sphere': lambda: np.full(3, radius),
-                'cylinder': lambda: np.array([radius, radius, 0.5 * length])}.get(shape.tag)
+        halves: Dict[str, Callable[[], np.ndarray]] = {
+            'box': lambda: 0.5 * _numbers(shape.get('size', '0 0 0')),
+            'sphere': lambda: np.full(3, radius),
+            'cylinder': lambda: np.array([radius, radius, 0.5 * length])}
+        half = halves.get(shape.tag)
         return None if half is None else np.array([-half(), half()])
 
     def _mesh_path(self, uri: str) -> str:

@@ -1,7 +1,7 @@
 """Where in the files an element of xacro stands, which xacro itself does not know."""
 from __future__ import annotations
 
-from typing import Dict, List, NamedTuple, Optional, Sequence
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence
 from xml.dom import minidom
 from xml.parsers import expat
 
@@ -35,7 +35,8 @@ def place_in_files(element: Optional[minidom.Element], files: Sequence[str],
 
 
 def _is_like(element: minidom.Element, tag: _StartTag) -> bool:
-    here = dict(element.attributes.items())
+    attributes: Any = element.attributes  # has no types
+    here = dict(attributes.items())
     there = {name: value for name, value in tag.attributes.items()
              if not name.startswith(('xmlns', 'xacro:'))}
     return element.tagName == tag.name and all(

@@ -106,8 +106,8 @@ def _with_seen_poses(cell: Cell, seen: Seen) -> List[str]:
 
 
 def _are_same(one: Pose, other: Pose) -> bool:
-    return np.allclose(one.xyz, other.xyz, rtol=0.0, atol=_SAME_M) and np.allclose(
-        matrix_from_ypr(one.ypr), matrix_from_ypr(other.ypr), rtol=0.0, atol=_SAME_RAD)
+    return bool(np.allclose(one.xyz, other.xyz, rtol=0.0, atol=_SAME_M) and np.allclose(
+        matrix_from_ypr(one.ypr), matrix_from_ypr(other.ypr), rtol=0.0, atol=_SAME_RAD))
 
 
 def _not_named(cell: Cell, seen: Seen) -> List[str]:

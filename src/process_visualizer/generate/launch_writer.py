@@ -22,7 +22,8 @@ class _Dumper(yaml.SafeDumper):
         return self.represent_scalar('tag:yaml.org,2002:str', text, style)
 
 
-_Dumper.add_implicit_resolver('!angle', re.compile(r'(deg|rad)\('), list('dr'))
+_resolvers: Any = _Dumper  # PyYAML's have no types
+_resolvers.add_implicit_resolver('!angle', re.compile(r'(deg|rad)\('), list('dr'))
 _Dumper.add_representer(str, _Dumper.text)
 
 

@@ -15,8 +15,10 @@ _USABLE_STAMP_S = 1.0
 
 
 def speeds(times_s: np.ndarray, positions: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    """Return times [s] (m,) and speeds [m/s] (m,), those of RecordedVelocity: the least-squares
-    slope of the positions of a window of WINDOW_S, at the mean of its times.
+    """Return times [s] (m,) and speeds [m/s] (m,), those of RecordedVelocity.
+
+    A speed is the least-squares slope of the positions of a window of WINDOW_S, at the mean of its
+    times.
 
     Args:
         times_s: (n,), rising.

@@ -90,6 +90,6 @@ def grid_below(points: np.ndarray) -> Dict[str, Any]:
 
 
 def _round_size(size: float) -> float:
-    """The next size of 1, 2, 5, 10, …"""
+    """Return the next size of 1, 2, 5, 10 and so on."""
     power = 10.0 ** math.floor(math.log10(max(size, 1e-3)))
     return float(next(step * power for step in _GRID_STEPS if step * power >= 0.999 * size))
