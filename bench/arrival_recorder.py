@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Runs the benchmarks' subscriber in C++ (arrivals.cpp), which notes when messages arrive."""
 from __future__ import annotations
 

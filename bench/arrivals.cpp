@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Notes when messages arrive, and calls the player's services.
 //
 // usage: bench_arrivals FILE TOPIC...

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Measures where the velocity's arrow points, against the tool's true motion.
 
 usage: bench/run arrow_direction [--seconds 20]

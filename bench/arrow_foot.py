@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Measures how far an arrow is from the tool that it belongs to, in the pictures that RViz draws.
 
 usage: bench/run arrow_foot [--pictures 60] [--speed 0.5] [--keep FOLDER]

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Finds a ball and the tips of arrows in a picture by their colours."""
 from __future__ import annotations
 

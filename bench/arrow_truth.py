@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Robots that move on a known path, and where their arrows point on the screen meanwhile.
 
 The nodes are those that the command `cell` generates, with the models in test/data. A frame of

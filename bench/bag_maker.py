@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Writes bags for benchmarks: every message says which one it is, and when each is due is known.
 
 The times are an ideal schedule: message k of a topic at k / rate, and 0.1 ms after that of the

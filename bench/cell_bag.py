@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Makes a bag of the simulated sewing cell, with the Kinect: 46 MB/s.
 
 usage: python3 bench/cell_bag.py [--seconds 20] [--folder FOLDER]    (in the workspace)

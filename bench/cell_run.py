@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Measures a running cell: time to the first whole picture, and the share of the CPU per node.
 
 usage: python3 bench/cell_run.py [CONFIG] [--seconds 30]    (in the environment of the workspace)

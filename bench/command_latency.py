@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """How long after a command what it asks for has arrived at a subscriber."""
 from __future__ import annotations
 

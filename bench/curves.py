@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Reads the curves of the timeline: how long it takes, and how long it keeps other threads waiting.
 
 usage: python3 bench/curves.py [--folder FOLDER]    (in the workspace)

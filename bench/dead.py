@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Measures how long after a process is stopped or killed the scene says so.
 
 usage: bench/run dead [--pictures FOLDER]

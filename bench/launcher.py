@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The launcher with the simulated cell: how long a launch takes, and what the window costs.
 
 usage: bench/run launcher [--runs 3]

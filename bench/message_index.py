@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Where the messages of the made bags say which one of their topic they are."""
 from __future__ import annotations
 

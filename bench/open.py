@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Opens a bag with an hour of a robot cell: time and memory, and how they grow with the bag.
 
 usage: python3 bench/open.py [--minutes 1,10,60] [--readers rosbags,…] [--runs 3] [--folder FOLDER]

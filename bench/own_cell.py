@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Measures where the arrows of the cell in scripts/own_cell point, against the tools' true motion.
 
 usage: bench/run own_cell FOLDER [--seconds 20]

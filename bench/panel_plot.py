@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Draws panels of curves over time as a .png file, with levels to compare them with."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Plays the sewing cell's bag with `rosbag play` and with bag_player: who keeps time better?
 
 usage: bench/run play_timing [--rounds 2] [--rates 1,0.25,4] [--folder FOLDER] [--no-rviz]

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The players that are compared, and the ROS master they need."""
 from __future__ import annotations
 

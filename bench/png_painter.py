@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Pictures with plots: a painter on a white .png file, and texts on it."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Commands the player at random, and compares what is seen with a scan of the recording.
 
 usage: bench/run random_commands [--commands 2000] [--seed 1] [--seconds 10] [--folder FOLDER]

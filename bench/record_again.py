@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Records, plays the recording, and records that: has the second bag the same messages?
 
 usage: bench/run record_again [--seconds 30] [--cameras 1]

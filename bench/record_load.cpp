@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Publishes messages of the simulated cell's shape and counts them: two robots (joint states and
 // tool frames at 125 Hz, forces at 94 Hz) and cameras of 46 MB/s (640 x 480 at 30 Hz).
 //

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Compares what is published with what is recorded, by bag_recorder and by `rosbag record`.
 
 usage: bench/run record_loss [--seconds 60] [--cameras 1 2 3] [--no-rviz]

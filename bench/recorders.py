@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The recorders that are compared: each is started, records the topics given, and is stopped."""
 from __future__ import annotations
 

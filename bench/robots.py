@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Measures many robots: CPU per node, and delays from the driver to joint states, /tf and markers.
 
 usage: bench/run robots [1 2 5 10 20] [--seconds 20]

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Bags with many small messages: two robots with tool frames and forces, and three sensors.
 
 838 messages a second on 9 topics; an hour is 3 million messages.

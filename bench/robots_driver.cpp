@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The drivers of many robots, and the stopwatch: publishes joint positions, tool frames and forces
 // of N robots, and measures how long each message takes to joint_states, /tf and marker_array.
 //

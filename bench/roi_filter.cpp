@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// Prints how long the crop of a Kinect's cloud (640 x 480 points of x, y, z, rgb) takes.
 #include "process_visualizer/cloud/roi_filter.hpp"
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Makes a bag of large images beside small topics; each message says which one it is.
 
 Images of 2.5 MB at 30 Hz (75 MB/s), arrays at 125 Hz, transforms at 50 Hz, markers of 60 kB at

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What a subscriber of all topics of a made bag sees, compared with a scan of the bag."""
 from __future__ import annotations
 

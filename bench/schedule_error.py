@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """How far messages arrive from the time when the bag's schedule wants them."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """How fast bag_player obeys: seeks while paused, pause and change of rate while playing.
 
 usage: bench/run seek [--seeks 200] [--commands 50] [--folder FOLDER]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // How much of a core the sender's thread takes, and how late messages arrive, by the messages a
 // second that it sends.
 //

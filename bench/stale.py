@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Measures how long after the last message a robot and a variable are shown as without data.
 
 usage: bench/run stale [--times 20]

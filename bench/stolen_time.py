@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """How much time a virtual machine's host gave to others: measurements of milliseconds need none."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The thesis' figures 6.14, 6.16 and 6.17 with what this system measured.
 
 The figures themselves are pictures, from which nothing is read off: beside the curves stand the

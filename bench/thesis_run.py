@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """One run of the thesis' test: the simulated cell is recorded, and the recording is played."""
 from __future__ import annotations
 

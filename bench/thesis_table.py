@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Table 6.2 of the thesis and its figures 6.14, 6.16 and 6.17 with this system.
 
 usage: bench/run thesis_table [--seconds 30] [--rates 30 10 0] [--plots FOLDER] [--rviz]

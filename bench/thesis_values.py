@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What the thesis (R. Bilit, NTNU 2012) says of rates and times in its section 6.4.1.
 
 Its figures are pictures; of them only what table 6.2 and the text say is here.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The table of play_timing: schedule errors per topic of two players."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Plays messages of mixed sizes: do those of each topic come in the order of the recording?
 
 usage: bench/run topic_order [--messages 100000] [--rates=1,-1,16,-16] [--folder FOLDER]

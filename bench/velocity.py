@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Compares the tool's velocity with the simulator's truth: live, and played at several rates.
 
 usage: bench/run velocity [--rates 0.25 1 -1 4] [--paused 200] [--seconds 22] [--bag FILE]

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Velocities at positions at which playback stands, however it came there."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Draws velocities over time as a .png file: the difference of two samples beside the estimate."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What the simulator knows of its lower robot: positions and velocities without any doubt."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # The benchmarks' subscriber: bench/arrival_recorder.py builds it when a benchmark runs.
 
 add_executable(bench_arrivals EXCLUDE_FROM_ALL bench/arrivals.cpp)

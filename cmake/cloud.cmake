@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # The cloud filter (a library) and the nodelet around it.
 
 # Only message classes and Eigen: no node, no master.

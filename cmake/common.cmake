@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # What the C++ parts share: how they are compiled, and threads' priorities.
 
 # catkin sets no build type; without optimisation the cloud filter is ten times slower.

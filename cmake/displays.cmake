@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # The RViz display that reports on all displays.
 
 # A plugin must have the Qt of its RViz, which says nowhere which one that is: Debian 13 has 6.

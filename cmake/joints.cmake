@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # The joint processor: which position belongs to which joint (no node), and the node joint_proc.
 
 add_library(process_visualizer_joints src/joints/complaint.cpp src/joints/joint_coverage.cpp

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # The recorder: a library without a master, and the node bag_recorder.
 
 find_package(xmlrpcpp REQUIRED)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # The benchmark of many robots: their drivers and a stopwatch, in C++ so that they cost little.
 
 if(CATKIN_ENABLE_TESTING)

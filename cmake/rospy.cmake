@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Debian 11 has a rospy that its own Python is too new for; compatibility/rospy says how.
 
 execute_process(

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # The player's sender: a library without ROS, which Python loads.
 
 add_library(process_visualizer_sender SHARED

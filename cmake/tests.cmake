@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # catkin_make run_tests: the tests in Python, beside the gtests and rostests, by catkin's own target.
 # Each file of test/system and test/gui has a process of its own, as a process is a ROS node only once.
 

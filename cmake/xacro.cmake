@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Other people's launch files call $(find xacro)/xacro, or xacro. Where ROS has no package of this
 # name (Debian), the folder compatibility/xacro is one. It needs xacro from the Python package index.
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Names the failed tests of all JUnit files below a folder, and counts; exit code 1 if one failed.
 
     count_tests.py FOLDER [STEP …]

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """Writes all meshes: make_meshes.py [FOLDER], by default the repository.
 
 Those that any cell can use go to ``meshes``, the others to ``sewing_cell/meshes``. They are of our

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """Writes devices.xsd and the tables of docs/configuration.md from the configuration language."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Sourced by bash: a virtual screen and a master port for programs that must not disturb others.
 
 work=$(mktemp -d)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Sets the current view of an .rviz file: FILE DISTANCE PITCH YAW X Y Z (m and rad, orbit)."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Drives the launcher through all that an operator sees, and takes a picture of each state.
 
 usage: window_pictures.py CONFIG FOLDER    (started by take_window_pictures)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Shared by ./demo and ./run_tests: installs what is missing, builds a catkin workspace outside of the
 # source tree, and loads its environment. Sourced by bash; the repository is in $repository.
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Python package of sewing_cell, for catkin_python_setup (not to be run by hand)."""
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup

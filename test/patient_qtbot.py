@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Qt's tests on a machine that has other work: they wait for what shall happen, and long enough."""
 from __future__ import annotations
 

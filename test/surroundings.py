@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What a test needs of its own: a port for a master, a screen, processes that stand still."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Lets the rospy and roslaunch of Debian 11 end without a traceback on its Python 3.9.
 
 They call ``Thread.isAlive``, which Python 3.9 no longer has. Python imports this module when it

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Writes parts as a Collada 1.4.1 file: one geometry per material, metres, z up."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The colours of the cell: red, green, blue (0 to 1) and how much the material shines."""
 
 from __future__ import annotations

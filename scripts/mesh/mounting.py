@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What carries the robots and the Kinect: the cell's stand in world, the Kinect in camera_link."""
 
 from __future__ import annotations

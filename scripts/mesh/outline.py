@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Plane outlines: polygons with rounded corners, and their triangulation."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The basic bodies: turned on a lathe, or pushed out of an outline. All edges are rounded."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The UR-6-85-5-A (the early UR5): one list of parts per link, each in its link's frame.
 
 A UR joint is a round housing on the joint's axis: a blue cap at one end, the moving flange at the

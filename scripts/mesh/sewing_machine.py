@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The industrial sewing machine, in the frame sewing_machine/base.
 
 The frame is the (+x, +y) top corner of the bed; z = 0 is the sewing plane. Covers are fed along

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The sewing machine's table, stand, drive and thread stand, in the frame sewing_machine/base.
 
 The table lies only at the -x and -y sides of the bed: the side where covers come from (+y) is

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A triangulated surface with one normal per vertex, and how to move it."""
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """Plays one driver of the cell in docs/own_cell.md: its topics, names and frames.
 
 usage: drivers.py ur5e|panda|camera|oven     (started by drivers.launch)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Pluginlib looks for a library in the lib folders of workspaces. Debian 11 has depth_image_proc's
 # elsewhere; so a link to it stands in the lib folder of this one.
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # kinect_roi: the nodelet process_visualizer/RoiFilter in a process of its own.
 add_executable(kinect_roi src/kinect_roi.cpp)
 target_compile_features(kinect_roi PRIVATE cxx_std_17)

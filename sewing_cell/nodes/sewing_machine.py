@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """Shows the sewing machine and its sensors; see sewing_cell.sewing_machine."""
 from process_visualizer.interrupts import silent_interrupts
 

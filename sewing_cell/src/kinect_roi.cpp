@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// Segments the region of interest, the leather covers, from the Kinect's cloud (thesis section
 /// 6.2.2): runs the nodelet process_visualizer/RoiFilter under this node's name.
 ///

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "process_visualizer/cloud/roi_filter.hpp"
 
 #include <sensor_msgs/PointField.h>

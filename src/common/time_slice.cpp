@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "process_visualizer/common/time_slice.hpp"
 
 #include <pthread.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "display_silence.hpp"
 
 #include <ros/names.h>

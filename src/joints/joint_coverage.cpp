@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "process_visualizer/joints/joint_coverage.hpp"
 
 namespace process_visualizer::joints {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The node joint_proc: joint states of one robot, in the namespace with the robot's name.
 //
 // Parameters: ~topic, ~msg, ~joint_names (without them those of robot_description), ~joint_offsets,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "process_visualizer/joints/time_watch.hpp"
 
 namespace process_visualizer::joints {

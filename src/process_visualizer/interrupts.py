@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Ctrl-C while a program is being loaded."""
 from __future__ import annotations
 

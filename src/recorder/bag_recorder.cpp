@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "process_visualizer/recorder/bag_recorder.hpp"
 
 #include <ros/this_node.h>

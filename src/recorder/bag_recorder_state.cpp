@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What the node bag_recorder does by itself: it tells its state, and follows the master.
 
 #include <utility>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The node bag_recorder. SIGINT, SIGTERM and SIGHUP finish the bag before the node ends.
 
 #include <ros/ros.h>

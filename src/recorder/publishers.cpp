@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "process_visualizer/recorder/publishers.hpp"
 
 #include <ros/master.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "process_visualizer/recorder/recording_request.hpp"
 
 #include <algorithm>

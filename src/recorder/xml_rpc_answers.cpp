@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "process_visualizer/recorder/xml_rpc_answers.hpp"
 
 namespace process_visualizer::recorder {

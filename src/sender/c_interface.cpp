@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The functions by which process_visualizer/player/timed_sender.py uses TimedSender.
 
 #include <cstdio>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Appends a message to a bag with rosbag's library, as nodes in C++ do.
 // usage: append_to_bag BAG TOPIC SECONDS NUMBER
 

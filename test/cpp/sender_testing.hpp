@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What stands for a subscriber in the sender's tests, and what it is sent.
 #pragma once
 

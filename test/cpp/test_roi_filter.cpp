@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 #include <pcl/filters/crop_box.h>
 #include <pcl/point_types.h>

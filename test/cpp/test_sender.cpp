@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What a subscriber receives, and when: socket pairs stand for the connections of subscribers.
 
 #include <fcntl.h>

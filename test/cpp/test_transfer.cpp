@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // When which part of a packet is written.
 
 #include <gtest/gtest.h>

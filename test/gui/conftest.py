@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The real window on a virtual screen, with a master, folders and settings of its own.
 
 These tests have a process of their own: a process can be a ROS node only once.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """An operator: clicks widgets by their names, reads them, and looks at ROS behind the window."""
 from __future__ import annotations
 

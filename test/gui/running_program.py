@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The launcher as a program of its own, as a user starts it, and what it leaves behind."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The screen as a person sees and uses it: colours in a picture, mouse and keys by the X server."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A disk that becomes full when a test wants it."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """An operator plays a recording while a driver still runs, and starts one while it plays."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """An operator drags a base frame in RViz, records, and closes the window meanwhile."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What an operator sees when files, nodes, folders and the master are not as they should be."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A session of an operator with the simulated cell, from the first tick to the last click."""
 from __future__ import annotations
 

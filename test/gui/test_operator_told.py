@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What nodes say reaches the operator: what is left out and why, and which tool the poses have."""
 from __future__ import annotations
 

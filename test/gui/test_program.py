@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The launcher as a program: how it ends, what is left when it is killed, and bad surroundings."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A clone in a fresh workspace: built and installed, both packages and all they hold are found."""
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """The velocity's arrow points along the tool's true motion, whatever the driver reports."""
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """Options of `rosbag play`, beside `rosbag play` itself: the same messages come, as fast."""
 from __future__ import annotations
 

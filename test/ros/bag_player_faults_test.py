@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """The player with what can go wrong: files, names, subscribers, the master."""
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """The player beside nodes that publish the same topics: told at once, and paused in the cell."""
 from __future__ import annotations
 

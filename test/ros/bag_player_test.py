@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """The player with a real master: what subscribers get, and what the services do."""
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """The recorder with a real master: what it does about faults and bad input."""
 from __future__ import annotations
 

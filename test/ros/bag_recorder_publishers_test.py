@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """The recorder and publishers that are odd, dead, or follow each other."""
 from __future__ import annotations
 

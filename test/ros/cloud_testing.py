@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What the tests of the cloud nodes share: clouds, a topic's messages, and waiting for them."""
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """The depth processor moves clouds to the present, leaves them else as they are, and lives on."""
 from __future__ import annotations
 

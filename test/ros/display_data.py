@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Messages for every display type of RViz that shows a topic, drawn at the origin of a frame."""
 from __future__ import annotations
 

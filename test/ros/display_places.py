@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A view with every display type, each at a place of its own, and what a picture of it shows."""
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """The RViz display DisplayStatus reports the displays as RViz shows them."""
 from __future__ import annotations
 

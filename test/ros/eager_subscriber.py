@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A subscriber as those of rospy before 1.16: a connection that has ended is made again at once."""
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """The frame publisher with a real master: /tf_static, and moving a frame while it runs."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A publisher that need not be a good one: every answer and every field can be chosen."""
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """The client of the player: its commands, and what happens when the player hangs or has gone."""
 from __future__ import annotations
 

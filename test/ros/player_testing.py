@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Bags, players and listeners for the tests of the player."""
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """The marker by which a frame is dragged: what RViz gets, and what it says in return."""
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """Short versions of two benchmarks: commands at random, and the order within every topic."""
 from __future__ import annotations
 

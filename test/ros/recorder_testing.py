@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A recorder for a test: its process, its client, its folder, and what its bags hold."""
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """The launcher's recording model with the real recorder, linked as the window links them."""
 from __future__ import annotations
 

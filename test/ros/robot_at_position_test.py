@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """What a robot shows of a recording is that of the position, however one came there."""
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """A tool on tf behind links that only the cell's own nodes place: its velocity at a position."""
 from __future__ import annotations
 

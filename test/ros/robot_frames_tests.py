@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Poses and forces in frames of the maker, which the model connects with the robot's base."""
 from __future__ import annotations
 

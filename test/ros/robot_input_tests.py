@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What a robot takes: standard messages; wrong types, stamps and parameters are named."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The joint states of a robot: the model moves, none is lost, bad ones are left out."""
 from __future__ import annotations
 

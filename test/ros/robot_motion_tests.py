@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The arrows of a robot: velocity and force, where they are, and when data stop."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A robot in playback: velocities in the time of the recording, and pauses."""
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """The robot processor with a real master: all its tests beside one launch of its nodes."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What the tests of the robot processor share: a tool that moves, and what is shown of it."""
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """The nodelet RoiFilter: parameters that change while it runs, and errors that do not stop it."""
 from __future__ import annotations
 

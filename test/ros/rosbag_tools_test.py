@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """rosbag's own tools on the recorder's bags and on those of `cell reindex`: nothing is lost."""
 from __future__ import annotations
 

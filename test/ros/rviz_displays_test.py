@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """Every display type of RViz, as it is generated, subscribes, receives messages and draws them."""
 from __future__ import annotations
 

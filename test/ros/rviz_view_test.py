@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """The view of a running RViz is written to a file, and read from one."""
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """Words in the scene about processes that draw and have ended, hang, or took their leave."""
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """The player reads the recording for others, and nobody sees anything of it."""
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """The variable processor with a real master: numbers of many types, stale and wrong data."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Fixtures of the system tests: a master port, a screen, and runs of the command ``cell``."""
 from __future__ import annotations
 

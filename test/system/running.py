@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Runs the command ``cell`` as a user would, and looks at what it leaves behind."""
 from __future__ import annotations
 

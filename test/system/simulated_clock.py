@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Publishes simulated time at 50 Hz: simulated_clock.py BEGIN_S SPEED (0 stands still)."""
 from __future__ import annotations
 

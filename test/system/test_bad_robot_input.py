@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Bad input of a robot in a running cell: it is named, the last good state stays, nodes live on."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """``cell new`` beside drivers that run: what it writes passes ``cell check``, and runs."""
 from __future__ import annotations
 

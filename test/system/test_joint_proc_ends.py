@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """joint_proc takes leave of the master without computing: it has real-time priority."""
 from __future__ import annotations
 

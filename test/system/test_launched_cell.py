@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The simulated cell in parts, with real nodes: start, restart, change, deaths, and the end."""
 from __future__ import annotations
 

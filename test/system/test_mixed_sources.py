@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A recording beside live drivers, and live devices beside a player: refused, and told who."""
 from __future__ import annotations
 

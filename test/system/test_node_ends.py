@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A node ends soon after SIGINT, whatever hangs in rospy."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The simulated cell is run and recorded by its recorder, then the recording is played back."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What RViz shows while playback is paused: the same time is the same picture."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """`cell record`, and what happens to a recording when the master or the launcher is killed."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The ROS master of the launcher, real: started, used, ended, and cleaned up after a crash."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """``cell run`` with real nodes: states, exit codes, and nothing left behind."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The simulated sewing cell as a whole: nodes and topics of the thesis' appendix D.2, one tf tree,
 every display of RViz without warning, and a picture with everything in it."""
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Lets the tests run from the source tree, with the generated messages of the workspace."""
 import os
 import sys

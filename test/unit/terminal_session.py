@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A terminal with a process in it, typed at and read by a test."""
 import fcntl
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The line that counts the tests: of pytest, GoogleTest and rostest, and of steps without tests."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The depth processor's new header on serialised clouds."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Ctrl-C at any time while the programs are loaded ends them silently, by the signal."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Lengths, numbers and places of arrows."""
 import numpy as np
 import pytest

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Numbers in messages by a path, and what is said where there is none."""
 import pytest
 from geometry_msgs.msg import Pose, PoseArray, WrenchStamped

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Numbers out of the bytes of a Float32MultiArray."""
 import struct
 

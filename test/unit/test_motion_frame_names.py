@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Which link a driver means that knows neither the prefix nor the namespace of the model."""
 import pytest
 

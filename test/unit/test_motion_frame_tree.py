@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The tree of fixed frames refuses what tf2 could not use."""
 import math
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The positions of joints at times between, before and after the states that came."""
 import pytest
 

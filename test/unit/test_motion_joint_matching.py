@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What a driver's names of joints mean."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Where the links of robots are: known poses of the makers' arms, fixed frames, what is missing."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Stamps are used where they can be."""
 from process_visualizer.motion.measuring_time import MeasuringTime
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What is missing is told after a time."""
 from __future__ import annotations
 

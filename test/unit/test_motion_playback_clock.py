@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Bag times from the player's states: rates, pauses, steps, jumps, slips, and the age of data."""
 import pytest
 

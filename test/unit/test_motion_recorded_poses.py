@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Which part of a recording is read next, and what is known of it then."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The velocity at a time of a recording: that of the curves, and of the estimator at any time."""
 from __future__ import annotations
 

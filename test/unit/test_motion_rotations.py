@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Rotations against SciPy, and the arrow's rotation for every vector."""
 import numpy as np
 import pytest

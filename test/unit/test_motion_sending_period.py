@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The period of a driver, and what it does for the velocity of late and bunched messages."""
 import numpy as np
 import pytest

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The speed over a whole recording: the same as the estimator's, and robust against bunches."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """ROS time that stands still or goes back is named; a coarse clock is not."""
 from process_visualizer.motion.time_watch import TimeWatch
 

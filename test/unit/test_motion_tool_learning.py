@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Which frame a robot's poses are those of: found where the motions tell, never a wrong one."""
 from __future__ import annotations
 

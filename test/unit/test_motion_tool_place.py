@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """How far a reported tool is from the model's, and vectors in the frame that is drawn in."""
 from __future__ import annotations
 

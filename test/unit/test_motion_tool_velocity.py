@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The velocity from poses as they come: with and without stamps, at another player's rate."""
 import numpy as np
 import pytest

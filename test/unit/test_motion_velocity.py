@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Velocity on known trajectories with repeats, jitter, bunches, gaps and noise."""
 import numpy as np
 import pytest

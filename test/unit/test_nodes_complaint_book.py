@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What a node complains of stands while it holds, and no longer."""
 from __future__ import annotations
 

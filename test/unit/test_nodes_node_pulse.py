@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Nodes that answer, that hang, that have ended, and that were started anew."""
 from __future__ import annotations
 

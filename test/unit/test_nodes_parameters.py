@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Parameters of the nodes: defaults, and a message for each wrong value."""
 import pytest
 

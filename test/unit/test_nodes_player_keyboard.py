@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The keyboard at a real terminal: keys, and everything that a shell does with a process."""
 import gc
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The player: its priority, taken if the user wanted no other; Ctrl-C while it opens a bag."""
 import os
 import subprocess

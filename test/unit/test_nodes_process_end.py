@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What is to be called when a node ends, given while it ends; in a process of its own."""
 from __future__ import annotations
 

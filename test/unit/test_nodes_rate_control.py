@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Which messages can control the rate of playback."""
 import pytest
 from geometry_msgs.msg import PointStamped

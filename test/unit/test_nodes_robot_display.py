@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The markers of a robot: at the right place, with the right direction, length and number."""
 import math
 

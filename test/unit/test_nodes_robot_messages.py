@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Messages that carry a robot's quantities, good ones and bad ones."""
 import io
 import math

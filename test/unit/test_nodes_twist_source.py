@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The time that a velocity is told with is that of the position to which it belongs."""
 from __future__ import annotations
 

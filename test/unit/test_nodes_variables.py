@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The variable processor without a master: parameters, places of texts, markers, decoding."""
 import io
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The pure packages need neither ROS nodes nor Qt: no import says so, and none drags them in."""
 import ast
 import subprocess

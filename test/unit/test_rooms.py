@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The folders of the Python package import each other as docs/architecture.md says, and only so."""
 from __future__ import annotations
 

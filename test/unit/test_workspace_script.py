@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What the demo keeps of the environment that preparing the workspace clears."""
 from __future__ import annotations
 

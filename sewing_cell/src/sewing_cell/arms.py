@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The two robots of the cell: how they are mounted and how they hold their tools."""
 
 from __future__ import annotations

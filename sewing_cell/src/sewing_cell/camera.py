@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The Kinect's pictures of the simulated cell: colour and registered depth, 640 x 480.
 
 What stands still is drawn once, in a few variants of sensor noise; a frame copies one of them and

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Messages of the simulated Kinect and its driver's parameters, as the openni driver has them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The simulated sewing cycle: what every driver of the cell measures, as functions of time.
 
 All are pure functions of the time in s since the start, of the seed and of the quality.  Times

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What a Kinect makes of true depths: disparity steps, noise, and holes.
 
 Its disparity has steps of 1/8 pixel at a focal length of 580 px and a baseline of 75 mm, so that

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The simulated drivers: groups of topics that are published together, at one rate each."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Kinematics of the UR-6-85-5-A, after table 6.1 of the thesis.
 
 Angles in rad, lengths in m.  Every function takes leading dimensions: joint vectors are

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Where things stand in the simulated sewing cell: frame ``world``, z up, lengths in m."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Values of a function of time, computed for many ticks at once."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Measurement noise that is a function of time, so that runs repeat."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The Kinect's colour camera as a pinhole camera that looks down at the cell."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Smooth courses from 0 to 1, each with its slope; twice continuously differentiable."""
 
 from __future__ import annotations

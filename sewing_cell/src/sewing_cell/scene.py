@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What stands still in the Kinect's view, as boxes in ``world``, and its picture from above."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What happens when in one sewing cycle."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The sewing machine in RViz: its model, the feed rate, and where the edges of the covers are."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Crude pictures of the robots' links: thick lines from joint to joint."""
 
 from __future__ import annotations

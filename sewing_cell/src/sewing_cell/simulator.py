@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The node ``simulator``: publishes every driver topic of the sewing cell, without hardware.
 
 Each group of topics has its rate and its thread.  Message number k of a topic is the cell at

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The simulator's private ROS parameters, read and checked."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """How the covers' edges wander under the sensors and how the robots steer against it.
 
 Lateral displacements are in m, positive towards the right of the seam, which is world -x.

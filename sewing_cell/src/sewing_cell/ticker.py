@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A thread that acts at absolute deadlines of the monotonic clock."""
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """The sewing machine's node with a real master: its model, three arrows, live setpoints."""
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
 """The simulator publishes every driver topic of the cell with its type, rate and stamps."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Lets the tests run from the source tree."""
 import sys
 from pathlib import Path

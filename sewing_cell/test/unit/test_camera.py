@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The simulated Kinect's pictures show the cell where it is."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The simulated sewing cycle keeps its promises: smooth, consistent, repeatable, good or poor."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Kinematics of the UR-6-85-5-A against independent products of elementary transforms."""
 
 from __future__ import annotations

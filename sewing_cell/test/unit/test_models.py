@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The models: their kinematics against the thesis' DH table, their meshes, and their making."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What the sewing machine's sensors mean in the needle frame."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The ticker keeps absolute deadlines, skips what is over, and stops at once."""
 
 from __future__ import annotations

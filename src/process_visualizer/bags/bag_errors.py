@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What can be wrong with a bag, said so that its user knows where and what to do."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A bag on the disk, read at any place; its descriptor is held while it is open."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Where every message of a recording is, as arrays in the order of time."""
 from __future__ import annotations
 

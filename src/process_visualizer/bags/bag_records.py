@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Records of the bag format 2.0: their headers and the values in them.
 
 Source: the format's description, http://wiki.ros.org/Bags/Format/2.0. A record is a header and

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Writes bags of format 2.0 chunk by chunk, as they are needed for reindexing."""
 from __future__ import annotations
 

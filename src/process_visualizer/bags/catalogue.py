@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What a recording holds, for an operator who chooses one; reads its index, not its messages."""
 from __future__ import annotations
 

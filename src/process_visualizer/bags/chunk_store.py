@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Reads messages: out of chunks, which are decompressed and kept within a bound of memory."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Reads the index of a bag: what it holds and where, without reading the messages."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """JSON that somebody else has written: what is wrong with it is always a ValueError."""
 from __future__ import annotations
 

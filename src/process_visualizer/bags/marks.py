@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Labelled moments of a recording: those in the bag, and those added afterwards beside it."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Reads many small messages at once: only the parts of the files that hold them."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What the recorder writes into a bag beside the devices' topics; all of it is std_msgs/String."""
 from __future__ import annotations
 

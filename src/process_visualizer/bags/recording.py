@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """One or several bags as one recording."""
 from __future__ import annotations
 

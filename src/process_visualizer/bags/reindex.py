@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Gives a bag without an index (as of a recorder that was killed) one, in a copy beside it."""
 from __future__ import annotations
 

@@ -1,1 +1,2 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The configuration: its language, model, parser, schema and errors (pure: no ROS node, no Qt)."""

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Values of the ``<arg>`` elements of a file."""
 from __future__ import annotations
 

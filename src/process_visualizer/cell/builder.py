@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Builds the model from elements that were read."""
 from __future__ import annotations
 

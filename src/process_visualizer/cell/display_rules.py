@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Rules of the ``<rviz>`` elements."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The display types of RViz 1.14: the key of their topic and what they are given by default.
 
 Facts from the RViz sources (noetic-devel); a key that is missing in a file keeps RViz's default.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Checks XML elements against the language and turns their attributes into values."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What a cell needs on this computer: packages, models, launch files, executables, files."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Problems of a configuration file, each with the place where it stands."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The configuration language as a table: which tags there are, and what each may hold.
 
 The parser, the XML schema and the reference in the documentation are all made from it.

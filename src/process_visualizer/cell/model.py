@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The cell as data: what a configuration file says, with all defaults filled in.
 
 Lengths are in m, angles in rad.

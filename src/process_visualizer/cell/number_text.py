@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """How numbers are written into a configuration."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What the program itself publishes must not be named as what a driver publishes."""
 from __future__ import annotations
 

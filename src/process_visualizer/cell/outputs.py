@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What the nodes of the program publish for devices (thesis, appendix D.2)."""
 from __future__ import annotations
 

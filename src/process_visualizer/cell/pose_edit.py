@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Writes poses of base frames and tools into the configuration file, and takes them back."""
 from __future__ import annotations
 

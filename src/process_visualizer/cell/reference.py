@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The tables of the reference in the documentation, made from the table ``language``."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Rules of the elements that are handed on to roslaunch, which would refuse them only later."""
 from __future__ import annotations
 

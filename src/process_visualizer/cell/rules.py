@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Rules that concern several elements of a configuration at once."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The configuration language as an XML schema (XSD 1.0), for editors and validators.
 
 Made from the table ``language`` alone. The schema accepts whatever the parser accepts, save

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Where start tags and their attributes stand in the bytes of an XML file."""
 from __future__ import annotations
 

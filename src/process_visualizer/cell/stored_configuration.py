@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A configuration as one text, as it is stored in every recording, and back to files."""
 from __future__ import annotations
 

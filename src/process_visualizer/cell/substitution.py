@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Substitution arguments in attributes, resolved by roslaunch's own resolver."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Finds the name that somebody probably meant."""
 from __future__ import annotations
 

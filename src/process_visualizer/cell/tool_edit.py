@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Writes the element <tool> of a robot into the text of a configuration; all else stays."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Turns the text of an attribute into a value; each function raises ValueError with advice.
 
 Names follow ROS's rules for graph resource names; vectors are in m or rad as the attribute says.

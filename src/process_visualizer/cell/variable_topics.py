@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The topics of variables belong to a device's topics: they are recorded and played."""
 from __future__ import annotations
 

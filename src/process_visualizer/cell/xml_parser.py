@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """XmlParser: from a configuration file to the model of the cell."""
 from __future__ import annotations
 

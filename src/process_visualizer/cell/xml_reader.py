@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Reads an XML file into elements that know their line.
 
 Only data is read: a document type declaration, and with it every entity that a file could

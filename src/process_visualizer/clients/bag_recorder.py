@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The recorder's services as methods, for the launcher and the command line."""
 from __future__ import annotations
 

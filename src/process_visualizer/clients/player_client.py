@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The player's services as methods, for the launcher."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Follows the player, so that nodes know what time it is in the recording."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """How a recording is made, and how the recorder says no."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """RViz's own services for its view, for the launcher."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A kept connection to a service, that notices when the node hangs or has been restarted."""
 from __future__ import annotations
 

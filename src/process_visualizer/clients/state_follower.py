@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The state that a node publishes: the last one, and waiting for one."""
 from __future__ import annotations
 

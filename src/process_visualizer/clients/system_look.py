@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Looks at a system that runs: listens to all topics for a moment, and reads its parameters."""
 from __future__ import annotations
 

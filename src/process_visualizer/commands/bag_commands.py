@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The commands of ``cell`` about bags: report, mark, reindex, configuration."""
 from __future__ import annotations
 

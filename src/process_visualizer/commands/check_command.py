@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The command ``cell check``: everything that is wrong with a configuration, at once."""
 from __future__ import annotations
 

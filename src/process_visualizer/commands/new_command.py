@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The command ``cell new``: a configuration from what runs, or from a bag."""
 from __future__ import annotations
 

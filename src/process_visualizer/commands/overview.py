@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A cell in words, for the terminal."""
 from __future__ import annotations
 

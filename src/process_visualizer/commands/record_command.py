@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The command ``cell record``: a recorder of its own, started, watched and stopped again."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The command line of ``cell record``: the options of `rosbag record`, and some of its own."""
 from __future__ import annotations
 

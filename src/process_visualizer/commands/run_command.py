@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """``cell run``: starts a plan, tells what its nodes do, and stops everything at the end."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Which process variables of a cell are drawn as curves, and how."""
 from __future__ import annotations
 

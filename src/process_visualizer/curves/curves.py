@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Small curves of the process variables over a whole recording, for the timeline."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Numbers out of many messages at once, by the places that they have in one of them."""
 from __future__ import annotations
 

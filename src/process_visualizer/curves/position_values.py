@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The values of the process variables at a position of a recording, as the scene there has them."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What finds the numbers of a process variable in the messages of a recording."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Where a recording has the pose of a tool from: tf, and what the cell itself adds to it."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The messages of a topic in a part of a recording, whatever is being played."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Gives the links of a URDF other names, so that two robots of one model can be in one tf tree."""
 from __future__ import annotations
 

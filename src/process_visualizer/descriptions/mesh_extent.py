@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """How large the mesh in a file is: STL, Collada and OBJ, as far as that needs no graphics."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Where the geometry of a robot's or a machine's model is, and where its tool can get."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The mark by which a robot description that a cell has made is told from a driver's."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Robot descriptions: xacro is expanded, and urdfdom checks the result."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The transform that is the pose of a robot's tool, where tf brings it."""
 from __future__ import annotations
 

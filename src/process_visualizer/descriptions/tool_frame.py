@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Which frame is a robot's tool frame: the one place where it is chosen."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The program behind expand_xacro: expands one file and prints the result as JSON.
 
 usage: python3 -m process_visualizer.descriptions.xacro_child FILE [NAME:=VALUE …]

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The command xacro for launch files, where ROS brings none (see compatibility/xacro)."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Expands xacro files, with the xacro of ROS 1 or, where there is none, xacro 2."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Imports xacro, whichever there is, so that it finds packages of ROS 1.
 
 Noetic's xacro 1.14 finds packages by rospkg. Elsewhere xacro comes from PyPI, whose 2.x reads the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Where in the files an element of xacro stands, which xacro itself does not know."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Looks into a recording: at its index, and at some messages of each topic."""
 from __future__ import annotations
 

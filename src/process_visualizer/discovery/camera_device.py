@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A camera or depth sensor as a device of the configuration."""
 from __future__ import annotations
 

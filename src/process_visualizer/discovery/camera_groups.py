@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Topics of cameras and depth sensors, which publish images, camera infos and clouds together."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The names of a draft's devices and frames, so that none collides with another."""
 from __future__ import annotations
 

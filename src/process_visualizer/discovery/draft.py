@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A configuration that is being made: devices with the elements that will stand in the file."""
 from __future__ import annotations
 

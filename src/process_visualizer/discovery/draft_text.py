@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A draft of a configuration as the text of its file."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A model that was found for a robot or another device."""
 from __future__ import annotations
 

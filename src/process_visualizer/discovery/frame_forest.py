@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The frames that were seen on tf, and where they are in each other."""
 from __future__ import annotations
 

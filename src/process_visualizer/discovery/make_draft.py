@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """From what was seen to a configuration; asks nobody and reads no file."""
 from __future__ import annotations
 

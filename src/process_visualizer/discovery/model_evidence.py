@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Which of several models with the same joints is the one: by lengths, motion and names seen."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The model files of all packages: which may be that of a robot, by its name or its joints."""
 from __future__ import annotations
 

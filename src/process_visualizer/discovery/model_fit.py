@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """How far a model is from what was seen: lengths between its links, places of its tool."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Finds the models of what was seen: the file of a package, or the description itself."""
 from __future__ import annotations
 

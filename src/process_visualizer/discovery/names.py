@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Names for what is made of other names: devices after namespaces, words that names share."""
 from __future__ import annotations
 

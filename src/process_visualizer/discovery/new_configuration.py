@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Writes a new configuration, and the models that belong beside it."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Machines and sensors: what publishes neither joints nor images, as devices."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Which topics are no device's: those of this program, of ROS itself and of RViz."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Where devices stand: the global frame, and each base frame in it."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The models in the configuration that a recording was made with."""
 from __future__ import annotations
 

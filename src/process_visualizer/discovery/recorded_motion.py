@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Where a recording has frames while joints move: it tells models with the same joints apart."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Which topics belong to which robot: by names of joints, frames, namespaces, and by words."""
 from __future__ import annotations
 

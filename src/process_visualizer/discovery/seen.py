@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What was seen of a cell that runs or was recorded."""
 from __future__ import annotations
 

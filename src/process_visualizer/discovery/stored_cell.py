@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A new configuration that begins from one that there is: that of a bag, or of a cell that runs."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The frame on tf that is a robot's tool: many drivers send its pose there, as a transform."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What some messages of each topic tell: frames, joints, numbers, transforms, descriptions."""
 from __future__ import annotations
 

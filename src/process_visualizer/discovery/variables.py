@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Numbers of topics that may be process variables, and how to draw them."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The space that a cell takes: what the first picture of it has to show."""
 from __future__ import annotations
 

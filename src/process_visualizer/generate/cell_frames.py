@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Where the frames of a cell are that its configuration and its models tell."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What the operator chose: devices, mode, and how RViz is started."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Looks into the launch files of the devices before anything is started.
 
 A launch file that cannot be loaded, or that needs a package which is not installed (a driver, as

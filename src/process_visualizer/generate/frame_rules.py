@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What is wrong with the frames of a cell, given the links of its models."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """From a choice to the plan of all files."""
 from __future__ import annotations
 

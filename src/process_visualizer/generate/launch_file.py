@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The roslaunch file for a choice of devices and a mode."""
 from __future__ import annotations
 

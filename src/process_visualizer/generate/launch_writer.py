@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Writes roslaunch XML that people can read: attributes in the order given, YAML in blocks."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The parts of a plan: launch files of their own for what is started and stopped together."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What is to be written, as data, and the step that writes it: whole or not at all."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """RVizConfig: the .rviz file for a choice of devices."""
 from __future__ import annotations
 

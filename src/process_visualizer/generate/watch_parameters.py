@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What the node scene_watch must know: who draws what of each device, and where its words stand."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What an operator is told about a device: its nodes and its topics in one line."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Figures as the operator reads them."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Live data and recordings at once, which would be shown as one: who does that."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What the nodes of a cell complain of now, from their logs and from /diagnostics."""
 from __future__ import annotations
 

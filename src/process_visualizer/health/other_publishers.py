@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Who else publishes the topics of a recording that is played, or of devices that run."""
 from __future__ import annotations
 

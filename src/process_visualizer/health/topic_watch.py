@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Which topics are silent for longer than usual, from what the recorder counts."""
 from __future__ import annotations
 

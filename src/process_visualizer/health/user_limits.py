@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What the system lets the programs of this user do."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A roslaunch that a server has forked, with the methods of ``subprocess.Popen`` that are used."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A cell in parts, each of which can be restarted while the others go on."""
 from __future__ import annotations
 

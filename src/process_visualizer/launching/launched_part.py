@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """One part of a launched cell: a roslaunch of its own, and what is known about it."""
 from __future__ import annotations
 

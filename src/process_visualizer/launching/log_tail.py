@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The last lines of what a process has written."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Follows the nodes of roslaunch: its output tells starts and ends, the master the rest."""
 from __future__ import annotations
 

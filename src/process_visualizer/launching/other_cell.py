@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Whether a cell runs already: ROS ends a node when another one of its name begins."""
 from __future__ import annotations
 

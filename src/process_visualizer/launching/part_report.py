@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The state of a launched part, and which change may follow which."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Finds the processes of a run by a mark in their environment, which every descendant inherits."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Asks a ROS master or node directly, by its address."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The ROS master: the one that is there, or one of our own."""
 from __future__ import annotations
 

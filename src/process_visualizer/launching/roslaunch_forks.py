@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Starts roslaunch faster than a command can: as forks of a program that has it loaded."""
 from __future__ import annotations
 

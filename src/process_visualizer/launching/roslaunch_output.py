@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Understands what roslaunch writes about its processes (ros_comm 1.14 to 1.16)."""
 from __future__ import annotations
 

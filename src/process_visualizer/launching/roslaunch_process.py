@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Runs roslaunch as a child in a session of its own."""
 from __future__ import annotations
 

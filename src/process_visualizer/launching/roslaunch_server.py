@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A program that forks a roslaunch for each request.
 
 Half of what roslaunch takes to start is the loading of its modules; here they are loaded once. The

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """One run of a generated launch file, from start to the end of everything it started."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A file for each run, so that the next start can clean up after a crash."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What a publisher says of a topic when it connects."""
 from __future__ import annotations
 

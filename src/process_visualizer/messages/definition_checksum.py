@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The MD5 sum of a message definition, by which ROS tells whether two are the same."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Messages that leave nothing of a topic in sight, for the types that have such a message.
 
 RViz keeps the last message of each topic. What was not there yet must not be seen, above all not

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """From a parsed message definition to the layout of the message's bytes."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The message that removes all markers of a topic from RViz.
 
 The bytes are those of visualization_msgs/Marker in ROS 1's serialisation, with action DELETEALL.

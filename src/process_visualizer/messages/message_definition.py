@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The text of a message definition, as a bag's connection carries it, parsed as data."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Where the parts of a message lie in its bytes: the wire format of ROS, without its values.
 
 A layout walks over the bytes of a message, noting where the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What a message says something about, where several messages together are the state of a topic.
 
 Two messages of one publisher with different transforms, or with different markers, hold beside

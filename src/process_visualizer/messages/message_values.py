@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The values of a message of any type, read by the definition that its publisher sends along."""
 from __future__ import annotations
 

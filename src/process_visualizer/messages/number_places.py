@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Where numbers stand in the bytes of a message, and for which other messages that holds too."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The stamps inside a recorded message: found by its definition, moved without deserialising it."""
 from __future__ import annotations
 

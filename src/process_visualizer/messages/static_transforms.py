@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The transforms in messages on /tf_static, taken apart and put into one message.
 
 A tf2_msgs/TFMessage is, in ROS 1's serialisation (little-endian), the number of transforms and

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """How long an arrow is, where its number stands, and how the number is written."""
 from __future__ import annotations
 

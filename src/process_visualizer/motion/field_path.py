@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Finds one number in a message of any type by a path such as pose.position.x or data[2]."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Reads the numbers of a std_msgs/Float32MultiArray straight from its bytes.
 
 A driver sends a few numbers at 125 Hz and more; building the message with its layout costs

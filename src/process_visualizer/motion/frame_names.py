@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Which frame of a robot's model a driver means by a name."""
 from __future__ import annotations
 

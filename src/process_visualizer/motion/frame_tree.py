@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The fixed frames of a cell: a tree in which frames are moved."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The positions of joints at times of the last seconds."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Which position in a driver's message belongs to which joint; as joint_proc has it, in C++."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Where the links of a robot's model are, given the positions of its joints."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """When a message was measured: its own stamp where that can be used, else its arrival."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Waits before something that is missing is told: it may only come a little later."""
 from __future__ import annotations
 

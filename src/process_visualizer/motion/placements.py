@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Where a frame is in another one, at many times at once."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """From wall time to the time of the recording, as the player's states tell it."""
 from __future__ import annotations
 

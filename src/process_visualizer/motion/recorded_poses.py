@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The poses of a part of a recording, and which part is needed next."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The velocity of a tool at any time of a recording: a function of the recording and the time."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Rotations of vectors in three dimensions.
 
 A rotation is a matrix (3, 3) that turns column vectors, a unit quaternion (4,) in ROS's order

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The period of a driver, from the times at which its messages arrive."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Least-squares slopes over the windows of a whole series, as VelocityEstimator takes them."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The speed of a tool over a whole recording, as the robot processor would show it."""
 from __future__ import annotations
 

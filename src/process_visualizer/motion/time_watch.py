@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Notices that ROS time stands still or goes back, which simulated time can do."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Learns which frame of a robot's model the reported poses of its tool are those of.
 
 A pose and the model's frames at the same joint positions are one sample. Hypotheses are compared

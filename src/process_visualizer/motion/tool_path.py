@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The frames between a robot's base and its tool, whatever places each of them."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Where a robot's arrows are drawn: in which frame, turned how, and beginning where."""
 from __future__ import annotations
 

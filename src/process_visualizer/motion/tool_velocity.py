@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The velocity of a tool from poses as they arrive."""
 from __future__ import annotations
 

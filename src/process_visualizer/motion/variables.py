@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """How a process variable is written beside its arrow, how long the arrow is, where the text is."""
 from __future__ import annotations
 

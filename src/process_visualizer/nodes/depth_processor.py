@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The depth data processor (thesis section 5.4): stamps a depth sensor's clouds with the present.
 
 RViz discards what is old, such as the clouds of a recording. The clouds pass through as the bytes

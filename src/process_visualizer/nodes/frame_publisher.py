@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The frame publisher: every device's base frame and force frame on /tf_static."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The robot processor: from a robot's measurements to arrows and numbers."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Says in the scene which device is not drawn any more, or is old, as a process has ended or hangs.
 
 What stands for data goes away by itself when nobody draws it anew (``markers.LIFETIME_S``). A

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The variable processor: any number of any topic as an arrow with its value (<variable>)."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Waits until RViz shows everything, and takes a picture of the screen."""
 from __future__ import annotations
 

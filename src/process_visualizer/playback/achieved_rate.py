@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """How much of the time went into playing, and how much was lost to slips."""
 from __future__ import annotations
 

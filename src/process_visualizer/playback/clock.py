@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The clocks that playback runs by; tests put one of their own in its place."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Where play does not go on evenly: what is empty is skipped, some messages are waited before."""
 from __future__ import annotations
 

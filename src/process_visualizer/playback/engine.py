@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The playback engine: publishes a recording along a timeline, at any rate, in both directions."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Reads messages and finds the stamps in them, so that they can be sent without further work."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Which earlier messages hold beside the newest one of a publisher, of transforms and markers."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What was not played, for whoever looks at a terminal when it is over."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What has to be published when the position passes a message, in either direction."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Where the messages of a playback go to."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The commands that a user can give to the player, in seconds, with answers as texts."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Where playback is, for who tells it."""
 from __future__ import annotations
 

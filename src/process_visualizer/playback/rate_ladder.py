@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The rates that "faster" and "slower" lead through."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Reads what will be played next before it is due, up to a number of bytes."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What was the newest on every topic at a time: the scene that a seek restores."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What was given to the output before it is due, so that it can be taken back."""
 from __future__ import annotations
 

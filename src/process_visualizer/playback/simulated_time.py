@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What /clock says: the position, which never goes back but where playback jumps or turns."""
 from __future__ import annotations
 

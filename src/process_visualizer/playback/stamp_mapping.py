@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Stamps of the recording to stamps of today, so that nothing downstream sees that data is old."""
 from __future__ import annotations
 

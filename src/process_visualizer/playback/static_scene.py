@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """All static transforms of a topic at any time, as one message for later subscribers."""
 from __future__ import annotations
 

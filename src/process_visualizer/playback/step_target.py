@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Where a step leads: how many messages are passed afterwards, and at what time."""
 from __future__ import annotations
 

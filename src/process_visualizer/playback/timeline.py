@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Playback time: which moment of the recording is now, whatever has been commanded before."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Which topics of a recording are played, and under which names."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The player: publishes a recording, with services to move freely in its time."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The publishers of all chosen topics of a recording."""
 from __future__ import annotations
 

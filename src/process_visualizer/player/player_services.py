@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The services of the player."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Publishes what the player does: at least ten times a second, and at once after a command."""
 from __future__ import annotations
 

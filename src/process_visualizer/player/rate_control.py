@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Follows the topic of a node by which playback waits until that node has come so far."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Publishes the time of the recording on /clock, for nodes with use_sim_time."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Sends messages to subscribers at their times, by a thread that Python cannot hold up."""
 from __future__ import annotations
 

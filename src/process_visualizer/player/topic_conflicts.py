@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Finds topics that somebody else publishes with another type or definition."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Publishes recorded messages of one topic: bytes as they are, never waiting for a subscriber."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The player's service that reads the recording, for nodes that need what is around a position."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The sequence numbers in the headers of many messages at once."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The report on a recording: what is in it, what is missing, and whether it is complete."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Finds what is missing in the stream of a topic, from the times and numbers of its messages."""
 from __future__ import annotations
 

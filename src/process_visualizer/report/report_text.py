@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A report as text for people and as JSON for programs."""
 from __future__ import annotations
 

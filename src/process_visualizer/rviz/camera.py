@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Where RViz's camera stands so that the whole cell is in view."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Which RViz displays a device gets: those of its type, and those its configuration adds."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The operator's own views of a choice of devices, by the names he gave them."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Reads RViz's files."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Brings a view that the operator has saved together with the generated one."""
 from __future__ import annotations
 

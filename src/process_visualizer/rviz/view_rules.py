@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Whether a view that the operator has saved still shows the cell."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """How the launcher and RViz share a screen."""
 from __future__ import annotations
 

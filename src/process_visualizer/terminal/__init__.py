@@ -1,1 +1,2 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The command bag_player: options, keys and progress line in a terminal."""

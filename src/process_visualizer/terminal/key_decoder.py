@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Turns the bytes that a terminal sends into keys."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Keys pressed in the terminal, one by one, while a program runs in its foreground.
 
 Needs no ROS. The terminal is used only by a process in its foreground: started with "&" or by

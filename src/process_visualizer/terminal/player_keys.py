@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What each key does while a recording is played in a terminal."""
 from __future__ import annotations
 

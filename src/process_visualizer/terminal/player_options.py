@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The command line of the player: the options of `rosbag play`, and some of its own."""
 from __future__ import annotations
 

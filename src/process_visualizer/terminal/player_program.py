@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The command ``bag_player``: plays recordings in a terminal or as a node of a launch file."""
 from __future__ import annotations
 

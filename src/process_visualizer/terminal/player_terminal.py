@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The player in a terminal: a progress line, and keys."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The line that a terminal shows while a recording is played."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Makes an indexed copy of a bag in the terminal: asks, shows progress, can be cancelled."""
 from __future__ import annotations
 

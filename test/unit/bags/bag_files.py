@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Bags for the tests, written by rosbag itself."""
 from __future__ import annotations
 

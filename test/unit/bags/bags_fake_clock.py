@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A clock for tests that stands still until it is told, or until somebody waits."""
 import threading
 from collections import deque

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A small encoder of random messages for tests: definitions, bytes, and where the stamps are."""
 from hypothesis import strategies as st
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """All that the program does with a bag that it is given."""
 from __future__ import annotations
 

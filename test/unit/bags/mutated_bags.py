@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Small bags of every kind, damaged at random; what is done with a damage is told by its number.
 
 As a program it goes through many: `python3 mutated_bags.py FIRST COUNT`.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A stage for playback without ROS: a recording in memory, a scripted clock, and a viewer."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What has to be seen at a time, found by going through a recording from its beginning."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Small bags of every kind: compressed or not, in one chunk or many, with an index or without."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What the tests of playback share: recordings and steps to try, and what is to be seen."""
 from __future__ import annotations
 

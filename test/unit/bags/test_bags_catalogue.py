@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What a recording holds, and how that fits the devices of a configuration."""
 from __future__ import annotations
 

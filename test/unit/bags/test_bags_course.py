@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What `rosbag play` does at empty parts and at some messages, and steps at the ends."""
 from __future__ import annotations
 

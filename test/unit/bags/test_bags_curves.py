@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Curves of process variables: from the messages of a bag to the columns of a timeline."""
 from __future__ import annotations
 

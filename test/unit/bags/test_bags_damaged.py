@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Files that are no bags, damaged, cut off or changed while they are open."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Messages that leave nothing in sight, as the real types read them."""
 from __future__ import annotations
 

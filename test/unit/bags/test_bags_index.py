@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The index and the messages equal what was recorded, for every bag that rosbag can write."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Keys from a terminal's bytes, and what they do."""
 import pytest
 from hypothesis import given

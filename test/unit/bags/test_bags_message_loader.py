@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Messages and their stamps, also of bags whose definitions are old, empty or cut off."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Damaged bags of every kind: nothing but the project's own errors, in bounded time and memory."""
 from __future__ import annotations
 

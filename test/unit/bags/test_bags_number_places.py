@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Where numbers are in messages: compared with what genpy deserialises."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """After a seek all frames and all markers are there, though each message has only one of them."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Playback as a viewer sees it, compared with a scan of the recording from its beginning."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Playback ends whenever it is closed."""
 from __future__ import annotations
 

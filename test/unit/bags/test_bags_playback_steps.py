@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Steps, as a viewer sees them: by messages and in time, paused, playing and beside seeks."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Faster and slower."""
 import pytest
 from hypothesis import given

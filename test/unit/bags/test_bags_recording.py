@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Several bags are one recording."""
 from __future__ import annotations
 

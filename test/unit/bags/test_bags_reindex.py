@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A bag without an index is copied with one; the original stays as it is."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The scene at a time, compared with a scan of all messages from the beginning."""
 from __future__ import annotations
 

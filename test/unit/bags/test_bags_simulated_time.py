@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The time that is told on /clock."""
 from __future__ import annotations
 

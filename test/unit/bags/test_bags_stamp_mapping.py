@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Bag stamps to wall stamps: proportions, equality, and nothing in the future."""
 import pytest
 from bags_fake_clock import FakeClock

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Stamps inside random messages, damaged ones, and definitions that are wrong or hostile."""
 import struct
 import time

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Real messages, moved as bytes and read back: everything but the stamps is as it was."""
 import io
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Static transforms taken apart and joined, compared with the real messages."""
 from __future__ import annotations
 

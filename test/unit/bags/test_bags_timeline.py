@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Playback time with a fake clock: what each command does, and refuses."""
 import math
 import threading

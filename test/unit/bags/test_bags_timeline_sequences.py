@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Playback time and stamps hold their promises after every sequence of commands."""
 from bags_fake_clock import FakeClock
 from hypothesis import assume, settings

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A tool's speed from tf: where the recording lacks frames, the model and the joints have them."""
 from __future__ import annotations
 

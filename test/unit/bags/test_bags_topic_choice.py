@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Which topics are played, and under which names."""
 import fnmatch
 import re

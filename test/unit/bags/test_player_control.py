@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The player's commands, where they depend on each other."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Values at a position: exact ones, of the messages around it, whichever way one came there."""
 from __future__ import annotations
 

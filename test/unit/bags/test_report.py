@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The report finds what was taken out of a stream, and nothing where all is there."""
 from __future__ import annotations
 

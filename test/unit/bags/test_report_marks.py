@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Marks in the bag and beside it; the configuration that a bag carries."""
 from __future__ import annotations
 

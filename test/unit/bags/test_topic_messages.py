@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The messages of a topic between two times of a recording."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The benchmarks are programs: their modules stand in a folder of their own."""
 import sys
 from pathlib import Path

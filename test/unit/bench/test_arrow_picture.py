@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Tips of arrows are found in a picture, as far from the ball as they were drawn."""
 import numpy as np
 import pytest

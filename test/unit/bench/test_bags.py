@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The bags of the benchmarks: what is in them is what the programs expect."""
 from __future__ import annotations
 

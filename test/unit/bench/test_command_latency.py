@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The latencies that the benchmark ``seek`` prints."""
 from __future__ import annotations
 

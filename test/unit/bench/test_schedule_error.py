@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The schedule error that play_timing prints."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What thesis_table computes from arrivals."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The table of bad configurations: what each says, and whether the schema can see it too."""
 from __future__ import annotations
 

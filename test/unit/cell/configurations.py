@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Random configurations, built from the table of the language (hypothesis strategies)."""
 from __future__ import annotations
 

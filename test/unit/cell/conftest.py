@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Fixtures that parse text as a configuration file."""
 from pathlib import Path
 from typing import Callable, List

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Every wrong file gets its messages, with file and line, all of them at once."""
 import os
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What differs between two versions of a configuration."""
 from __future__ import annotations
 

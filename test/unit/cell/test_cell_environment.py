@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What a cell needs and this computer does not have."""
 import os
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Defaults of the thesis' section 5.2.1 and everything that the language adds."""
 from pathlib import Path
 from typing import Callable, Tuple

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The thesis' two listings, in every detail."""
 from pathlib import Path
 

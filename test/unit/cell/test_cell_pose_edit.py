@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The pose of a base frame is written into the file, and nothing else changes."""
 from __future__ import annotations
 

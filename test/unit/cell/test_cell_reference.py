@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The reference for users holds what the language says."""
 from pathlib import Path
 

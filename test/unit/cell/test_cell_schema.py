@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The schema agrees with the parser as far as a schema can."""
 import re
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The topics of variables are recorded and played without a <topic> of their own."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Cells as they are seen, for the tests."""
 from __future__ import annotations
 

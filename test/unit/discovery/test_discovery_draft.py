@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What is written for whatever is seen can be read, and says what was seen."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Models with the same joints are told apart by what a recording holds."""
 from __future__ import annotations
 

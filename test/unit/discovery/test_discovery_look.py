@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What a bag shows, which models suit it, and what is written to the disk."""
 from __future__ import annotations
 

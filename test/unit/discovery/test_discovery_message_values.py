@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Values read by a definition are those that ROS' own classes read."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A configuration that a bag holds is what a new one begins from."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A robot's tool that comes as a frame on tf is found; what is only a guess stays a comment."""
 from __future__ import annotations
 

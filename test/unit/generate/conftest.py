@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Fixtures: cells from text, launch files from cells, and a package to find things in."""
 from __future__ import annotations
 

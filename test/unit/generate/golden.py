@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The golden files: which there are, how they are made, and what of them is compared."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Loads launch files with roslaunch's own loader, without a master."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The camera: all is in the picture, as large as it can be, from any side and in any window."""
 from __future__ import annotations
 

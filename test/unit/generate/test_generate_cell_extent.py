@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The space that cells take, which the first picture shows."""
 from __future__ import annotations
 

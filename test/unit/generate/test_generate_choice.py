@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What the operator chooses."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Displays of the devices, in RViz's terms."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Launch files of devices: what is missing is a warning, and the rest starts."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Generated files of the sewing cell against golden ones, and in roslaunch's own eyes."""
 from __future__ import annotations
 

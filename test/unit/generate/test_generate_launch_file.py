@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The generated launch file, as roslaunch's own loader understands it."""
 from __future__ import annotations
 

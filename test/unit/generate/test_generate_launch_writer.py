@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The XML of launch files: readable, and well-formed whatever is in it."""
 from __future__ import annotations
 

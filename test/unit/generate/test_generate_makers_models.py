@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Models in the style of robots' makers are used as they are: arguments, YAML, prefix."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """How large meshes are, in files of the three kinds that RViz reads."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The launch files of the parts: together what the one launch file is, and when they change."""
 from __future__ import annotations
 

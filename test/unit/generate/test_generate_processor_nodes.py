@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The nodes that the program starts for a device, with their parameters."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Models: xacro is expanded, the URDF is checked, and every message names the broken file."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The RViz file: its default part, the groups of the devices, and the camera."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Which link of a model is the tool frame, where the configuration does not say."""
 from __future__ import annotations
 

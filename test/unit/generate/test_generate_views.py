@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Views that the operator has saved: files, and what they change of the generated view."""
 from __future__ import annotations
 

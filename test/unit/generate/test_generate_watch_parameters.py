@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What the node scene_watch is told of a cell."""
 from __future__ import annotations
 

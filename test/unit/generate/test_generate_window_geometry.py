@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """RViz's window beside the launcher's."""
 from __future__ import annotations
 

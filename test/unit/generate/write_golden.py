@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Writes the golden files anew, from what is generated now.
 
 Run it in the environment of the workspace and look at what git says has changed:

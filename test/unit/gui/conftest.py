@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Widgets are tested without a screen; this has to be said before Qt is loaded."""
 import os
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Tasks that end when the test says so, and a client that notes what it is asked for."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A playback model with a player that the test plays itself."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A recorder that the tests command, devices, and the states that it would tell."""
 from __future__ import annotations
 

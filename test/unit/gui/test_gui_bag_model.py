@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The chosen recording: read in the background, with everything that can be wrong with one."""
 from __future__ import annotations
 

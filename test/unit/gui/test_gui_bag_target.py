@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What is in the way of a recording on the disk."""
 from __future__ import annotations
 

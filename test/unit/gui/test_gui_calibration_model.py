@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Moving base frames, and saving them."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The calibration panel, used as an operator does."""
 from __future__ import annotations
 

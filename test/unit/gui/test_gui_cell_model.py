@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The configuration in the window: loading, reloading, ticks."""
 from __future__ import annotations
 

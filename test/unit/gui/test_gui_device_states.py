@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The topics of the devices: as they come in real time, as they were recorded in playback."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Devices and problems: which of them are shown, and how much room they take."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Which editor is started, and what is said when none can be."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The window's verdict on a bag is that of `cell report`."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Icons: all that are promised, in colours that tell their state, sharp at any size."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The curves are drawn one after the other, so that the window is never held up for long."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What launching tells when it cannot be done, or ends otherwise than asked for."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The program without its window: what can be launched, and what would change."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The window as a whole, without a master: what it asks, and how much of the screen it needs."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Who publishes what would be mixed: asked before a launch, told while nodes run."""
 from __future__ import annotations
 

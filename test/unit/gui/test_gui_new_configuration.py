@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A configuration that is made in the window, one at a time; what is told if there is none."""
 from __future__ import annotations
 

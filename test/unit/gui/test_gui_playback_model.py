@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The playback model: what it asks of the player, and what it tells in between."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The panel as a whole: a real bag, and a player that the test plays."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The position between states: even, within its limits, and never against the direction."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The list of problems, and the log of a node that died."""
 from __future__ import annotations
 

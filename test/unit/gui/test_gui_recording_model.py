@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The recording model with a stand-in for the recorder: phases, figures, faults."""
 from __future__ import annotations
 

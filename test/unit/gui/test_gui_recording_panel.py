@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The recording panel, clicked as an operator does."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What the launcher remembers."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The keys as they are shown, and whether each means one thing at a time."""
 from __future__ import annotations
 

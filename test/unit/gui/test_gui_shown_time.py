@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The part of a recording that is shown: it never leaves the recording, and keeps what matters."""
 from __future__ import annotations
 

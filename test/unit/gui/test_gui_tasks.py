@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Tasks off the GUI thread."""
 from __future__ import annotations
 

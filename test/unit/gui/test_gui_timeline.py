@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The timeline: by real mouse and key events, what it asks of the player and what it shows."""
 from __future__ import annotations
 

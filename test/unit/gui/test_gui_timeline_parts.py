@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The parts of the timeline: axis, colours, and the pictures of the curves."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Looking closer at a part of the recording: by wheel, double click, keys, menu and scroll bar."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The tool that was learned: offered once, written into the file or not."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Which topics are ticked, and how they are told to be."""
 from __future__ import annotations
 

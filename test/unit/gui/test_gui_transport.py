@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The buttons, the time, the speed and the unit of a step, by real mouse and key events."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Errors that nobody expected end in the log and in one dialog."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What nodes complain of, in the row of their device and in a window of its own."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The watchdog sees when the GUI thread is blocked, and what blocks it."""
 from __future__ import annotations
 

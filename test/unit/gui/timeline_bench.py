@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A timeline on a screen, with a player of 20 s, and a mouse."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The command ``cell``: texts and exit codes of check, show and generate."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A device's state in words."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """States of a node, and which change follows which."""
 from __future__ import annotations
 

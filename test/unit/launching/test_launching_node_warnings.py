@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What nodes complain of: counted, one for each matter, gone when it does not hold any more."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The watcher, fed with the lines of a roslaunch; there is no master, or a small one."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Who else publishes, as a small master tells; each of its nodes is known by its answer."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A part of a cell; a shell script stands in for roslaunch."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Which state of a part follows which."""
 from __future__ import annotations
 

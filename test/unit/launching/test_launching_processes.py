@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Processes of a run are found by their mark, ended, and remembered in a file."""
 from __future__ import annotations
 

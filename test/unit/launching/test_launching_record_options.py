@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The command line of ``cell record``: what people know from `rosbag record`, and its own."""
 from __future__ import annotations
 

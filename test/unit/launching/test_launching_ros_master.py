@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What the launcher says about masters that it cannot use; nothing here starts one."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Roslaunch as forks of a program that has it loaded; the forks are real."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What roslaunch writes about its processes.
 
 The lines are made by roslaunch's own code where it can be called without a master.

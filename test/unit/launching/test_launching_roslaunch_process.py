@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A child that stands in for roslaunch: how it is started and stopped."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Signals to the command that runs a cell."""
 from __future__ import annotations
 

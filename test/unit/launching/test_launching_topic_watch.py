@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Which silence of a topic is unusual."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A user without real-time priority is told once what a line in limits.conf would improve."""
 import getpass
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Launch files of other people that call xacro, in every way in which they do."""
 from __future__ import annotations
 

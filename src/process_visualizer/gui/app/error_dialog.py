@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """One window for all errors that nobody expected."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """All models of the window and what connects them; no widgets."""
 from __future__ import annotations
 

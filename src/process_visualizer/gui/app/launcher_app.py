@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """LauncherApp: the operator's window."""
 from __future__ import annotations
 

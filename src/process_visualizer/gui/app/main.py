@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The program ``gui``: the launcher with its window."""
 from __future__ import annotations
 

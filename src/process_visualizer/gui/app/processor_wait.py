@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """How long a thread has waited for a processor, as the kernel counts it."""
 from __future__ import annotations
 

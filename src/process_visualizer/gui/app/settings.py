@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What the launcher remembers: window, configuration, bag folder and options."""
 from __future__ import annotations
 

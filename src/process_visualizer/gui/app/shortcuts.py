@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The keys of the window: those that media players have taught everyone."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The status line, in the thesis' words (figures 5.2 to 5.4)."""
 from __future__ import annotations
 

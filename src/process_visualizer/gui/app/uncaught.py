@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Errors that nobody expected: logged, shown, and then the program goes on."""
 from __future__ import annotations
 

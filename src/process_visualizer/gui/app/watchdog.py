@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Measures how long the GUI thread was blocked; used by the tests of the window."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """An interactive marker in RViz, by which the pose of one frame is dragged."""
 from __future__ import annotations
 

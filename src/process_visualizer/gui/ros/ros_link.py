@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The launcher's own node: the only module of the window that knows rospy."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What the player, the recorder and RViz said last, as plain data for models and views."""
 from __future__ import annotations
 

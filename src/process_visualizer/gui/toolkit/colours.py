@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Colours that were chosen for a dark view, made readable on a light one."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Opens a file at a line in the operator's own editor."""
 from __future__ import annotations
 

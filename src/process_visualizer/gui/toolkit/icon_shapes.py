@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The shapes of the icons, on a grid of 24 by 24."""
 from __future__ import annotations
 

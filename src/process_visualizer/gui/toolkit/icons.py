@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The launcher's icons, drawn as paths and so crisp at every size and scale."""
 from __future__ import annotations
 

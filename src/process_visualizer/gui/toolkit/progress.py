@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """How far a long task is, and the wish to cancel it."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Dialogs that do not block: the window goes on while they are open."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Which part of a recording the timeline shows."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """How the launcher looks: one accent colour on a light, calm palette."""
 from __future__ import annotations
 

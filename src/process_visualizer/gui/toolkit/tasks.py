@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Runs what takes time off the GUI thread, and hands the results back to it."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Time along a line: where a moment lies, and which moments are worth a tick."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Where the user was when the program was called."""
 from __future__ import annotations
 

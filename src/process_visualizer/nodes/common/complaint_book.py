@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What a node finds wrong now: each complaint for as long as it holds. Imports no rospy."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Says what is wrong in a node: in the log, and on /diagnostics for as long as it holds."""
 from __future__ import annotations
 

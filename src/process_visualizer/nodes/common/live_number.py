@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A number that a user may change on the parameter server while a node runs."""
 from __future__ import annotations
 

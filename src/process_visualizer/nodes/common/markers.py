@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Markers for RViz: arrows and numbers that are locked to the frame they act in.
 
 A marker with frame_locked is drawn with its frame's transform of every rendered frame, the same

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The newest message of a topic of any type, decoded only when it is looked at."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Whether nodes answer: asked for their process ids, all at once, and told within half a second."""
 from __future__ import annotations
 

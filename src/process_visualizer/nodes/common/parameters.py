@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Private parameters of the nodes: read once, checked, with defaults and units in the names."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The end of a rospy node's process, which rospy alone does not always reach; and its beginning."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Arrows with their values: what the displays of variables have in common."""
 from __future__ import annotations
 

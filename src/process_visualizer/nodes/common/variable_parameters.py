@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Private parameters of the variable processor, as the generated launch file writes them."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What frames that messages name mean for a robot: which they are, and where in its base."""
 from __future__ import annotations
 

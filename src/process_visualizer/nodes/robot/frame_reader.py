@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Reads the pose of a frame from tf, as messages on a tf topic bring it."""
 from __future__ import annotations
 

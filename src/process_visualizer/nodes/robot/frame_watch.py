@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Warns of frames in which something is shown but which are not in tf."""
 from __future__ import annotations
 

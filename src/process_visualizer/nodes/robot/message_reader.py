@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Reads a quantity from a topic whatever supported message type carries it."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What finds the poses of a tool in recorded messages."""
 from __future__ import annotations
 

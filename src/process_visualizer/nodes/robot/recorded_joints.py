@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A robot's joints as they were recorded, under the names that its model has."""
 from __future__ import annotations
 

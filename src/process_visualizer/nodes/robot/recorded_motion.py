@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """In playback, the tool's velocity at the position: read from the recording before it is needed."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Reads the poses of a tool from a part of the recording, by the player's service ~read."""
 from __future__ import annotations
 

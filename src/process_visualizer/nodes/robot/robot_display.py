@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What RViz shows of a robot besides its model: arrows and numbers at the tool."""
 from __future__ import annotations
 

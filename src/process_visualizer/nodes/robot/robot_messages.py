@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The quantities a robot's driver sends, and the messages that can carry them."""
 from __future__ import annotations
 

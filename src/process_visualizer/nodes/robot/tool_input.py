@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Subscribes what brings the tool's pose, and understands recorded messages of it likewise."""
 from __future__ import annotations
 

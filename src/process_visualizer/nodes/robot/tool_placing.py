@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Finds the frame in which a robot's arrows are drawn, and tells what does not fit together."""
 from __future__ import annotations
 

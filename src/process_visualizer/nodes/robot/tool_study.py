@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Learns a robot's tool from samples that are taken where the robot stands still."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Where the tool's velocity comes from: poses as they come, or the recording that is played."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Finds packages of ROS 1 for xacro 2, which would ask the package index of ROS 2."""
 import rospkg
 

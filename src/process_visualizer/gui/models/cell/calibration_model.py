@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Calibration: the base frames' poses, moved while everything runs and saved into the file."""
 from __future__ import annotations
 

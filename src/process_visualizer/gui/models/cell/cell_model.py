@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The configuration, what is ticked in it, and the mode."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The states of all devices, from what roslaunch, the recorder and the player tell."""
 from __future__ import annotations
 

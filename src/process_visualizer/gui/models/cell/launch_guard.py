@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Launches a choice once nobody publishes what would be mixed with it."""
 from __future__ import annotations
 

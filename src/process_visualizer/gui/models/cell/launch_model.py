@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Launches and quits the nodes of a choice, and follows what they do."""
 from __future__ import annotations
 

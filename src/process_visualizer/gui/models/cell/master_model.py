@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The ROS master: found or started, and watched."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Who publishes what is mixed with what runs."""
 from __future__ import annotations
 

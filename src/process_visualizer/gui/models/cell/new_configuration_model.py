@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Makes a configuration from what runs, or from a recording."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A robot's tool frame that was learned, and whether it is to be written into the configuration."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """RViz: its place on the screen, and the views that the operator has saved."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What the nodes complain of now, as the window shows it."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The recording that is chosen for playback, and what is in it."""
 from __future__ import annotations
 

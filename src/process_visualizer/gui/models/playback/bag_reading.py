@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What the bag model does off the GUI thread."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The curves of the process variables of a recording, read in the background."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The points A and B between which playback is repeated."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The commands for rate and direction, which belong to those for playing and standing still."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Passes on the newest of many wishes (a slider that is dragged) to what takes its time."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Playback as the operator sees and commands it."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Where playback is at any moment, from states that come a few times a second."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The commands of the player, as the models use them."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What one step of playback is: a message, a message of one topic, or a time."""
 from __future__ import annotations
 

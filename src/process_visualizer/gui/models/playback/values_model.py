@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The values of the process variables at the position, read from the recording."""
 from __future__ import annotations
 

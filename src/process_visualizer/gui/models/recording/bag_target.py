@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Where a recording would be written to, and what is in its way."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Whether what was recorded last is complete: the verdict of `cell report`, found in a task."""
 from __future__ import annotations
 

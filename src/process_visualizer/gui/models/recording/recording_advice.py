@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What an operator is told of commands to the recorder that cannot be done."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What the operator chooses for a recording: its name, its folder, its topics."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The elapsed time of a recording between two states of the recorder."""
 from __future__ import annotations
 

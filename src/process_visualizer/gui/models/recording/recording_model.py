@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Recording: what the recorder does, and the commands to it."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What recording is about: the recorder's commands, its phases, its bags."""
 from __future__ import annotations
 

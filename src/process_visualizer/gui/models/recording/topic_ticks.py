@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Which topics are recorded: preset by the configuration, ticked by the operator."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Calibration: the base frame of a device, moved in RViz at once, saved when it is right."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The devices that are in force, and above them what is wrong with the file that was read."""
 from __future__ import annotations
 

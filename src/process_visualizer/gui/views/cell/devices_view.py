@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The list of devices: check boxes, states, and what belongs to each."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Mode, status, and the button that launches and quits all nodes."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What a node (or the roslaunch of a device) said last before it ended."""
 from __future__ import annotations
 

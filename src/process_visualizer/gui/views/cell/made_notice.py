@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Says what is in a configuration that was made, and opens it for what is left to decide."""
 from __future__ import annotations
 

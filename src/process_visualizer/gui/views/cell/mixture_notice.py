@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Says in red who publishes what does not belong to what is shown; not there while all is well."""
 from __future__ import annotations
 

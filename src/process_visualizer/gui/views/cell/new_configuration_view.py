@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Offers to make a configuration: a button for it, and a notice where only the example is open."""
 from __future__ import annotations
 

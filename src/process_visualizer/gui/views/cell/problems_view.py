@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The problems of a configuration; a click on one opens the file there."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Says which frame a robot's poses are those of, and offers to write it into the configuration."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What the nodes of a device complain of, as long as it holds."""
 from __future__ import annotations
 

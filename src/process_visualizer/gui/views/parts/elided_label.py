@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A label that shortens its text instead of widening the window."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A flat button with an arrow, behind which something is folded away."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Small helpers that all panels share."""
 from __future__ import annotations
 

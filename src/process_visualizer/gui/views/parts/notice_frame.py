@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A frame with a symbol and a text; what is to be done about it stands below."""
 from __future__ import annotations
 

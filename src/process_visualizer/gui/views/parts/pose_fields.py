@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Six fields of a pose: x y z in m, yaw pitch roll in degrees."""
 from __future__ import annotations
 

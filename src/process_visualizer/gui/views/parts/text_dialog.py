@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A window with text that can be copied; it does not hold up the program."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Chooses the recording, and shows what is in it and what is missing."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """How far the curves are, with a way to do without them, or to read them after all."""
 from __future__ import annotations
 

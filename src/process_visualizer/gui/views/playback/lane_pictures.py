@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Keeps a picture of each lane of the timeline, drawn without holding up the window."""
 from __future__ import annotations
 

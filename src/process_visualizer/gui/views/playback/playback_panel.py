@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Playback as a whole: the recording, the buttons, and the timeline."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """A slider for the speed: logarithmic, and it holds at the speeds that one usually wants."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The time of playback; drawn by itself, since a label would lay out the window at every frame."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Draws what stands above the lanes: flags, the slider's groove, the loop, and the axis of time."""
 from __future__ import annotations
 

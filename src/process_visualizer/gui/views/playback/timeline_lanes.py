@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The curves of process variables, each in a lane of its own, drawn into a picture."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """Where the parts of the timeline lie, and what is under the mouse."""
 from __future__ import annotations
 

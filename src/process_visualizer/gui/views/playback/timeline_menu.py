@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What can be done with a moment of the recording, as a menu."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The timeline: the whole recording as a slider, with marks, loop, and curves below it."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The part of the recording that the timeline shows, with the scroll bar that moves it."""
 from __future__ import annotations
 

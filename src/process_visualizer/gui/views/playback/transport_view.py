@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The buttons of playback, the time, the speed, and what one step is."""
 from __future__ import annotations
 

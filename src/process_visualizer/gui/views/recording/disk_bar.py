@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """How full the disk is, and how long can still be recorded."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """How the bag is called and where it goes: the options of the thesis' figure 5.3."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The big button with the elapsed time."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """One notice below the record button: what the recorder waits for, has finished, or fails at."""
 from __future__ import annotations
 

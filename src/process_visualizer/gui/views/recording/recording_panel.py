@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The real-time panel: everything about recording."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """The topics that can be recorded, by device, with their rates; folded away or open."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 """What lists of topics have in common."""
 from __future__ import annotations
 
