@@ -264,7 +264,7 @@ def test_a_master_that_is_gone_does_not_end_the_recording(recording, client, qtb
 
 
 def test_a_recorder_that_falls_silent(recording, client, qtbot):
-    recording._silence.setInterval(1)
+    recording._silence._timer.setInterval(1)
     with qtbot.waitSignal(recording.failed) as signal:
         recording.take_state(told('recording', files=(client.path,)))
     assert recording.phase is Phase.GONE and f'cell reindex {client.path}.active' in signal.args[0]
@@ -345,7 +345,7 @@ def test_settings_are_remembered(model, tasks, client):
 
 
 def test_a_window_that_was_held_up_does_not_lose_the_recorder(recording, client, qtbot):
-    recording._silence.setInterval(100)
+    recording._silence._timer.setInterval(100)
     recording.take_state(told('recording', files=(client.path,)))
     time.sleep(0.5)  # the GUI thread is blocked, while states of the recorder arrive
     qtbot.wait(5)

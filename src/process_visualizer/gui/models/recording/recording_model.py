@@ -6,7 +6,7 @@ import os
 import time
 from typing import Any, Callable, List, Optional, Tuple
 
-from PyQt5.QtCore import QObject, QTimer, pyqtSignal
+from PyQt5.QtCore import QObject, pyqtSignal
 
 from process_visualizer.clients.recording_options import (
     RecorderError,
@@ -29,15 +29,13 @@ from process_visualizer.gui.models.recording.recording_types import (
     RecorderClient,
     figures_of,
 )
+from process_visualizer.gui.models.recording.silence_watch import SilenceWatch
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot
 from process_visualizer.gui.toolkit.tasks import Tasks
 
 RECENT_S = 30.0
 """What the recorder keeps in memory (its parameter ~recent_duration)."""
 _LINE = 'recorder'
-_SILENCE_MS, _SILENCES = 1000, 3
-"""After so many times without a state the recorder is gone; counted, not measured in one piece,
-so that a window that was held up itself does not take what waits for it for silence."""
 _LOOK_PERIOD_S = 5.0
 _LOW_DISK_S = 300.0
 _LATE_S = 2.0
@@ -71,9 +69,8 @@ class RecordingModel(QObject):
         self._error = ''
         self._marks: List[Tuple[float, str]] = []
         self._label = ''
-        self._silence = QTimer(self, interval=_SILENCE_MS)
-        self._silence.timeout.connect(self._hear_nothing)
-        self._silences = 0
+        self._silence = SilenceWatch(self)
+        self._silence.silent.connect(self._recorder_is_gone)
 
     # What the operator sees
 
@@ -199,8 +196,7 @@ class RecordingModel(QObject):
         """Take what the recorder says; in the GUI thread."""
         if self._phase is Phase.OFF:
             return
-        self._silences = 0
-        self._silence.start()
+        self._silence.hear()
         if not self._is_late(snapshot):
             self._snapshot = snapshot
             self.choices.take_topics(snapshot.topics)
@@ -356,12 +352,6 @@ class RecordingModel(QObject):
             self.finished.emit(path)
         else:
             self._fail(f'the recorder could not finish its bag. {repair(path)}')
-
-    def _hear_nothing(self) -> None:
-        self._silences += 1
-        if self._silences >= _SILENCES:
-            self._silence.stop()
-            self._recorder_is_gone()
 
     def _recorder_is_gone(self) -> None:
         path, self._path = self._path, ''
