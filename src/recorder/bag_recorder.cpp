@@ -92,7 +92,7 @@ bool BagRecorder::answer(Start::Response& response, const std::function<std::str
   return true;
 }
 
-bool BagRecorder::stop(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
+bool BagRecorder::stop(StopRecording::Request&, StopRecording::Response& response) {
   const std::lock_guard<std::mutex> command(command_mutex_);
   if (!last_ || last_->status().ended) {
     response.message = "nothing is being recorded";
@@ -101,7 +101,8 @@ bool BagRecorder::stop(std_srvs::Trigger::Request&, std_srvs::Trigger::Response&
   finish(kUnderWay);
   const RecordingStatus status = last_->status();
   response.success = status.problem.empty();
-  response.message = response.success ? joined(status.files, "\n") : status.problem;
+  response.message = status.problem;
+  response.files = status.files;
   return true;
 }
 

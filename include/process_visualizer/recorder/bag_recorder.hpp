@@ -4,8 +4,8 @@
 #include <process_visualizer/Mark.h>
 #include <process_visualizer/RecorderState.h>
 #include <process_visualizer/StartRecording.h>
+#include <process_visualizer/StopRecording.h>
 #include <ros/node_handle.h>
-#include <std_srvs/Trigger.h>
 
 #include <condition_variable>
 #include <functional>
@@ -37,7 +37,7 @@ class BagRecorder {
 
   bool start(Start::Request& request, Start::Response& response);
   bool saveRecent(Start::Request& request, Start::Response& response);
-  bool stop(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
+  bool stop(StopRecording::Request&, StopRecording::Response& response);
   bool mark(Mark::Request& request, Mark::Response& response);
 
   bool answer(Start::Response& response, const std::function<std::string()>& command);

@@ -6,7 +6,6 @@ from typing import Any, Callable, List, Optional
 
 import rosgraph
 import rospy
-from std_srvs.srv import Trigger
 
 from process_visualizer.clients.recording_options import (
     RecorderError,
@@ -15,7 +14,7 @@ from process_visualizer.clients.recording_options import (
 )
 from process_visualizer.clients.state_follower import StateFollower
 from process_visualizer.msg import RecorderState
-from process_visualizer.srv import Mark, StartRecording, StartRecordingRequest
+from process_visualizer.srv import Mark, StartRecording, StartRecordingRequest, StopRecording
 
 _NODE = '/bag_recorder'
 
@@ -98,7 +97,7 @@ class BagRecorder:
         Raises:
             RecorderError: nothing was being recorded, or something could not be written.
         """
-        return list(self._call('stop', Trigger).message.splitlines())
+        return list(self._call('stop', StopRecording).files)
 
     def mark(self, label: str) -> None:
         """Write a labelled moment, now, into the recording or into the memory.
