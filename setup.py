@@ -37,6 +37,7 @@ setup(**generate_distutils_setup(
         'process_visualizer.nodes',
         'process_visualizer.nodes.common',
         'process_visualizer.nodes.robot',
+        'process_visualizer.parameters',
         'process_visualizer.playback',
         'process_visualizer.player',
         'process_visualizer.report',

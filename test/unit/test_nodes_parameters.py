@@ -2,16 +2,12 @@
 """Parameters of the nodes: defaults, and a message for each wrong value."""
 import pytest
 
-from process_visualizer.nodes.common.parameters import (
-    ParameterError,
-    Parameters,
-    TopicParameters,
-    read_robot_parameters,
-)
+from process_visualizer.parameters.reading import ParameterError, Parameters
+from process_visualizer.parameters.robot_parameters import RobotParameters, TopicParameters
 
 
 def read(values):
-    return read_robot_parameters(Parameters(values, '/r/robot_proc'), 'r')
+    return RobotParameters.read(Parameters(values, '/r/robot_proc'), 'r')
 
 
 def test_defaults():
@@ -36,6 +32,10 @@ def test_values_are_taken():
     assert parameters.velocity_arrow.color == (0.0, 0.0, 1.0, 0.5)
 
 
+def test_an_arrow_may_shrink_to_nothing():
+    assert read({'arrows': {'force': {'min': 0}}}).force_arrow.min_m == 0.0
+
+
 @pytest.mark.parametrize('values, problem', [
     ({'marker_rate': 0}, '/r/robot_proc/marker_rate: a number above 0'),
     ({'marker_rate': 'fast'}, 'marker_rate: a number'),
@@ -46,6 +46,7 @@ def test_values_are_taken():
     ({'arrows': {'force': {'color': 3}}}, 'arrows/force/color: three or four numbers'),
     ({'arrows': {'force': {'color': [0, 0, 255]}}}, 'arrows/force/color: three or four numbers'),
     ({'arrows': {'velocity': {'min': 0.5, 'max': 0.4}}}, 'min 0.5 m is above max 0.4 m'),
+    ({'arrows': {'velocity': {'min': -1}}}, 'arrows/velocity/min: a number of 0 or more'),
     ({'arrows': {'velocity': {'scale': -1}}}, 'arrows/velocity/scale: a number above 0'),
     ({'arrows': {'velocity': 3}}, 'arrows/velocity: a group'),
     ({'topics': {'joint_states': '/q'}}, 'topics/joint_states: a group'),

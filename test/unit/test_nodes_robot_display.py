@@ -11,10 +11,11 @@ from visualization_msgs.msg import Marker
 from process_visualizer.motion.rotations import matrix_from_quaternion
 from process_visualizer.motion.tool_place import ToolPlace
 from process_visualizer.nodes.common.markers import STALE_COLOR, VectorSample
-from process_visualizer.nodes.common.parameters import Parameters, read_robot_parameters
 from process_visualizer.nodes.robot.robot_display import RobotDisplay, ToolMotion
+from process_visualizer.parameters.reading import Parameters
+from process_visualizer.parameters.robot_parameters import RobotParameters
 
-PARAMETERS = read_robot_parameters(Parameters({'force_frame': 'r/force'}, '/r/robot_proc'), 'r')
+PARAMETERS = RobotParameters.read(Parameters({'force_frame': 'r/force'}, '/r/robot_proc'), 'r')
 # Half a turn about x.
 DOWN = ToolPlace('r/tool', (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (-0.6, 0.0, 0.2))
 NOW_S = 100.0

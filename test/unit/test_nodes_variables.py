@@ -7,14 +7,14 @@ from std_msgs.msg import Float32, String
 from visualization_msgs.msg import Marker
 
 from process_visualizer.nodes.common.newest_message import RawMessage, decode
-from process_visualizer.nodes.common.parameters import ParameterError, Parameters
 from process_visualizer.nodes.common.value_board import ShownValue, TextPlace, ValueBoard
-from process_visualizer.nodes.common.variable_parameters import VariablesParameters
 from process_visualizer.nodes.variable_processor import (
     Variable,
     marker_namespaces,
     text_places,
 )
+from process_visualizer.parameters.reading import ParameterError, Parameters
+from process_visualizer.parameters.variable_parameters import VariablesParameters
 
 SPEED = {'topic': '/speed', 'frame': '/tool', 'scale': 0.5, 'label': 'v', 'unit': 'm/s'}
 

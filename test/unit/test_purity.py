@@ -9,8 +9,8 @@ from typing import Iterator, List
 import pytest
 
 SOURCE = Path(__file__).resolve().parents[2] / 'src'
-PACKAGES = ('cell', 'motion', 'descriptions', 'rviz', 'generate', 'messages', 'bags', 'playback',
-            'curves', 'report', 'discovery')
+PACKAGES = ('cell', 'motion', 'parameters', 'descriptions', 'rviz', 'generate', 'messages', 'bags',
+            'playback', 'curves', 'report', 'discovery')
 FORBIDDEN = ('rospy', 'PyQt5')
 
 

@@ -14,14 +14,11 @@ from visualization_msgs.msg import Marker, MarkerArray
 from process_visualizer.clients.player_clock import PlaybackFollower
 from process_visualizer.nodes.common.live_number import LiveNumber
 from process_visualizer.nodes.common.markers import VectorSample, mesh_marker, value_text
-from process_visualizer.nodes.common.parameters import (
-    ArrowStyle,
-    ParameterError,
-    Parameters,
-    private_parameters,
-)
+from process_visualizer.nodes.common.private_parameters import private_parameters
 from process_visualizer.nodes.common.process_end import spin_to_end, start_node
 from process_visualizer.nodes.common.value_board import ShownValue, TextPlace, ValueBoard
+from process_visualizer.parameters.arrow_style import ArrowStyle
+from process_visualizer.parameters.reading import ParameterError, Parameters
 
 MESH = 'package://sewing_cell/meshes/sewing_machine.dae'
 DEFAULT_SETPOINT = 255.0  # of 512 (thesis section 6.2.3)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from process_visualizer.motion.rotations import matrix_from_ypr
-from process_visualizer.nodes.common.parameters import ParameterError, Parameters
+from process_visualizer.parameters.reading import ParameterError, Parameters
 from sewing_cell.sewing_machine import (
     FEED_DIRECTION,
     UPPER_ARROW,

@@ -243,7 +243,7 @@ _DRAWN: Dict[str, Tag] = {
         {'quantity': _required('choice', 'which arrow', ('velocity', 'force')),
          'scale': _optional('positive', 'length in m per m/s or per N'),
          'min': _optional('length', 'shortest length in m'),
-         'max': _optional('length', 'longest length in m'),
+         'max': _optional('positive', 'longest length in m'),
          'color': _optional('color', 'a colour name, `#rrggbb`, or `r g b` from 0 to 1')}),
     'variable': Tag(
         'Any number of any topic as an arrow with its value.',

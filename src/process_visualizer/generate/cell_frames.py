@@ -10,7 +10,7 @@ import rospkg
 from process_visualizer.cell.model import Cell, Device, Pose
 from process_visualizer.descriptions.model_extent import ModelExtent
 from process_visualizer.descriptions.robot_description import RobotDescription
-from process_visualizer.generate.processor_nodes import frame_parameters
+from process_visualizer.generate.processor_nodes import fixed_frames
 from process_visualizer.motion.kinematics import Placement
 from process_visualizer.motion.rotations import quaternion_from_ypr
 
@@ -23,8 +23,8 @@ class CellFrames:
         """Take the devices, and the models of those that have one."""
         self._frame = cell.frame
         self._fixed: Dict[str, Tuple[str, Placement]] = {
-            frame['child']: (frame['parent'], _placement(Pose(frame['xyz'], frame['ypr'])))
-            for frame in frame_parameters(cell, devices)['frames']}
+            frame.child: (frame.parent, _placement(Pose(frame.xyz, frame.ypr)))
+            for frame in fixed_frames(cell, devices)}
         packages = rospkg.RosPack()
         self.models: Dict[str, ModelExtent] = {
             name: ModelExtent(description.text, packages)

@@ -10,7 +10,7 @@ from process_visualizer.cell.model import Cell, Device, DeviceType, Display, Pro
 from process_visualizer.cell.suggestions import nearest
 from process_visualizer.descriptions.robot_description import RobotDescription
 from process_visualizer.descriptions.tool_frame import tool_frame
-from process_visualizer.generate.processor_nodes import frame_parameters
+from process_visualizer.generate.processor_nodes import fixed_frames
 
 _FRAME_PROPERTIES = ('Reference Frame', 'Target Frame')
 _FIXED_FRAME = '<Fixed Frame>'
@@ -70,13 +70,13 @@ def _placed(devices: Iterable[Device]) -> Iterator[_Use]:
 
 
 def _known_frames(cell: Cell, descriptions: Mapping[str, RobotDescription]) -> Set[str]:
-    placed = frame_parameters(cell, cell.devices)['frames']
+    placed = fixed_frames(cell, cell.devices)
     links = {link for description in descriptions.values() for link in description.links}
     bare = {tool_frame(device, None).frame for device in cell.devices  # a robot without a model
             if device.type is DeviceType.ROBOT and device.model is None and device.tool is None}
     in_tf = {topic.frame for device in cell.devices for topic in device.topics
              if topic.frame is not None}  # the driver brings it on that topic
-    return {cell.frame, *links, *bare, *in_tf, *(frame['child'] for frame in placed)}
+    return {cell.frame, *links, *bare, *in_tf, *(frame.child for frame in placed)}
 
 
 def _uses(device: Device) -> Iterator[_Use]:

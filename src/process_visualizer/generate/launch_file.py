@@ -21,10 +21,11 @@ from process_visualizer.generate.plan import (
 )
 from process_visualizer.generate.processor_nodes import (
     ProcessorNode,
-    frame_parameters,
+    fixed_frames,
     processor_nodes,
 )
 from process_visualizer.generate.watch_parameters import SCENE_WATCH, watch_parameters
+from process_visualizer.parameters.frame_parameters import written_frames
 
 _BOOLEAN = ('respawn', 'required', 'clear_params', 'subst_value')
 _TRUTH = {'1': 'true', '0': 'false'}
@@ -97,11 +98,12 @@ class LaunchFileBuilder:
         root.comment('base frames and force frames of all devices')
         self._processor(root, ProcessorNode(
             'process_visualizer', 'cell_frames', 'cell_frames',
-            frame_parameters(self._choice.cell, self._choice.devices)))
+            {'frames': written_frames(fixed_frames(self._choice.cell,
+                                                   self._choice.devices))}))
         root.comment('says in the scene what is not live any more')
         self._processor(root, ProcessorNode(
             'process_visualizer', 'scene_watch', SCENE_WATCH,
-            watch_parameters(self._choice.cell, self._choice.devices)),
+            watch_parameters(self._choice.cell, self._choice.devices).to_parameters()),
             respawn=True)
 
     def _bag(self, root: Tag) -> None:

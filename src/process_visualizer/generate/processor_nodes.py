@@ -2,7 +2,8 @@
 """The nodes that the program itself starts for a device, with their parameters."""
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass, field, replace
 from typing import Any, Dict, List, Optional, Sequence
 
 from process_visualizer.cell.model import (
@@ -17,8 +18,22 @@ from process_visualizer.cell.model import (
 )
 from process_visualizer.descriptions.robot_description import RobotDescription
 from process_visualizer.descriptions.tool_frame import tool_frame
+from process_visualizer.motion.field_path import FieldPath
+from process_visualizer.motion.frame_tree import Frame
+from process_visualizer.motion.variables import MAX_LENGTH_M
+from process_visualizer.parameters.arrow_style import FORCE_ARROW, VELOCITY_ARROW, ArrowStyle
+from process_visualizer.parameters.reading import opaque
+from process_visualizer.parameters.robot_parameters import RobotParameters, TopicParameters
+from process_visualizer.parameters.variable_parameters import (
+    VariableColors,
+    VariableParameters,
+    VariablesParameters,
+)
 
 _PACKAGE = 'process_visualizer'
+_ROBOT_TOPICS = (TopicFunction.JOINT_STATES, TopicFunction.TOOL_CENTER_FRAME,
+                 TopicFunction.FORCE_SENSOR)
+_ARROWS = {'velocity': VELOCITY_ARROW, 'force': FORCE_ARROW}
 PUBLISH_FREQUENCY_HZ = 100.0
 """Upper bound of robot_state_publisher: every second state of a 125 Hz driver, more than a screen
 shows. It asks the master at each (for tf_prefix), which costs a tenth of a core at 125 Hz."""
@@ -47,16 +62,17 @@ def processor_nodes(device: Device, description: Optional[RobotDescription]
     if device.type is DeviceType.ROBOT:
         nodes += _joint_nodes(device, description)
         nodes.append(ProcessorNode(_PACKAGE, 'robot_proc', 'robot_proc',
-                                   robot_parameters(device, description)))
+                                   robot_parameters(device, description).to_parameters()))
     if device.type is DeviceType.DEPTH_SENSOR:
         nodes += _depth_nodes(device)
     if device.variables:
-        nodes.append(ProcessorNode(_PACKAGE, 'variable_proc', 'variable_proc', {
-            'variables': [_variable(variable) for variable in device.variables]}))
+        variables = VariablesParameters([_variable(variable) for variable in device.variables])
+        nodes.append(ProcessorNode(_PACKAGE, 'variable_proc', 'variable_proc',
+                                   variables.to_parameters()))
     return nodes
 
 
-def frame_parameters(cell: Cell, devices: Sequence[Device]) -> Dict[str, Any]:
+def fixed_frames(cell: Cell, devices: Sequence[Device]) -> List[Frame]:
     """The base, tool and force frames of the devices, for the node cell_frames."""
     frames = []
     for device in devices:
@@ -69,33 +85,24 @@ def frame_parameters(cell: Cell, devices: Sequence[Device]) -> Dict[str, Any]:
         if device.force is not None:
             frames.append(_frame(device.force.parent_frame, device.force.frame,
                                  device.force.pose))
-    return {'frames': frames}
+    return frames
 
 
-def _frame(parent: str, child: str, pose: Pose) -> Dict[str, Any]:
-    return {'parent': parent, 'child': child, 'xyz': list(pose.xyz), 'ypr': list(pose.ypr)}
+def _frame(parent: str, child: str, pose: Pose) -> Frame:
+    return Frame(parent, child, pose.xyz, pose.ypr)
 
 
-def robot_parameters(device: Device, description: Optional[RobotDescription]) -> Dict[str, Any]:
+def robot_parameters(device: Device, description: Optional[RobotDescription]) -> RobotParameters:
     """The parameters of a robot processor."""
-    parameters: Dict[str, Any] = {}
-    if device.base is not None:
-        parameters['base_frame'] = device.base.frame
-    parameters['tool_frame'] = tool_frame(device, description).frame
-    if device.tool is not None:
-        parameters['arrow_foot'] = 'tool_frame'
-    if device.model is not None and device.model.prefix:
-        parameters['link_prefix'] = device.model.prefix
-    if device.force is not None:
-        parameters['force_frame'] = device.force.frame
-    functions = (TopicFunction.JOINT_STATES, TopicFunction.TOOL_CENTER_FRAME,
-                 TopicFunction.FORCE_SENSOR)
-    topics = {function.value: device.topic_for(function) for function in functions}
-    parameters['topics'] = {name: _topic(topic) for name, topic in topics.items()
-                            if topic is not None}
-    if device.arrows:
-        parameters['arrows'] = {arrow.quantity: _arrow(arrow) for arrow in device.arrows}
-    return parameters
+    tool = tool_frame(device, description).frame
+    topics: Dict[str, Any] = {function.value: _topic(device.topic_for(function))
+                              for function in _ROBOT_TOPICS}
+    arrows: Dict[str, Any] = {f'{arrow.quantity}_arrow': _arrow(arrow) for arrow in device.arrows}
+    return RobotParameters(
+        device.name, f'{device.name}/link0' if device.base is None else device.base.frame, tool,
+        tool if device.force is None else device.force.frame, **topics, **arrows,
+        foot_at_tool_frame=device.tool is not None,
+        link_prefix='' if device.model is None else device.model.prefix or '')
 
 
 def _joint_nodes(device: Device, description: Optional[RobotDescription]) -> List[ProcessorNode]:
@@ -110,22 +117,17 @@ def _joint_nodes(device: Device, description: Optional[RobotDescription]) -> Lis
     return [ProcessorNode(_PACKAGE, 'joint_proc', 'joint_proc', parameters)]
 
 
-def _topic(topic: Topic) -> Dict[str, str]:
-    values = {'name': topic.name}
-    if topic.message_type is not None:
-        values['msg'] = topic.message_type
-    if topic.frame is not None:
-        values['frame'] = topic.frame
-    if topic.parent_frame is not None:
-        values['parent_frame'] = topic.parent_frame
-    return values
+def _topic(topic: Optional[Topic]) -> TopicParameters:
+    return TopicParameters() if topic is None else TopicParameters(
+        topic.name, topic.message_type or '', topic.frame or '', topic.parent_frame or '')
 
 
-def _arrow(arrow: Arrow) -> Dict[str, Any]:
-    color = None if arrow.color is None else list(arrow.color)
-    values = {'scale': arrow.scale, 'min': arrow.minimum_m, 'max': arrow.maximum_m,
-              'color': color}
-    return {name: value for name, value in values.items() if value is not None}
+def _arrow(arrow: Arrow) -> ArrowStyle:
+    given: Dict[str, Any] = {
+        'scale_m': arrow.scale, 'min_m': arrow.minimum_m, 'max_m': arrow.maximum_m,
+        'color': None if arrow.color is None else opaque(arrow.color)}
+    return replace(_ARROWS[arrow.quantity],
+                   **{name: value for name, value in given.items() if value is not None})
 
 
 def _depth_nodes(device: Device) -> List[ProcessorNode]:
@@ -142,23 +144,17 @@ def _depth_nodes(device: Device) -> List[ProcessorNode]:
     return [roi, ProcessorNode(_PACKAGE, 'depth_proc', 'depth_proc', {'topic': cropped})]
 
 
-def _variable(variable: Variable) -> Dict[str, Any]:
-    values: Dict[str, Any] = {
-        'topic': variable.topic, 'field': variable.field, 'frame': variable.frame,
-        'axis': list(variable.axis), 'color': list(variable.color), 'unit': variable.unit,
-        'scale': variable.scale, 'offset': variable.offset, 'label': variable.label}
-    if variable.offset_param is not None:
-        values['offset_param'] = variable.offset_param
-    if variable.maximum_m is not None:
-        values['max'] = variable.maximum_m
-    if variable.limits is not None:
-        limits = variable.limits
-        values['limits'] = {'color': list(limits.color)}
-        values['limits'].update({name: value for name, value in
-                                 (('low', limits.low), ('high', limits.high))
-                                 if value is not None})
-    if variable.color_scale is not None:
-        scale = variable.color_scale
-        values['color_scale'] = {'begin': scale.begin, 'end': scale.end,
-                                 'color': list(scale.end_color)}
-    return values
+def _variable(variable: Variable) -> VariableParameters:
+    limits, scale = variable.limits, variable.color_scale
+    colors = VariableColors(opaque(variable.color))
+    if limits is not None:
+        colors = replace(colors, warning_color=opaque(limits.color),
+                         low=-math.inf if limits.low is None else limits.low,
+                         high=math.inf if limits.high is None else limits.high)
+    if scale is not None:
+        colors = replace(colors, scale=(scale.begin, scale.end, opaque(scale.end_color)))
+    return VariableParameters(
+        variable.topic, FieldPath(variable.field), variable.frame, variable.axis, colors,
+        variable.unit, variable.scale, variable.offset, variable.label,
+        variable.offset_param or '',
+        MAX_LENGTH_M if variable.maximum_m is None else variable.maximum_m)

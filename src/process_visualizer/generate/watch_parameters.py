@@ -2,7 +2,7 @@
 """What the node scene_watch must know: who draws what of each device, and where its words stand."""
 from __future__ import annotations
 
-from typing import Any, Dict, List, Optional, Sequence
+from typing import List, Optional, Sequence
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from process_visualizer.cell.model import (
     TopicFunction,
 )
 from process_visualizer.motion.rotations import matrix_from_ypr
+from process_visualizer.parameters.scene_parameters import SceneParameters, WatchedDevice
 from process_visualizer.rviz.displays import DisplayConfig, device_displays
 
 SCENE_WATCH = 'scene_watch'
@@ -30,14 +31,14 @@ _MEANINGS = {
     'depth_proc': 'the points are old', 'roi_filter': 'the points are old'}
 
 
-def watch_parameters(cell: Cell, devices: Sequence[Device]) -> Dict[str, Any]:
+def watch_parameters(cell: Cell, devices: Sequence[Device]) -> SceneParameters:
     """The parameters of the node scene_watch; a node that never starts is no harm to it."""
     drawn = [device for device in devices if _is_drawn(device)]
     bases = [_base_in_view(device, drawn) for device in drawn]
     places = [None if base is None else base.pose.xyz for base in bases]
-    return {'frame': cell.frame,
-            'devices': [_device(cell, device, base, _UP_M + _APART_M * places[:number].count(place))
-                        for number, (device, base, place) in enumerate(zip(drawn, bases, places))]}
+    return SceneParameters(cell.frame, tuple(
+        _device(cell, device, base, _UP_M + _APART_M * places[:number].count(place))
+        for number, (device, base, place) in enumerate(zip(drawn, bases, places))))
 
 
 def _base_in_view(device: Device, drawn: Sequence[Device]) -> Optional[BaseFrame]:
@@ -50,16 +51,16 @@ def _base_in_view(device: Device, drawn: Sequence[Device]) -> Optional[BaseFrame
 
 
 def _device(cell: Cell, device: Device, base: Optional[BaseFrame],
-            up_m: float) -> Dict[str, Any]:
+            up_m: float) -> WatchedDevice:
     pose = Pose() if base is None else base.pose
-    up = matrix_from_ypr(pose.ypr).T @ np.array([0.0, 0.0, up_m])
-    values = {'name': device.name, 'frame': cell.frame if base is None else base.frame,
-              'position': [round(float(part), 6) + 0.0 for part in up],
-              'nodes': {f'/{device.name}/{name}': meaning for name, meaning in _MEANINGS.items()},
-              'topics': sorted(set(_topics(device_displays(device))))}
-    if device.topic_for(TopicFunction.POINTCLOUD) is not None:
-        values['age_topic'] = f'/{device.name}/points_age'
-    return values
+    x, y, z = (round(float(part), 6) + 0.0
+               for part in matrix_from_ypr(pose.ypr).T @ np.array([0.0, 0.0, up_m]))
+    has_cloud = device.topic_for(TopicFunction.POINTCLOUD) is not None
+    return WatchedDevice(
+        device.name, cell.frame if base is None else base.frame, (x, y, z),
+        {f'/{device.name}/{name}': meaning for name, meaning in _MEANINGS.items()},
+        tuple(sorted(set(_topics(device_displays(device))))),
+        f'/{device.name}/points_age' if has_cloud else '')
 
 
 def _is_drawn(device: Device) -> bool:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 import threading
-from typing import Any, List
 
 import rospy
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
@@ -12,8 +11,8 @@ from tf2_msgs.msg import TFMessage
 
 from process_visualizer.motion.frame_tree import Frame, FrameTree
 from process_visualizer.motion.rotations import quaternion_from_ypr
-from process_visualizer.nodes.common.parameters import ParameterError, Parameters
 from process_visualizer.nodes.common.process_end import spin_to_end, start_node
+from process_visualizer.parameters.frame_parameters import read_frames
 from process_visualizer.srv import SetFrame, SetFrameRequest, SetFrameResponse
 
 
@@ -54,20 +53,6 @@ def transform_message(frame: Frame, stamp: rospy.Time) -> TransformStamped:
     message.transform.translation = Vector3(*frame.xyz)
     message.transform.rotation = Quaternion(*quaternion_from_ypr(frame.ypr))
     return message
-
-
-def read_frames(entries: Any) -> List[Frame]:
-    """Return the frames of a parameter: a list of dictionaries parent, child, xyz, ypr.
-
-    Raises:
-        ParameterError: the parameter is not such a list.
-    """
-    if not isinstance(entries, list):
-        raise ParameterError(f'a list of frames is expected, not {entries!r}')
-    groups = [Parameters(entry, f'[{index}]') for index, entry in enumerate(entries)]
-    zero = (0.0, 0.0, 0.0)
-    return [Frame(group.frame('parent', ''), group.frame('child', ''),
-                  group.vector('xyz', zero), group.vector('ypr', zero)) for group in groups]
 
 
 def main() -> None:

@@ -18,14 +18,7 @@ from process_visualizer.motion.kinematics import Kinematics
 from process_visualizer.motion.patience import Patience
 from process_visualizer.nodes.common.complaints import Complaints
 from process_visualizer.nodes.common.markers import Pace, VectorSample
-from process_visualizer.nodes.common.parameters import (
-    ParameterError,
-    RobotParameters,
-    TopicParameters,
-    is_number,
-    private_parameters,
-    read_robot_parameters,
-)
+from process_visualizer.nodes.common.private_parameters import private_parameters
 from process_visualizer.nodes.common.process_end import spin_to_end, start_node
 from process_visualizer.nodes.robot.base_frames import BaseFrames
 from process_visualizer.nodes.robot.frame_reader import TF_MESSAGE
@@ -39,6 +32,8 @@ from process_visualizer.nodes.robot.robot_messages import WRENCH_DECODERS, ToolP
 from process_visualizer.nodes.robot.tool_input import ToolInput
 from process_visualizer.nodes.robot.tool_placing import ToolPlacer
 from process_visualizer.nodes.robot.twist_source import TwistSource
+from process_visualizer.parameters.reading import ParameterError, is_number
+from process_visualizer.parameters.robot_parameters import RobotParameters, TopicParameters
 
 ABOUT_RECORDING = 'recorded velocity'
 LOG_PERIOD_S = 30.0
@@ -284,7 +279,7 @@ def main() -> None:
     start_node('robot_proc')
     robot_name = rospy.get_namespace().strip('/')
     try:
-        RobotProcessor(read_robot_parameters(private_parameters(), robot_name))
+        RobotProcessor(RobotParameters.read(private_parameters(), robot_name))
     except ParameterError as error:
         rospy.logfatal('%s', error)
         sys.exit(1)

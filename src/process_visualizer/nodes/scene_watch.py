@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import sys
 import time
-from dataclasses import dataclass
 from typing import Dict, List, Mapping, Optional, Tuple
 
 import rosgraph
@@ -19,13 +18,10 @@ from visualization_msgs.msg import MarkerArray
 
 from process_visualizer.nodes.common.markers import Pace, invisible_marker, text_marker
 from process_visualizer.nodes.common.node_pulse import Pulses
-from process_visualizer.nodes.common.parameters import (
-    STALE_AFTER_S,
-    ParameterError,
-    Parameters,
-    private_parameters,
-)
+from process_visualizer.nodes.common.private_parameters import private_parameters
 from process_visualizer.nodes.common.process_end import start_node
+from process_visualizer.parameters.reading import ParameterError
+from process_visualizer.parameters.scene_parameters import SceneParameters
 
 TEXT_PERIOD_S = 0.2
 CALM_PERIOD_S = 1.0  # RViz has something to show, also when the frames come after it
@@ -35,39 +31,13 @@ HEIGHT_M = 0.06
 OTHERS_MEANING = 'what it showed is old'
 
 
-@dataclass(frozen=True)
-class WatchedDevice:
-    """A device: where its words stand, what its nodes do for it, and the topics that RViz shows."""
-
-    name: str
-    frame: str
-    position: Tuple[float, float, float]  # (3,) [m] in the frame
-    nodes: Mapping[str, str]  # what it means that one has ended, by its name
-    topics: Tuple[str, ...]
-    age_topic: str  # says how old the cloud is; '' without one
-
-    @staticmethod
-    def read(parameters: Parameters) -> 'WatchedDevice':
-        """Return a device from its parameters; raises ParameterError."""
-        return WatchedDevice(
-            parameters.text('name', ''), parameters.frame('frame', 'world'),
-            parameters.vector('position', (0.0, 0.0, 0.0)),
-            parameters.texts('nodes'), tuple(parameters.texts('topics')),
-            parameters.text('age_topic', ''))
-
-
 class SceneWatch:
     """Asks the nodes of all devices whether they are there, and writes what is wrong."""
 
-    def __init__(self, parameters: Parameters) -> None:
-        """Read the devices, advertise, and subscribe the ages of clouds.
-
-        Raises:
-            ParameterError: a value is wrong.
-        """
-        self._frame = parameters.frame('frame', 'world')
-        self._devices = [WatchedDevice.read(group) for group in parameters.groups('devices')]
-        self._stale_after_s = parameters.number('stale_after', STALE_AFTER_S, above=0.0)
+    def __init__(self, parameters: SceneParameters) -> None:
+        """Advertise, and subscribe the ages of clouds."""
+        self._frame, self._devices = parameters.frame, parameters.devices
+        self._stale_after_s = parameters.stale_after_s
         self._master = rosgraph.Master(rospy.get_name())
         self._pulses = Pulses(self._uri)
         self._meanings: Dict[str, Dict[str, str]] = {
@@ -141,7 +111,7 @@ def main() -> None:
     """Run the node; it ends with status 1 when a parameter is wrong."""
     start_node('scene_watch')
     try:
-        watch = SceneWatch(private_parameters())
+        watch = SceneWatch(SceneParameters.read(private_parameters()))
     except ParameterError as error:
         rospy.logfatal('%s', error)
         sys.exit(1)

@@ -25,14 +25,12 @@ from process_visualizer.nodes.common.complaints import Complaints
 from process_visualizer.nodes.common.live_number import LiveNumber
 from process_visualizer.nodes.common.markers import VectorSample
 from process_visualizer.nodes.common.newest_message import NewestMessage, RawMessage
-from process_visualizer.nodes.common.parameters import (
-    ArrowStyle,
-    ParameterError,
-    private_parameters,
-)
+from process_visualizer.nodes.common.private_parameters import private_parameters
 from process_visualizer.nodes.common.process_end import spin_to_end, start_node
 from process_visualizer.nodes.common.value_board import ShownValue, TextPlace, ValueBoard
-from process_visualizer.nodes.common.variable_parameters import (
+from process_visualizer.parameters.arrow_style import ArrowStyle
+from process_visualizer.parameters.reading import ParameterError
+from process_visualizer.parameters.variable_parameters import (
     VariableParameters,
     VariablesParameters,
 )

@@ -270,6 +270,8 @@ COMBINATIONS: List[Bad] = [
               schema_sees=False),
     _in_robot('respawn and required', _NODE + 'respawn="true" required="true"/>',
               '3: <node>: "respawn" and "required" cannot both be True', schema_sees=False),
+    _in_robot('longest length', '<arrow quantity="force" max="0"/>',
+              '3: <arrow>: attribute "max": "0" must be greater than 0'),
     _in_robot('arrow twice', '<arrow quantity="force"/>\n<arrow quantity="force"/>',
               '4: <arrow>: an arrow for "force" exists already', schema_sees=False),
     _in_robot('tool twice', '<tool frame="a"/>\n<tool frame="b"/>',

@@ -49,7 +49,8 @@ def test_what_a_user_sets_wins_over_what_is_generated(build: Build) -> None:
                    '{tool_frame: mine, arrows: {force: {max: 2.0}}}</rosparam>'
                    '<arrow quantity="force" max="1" min="0.5"/></device>')
     assert parameters(config, '/d/robot_proc') == {
-        'tool_frame': 'mine', 'arrows/force/max': 2.0, 'arrows/force/min': 0.5}
+        'base_frame': 'd/link0', 'tool_frame': 'mine', 'arrows/force/max': 2.0,
+        'arrows/force/min': 0.5}
 
 
 def one_node(config: ROSLaunchConfig, name: str = '/d/n') -> LaunchedNode:

@@ -2,7 +2,7 @@
 """The nodes that the program starts for a device, with their parameters."""
 from __future__ import annotations
 
-from typing import Callable, List, Optional
+from typing import Any, Callable, Dict, List, Optional
 
 import pytest
 
@@ -10,15 +10,21 @@ from process_visualizer.cell.model import Cell, Device
 from process_visualizer.descriptions.robot_description import RobotDescription
 from process_visualizer.generate.processor_nodes import (
     ProcessorNode,
-    frame_parameters,
+    fixed_frames,
     processor_nodes,
     robot_parameters,
 )
+from process_visualizer.parameters.frame_parameters import written_frames
 
 Parse = Callable[[str], Cell]
 ARM = RobotDescription('<robot/>', ('base', 'a', 'tool'),
                        {'j1': 'revolute', 'j2': 'prismatic'}, {'a': 'base', 'tool': 'a'})
 STONE = RobotDescription('<robot/>', ('base',), {}, {})
+
+
+def written(robot: Device, description: Optional[RobotDescription]) -> Dict[str, Any]:
+    """The parameters of a robot processor as the launch file has them."""
+    return robot_parameters(robot, description).to_parameters()
 
 
 def device(parse: Parse, kind: str, elements: str) -> Device:
@@ -97,7 +103,7 @@ def test_colours_and_live_offset_of_a_variable(parse: Parse) -> None:
 
 
 def test_tool_frame_in_tf(parse: Parse) -> None:
-    found = robot_parameters(device(parse, 'robot', '<topic name="tf" type="tool_center_frame" '
+    found = written(device(parse, 'robot', '<topic name="tf" type="tool_center_frame" '
                                     'msg="tf2_msgs/TFMessage" frame="tool0"/>'), None)
     assert found['topics'] == {'tool_center_frame': {
         'name': '/tf', 'msg': 'tf2_msgs/TFMessage', 'frame': 'tool0'}}
@@ -107,47 +113,49 @@ def test_frames_of_the_maker(parse: Parse) -> None:
     """What the driver calls its frames, and in which its arrays are."""
     robot = device(parse, 'robot', '<model pkg="p" path="a.urdf" prefix="left_"/>'
                    '<topic name="t" type="tool_center_frame" parentframe="/left_base"/>')
-    parameters = robot_parameters(robot, None)
+    parameters = written(robot, None)
     assert parameters['link_prefix'] == 'left_'
     assert parameters['topics'] == {'tool_center_frame': {
         'name': '/t', 'parent_frame': 'left_base'}}
-    assert 'link_prefix' not in robot_parameters(device(parse, 'robot', ''), None)
+    assert 'link_prefix' not in written(device(parse, 'robot', ''), None)
 
 
 def test_robot_with_everything(parse: Parse) -> None:
-    found = robot_parameters(device(parse, 'robot', '''
+    found = written(device(parse, 'robot', '''
         <base frame="/base"/>
         <force parentframe="tool" frame="force" xyz="0 0 0" rpy="0 0 0"/>
         <topic name="q" type="joint_states" msg="sensor_msgs/JointState"/>
         <topic name="t" type="tool_center_frame"/>
         <topic name="f" type="force_sensor" msg="geometry_msgs/WrenchStamped"/>
         <topic name="other"/>
-        <arrow quantity="velocity" scale="2" min="0.01" max="0.5" color="red"/>
-        <arrow quantity="force" max="0"/>'''), ARM)
+        <arrow quantity="velocity" scale="2" min="0.01" max="0.4" color="red"/>
+        <arrow quantity="force" max="0.3"/>'''), ARM)
     assert found == {
         'base_frame': 'base', 'tool_frame': 'tool', 'force_frame': 'force',
         'topics': {'joint_states': {'name': '/q', 'msg': 'sensor_msgs/JointState'},
                    'tool_center_frame': {'name': '/t'},
                    'force_sensor': {'name': '/f', 'msg': 'geometry_msgs/WrenchStamped'}},
-        'arrows': {'velocity': {'scale': 2, 'min': 0.01, 'max': 0.5, 'color': [0.9, 0.1, 0.1]},
-                   'force': {'max': 0}}}
+        'arrows': {'velocity': {'scale': 2, 'min': 0.01, 'max': 0.4, 'color': [0.9, 0.1, 0.1]},
+                   'force': {'max': 0.3}}}
 
 
 def test_robot_with_nothing(parse: Parse) -> None:
-    assert robot_parameters(device(parse, 'robot', ''), None) == {
-        'tool_frame': 'd/tool', 'topics': {}}
+    assert written(device(parse, 'robot', ''), None) == {
+        'base_frame': 'd/link0', 'tool_frame': 'd/tool', 'topics': {}}
 
 
 def test_robot_without_model_takes_the_parent_of_the_force_frame_as_tool(parse: Parse) -> None:
-    found = robot_parameters(device(parse, 'robot', '<force parentframe="flange" frame="f" '
+    found = written(device(parse, 'robot', '<force parentframe="flange" frame="f" '
                                                     'xyz="0 0 0" rpy="0 0 0"/>'), None)
-    assert found == {'tool_frame': 'flange', 'force_frame': 'f', 'topics': {}}
+    assert found == {'base_frame': 'd/link0', 'tool_frame': 'flange', 'force_frame': 'f',
+                     'topics': {}}
 
 
 def test_configured_tool(parse: Parse) -> None:
-    found = robot_parameters(device(parse, 'robot', '<tool frame="a"/>'), ARM)
-    assert found == {'tool_frame': 'a', 'arrow_foot': 'tool_frame', 'topics': {}}
-    found = robot_parameters(device(parse, 'robot', '<tool frame="a" xyz="0 0 0.1"/>'), ARM)
+    found = written(device(parse, 'robot', '<tool frame="a"/>'), ARM)
+    assert found == {'base_frame': 'd/link0', 'tool_frame': 'a', 'arrow_foot': 'tool_frame',
+                     'topics': {}}
+    found = written(device(parse, 'robot', '<tool frame="a" xyz="0 0 0.1"/>'), ARM)
     assert found['tool_frame'] == 'd/tool_center_frame'
 
 
@@ -155,19 +163,19 @@ def test_a_tool_that_is_posed_has_a_frame_of_its_own(parse: Parse) -> None:
     cell = parse('<device type="robot" name="a"><tool frame="flange" xyz="0 0 0.1" '
                  'rpy="1.5 0 0"/></device>'
                  '<device type="robot" name="b"><tool frame="tip"/></device>')
-    assert frame_parameters(cell, cell.devices) == {'frames': [
+    assert written_frames(fixed_frames(cell, cell.devices)) == [
         {'parent': 'flange', 'child': 'a/tool_center_frame', 'xyz': [0, 0, 0.1],
-         'ypr': [1.5, 0, 0]}]}
+         'ypr': [1.5, 0, 0]}]
 
 
 def test_frames(parse: Parse) -> None:
     cell = parse('<device type="robot" name="a"><base frame="a" xyz="1 2 3" rpy="0.1 0.2 0.3"/>'
                  '<force parentframe="t" frame="f" xyz="0 0 1" ypr="1 0 0"/></device>'
                  '<device type="other" name="b"/>')
-    assert frame_parameters(cell, cell.devices) == {'frames': [
+    assert written_frames(fixed_frames(cell, cell.devices)) == [
         {'parent': 'world', 'child': 'a', 'xyz': [1, 2, 3], 'ypr': [0.1, 0.2, 0.3]},
-        {'parent': 't', 'child': 'f', 'xyz': [0, 0, 1], 'ypr': [1, 0, 0]}]}
-    assert frame_parameters(cell, cell.devices[1:]) == {'frames': []}
+        {'parent': 't', 'child': 'f', 'xyz': [0, 0, 1], 'ypr': [1, 0, 0]}]
+    assert fixed_frames(cell, cell.devices[1:]) == []
 
 
 def test_joints_of_a_robot(parse: Parse) -> None:

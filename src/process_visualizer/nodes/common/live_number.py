@@ -5,7 +5,7 @@ from __future__ import annotations
 import rospy
 from rospy.impl.paramserver import get_param_server_cache
 
-from process_visualizer.nodes.common.parameters import is_number
+from process_visualizer.parameters.reading import is_number
 
 
 class LiveNumber:

@@ -18,7 +18,8 @@ from visualization_msgs.msg import Marker
 
 from process_visualizer.motion.arrows import arrow_length, format_age, format_value
 from process_visualizer.motion.rotations import Vector, quaternion_turning_x_onto
-from process_visualizer.nodes.common.parameters import ArrowStyle, Color
+from process_visualizer.parameters.arrow_style import ArrowStyle
+from process_visualizer.parameters.reading import Color
 
 STALE_COLOR: Color = (0.55, 0.55, 0.55, 1.0)
 ARROW_ID, TEXT_ID = 0, 1

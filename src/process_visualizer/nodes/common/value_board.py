@@ -16,7 +16,7 @@ from process_visualizer.nodes.common.markers import (
     text_marker,
     vector_arrow,
 )
-from process_visualizer.nodes.common.parameters import ArrowStyle
+from process_visualizer.parameters.arrow_style import ArrowStyle
 
 
 class TextPlace(NamedTuple):

@@ -15,10 +15,10 @@ from process_visualizer.motion.frame_names import meant_frame
 from process_visualizer.motion.joint_history import JointHistory
 from process_visualizer.motion.kinematics import Kinematics, Placement
 from process_visualizer.motion.rotations import Triple, Vector, rotated
-from process_visualizer.nodes.common.parameters import RobotParameters
 from process_visualizer.nodes.robot.frame_reader import STATIC_TOPIC, TF_MESSAGE
 from process_visualizer.nodes.robot.pose_decoder import FramesNotConnected
 from process_visualizer.nodes.robot.robot_messages import ToolPose, deserialize
+from process_visualizer.parameters.robot_parameters import RobotParameters
 
 
 class BaseFrames:

@@ -21,7 +21,9 @@ from process_visualizer.nodes.common.markers import (
     value_text,
     vector_arrow,
 )
-from process_visualizer.nodes.common.parameters import ArrowStyle, Color, RobotParameters
+from process_visualizer.parameters.arrow_style import ArrowStyle
+from process_visualizer.parameters.reading import Color
+from process_visualizer.parameters.robot_parameters import RobotParameters
 
 
 class ToolMotion(NamedTuple):

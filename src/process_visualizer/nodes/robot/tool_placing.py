@@ -20,10 +20,10 @@ from process_visualizer.motion.tool_place import (
     base_place,
 )
 from process_visualizer.nodes.common.complaints import Complaints
-from process_visualizer.nodes.common.parameters import RobotParameters
 from process_visualizer.nodes.robot.frame_reader import STATIC_TOPIC, TF_MESSAGE
 from process_visualizer.nodes.robot.robot_messages import ToolPose, deserialize
 from process_visualizer.nodes.robot.tool_study import ToolStudy, describe, values
+from process_visualizer.parameters.robot_parameters import RobotParameters
 
 PATIENCE_S = 5.0  # before something that is missing is told: the other nodes start too
 LOOK_PERIOD_S = 1.0

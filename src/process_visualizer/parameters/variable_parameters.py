@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import List, Optional, Tuple
+from typing import Any, Dict, List, Optional, Tuple
 
 import rosgraph.names
 
 from process_visualizer.motion.field_path import FieldPath
 from process_visualizer.motion.variables import MAX_LENGTH_M
-from process_visualizer.nodes.common.parameters import STALE_AFTER_S, Color, Parameters
+from process_visualizer.parameters.reading import (
+    STALE_AFTER_S,
+    Color,
+    Parameters,
+    changed,
+    written_color,
+)
 
 ORANGE: Color = (1.0, 0.55, 0.1, 1.0)
 RED: Color = (0.9, 0.1, 0.1, 1.0)
@@ -53,6 +59,18 @@ class VariableColors:
             limits.number('high', math.inf) if limits.has('high') else math.inf,
             limits.color('color', RED))
 
+    def to_parameters(self) -> Dict[str, Any]:
+        """Return the parameters that ``read`` reads."""
+        values: Dict[str, Any] = {'color': written_color(self.color)}
+        limits = changed({'low': self.low, 'high': self.high},
+                         {'low': -math.inf, 'high': math.inf})
+        if limits:
+            values['limits'] = {'color': written_color(self.warning_color), **limits}
+        if self.scale is not None:
+            begin, end, color = self.scale
+            values['color_scale'] = {'begin': begin, 'end': end, 'color': written_color(color)}
+        return values
+
 
 @dataclass(frozen=True)
 class VariableParameters:
@@ -85,17 +103,25 @@ class VariableParameters:
             label=parameters.text('label', ''), offset_param=_offset_param(parameters),
             max_m=parameters.number('max', MAX_LENGTH_M, above=0.0))
 
+    def to_parameters(self) -> Dict[str, Any]:
+        """Return the parameters that ``read`` reads."""
+        return {'topic': self.topic, 'field': str(self.field), 'frame': self.frame,
+                'axis': list(self.axis), 'unit': self.unit, 'scale': self.scale_m,
+                'offset': self.offset, 'label': self.label, **self.colors.to_parameters(),
+                **changed({'offset_param': self.offset_param, 'max': self.max_m},
+                          {'offset_param': '', 'max': MAX_LENGTH_M})}
+
 
 @dataclass(frozen=True)
 class VariablesParameters:
     """The private parameters of the variable processor."""
 
     variables: List[VariableParameters]
-    text_frame: str  # empty: each text stands beside its own arrow
-    text_position: Optional[Tuple[float, float, float]]  # [m] in the frame of the text
-    text_height_m: float
-    marker_rate_hz: float
-    stale_after_s: float
+    text_frame: str = ''  # empty: each text stands beside its own arrow
+    text_position: Optional[Tuple[float, float, float]] = None  # [m] in the frame of the text
+    text_height_m: float = 0.05
+    marker_rate_hz: float = 30.0
+    stale_after_s: float = STALE_AFTER_S
 
     @staticmethod
     def read(parameters: Parameters) -> 'VariablesParameters':
@@ -114,6 +140,19 @@ class VariablesParameters:
             text.number('height', 0.05, above=0.0),
             parameters.number('marker_rate', 30.0, above=0.0),
             parameters.number('stale_after', STALE_AFTER_S, above=0.0))
+
+    def to_parameters(self) -> Dict[str, Any]:
+        """Return the variables, and what differs from the defaults, as ``read`` reads them."""
+        default = VariablesParameters([])
+        text = changed({'frame': self.text_frame, 'height': self.text_height_m},
+                       {'frame': '', 'height': default.text_height_m})
+        if self.text_position is not None:
+            text['position'] = list(self.text_position)
+        return {'variables': [variable.to_parameters() for variable in self.variables],
+                **({'text': text} if text else {}),
+                **changed({'marker_rate': self.marker_rate_hz, 'stale_after': self.stale_after_s},
+                          {'marker_rate': default.marker_rate_hz,
+                           'stale_after': default.stale_after_s})}
 
 
 def _required(parameters: Parameters, name: str) -> str:

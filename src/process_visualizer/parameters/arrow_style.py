@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How a quantity is shown as an arrow."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Dict
+
+from process_visualizer.motion.arrows import FORCE_COLOR, VELOCITY_COLOR
+from process_visualizer.parameters.reading import (
+    Color,
+    ParameterError,
+    Parameters,
+    changed,
+    written_color,
+)
+
+
+@dataclass(frozen=True)
+class ArrowStyle:
+    """How a quantity is shown: an arrow with its value and unit beside it."""
+
+    label: str
+    unit: str
+    decimals: int
+    scale_m: float  # length of the arrow per unit
+    min_m: float  # limits of the length
+    max_m: float
+    threshold: float  # in the quantity's unit; below it there is no arrow
+    color: Color
+    diameter_m: float = 0.018  # of the shaft; the head has twice as much
+
+    @staticmethod
+    def read(parameters: Parameters, default: 'ArrowStyle') -> 'ArrowStyle':
+        """Return a style with the parameters scale, min, max, threshold, color and diameter.
+
+        Raises:
+            ParameterError: a value is wrong.
+        """
+        style = ArrowStyle(
+            label=default.label, unit=default.unit, decimals=default.decimals,
+            scale_m=parameters.number('scale', default.scale_m, above=0.0),
+            min_m=parameters.number('min', default.min_m, least=0.0),
+            max_m=parameters.number('max', default.max_m, above=0.0),
+            threshold=parameters.number('threshold', default.threshold),
+            color=parameters.color('color', default.color),
+            diameter_m=parameters.number('diameter', default.diameter_m, above=0.0),
+        )
+        if style.min_m > style.max_m:
+            raise ParameterError(f'an arrow for {default.label}: min {style.min_m:g} m '
+                                 f'is above max {style.max_m:g} m')
+        return style
+
+    def to_parameters(self, default: 'ArrowStyle') -> Dict[str, Any]:
+        """Return what differs from a default, as ``read`` reads it."""
+        return changed(self._written(), default._written())
+
+    def _written(self) -> Dict[str, Any]:
+        return {'scale': self.scale_m, 'min': self.min_m, 'max': self.max_m,
+                'threshold': self.threshold, 'color': written_color(self.color),
+                'diameter': self.diameter_m}
+
+
+# The two often point the same way: the force is the thinner and mostly the longer one, so that
+# both are seen.
+VELOCITY_ARROW = ArrowStyle('v', 'm/s', 3, scale_m=3.5, min_m=0.05, max_m=0.5,
+                            threshold=0.002, color=(*VELOCITY_COLOR, 1.0), diameter_m=0.02)
+FORCE_ARROW = ArrowStyle('F', 'N', 1, scale_m=0.018, min_m=0.05, max_m=0.6,
+                         threshold=0.5, color=(*FORCE_COLOR, 1.0), diameter_m=0.012)

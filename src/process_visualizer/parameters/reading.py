@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Reads parameters: typed, checked, with errors that name the parameter."""
+from __future__ import annotations
+
+import math
+from typing import Any, Dict, List, Mapping, Sequence, Tuple
+
+Color = Tuple[float, float, float, float]  # red green blue alpha, 0 to 1
+STALE_AFTER_S = 0.7  # so that it is seen within a second, whatever else takes time
+
+
+class ParameterError(ValueError):
+    """A parameter has a value that cannot be used; the text says which and what is right."""
+
+
+class Parameters:
+    """Typed reading of a (nested) dictionary of parameters; errors name the full parameter."""
+
+    def __init__(self, values: Any, path: str) -> None:
+        """Take the parameters of a namespace as a dictionary, and the namespace."""
+        if not isinstance(values, Mapping):
+            raise ParameterError(f'parameter {path}: a group of parameters is expected, '
+                                 f'not {values!r}')
+        self._values = values
+        self._path = path
+
+    def group(self, name: str) -> 'Parameters':
+        """Return the parameters below a name; none of them where the name is not set."""
+        return Parameters(self._values.get(name, {}), f'{self._path}/{name}')
+
+    def groups(self, name: str) -> List['Parameters']:
+        """Return the groups of parameters in a list; none of them where it is not set."""
+        values = self._values.get(name, [])
+        if not isinstance(values, list):
+            raise self.error(name, 'a list of groups of parameters', values)
+        return [Parameters(value, f'{self._path}/{name}[{index}]')
+                for index, value in enumerate(values)]
+
+    def texts(self, name: str) -> Dict[str, str]:
+        """Return texts by their names; none of them where it is not set."""
+        values = self._values.get(name, {})
+        if isinstance(values, list):
+            values = {value: '' for value in values}
+        if not isinstance(values, dict) or not all(
+                isinstance(part, str) for pair in values.items() for part in pair):
+            raise self.error(name, 'a group of texts', values)
+        return values
+
+    def has(self, name: str) -> bool:
+        """Tell whether a parameter is set."""
+        return name in self._values
+
+    def text(self, name: str, default: str) -> str:
+        """Return a string."""
+        value = self._values.get(name, default)
+        if not isinstance(value, str):
+            raise self.error(name, 'a text', value)
+        return value
+
+    def choice(self, name: str, choices: Sequence[str]) -> str:
+        """Return one of some texts; the first one where it is not set."""
+        value = self.text(name, choices[0])
+        if value not in choices:
+            raise self.error(name, ' or '.join(choices), value)
+        return value
+
+    def frame(self, name: str, default: str) -> str:
+        """Return a frame's name without leading slash (tf2)."""
+        return self.text(name, default).lstrip('/')
+
+    def number(self, name: str, default: float, above: float = -math.inf,
+               least: float = -math.inf) -> float:
+        """Return a finite number that is greater than a bound, and not less than another."""
+        value = self._values.get(name, default)
+        if not is_number(value) or value <= above or value < least:
+            bound = '' if above == -math.inf else f' above {above:g}'
+            bound += '' if least == -math.inf else f' of {least:g} or more'
+            raise self.error(name, f'a number{bound}', value)
+        return float(value)
+
+    def vector(self, name: str, default: Tuple[float, float, float]) -> Tuple[float, float, float]:
+        """Return three finite numbers."""
+        value = self._values.get(name, list(default))
+        if not isinstance(value, list) or len(value) != 3 or not all(map(is_number, value)):
+            raise self.error(name, 'a list of three numbers', value)
+        return float(value[0]), float(value[1]), float(value[2])
+
+    def color(self, name: str, default: Color) -> Color:
+        """Return a colour given as 'r g b', 'r g b a', or such a list, each from 0 to 1."""
+        value = self._values.get(name, list(default))
+        try:
+            numbers = [float(part) for part in (value.split() if isinstance(value, str) else value)]
+        except (TypeError, ValueError):
+            numbers = []
+        if len(numbers) not in (3, 4) or not all(0.0 <= number <= 1.0 for number in numbers):
+            raise self.error(name, 'three or four numbers from 0 to 1, as in 0 0.8 0.1', value)
+        red, green, blue = numbers[:3]
+        return red, green, blue, numbers[3] if len(numbers) == 4 else 1.0
+
+    def error(self, name: str, expected: str, value: Any) -> ParameterError:
+        """Return the error that a parameter has a value other than what is expected."""
+        return ParameterError(f'parameter {self._path}/{name}: {expected} is expected, '
+                              f'not {value!r}')
+
+
+def is_number(value: Any) -> bool:
+    """Tell whether a parameter's value is a finite number."""
+    return (isinstance(value, (int, float)) and not isinstance(value, bool)
+            and math.isfinite(value))
+
+
+def written_color(color: Color) -> List[float]:
+    """Return a colour as a parameter: without alpha where it is opaque."""
+    return list(color[:3] if color[3] == 1.0 else color)
+
+
+def opaque(color: Sequence[float]) -> Color:
+    """Return red, green and blue (3,) as a colour that hides what is behind it."""
+    red, green, blue = color
+    return red, green, blue, 1.0
+
+
+def changed(values: Mapping[str, Any], defaults: Mapping[str, Any]) -> Dict[str, Any]:
+    """Return those values that are not the default of their name."""
+    return {name: value for name, value in values.items()
+            if name not in defaults or value != defaults[name]}

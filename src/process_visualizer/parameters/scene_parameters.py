@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The private parameters of the node scene_watch."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Dict, Mapping, Tuple
+
+from process_visualizer.parameters.reading import STALE_AFTER_S, Parameters, changed
+
+
+@dataclass(frozen=True)
+class WatchedDevice:
+    """A device: where its words stand, what its nodes do for it, and the topics that RViz shows."""
+
+    name: str
+    frame: str
+    position: Tuple[float, float, float]  # (3,) [m] in the frame
+    nodes: Mapping[str, str]  # what it means that one has ended, by its name
+    topics: Tuple[str, ...]
+    age_topic: str = ''  # says how old the cloud is; '' without one
+
+    @staticmethod
+    def read(parameters: Parameters) -> WatchedDevice:
+        """Return a device from its parameters.
+
+        Raises:
+            ParameterError: a value is wrong.
+        """
+        return WatchedDevice(
+            parameters.text('name', ''), parameters.frame('frame', 'world'),
+            parameters.vector('position', (0.0, 0.0, 0.0)),
+            parameters.texts('nodes'), tuple(parameters.texts('topics')),
+            parameters.text('age_topic', ''))
+
+    def to_parameters(self) -> Dict[str, Any]:
+        """Return the parameters that ``read`` reads."""
+        return {'name': self.name, 'frame': self.frame, 'position': list(self.position),
+                'nodes': dict(self.nodes), 'topics': list(self.topics),
+                **changed({'age_topic': self.age_topic}, {'age_topic': ''})}
+
+
+@dataclass(frozen=True)
+class SceneParameters:
+    """All watched devices."""
+
+    frame: str
+    devices: Tuple[WatchedDevice, ...]
+    stale_after_s: float = STALE_AFTER_S
+
+    @staticmethod
+    def read(parameters: Parameters) -> SceneParameters:
+        """Return the checked parameters.
+
+        Raises:
+            ParameterError: a value is wrong.
+        """
+        return SceneParameters(
+            parameters.frame('frame', 'world'),
+            tuple(WatchedDevice.read(group) for group in parameters.groups('devices')),
+            parameters.number('stale_after', STALE_AFTER_S, above=0.0))
+
+    def to_parameters(self) -> Dict[str, Any]:
+        """Return the parameters that ``read`` reads."""
+        return {'frame': self.frame,
+                'devices': [device.to_parameters() for device in self.devices],
+                **changed({'stale_after': self.stale_after_s}, {'stale_after': STALE_AFTER_S})}
