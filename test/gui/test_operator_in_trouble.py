@@ -101,7 +101,7 @@ def break_the_file_while_nodes_run(operator: Operator, config: Path) -> None:
     config.write_text(BROKEN_CELL)
     operator.click('reload_configuration')
     operator.wait(lambda: operator.widget('problems').isVisible(), 'the problems')
-    assert 'these devices stay' in operator.text('problems_note')
+    assert 'Keeping the last valid configuration' in operator.text('problems_note')
     rows = [devices(operator).topLevelItem(row) for row in range(2)]
     assert devices(operator).isVisible()
     assert [row.text(0) for row in rows] == ['sensors (other)', 'table (other)']

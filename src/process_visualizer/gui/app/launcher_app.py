@@ -389,5 +389,5 @@ def _devices_in_force(cell: CellModel) -> str:
     if cell.cell is None:
         return ''
     if cell.cell.file == cell.path:
-        return 'Until it is fixed and read again (F5), these devices stay:'
+        return 'Keeping the last valid configuration; fix the file and press F5:'
     return f'The devices are still those of {Path(cell.cell.file).name}:'

@@ -92,7 +92,7 @@ class LaunchView(QWidget):
         """Offer the saved views of the ticked devices."""
         menu = self.view.menu()
         menu.clear()
-        menu.addAction('Start RViz again, as it looks now', self.restart_view_wanted.emit)
+        menu.addAction('Restart RViz as it looks now', self.restart_view_wanted.emit)
         menu.addAction('Save this view as…', self.save_view_wanted.emit)
         menu.addSection('View of the next launch')
         for name in (None, *names):
