@@ -50,7 +50,11 @@ class Tag:
     variants: Mapping[str, 'Tag'] = field(default_factory=dict)
 
     def child(self, name: str) -> 'Tag':
-        """The description of a child; raises KeyError when it is not a tag at all."""
+        """The description of a child.
+
+        Raises:
+            KeyError: it is not a tag at all.
+        """
         return self.variants[name] if name in self.variants else TAGS[name]
 
 

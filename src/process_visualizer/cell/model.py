@@ -264,7 +264,11 @@ class Cell:
     arguments: Mapping[str, str] = field(default_factory=dict)
 
     def device(self, name: str) -> Device:
-        """The device of that name; raises KeyError."""
+        """The device of that name.
+
+        Raises:
+            KeyError: there is none.
+        """
         for device in self.devices:
             if device.name == name:
                 return device

@@ -31,8 +31,9 @@ class UnresolvedArgumentError(ValueError):
 def substitute(text: str, arguments: Arguments, file: str) -> str:
     """``text`` with every ``$(…)`` replaced; ``file`` is where it stands, for ``$(dirname)``.
 
-    Raises ValueError with advice when a command is unknown or cannot be resolved. ``$(eval)``
-    is refused: a configuration is data and runs no code.
+    Raises:
+        ValueError: a command is unknown or cannot be resolved. ``$(eval)`` is refused: a
+            configuration is data and runs no code.
     """
     if '$(' in text:
         _check_commands(text)

@@ -33,7 +33,11 @@ class XmlParser:
         self._given = dict(arguments or {})
 
     def parse(self, path: str) -> Cell:
-        """The cell of the file; raises ConfigurationError with every problem found."""
+        """The cell of the file.
+
+        Raises:
+            ConfigurationError: it has problems; the error has all of them.
+        """
         cell, problems = self.read(path)
         problems.raise_if_any()
         return cell
@@ -41,7 +45,8 @@ class XmlParser:
     def read(self, path: str) -> Tuple[Cell, ProblemList]:
         """The cell as far as it can be understood, in which more may be wrong, and the problems.
 
-        Raises ConfigurationError when the file is no configuration at all.
+        Raises:
+            ConfigurationError: the file is no configuration at all.
         """
         problems = ProblemList()
         root = _read_root(path)
@@ -57,7 +62,11 @@ class XmlParser:
 
 
 def _read_root(path: str) -> Element:
-    """The root of the file; raises ConfigurationError when it is not a ``<visualizer>``."""
+    """The root of the file.
+
+    Raises:
+        ConfigurationError: it is not a ``<visualizer>``.
+    """
     root = read_xml(path)
     if root.tag != ROOT:
         problems = ProblemList()

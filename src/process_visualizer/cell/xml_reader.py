@@ -81,8 +81,9 @@ class _TreeBuilder:
 def read_xml(path: str) -> Element:
     """The root element of the file.
 
-    Raises ConfigurationError when the file cannot be read, is not well-formed XML, or has a
-    document type declaration.
+    Raises:
+        ConfigurationError: the file cannot be read, is not well-formed XML, or has a
+            document type declaration.
     """
     data = _read_bytes(path)
     if not data.strip():

@@ -43,15 +43,19 @@ class RvizView:
     def save(self, path: str) -> None:
         """Write what RViz shows now, camera and all, into a file (absolute path).
 
-        Raises RvizViewError.
+        Raises:
+            RvizViewError: RViz does not answer, or cannot do it.
         """
         self._call([self._save], path, 'cannot write its view to')
 
     def load(self, path: str) -> None:
-        """Show what a file says (absolute path); raises RvizViewError.
+        """Show what a file says (absolute path).
 
         RViz before 1.14.5 has only the second service, which discards changes there, too; later it
         asks the user.
+
+        Raises:
+            RvizViewError: RViz does not answer, or cannot read the file.
         """
         self._call([self._load, self._load_before], path, 'cannot read a view from')
 

@@ -35,7 +35,8 @@ class Findings(NamedTuple):
 def check(path: str, arguments: Mapping[str, str]) -> int:
     """Print everything that is wrong with a configuration; 1 if it cannot be used, else 0.
 
-    Raises ConfigurationError when the file is no configuration at all.
+    Raises:
+        ConfigurationError: the file is no configuration at all.
     """
     cell, problems, warnings = find_problems(path, arguments)
     for line in [*map(str, problems), *map(_warning, warnings)]:
@@ -49,8 +50,10 @@ def check(path: str, arguments: Mapping[str, str]) -> int:
 def find_problems(path: str, arguments: Mapping[str, str]) -> Findings:
     """What is wrong with the file, on this machine, and with the models, all of it at once.
 
-    What one of them has found is not told again by the next. Raises ConfigurationError when the
-    file is no configuration at all.
+    What one of them has found is not told again by the next.
+
+    Raises:
+        ConfigurationError: the file is no configuration at all.
     """
     cell, found = XmlParser(arguments).read(path)
     found.extend(check_environment(cell))

@@ -31,7 +31,10 @@ class StopRequested(Exception):
 def run_plan(plan: Plan, folder: Optional[str], choice: Choice) -> int:
     """Write the plan into the folder (a temporary one without it), run it; the exit code.
 
-    ``choice`` is what the plan was made of. Raises OtherCell.
+    ``choice`` is what the plan was made of.
+
+    Raises:
+        OtherCell: another cell runs on the master.
     """
     ended = clean_up_crashed_runs()
     if ended:

@@ -32,7 +32,8 @@ class ModelExtent:
     def __init__(self, urdf: str, packages: Optional[rospkg.RosPack] = None) -> None:
         """Read a checked URDF; ``packages`` saves looking up those of meshes again.
 
-        Raises ValueError when a number in it is none.
+        Raises:
+            ValueError: a number in it is none.
         """
         self._packages = packages or rospkg.RosPack()
         self._body: Optional[np.ndarray] = None

@@ -61,7 +61,11 @@ class RobotDescription:
 
 
 def model_path(model: Model) -> str:
-    """The absolute path of a model file; raises ModelError when it is not there."""
+    """The absolute path of a model file.
+
+    Raises:
+        ModelError: it is not there.
+    """
     if not model.package:
         if not os.path.isfile(model.path):
             raise ModelError(missing_file(model.path))
@@ -79,9 +83,12 @@ def model_path(model: Model) -> str:
 
 def load_robot_description(path: str, arguments: Tuple[Tuple[str, str], ...] = (),
                            prefix: str = '') -> RobotDescription:
-    """The description in a URDF or xacro file; raises ModelError that names the file.
+    """The description in a URDF or xacro file.
 
     ``arguments`` are values for ``<xacro:arg>``; the names of links get the ``prefix``.
+
+    Raises:
+        ModelError: it cannot be read, or is no robot description; names the file.
     """
     text = _expand(path, arguments) if path.endswith('.xacro') else _read(path)
     try:
@@ -169,7 +176,11 @@ def _links_with(root: ElementTree.Element, tag: str) -> FrozenSet[str]:
 
 
 def describe_device(device: Device) -> Optional[RobotDescription]:
-    """The checked description of a device's model, or None; raises ModelError."""
+    """The checked description of a device's model, or None.
+
+    Raises:
+        ModelError: it cannot be read, or is no robot description.
+    """
     if device.model is None:
         return None
     model = device.model

@@ -15,7 +15,11 @@ _INDEX = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'ros1_packages
 
 
 def import_xacro() -> Any:
-    """Return the module xacro; raises ImportError."""
+    """Return the module xacro.
+
+    Raises:
+        ImportError: it is not installed.
+    """
     sys.path.insert(0, _INDEX)
     import xacro
     return xacro

@@ -40,7 +40,11 @@ class FrameForest:
         return self._up[frame].parent if frame in self._up else None
 
     def transform(self, frame: str) -> SeenTransform:
-        """Return the transform whose child a frame is; raises KeyError."""
+        """Return the transform whose child a frame is.
+
+        Raises:
+            KeyError: the frame has no parent.
+        """
         return self._up[frame]
 
     def children(self, parent: str) -> List[str]:

@@ -49,7 +49,8 @@ class Choice:
 def choose_devices(cell: Cell, names: Optional[Iterable[str]] = None) -> Tuple[Device, ...]:
     """The named devices in the order of the configuration; all of them without names.
 
-    Raises ValueError with advice when a name is unknown or none is given.
+    Raises:
+        ValueError: a name is unknown or none is given.
     """
     if names is None:
         return cell.devices

@@ -26,7 +26,8 @@ from process_visualizer.generate.rviz_config import RVizConfig
 def generate(choice: Choice) -> Plan:
     """The launch file, the RViz file, the expanded models, and what the recorder stores.
 
-    Raises ConfigurationError when a model is missing or broken, or a file cannot be read any more.
+    Raises:
+        ConfigurationError: a model is missing or broken, or a file cannot be read any more.
     """
     return _Generation(choice).plan()
 
@@ -41,7 +42,11 @@ def generate_parts(choice: Choice) -> Plan:
 
 
 class _Generation:
-    """What the files of a choice are made from; raises ConfigurationError."""
+    """What the files of a choice are made from.
+
+    Raises:
+        ConfigurationError: a model is missing or broken.
+    """
 
     def __init__(self, choice: Choice) -> None:
         self._choice = choice

@@ -55,7 +55,10 @@ def write_plan(plan: Plan, folder: str) -> List[str]:
     """Write all files into the folder, which is made when missing; returns their paths.
 
     Every file is written beside its place first, so that a full disk changes nothing. In a folder
-    whose launch file is not ours no file is overwritten. Raises PlanError.
+    whose launch file is not ours no file is overwritten.
+
+    Raises:
+        PlanError: something cannot be written.
     """
     staging = ''
     try:

@@ -35,7 +35,12 @@ class RVizConfig:
     """The default part of the view, from a file, and a group of displays for each device."""
 
     def __init__(self, default_file: str, fixed_frame: str) -> None:
-        """Read the default part; raises OSError or ValueError when it is unusable."""
+        """Read the default part.
+
+        Raises:
+            OSError: it cannot be read.
+            ValueError: it is not a file of RViz.
+        """
         self._config = read_view(default_file)
         self._manager: Dict[str, Any] = self._config['Visualization Manager']
         self._manager.setdefault('Global Options', {})['Fixed Frame'] = fixed_frame

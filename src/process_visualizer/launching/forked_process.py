@@ -12,7 +12,8 @@ from typing import IO, Optional
 class ForkedProcess:
     """Takes the reading ends of the pipes for output and status; ``pid`` is its process id.
 
-    Raises ChildProcessError when the server has not started it.
+    Raises:
+        ChildProcessError: the server has not started it.
     """
 
     def __init__(self, output: int, status: int) -> None:

@@ -36,9 +36,12 @@ class LaunchedCell:
         return ended
 
     def start(self, plan: Plan) -> None:
-        """Start all parts, after stopping what is there; raises PlanError.
+        """Start all parts, after stopping what is there.
 
         Returns when they are being started; ``on_change`` tells the rest, failures too.
+
+        Raises:
+            PlanError: the files cannot be written.
         """
         self._stop(list(self._parts))
         self.change(plan)
@@ -51,7 +54,9 @@ class LaunchedCell:
         """Stop what is gone, start anew what differs, and start what is new; the rest goes on.
 
         Parts to ``keep`` go on as they are. Returns the names of the parts that were started.
-        Raises PlanError before anything changes.
+
+        Raises:
+            PlanError: the files cannot be written; nothing has changed then.
         """
         write_plan(plan, self._folder)
         self._stop([name for name in self.differing(plan) if name not in keep])
@@ -62,7 +67,11 @@ class LaunchedCell:
         return started
 
     def restart(self, name: str) -> None:
-        """Stop a part and start it again; raises KeyError if there is no such part."""
+        """Stop a part and start it again.
+
+        Raises:
+            KeyError: there is no such part.
+        """
         launched = self._parts[name]
         launched.stop()
         if launched.part is not None:

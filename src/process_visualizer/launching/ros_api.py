@@ -15,8 +15,9 @@ CALLER_ID = '/process_visualizer_watcher'
 def process_id_at(uri: str) -> int:
     """The process id of the master or node at an address.
 
-    Raises OSError, HTTPException or xmlrpc.client.Error when nothing, or something else, answers
-    within 3 s, ValueError when its answer is none of a master or node.
+    Raises:
+        OSError, HTTPException, xmlrpc.client.Error: nothing, or something else, answers within 3 s.
+        ValueError: the answer is none of a master or node.
     """
     with ServerProxy(uri, transport=_Transport()) as server:
         answer: Any = server.getPid(CALLER_ID)

@@ -62,7 +62,8 @@ class RosMaster:
     def ensure(self) -> bool:
         """Make sure that there is a master; True if it is one of our own.
 
-        Raises RosMasterError.
+        Raises:
+            RosMasterError: there is none, and none can be started.
         """
         if not self._is_there():
             self.stop()  # what may be left of one that has died

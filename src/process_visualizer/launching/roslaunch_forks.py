@@ -48,9 +48,12 @@ class RoslaunchForks:
         self._requests = ours
 
     def start(self, arguments: List[str], environment: Mapping[str, str]) -> ForkedProcess:
-        """Start a roslaunch; raises ChildProcessError when that is impossible.
+        """Start a roslaunch.
 
         Of the command's arguments only the last counts, the launch file. There must be a master.
+
+        Raises:
+            ChildProcessError: it cannot be started.
         """
         self.prepare()
         assert self._requests is not None

@@ -32,7 +32,11 @@ class Run:
                  on_line: Callable[[str], None] = lambda line: None,
                  on_end: Callable[[int], None] = lambda code: None,
                  log_file: str = LOG_FILE, start: Start = start_roslaunch) -> None:
-        """Start it; raises OSError. ``log_file`` is written beside the launch file."""
+        """Start it; ``log_file`` is written beside the launch file.
+
+        Raises:
+            OSError: the log cannot be written, or roslaunch not be started.
+        """
         self.log_path = Path(launch_file).with_name(log_file)
         self._log = self.log_path.open('w', encoding='utf-8', errors='replace')
         self._log_works = True

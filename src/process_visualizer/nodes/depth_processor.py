@@ -29,8 +29,10 @@ def restamp(message: bytes, stamp: rospy.Time) -> tuple[bytes, memoryview]:
     """Return a new front for a serialised message that begins with a header, and the rest of it.
 
     The front ends with the header's frame_id, without the leading slash that tf2 rejects. The rest
-    is a view of ``message``, not a copy. Raises ValueError if the message is shorter than its
-    header.
+    is a view of ``message``, not a copy.
+
+    Raises:
+        ValueError: the message is shorter than its header.
     """
     if len(message) < _HEADER.size:
         raise ValueError(f'{len(message)} bytes are no message with a header')

@@ -80,7 +80,11 @@ def wait_for_master(timeout_s: float) -> bool:
 
 
 def save_picture(path: str) -> None:
-    """Save the whole screen ($DISPLAY) with ImageMagick; raises CalledProcessError."""
+    """Save the whole screen ($DISPLAY) with ImageMagick.
+
+    Raises:
+        CalledProcessError: ImageMagick fails.
+    """
     subprocess.run(['import', '-silent', '-window', 'root', path], check=True)
 
 

@@ -41,7 +41,8 @@ class SavedViews:
     def save(self, name: str, rviz_file: str) -> None:
         """Keep a copy of a file that RViz has written, and choose it; replaces one of that name.
 
-        Raises SavedViewError, also when the file is not one of RViz's.
+        Raises:
+            SavedViewError: it cannot be written, or the file is not one of RViz's.
         """
         if not name.strip():
             raise SavedViewError('a view needs a name')
@@ -54,7 +55,11 @@ class SavedViews:
         self.choose(name)
 
     def load(self, name: str) -> Dict[str, Any]:
-        """The content of a view's file; raises SavedViewError."""
+        """The content of a view's file.
+
+        Raises:
+            SavedViewError: it cannot be read.
+        """
         try:
             return read_view(str(self._path(name)))
         except (OSError, ValueError) as error:
@@ -62,7 +67,11 @@ class SavedViews:
                                  'generated view is used') from None
 
     def remove(self, name: str) -> None:
-        """Forget a view; raises SavedViewError."""
+        """Forget a view.
+
+        Raises:
+            SavedViewError: it cannot be removed.
+        """
         try:
             self._path(name).unlink()
         except OSError as error:
@@ -73,7 +82,8 @@ class SavedViews:
     def choose(self, name: Optional[str]) -> None:
         """Which view the next launch begins with; None is the generated one.
 
-        Raises SavedViewError.
+        Raises:
+            SavedViewError: it cannot be written.
         """
         try:
             if name is None:

@@ -9,7 +9,12 @@ import yaml
 
 
 def read_view(path: str) -> Dict[str, Any]:
-    """The content of an RViz file; raises OSError, or ValueError when it is not one."""
+    """The content of an RViz file.
+
+    Raises:
+        OSError: it cannot be read.
+        ValueError: it is not a file of RViz.
+    """
     try:
         content = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
     except (yaml.YAMLError, UnicodeDecodeError) as error:

@@ -65,7 +65,11 @@ class RosLink(QObject):
         self._marker = PoseMarker(self.pose_dragged.emit)
 
     def begin(self) -> None:
-        """Become a node of the master; raises RosLinkError."""
+        """Become a node of the master.
+
+        Raises:
+            RosLinkError: another launcher runs, or the master does not answer.
+        """
         _refuse_second_launcher()
         try:
             rospy.init_node(NODE, disable_signals=True)
@@ -103,7 +107,8 @@ class RosLink(QObject):
     def look_at_system() -> NewConfiguration:
         """Return a configuration for what runs; takes some seconds.
 
-        Raises ValueError when nothing runs that belongs into one, or there is no master.
+        Raises:
+            ValueError: nothing runs that belongs into one, or there is no master.
         """
         if not rospy.core.is_initialized():
             raise ValueError('the launcher has no ROS master to ask')
@@ -112,7 +117,10 @@ class RosLink(QObject):
     def move_frame(self, frame: str, xyz: Sequence[float], ypr: Sequence[float]) -> str:
         """Move a base frame while everything runs; returns what was done.
 
-        xyz in m, ypr in rad (yaw pitch roll). Raises RosLinkError.
+        xyz in m, ypr in rad (yaw pitch roll).
+
+        Raises:
+            RosLinkError: cell_frames does not answer, or refuses it.
         """
         try:
             answer = rospy.ServiceProxy('/cell_frames/set_frame', SetFrame)(
@@ -125,7 +133,11 @@ class RosLink(QObject):
         return str(answer.message)
 
     def show_marker(self, parent: str, frame: str, pose: Pose) -> None:
-        """Let a frame be dragged in RViz; its pose is in the parent frame. Raises RosLinkError."""
+        """Let a frame be dragged in RViz; its pose is in the parent frame.
+
+        Raises:
+            RosLinkError: the master does not answer.
+        """
         try:
             self._marker.show(parent, frame, pose)
         except (rospy.ROSException, rosgraph.MasterException, OSError) as error:

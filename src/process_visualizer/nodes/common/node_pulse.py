@@ -123,7 +123,11 @@ class Pulses:
 
 
 def _connecting(uri: str) -> socket.socket:
-    """Return a socket that is being connected; raises OSError."""
+    """Return a socket that is being connected.
+
+    Raises:
+        OSError: it cannot be connected.
+    """
     parts = urlsplit(uri)
     family, kind, protocol, _, address = socket.getaddrinfo(
         parts.hostname, parts.port, type=socket.SOCK_STREAM)[0]
