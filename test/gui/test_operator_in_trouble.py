@@ -94,6 +94,7 @@ def launch(operator: Operator) -> None:
     operator.click('launch')
     operator.wait(lambda: operator.text('status').startswith(REALTIME), 'all is up', LAUNCH_S)
     operator.wait(lambda: operator.widget('record').isEnabled(), 'it can record')
+    operator.wait(lambda: '/rviz' in nodes(), 'RViz', LAUNCH_S)
 
 
 def break_the_file_while_nodes_run(operator: Operator, config: Path) -> None:
