@@ -48,6 +48,18 @@ def test_a_jump_is_another_segment():
     assert clock.bag_time(101.001)[:2] == (1, pytest.approx(50.001))
 
 
+def test_at_present_the_newest_state_holds_whatever_the_clocks_say():
+    clock = clock_of((100.0, 20.0, 4.0, False, 0), (100.5, 22.0, 4.0, True, 0))
+    assert clock.present(100.498) == (0, 22.0, 0.0)
+    assert clock.bag_time(100.498).time_s == pytest.approx(21.992)
+    assert PlaybackClock().present(100.0) is None
+
+
+def test_at_present_time_goes_on_while_it_plays():
+    clock = clock_of((100.0, 20.0, 4.0, False, 0))
+    assert [clock.present(wall_s).time_s for wall_s in (99.999, 100.5)] == [20.0, 22.0]
+
+
 @pytest.mark.parametrize('rate, position', [(4.0, 22.0), (-4.0, 18.0)])
 def test_where_the_player_could_not_keep_up_time_waits_for_it(rate, position):
     clock = clock_of((100.0, 20.0, rate, False, 0), (101.0, position, rate, False, 0))

@@ -85,6 +85,16 @@ class PlaybackClock:
         return BagTime(following.segment, following.position_at(following.begin_s()),
                        following.speed())
 
+    def present(self, wall_s: float) -> Optional[BagTime]:
+        """Return the bag time at the present wall time [s]; None without a player.
+
+        The newest state holds now, even if its stamp lies ahead of this machine's clock: with a
+        clock that is 2 ms behind the player's, a pause at 4x would otherwise be missed by 8 ms,
+        and that for as long as it lasts.
+        """
+        state = self.state
+        return None if state is None else _extrapolated(state, max(wall_s, state.begin_s()), None)
+
     def data_time_s(self, wall_s: float) -> float:
         """Return a clock [s] for the age of data.
 

@@ -112,7 +112,7 @@ class RecordedMotion:
     def moment(self) -> Optional[RecordedMoment]:
         """Return what belongs to the present position; None while it is not known."""
         wall_s = time.time()
-        bag, known = self._clock.bag_time(wall_s), self._known
+        bag, known = self._clock.present(wall_s), self._known
         if bag is None or known is None:
             return None
         position_s = self._within(bag.time_s)
@@ -147,7 +147,7 @@ class RecordedMotion:
                 self._extend(recording, part)
 
     def _next_part(self) -> Optional[Part]:
-        bag = self._clock.bag_time(time.time())
+        bag = self._clock.present(time.time())
         if (bag is None or not self._recording or time.monotonic() < self._retry_s
                 or not self.is_in_charge()):
             return None
@@ -176,7 +176,7 @@ class RecordedMotion:
         if before is not None and (before.poses.part.end_s == poses.part.begin_s
                                    or before.poses.part.begin_s == poses.part.end_s):
             poses = before.poses.joined(poses)
-        bag = self._clock.bag_time(time.time())
+        bag = self._clock.present(time.time())
         if bag is not None:
             poses = poses.only(kept_part(self._within(bag.time_s), _bounded(bag.rate)))
         return _Known(poses, poses.velocity(self._window_s, reading.period_s))
