@@ -72,7 +72,7 @@ build() {
   # Debian 11's cmake-extras has a GMock that is found at the first configuration only.
   if ! (cd "$workspace" && catkin_make -DPYTHON_EXECUTABLE="$venv/bin/python3" \
         -DPython_EXECUTABLE="$venv/bin/python3" -DCMAKE_DISABLE_FIND_PACKAGE_GMock=TRUE \
-        -DCMAKE_BUILD_TYPE=Release "$@" >"$log" 2>&1 &&
+        -DCMAKE_BUILD_TYPE=Release -DCMAKE_EXPORT_COMPILE_COMMANDS=ON "$@" >"$log" 2>&1 &&
         catkin_make tests >>"$log" 2>&1); then
     tail -n 40 "$log"
     echo "the build failed; all of its output is in $log"

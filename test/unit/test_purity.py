@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The pure packages need neither ROS nodes nor Qt: no import says so, and none drags them in."""
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -8,9 +9,9 @@ from typing import Iterator, List
 
 import pytest
 
-SOURCE = Path(__file__).resolve().parents[2] / 'src'
-PACKAGES = ('cell', 'motion', 'parameters', 'descriptions', 'rviz', 'generate', 'messages', 'bags',
-            'playback', 'curves', 'report', 'discovery')
+ROOT = Path(__file__).resolve().parents[2]
+SOURCE = ROOT / 'src'
+PACKAGES = (ROOT / 'test/pure_folders.txt').read_text(encoding='utf-8').split()
 FORBIDDEN = ('rospy', 'PyQt5')
 
 
@@ -30,6 +31,11 @@ def imported_names(path: Path) -> Iterator[str]:
 def module_name(path: Path) -> str:
     parts = path.relative_to(SOURCE).with_suffix('').parts
     return '.'.join(parts[:-1] if parts[-1] == '__init__' else parts)
+
+
+def test_the_type_checker_is_strict_with_the_same_packages() -> None:
+    settings = (ROOT / 'pyproject.toml').read_text(encoding='utf-8')
+    assert re.findall(r'"process_visualizer\.(\w+)\.\*"', settings) == PACKAGES
 
 
 def test_some_modules_are_found() -> None:
