@@ -5,7 +5,7 @@ from __future__ import annotations
 import queue
 from concurrent.futures import Future
 from concurrent.futures import TimeoutError as FutureTimeout
-from typing import Callable, Tuple
+from typing import Callable, NoReturn, Tuple
 
 from process_visualizer.playback.step_target import Step, StepTarget
 from process_visualizer.playback.timeline import CommandRefused
@@ -46,8 +46,11 @@ class StepRequests:
 
     def refuse(self, reason: str) -> None:
         """Do none of the steps that wait."""
+        def refused(_step: Step) -> NoReturn:
+            raise CommandRefused(reason)
+
         while not self.is_empty:
-            self._waiting.get()[1].set_exception(CommandRefused(reason))
+            self.answer(refused)
 
 
 def target_in_time(answer: Future[StepTarget], timeout_s: float) -> StepTarget:
