@@ -106,7 +106,8 @@ class PlaybackState(NamedTuple):
 
     def failed(self, wanted: Optional[Sought]) -> PlaybackState:
         """Return to what the player does, but for a seek that it is still asked for."""
-        return self._replace(sought=wanted).with_players_loop()
+        sought = None if self.snapshot is None else wanted
+        return self._replace(sought=sought).with_players_loop()
 
     def with_players_loop(self) -> PlaybackState:
         """Take the points of the loop that the player repeats, if it does."""
