@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The state of playback in the window as a value: what each transition keeps and what it changes."""
+"""The state of playback in the window as a value: what each transition keeps and changes."""
 from __future__ import annotations
 
 from typing import List, Optional, Tuple
@@ -94,8 +94,8 @@ def test_a_seek_leads_into_the_recording(position_s: float) -> None:
 def test_a_comes_before_b_whatever_is_set_and_dragged(changes: List[Tuple[str, float]]) -> None:
     points = LoopPoints()
     for what, time_s in changes:
-        changed = {'begin': points.with_begin, 'end': points.with_end}.get(
-            what, lambda it, what=what: points.moved(what, it, LENGTH_S))(time_s)
+        changed = {'begin': points.with_begin(time_s), 'end': points.with_end(time_s)}.get(
+            what, points.moved(what, time_s, LENGTH_S))
         begin_s, end_s = changed.bounds(LENGTH_S)
         assert 0.0 <= begin_s <= end_s <= LENGTH_S
         if what in 'AB':

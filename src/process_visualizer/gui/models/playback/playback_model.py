@@ -251,7 +251,7 @@ class PlaybackModel(QObject):
     def is_looping(self) -> bool:
         """Whether playback is repeated."""
         wanted = self._loops.wanted
-        return self._state.is_looping if wanted is None else wanted[0]
+        return self._state.loop is not None if wanted is None else wanted[0]
 
     @property
     def loop_points(self) -> LoopPoints:

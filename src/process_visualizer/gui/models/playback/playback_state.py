@@ -44,9 +44,9 @@ class PlaybackState(NamedTuple):
         return self.snapshot is not None and not self.snapshot.paused
 
     @property
-    def is_looping(self) -> bool:
-        """Whether the player repeats something."""
-        return self.snapshot is not None and self.snapshot.loop is not None
+    def loop(self) -> Optional[Tuple[float, float]]:
+        """What the player repeats [s from the beginning]; None if it does not."""
+        return None if self.snapshot is None else self.snapshot.loop
 
     @property
     def rate(self) -> float:
@@ -81,13 +81,10 @@ class PlaybackState(NamedTuple):
         Another recording has no points. A loop that somebody else has set is taken over, unless
         one is being asked for.
         """
-        before = self.snapshot
-        if snapshot is None or before is None or before.files != snapshot.files:
-            before, state = None, self._replace(snapshot=snapshot, points=LoopPoints())
-        else:
-            state = self._replace(snapshot=snapshot)
-        is_new = snapshot is not None and (before is None or before.loop != snapshot.loop)
-        return state.with_players_loop() if is_new and not asks_for_loop else state
+        before, state = self, self._replace(snapshot=snapshot)
+        if _files(self.snapshot) != _files(snapshot):
+            before, state = PlaybackState(), state._replace(points=LoopPoints())
+        return state if asks_for_loop or state.loop == before.loop else state.with_players_loop()
 
     def sought_at(self, position_s: float) -> Sought:
         """Return a seek from here to a position [s], or to the nearer end."""
@@ -99,10 +96,10 @@ class PlaybackState(NamedTuple):
 
         None: it is under way.
         """
-        if self.sought is None or (self.snapshot is not None
-                                   and not _tells(self.snapshot, self.sought, sent_s)):
-            return self
-        return self._replace(sought=None)
+        if self.snapshot is None or (self.sought is not None
+                                     and _tells(self.snapshot, self.sought, sent_s)):
+            return self._replace(sought=None)
+        return self
 
     def failed(self, wanted: Optional[Sought]) -> PlaybackState:
         """Return to what the player does, but for a seek that it is still asked for."""
@@ -111,13 +108,17 @@ class PlaybackState(NamedTuple):
 
     def with_players_loop(self) -> PlaybackState:
         """Take the points of the loop that the player repeats, if it does."""
-        if self.snapshot is None or self.snapshot.loop is None:
+        if self.loop is None:
             return self
-        return self._replace(points=points_of(self.snapshot.loop, self.snapshot.duration_s))
+        return self._replace(points=points_of(self.loop, self.duration_s))
 
     def differs_from(self, other: PlaybackState) -> bool:
         """Whether the player says anything else but another position."""
         return _without_position(self.snapshot) != _without_position(other.snapshot)
+
+
+def _files(snapshot: Optional[PlayerSnapshot]) -> Optional[Tuple[str, ...]]:
+    return None if snapshot is None else snapshot.files
 
 
 def _tells(snapshot: PlayerSnapshot, sought: Sought, sent_s: Optional[float]) -> bool:
