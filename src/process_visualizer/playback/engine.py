@@ -2,43 +2,33 @@
 """The playback engine: publishes a recording along a timeline, at any rate, in both directions."""
 from __future__ import annotations
 
-import queue
 from concurrent.futures import Future
-from concurrent.futures import TimeoutError as FutureTimeout
-from dataclasses import dataclass
-from typing import Callable, Dict, List, Optional, Tuple
+from typing import Dict, List, Optional, Tuple
 
 from process_visualizer.bags.bag_index import BagIndex
 from process_visualizer.bags.recording import Recording
-from process_visualizer.messages.message_layout import Data
-from process_visualizer.messages.stamps import with_stamps_moved
 from process_visualizer.playback.clock import Clock
 from process_visualizer.playback.course import Course
-from process_visualizer.playback.message_loader import LoadedMessage, MessageLoader
-from process_visualizer.playback.playback_event import EventMaker, PlaybackEvent
+from process_visualizer.playback.message_loader import MessageLoader
+from process_visualizer.playback.playback_event import EventMaker
 from process_visualizer.playback.playback_output import Output
-from process_visualizer.playback.read_ahead import BACKWARD, FORWARD, ReadAhead
-from process_visualizer.playback.schedule import Schedule, Scheduled
+from process_visualizer.playback.read_ahead import ReadAhead
+from process_visualizer.playback.scheduled_output import ScheduledOutput
+from process_visualizer.playback.shown_scene import ShownScene, scene_after_jump
 from process_visualizer.playback.stamp_mapping import StampMapping
-from process_visualizer.playback.step_target import StepTarget, step_by_messages, step_by_time
-from process_visualizer.playback.timeline import NS_PER_S, Basis, CommandRefused, Timeline
+from process_visualizer.playback.step_requests import StepRequests, target_in_time
+from process_visualizer.playback.step_target import (
+    Step,
+    StepTarget,
+    step_by_messages,
+    step_by_time,
+)
+from process_visualizer.playback.timeline import NS_PER_S, Basis, Timeline
 
-LEAD_NS = NS_PER_S // 10  # by which messages are given to the output before they are due
 LEAD_BYTES = 32 << 20
 LATE_NS = NS_PER_S // 5  # from here on, playback slows down instead of catching up
-SETTLING_NS = NS_PER_S // 10  # without a message or command, until the scene is repeated
 MOST_STEPPED = 200  # messages that a step publishes one by one; of more, only the scene counts
 ANSWER_S = 10.0
-AT_ONCE = 0  # a monotonic time [ns] that has passed
-
-
-@dataclass(frozen=True)
-class Step:
-    """By how many messages, of which topic ('': all), or (count 0) by what time [ns]."""
-
-    count: int
-    topic: str
-    duration_ns: int
 
 
 class Playback:
@@ -64,34 +54,27 @@ class Playback:
         self._index: BagIndex = recording.index
         self._timeline = timeline
         self.course = course or Course(timeline)
-        self._output = output
         self._clock = clock or Clock()
-        self._mapping = StampMapping(self._clock) if restamp else None
+        mapping = StampMapping(self._clock) if restamp else None
+        self._output = ScheduledOutput(output, self._clock, mapping, lead_bytes)
         self._loader = MessageLoader(recording)
         self._events = EventMaker(self._index, self._loader, recording.begin_ns)
         self._ahead = ReadAhead(self._events, len(self._index))
-        self._steps: queue.SimpleQueue[Tuple[Step, Future[StepTarget]]] = queue.SimpleQueue()
-        self._passed = 0  # how many messages of the recording are visible, or replaced
-        self._scene = timeline.basis.scene
-        self._schedule = Schedule()
-        self._lead_bytes = lead_bytes
-        self._version = -1  # of the basis for which that was made
-        self._given = 0  # messages, withdrawn ones too, to the output
-        self._published = 0
+        self._steps = StepRequests()
+        self._shown = ShownScene(0, timeline.basis.scene)
+        self._version = -1  # of the basis for which what was given to the output is due
         self._repeat = False
-        self._shown_ns: Optional[int] = None  # position of what was published; None: it moves
-        self._settled_ns: Optional[int] = None  # monotonic, where it is quiet but not settled yet
         self._runs = self._closed = False
 
     @property
     def published(self) -> int:
         """How many messages were published, with those that will be within the next moment."""
-        return self._published
+        return self._output.published
 
     @property
     def passed(self) -> int:
         """How many messages of the recording make the scene that was published."""
-        return self._passed
+        return self._shown.passed
 
     @property
     def problems(self) -> Tuple[str, ...]:
@@ -113,8 +96,8 @@ class Playback:
     def prepare(self) -> None:
         """Begin to read what comes first, before ``run``."""
         basis = self._timeline.basis
-        count = self._index.count_before(basis.bag_ns)
-        self._ahead.begin(*(count, FORWARD) if basis.forward else (count - 1, BACKWARD))
+        first = ShownScene(self._index.count_before(basis.bag_ns), basis.scene)
+        self._ahead.begin(*first.next_message(basis.forward))
 
     def close(self) -> None:
         """End ``run``."""
@@ -134,18 +117,11 @@ class Playback:
         """
         if not self._runs:  # nothing is published yet: ``run`` will begin there
             return self._stepped(step)[1]
-        answer = self.request(step)
-        try:
-            return answer.result(answer_s)
-        except FutureTimeout:
-            if answer.cancel():
-                raise CommandRefused('the player is busy: nothing was changed; try again') from None
-            return answer.result()
+        return target_in_time(self.request(step), answer_s)
 
     def request(self, step: Step) -> Future[StepTarget]:
         """Ask for a step without waiting for it."""
-        answer: Future[StepTarget] = Future()
-        self._steps.put((step, answer))
+        answer = self._steps.add(step)
         self._timeline.interrupt()
         return answer
 
@@ -161,31 +137,23 @@ class Playback:
                 basis = self._timeline.basis
         finally:
             self._ahead.close()
-            while not self._steps.empty():
-                self._steps.get()[1].set_exception(CommandRefused('the player ends'))
+            self._steps.refuse('the player ends')
 
     def _jump(self, basis: Basis, begins: bool = False) -> None:
         """Publish the scene at the position from anywhere, or where playback only ``begins``."""
-        self._scene = basis.scene
+        self._shown = scene_after_jump(self._index, basis)
         self._output.jump(basis.bag_ns)
-        self._restore(self._count_at(basis), basis, begins)
-        self._shown_ns = basis.bag_ns if basis.paused else None
+        self._restore(basis, begins)
         if not basis.paused:  # restoring took its time; what follows comes at its pace, in no burst
             self._timeline.slip_to(basis.bag_ns, basis.version, begins=True)
-
-    def _count_at(self, basis: Basis) -> int:
-        """How many messages make the scene after a jump; those of just that time are played."""
-        if basis.paused or not basis.forward:
-            return self._index.count_until(basis.bag_ns)
-        return self._index.count_before(basis.bag_ns)
 
     def _work(self, basis: Basis) -> None:
         if basis.version != self._version:
             self._version = basis.version
             self._take_back()
-        if not self._steps.empty():
-            self._answer(*self._steps.get())
-        elif basis.scene != self._scene:
+        if not self._steps.is_empty:
+            self._steps.answer(self._step)
+        elif basis.scene != self._shown.scene:
             self._jump(basis)
         elif self._repeat:
             self._publish_again(basis)
@@ -198,26 +166,17 @@ class Playback:
         """Publish the scene once more, with new stamps."""
         self._repeat = False
         self._take_back()
-        if self._mapping is not None:
-            self._mapping.forget()
+        self._output.forget_stamps()
         if basis.paused:
-            self._passed, self._shown_ns = self._visible(basis, basis.bag_ns), basis.bag_ns
-        self._restore(self._passed, basis)
-        self._settled_ns = None
-
-    def _visible(self, basis: Basis, bag_ns: int) -> int:
-        """How many messages are visible at a position [bag ns], whatever was published so far.
-
-        Where it stands still after a step, these are the ones up to which that led: others may
-        have the same time.
-        """
-        stands = basis.scene == self._scene and (basis.paused, bag_ns) == (True, self._shown_ns)
-        return self._passed if stands else self._index.count_until(bag_ns)
+            visible = self._shown.visible(self._index, basis, basis.bag_ns)
+            self._shown = self._shown.standing(visible, basis.bag_ns)
+        self._restore(basis)
+        self._output.settle()
 
     def _play(self, basis: Basis) -> None:
         """Publish the next message when it is due, unless a command comes before."""
-        self._shown_ns = None
-        position, step = (self._passed, FORWARD) if basis.forward else (self._passed - 1, BACKWARD)
+        self._shown = self._shown.moving()
+        position, step = self._shown.next_message(basis.forward)
         if not self._is_before_limit(position, basis):
             if self._timeline.wait_until_due(basis.limit_ns, basis.version):
                 self._pass_limit(basis)
@@ -225,42 +184,22 @@ class Playback:
         if not self.course.goes_on(self._index, position, basis):
             return
         event = self._ahead.take(position, step)
-        due = self._timeline.wait_until_due(event.time_ns, basis.version, self._lead_ns())
+        due = self._timeline.wait_until_due(event.time_ns, basis.version, self._output.lead_ns())
         now = self._kept_up(event.time_ns, basis.version) if due else None
         if now is None:
             self._ahead.put_back(position, step, event)
         else:
-            self._give(event, position, step, now)
-
-    def _lead_ns(self) -> int:
-        """How long before it is due the next message may be given to the output."""
-        self._schedule.forget_due(self._clock.monotonic_ns())
-        return LEAD_NS if self._schedule.bytes < self._lead_bytes else 0
-
-    def _give(self, event: PlaybackEvent, position: int, step: int, basis: Basis) -> None:
-        """Give an event to the output, to be sent when it is due."""
-        stamps = 0 if self._mapping is None else self._mapping.remembered
-        due_ns = basis.due_ns(event.time_ns)
-        assert due_ns is not None, 'it plays'
-        self._schedule.add(Scheduled(event, position, step, due_ns, self._given, stamps))
-        self._passed = position + (step == FORWARD)
-        self._show(event, basis, due_ns)
+            self._shown = self._shown.with_passed(position, step)
+            self._output.give(event, position, step, now)
 
     def _take_back(self) -> None:
         """Take back what has not been sent yet, as a command may have changed when it is due.
 
         What stays may be ahead of the position, by some milliseconds.
         """
-        count = self._output.revoke(self._clock.monotonic_ns())
-        if count:
-            self._settled_ns = self._clock.monotonic_ns() + SETTLING_NS
-        self._given -= count
-        for event, position, step, _, _, stamps in self._schedule.taken_back(self._given):
-            self._published -= event.published
-            self._passed = position + (step == BACKWARD)
+        for event, position, step, *_ in self._output.take_back():
+            self._shown = self._shown.without(position, step)
             self._ahead.put_back(position, step, event)
-            if self._mapping is not None:
-                self._mapping.forget_since(stamps)
 
     def _rest(self, basis: Basis) -> None:
         """Wait for a command; once it has been quiet for a while, publish the scene once more.
@@ -269,20 +208,23 @@ class Playback:
         come: without that they would show what was before.
         """
         self._catch_up(basis)
-        until_ns = None if basis.held else self._settled_ns
+        until_ns = None if basis.held else self._output.settled_ns
         if not self._timeline.wait_for_command(until_ns, basis.version):
             self._publish_again(basis)
 
     def _catch_up(self, basis: Basis) -> None:
         """Publish what had become visible already, and was not published yet, when paused."""
-        if self._shown_ns != basis.bag_ns:
-            self._shown_ns = basis.bag_ns
-            count = self._index.count_until(basis.bag_ns)
-            for position in range(self._passed, count):
-                self._show(self._events.forward(position), basis)
-            for position in reversed(range(count, self._passed)):
-                self._show(self._events.backward(position), basis)
-            self._passed = count
+        if self._shown.stands_ns != basis.bag_ns:
+            passed, count = self._shown.passed, self._index.count_until(basis.bag_ns)
+            self._shown = self._shown.standing(count, basis.bag_ns)
+            self._show_from(passed, basis)
+
+    def _show_from(self, passed: int, basis: Basis) -> None:
+        """Publish one by one what makes the scene of so many messages the one to be shown."""
+        for position in range(passed, self._shown.passed):
+            self._output.show(self._events.forward(position), basis)
+        for position in reversed(range(self._shown.passed, passed)):
+            self._output.show(self._events.backward(position), basis)
 
     def _pass_limit(self, basis: Basis) -> None:
         self._timeline.pass_limit(basis.version)
@@ -303,31 +245,18 @@ class Playback:
         basis = self._timeline.basis
         return basis if basis.version == version else None
 
-    def _answer(self, step: Step, answer: 'Future[StepTarget]') -> None:
-        """Do a step for whoever waits for its target, or for the reason why there is none."""
-        if not answer.set_running_or_notify_cancel():
-            return  # nobody waits for it any more
-        try:
-            answer.set_result(self._step(step))
-        except CommandRefused as error:
-            answer.set_exception(error)
-        except Exception as error:
-            answer.set_exception(CommandRefused(f'playback has failed: {error!r}'))
-            raise
-
     def _step(self, step: Step) -> StepTarget:
         """Go to the target of a step, from the scene at the position or what stays of another."""
         before, target, basis = self._stepped(step)
         self._take_back()
-        passed, self._passed, self._shown_ns = self._passed, target.count, basis.bag_ns
-        jumped, self._scene = before.scene != self._scene, basis.scene
+        shown, self._shown = self._shown, ShownScene(target.count, basis.scene, basis.bag_ns)
+        jumped = before.scene != shown.scene
         if jumped:  # a command came just before, and nothing is published for it alone
             self._output.jump(target.bag_ns)
-        if not jumped and 0 <= target.count - passed <= MOST_STEPPED:
-            for position in range(passed, target.count):
-                self._show(self._events.forward(position), basis)
+        if not jumped and 0 <= target.count - shown.passed <= MOST_STEPPED:
+            self._show_from(shown.passed, basis)
         else:
-            self._restore(target.count, basis)
+            self._restore(basis)
         return target
 
     def _stepped(self, step: Step) -> Tuple[Basis, StepTarget, Basis]:
@@ -341,42 +270,12 @@ class Playback:
 
     def _target(self, step: Step, basis: Basis, bag_ns: int) -> StepTarget:
         if step.count:
-            return step_by_messages(self._index, basis.end_ns, self._visible(basis, bag_ns),
-                                    step.count, step.topic)
+            visible = self._shown.visible(self._index, basis, bag_ns)
+            return step_by_messages(self._index, basis.end_ns, visible, step.count, step.topic)
         return step_by_time(self._index, basis, bag_ns + step.duration_ns)
 
-    def _restore(self, count: int, basis: Basis, begins: bool = False) -> None:
-        """Publish the scene after ``count`` messages, unless a newer one is asked for already."""
-        self._passed = count
-        event = self._events.scene(count, begins)
+    def _restore(self, basis: Basis, begins: bool = False) -> None:
+        """Publish the scene to be shown, unless a newer one is asked for already."""
+        event = self._events.scene(self._shown.passed, begins)
         if self._timeline.basis.scene == basis.scene:
-            for message in event.messages:
-                self._publish(message, basis, lambda stamp_ns: self._present(basis, stamp_ns))
-
-    def _show(self, event: PlaybackEvent, basis: Basis, due_ns: int = AT_ONCE) -> None:
-        for message in event.messages:
-            stamper = self._stamper(basis, message.time_ns, event.time_ns, due_ns)
-            self._publish(message, basis, stamper, due_ns)
-
-    def _stamper(self, basis: Basis, message_ns: int, shown_ns: int,
-                 due_ns: int) -> Callable[[int], int]:
-        mapping = self._mapping
-        if mapping is None:
-            return lambda stamp_ns: stamp_ns
-        return lambda stamp_ns: mapping.stamp(basis, stamp_ns, message_ns, shown_ns, due_ns)
-
-    def _present(self, basis: Basis, stamp_ns: int) -> int:
-        return stamp_ns if self._mapping is None else self._mapping.present(basis, stamp_ns)
-
-    def _publish(self, message: LoadedMessage, basis: Basis, mapping: Callable[[int], int],
-                 due_ns: int = AT_ONCE) -> None:
-        self._given += 1
-        if message.withdrawn:
-            self._output.withdraw(message.connection, due_ns)
-            return
-        pieces: List[Data] = [message.data]
-        if message.stamp_offsets and self._mapping is not None:
-            pieces = with_stamps_moved(message.data, message.stamp_offsets, mapping)
-        self._output.publish(message.connection, pieces, due_ns)
-        self._published += 1
-        self._settled_ns = max(self._clock.monotonic_ns(), due_ns) + SETTLING_NS
+            self._output.restore(event, basis)

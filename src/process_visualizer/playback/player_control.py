@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple, Optional, Tuple
 
-from process_visualizer.playback.engine import Playback, Step
+from process_visualizer.playback.engine import Playback
+from process_visualizer.playback.step_target import Step
 from process_visualizer.playback.timeline import (
     NS_PER_S,
     Basis,

@@ -33,8 +33,8 @@ class Schedule:
 
     def add(self, scheduled: Scheduled) -> None:
         """Add what was given last; it is not sent before what was given earlier."""
-        if self._events:
-            scheduled = scheduled._replace(due_ns=max(scheduled.due_ns, self._events[-1].due_ns))
+        if self._events and scheduled.due_ns < self._events[-1].due_ns:
+            scheduled = scheduled._replace(due_ns=self._events[-1].due_ns)
         self._events.append(scheduled)
         self._bytes += scheduled.event.size
 

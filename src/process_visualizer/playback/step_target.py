@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where a step leads: how many messages are passed afterwards, and at what time."""
+"""Steps, and where one leads: how many messages are passed afterwards, and at what time."""
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
@@ -9,6 +9,15 @@ import numpy as np
 
 from process_visualizer.bags.bag_index import BagIndex
 from process_visualizer.playback.timeline import Basis, CommandRefused, within
+
+
+@dataclass(frozen=True)
+class Step:
+    """By how many messages, of which topic ('': all), or (count 0) by what time [ns]."""
+
+    count: int
+    topic: str
+    duration_ns: int
 
 
 @dataclass(frozen=True)

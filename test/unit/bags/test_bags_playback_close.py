@@ -8,7 +8,8 @@ from unittest import mock
 
 from playback_stage import MemoryRecording, Message
 
-from process_visualizer.playback.engine import Output, Playback
+from process_visualizer.playback.engine import Playback
+from process_visualizer.playback.playback_output import Output
 from process_visualizer.playback.timeline import Basis, Timeline
 
 

@@ -20,7 +20,7 @@ from process_visualizer.bags.recorder_topics import MARKS
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Topic
 from process_visualizer.gui.models.playback.bag_model import BagModel
-from process_visualizer.gui.models.playback.playback_model import PlacedMark
+from process_visualizer.gui.models.playback.marks import PlacedMark
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.gui.views.playback.bag_view import BagView
 from process_visualizer.gui.views.playback.curves_row import CurvesRow

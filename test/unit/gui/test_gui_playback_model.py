@@ -7,7 +7,7 @@ from playback_stand import PAUSED, PlaybackStand
 from pytestqt.qtbot import QtBot
 
 from process_visualizer.gui.models.playback.loop_points import LoopPoints
-from process_visualizer.gui.models.playback.playback_model import PlacedMark
+from process_visualizer.gui.models.playback.marks import PlacedMark
 from process_visualizer.gui.models.playback.step_unit import MESSAGE, TIMES, StepUnit
 
 

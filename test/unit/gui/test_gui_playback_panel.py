@@ -16,7 +16,7 @@ from std_msgs.msg import Float32
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Topic
 from process_visualizer.gui.models.playback.bag_model import BagModel
-from process_visualizer.gui.models.playback.playback_model import PlacedMark
+from process_visualizer.gui.models.playback.marks import PlacedMark
 from process_visualizer.gui.models.playback.values_model import ValuesModel
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.gui.views.playback.playback_panel import PlaybackPanel, lane_label

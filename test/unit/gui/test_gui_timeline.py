@@ -9,7 +9,7 @@ from PyQt5.QtWidgets import QApplication, QScrollBar
 from pytestqt.qtbot import QtBot
 from timeline_bench import FLAGS_Y, HANDLES_Y, LANES_Y, TRACK_Y, WIDTH, Bench, lane, x_of
 
-from process_visualizer.gui.models.playback.playback_model import PlacedMark
+from process_visualizer.gui.models.playback.marks import PlacedMark
 from process_visualizer.gui.toolkit.style import ACCENT
 from process_visualizer.gui.views.playback.timeline_layout import HEADER_HEIGHT
 from process_visualizer.gui.views.playback.timeline_zoom import BAR_HEIGHT

@@ -11,7 +11,7 @@ from PyQt5.QtWidgets import QScrollBar
 from pytestqt.qtbot import QtBot
 from timeline_bench import LANES_Y, TRACK_Y, Bench, x_of
 
-from process_visualizer.gui.models.playback.playback_model import PlacedMark
+from process_visualizer.gui.models.playback.marks import PlacedMark
 from process_visualizer.gui.toolkit.shown_time import ShownTime
 from process_visualizer.gui.toolkit.style import ACCENT
 from process_visualizer.gui.views.playback.timeline_lanes import Lane

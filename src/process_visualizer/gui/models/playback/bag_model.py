@@ -21,7 +21,7 @@ from process_visualizer.gui.models.playback.bag_reading import (
     reindexed,
 )
 from process_visualizer.gui.models.playback.curves_model import CurvesModel
-from process_visualizer.gui.models.playback.playback_model import PlacedMark
+from process_visualizer.gui.models.playback.marks import PlacedMark
 from process_visualizer.gui.toolkit.progress import Progress
 from process_visualizer.gui.toolkit.tasks import Tasks
 

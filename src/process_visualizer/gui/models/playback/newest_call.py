@@ -57,3 +57,7 @@ class NewestCall(Generic[Value]):
     def _fail(self, error: Exception) -> None:
         self._end(None)
         self._on_error(error)
+
+
+Newest = Callable[[Callable[[Any], Any]], NewestCall[Any]]
+"""Makes one of a function that takes the newest value."""

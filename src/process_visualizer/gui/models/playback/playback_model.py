@@ -2,22 +2,21 @@
 """Playback as the operator sees and commands it."""
 from __future__ import annotations
 
-import bisect
 import time
-from typing import Any, Callable, NamedTuple, Optional, Sequence, Tuple, Type
+from typing import Any, Callable, Iterable, Optional, Tuple, Type
 
 from PyQt5.QtCore import QObject, Qt, QTimer, pyqtSignal
 
-from process_visualizer.gui.models.playback.loop_points import (
-    SHORTEST_LOOP_S,
-    LoopPoints,
-    points_of,
-)
-from process_visualizer.gui.models.playback.motion import MotionCommands
+from process_visualizer.gui.models.playback.loop_points import SHORTEST_LOOP_S, LoopPoints
+from process_visualizer.gui.models.playback.marks import Marks, PlacedMark
+from process_visualizer.gui.models.playback.motion_commands import MotionCommands
 from process_visualizer.gui.models.playback.newest_call import NewestCall
 from process_visualizer.gui.models.playback.playback_position import PlaybackPosition
+from process_visualizer.gui.models.playback.playback_state import PlaybackState
 from process_visualizer.gui.models.playback.player_commands import PlayerCommands
-from process_visualizer.gui.models.playback.step_unit import MESSAGE, StepUnit
+from process_visualizer.gui.models.playback.seek_commands import SeekCommands
+from process_visualizer.gui.models.playback.step_commands import StepCommands
+from process_visualizer.gui.models.playback.step_unit import StepUnit
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.playback.rate_ladder import faster, slower
@@ -25,18 +24,6 @@ from process_visualizer.playback.timeline import MAX_RATE, MIN_RATE
 
 LINE = 'player'
 FRAME_MS = 16  # the position is drawn so often while playing
-_KEPT_SHARE = 0.95  # of the rate; what is reached above this is not worth telling
-_JUST_PASSED_S = 0.7  # while playing, "previous mark" leads farther than to one just passed
-_HERE_S = 0.0005
-
-Loop = Optional[Tuple[float, float]]
-
-
-class PlacedMark(NamedTuple):
-    """A mark, in s from the beginning of the recording."""
-
-    position_s: float
-    label: str
 
 
 class PlaybackModel(QObject):
@@ -65,19 +52,13 @@ class PlaybackModel(QObject):
         self._client = client
         self._refused = refused
         self._clock = clock
-        self._snapshot: Optional[PlayerSnapshot] = None
+        self._state = PlaybackState()
         self._position = PlaybackPosition()
-        self._sought_s: Optional[float] = None
-        self._sought_from = 0  # the segment that the last seek is to end
-        self._sought_at_s = 0.0  # the wall time at which it was sent
-        self._points = LoopPoints()
-        self._resumes = False
-        self._unit = MESSAGE
-        self._marks: Tuple[PlacedMark, ...] = ()
-        self._seeks = self._newest(self._send_seek, self._forget_seek)
+        self._seeks = SeekCommands(client, clock,
+                                   lambda send: self._newest(send, self._forget_seek))
         self._motion = MotionCommands(client.set_rate, client.play, self._newest)
-        self._loops = self._newest(self._send_loop)
-        self._steps = self._newest(self._send_steps)
+        self._loops = self._newest(lambda loop: client.set_loop(*loop))
+        self._steps = StepCommands(client, self._newest)
         self._frames = QTimer(self, interval=FRAME_MS, timerType=Qt.PreciseTimer)
         self._frames.timeout.connect(self.moved)
 
@@ -85,37 +66,36 @@ class PlaybackModel(QObject):
 
     def take_state(self, snapshot: Optional[PlayerSnapshot]) -> None:
         """Take the newest state of the player; None when there is none any more."""
-        before, self._snapshot = self._snapshot, snapshot
+        before = self._state
+        told = before.told(snapshot, asks_for_loop=self._loops.wanted is not None)
+        self._state = told.arrived(self._seeks.done_since_s)
         self._position.take(snapshot)
-        self._take_loop(before, snapshot)
-        self._forget_seek()
         if self.is_playing != self._frames.isActive():
             self._frames.start() if self.is_playing else self._frames.stop()
-        if _without_position(before) != _without_position(snapshot):
+        if self._state.differs_from(before):
             self.changed.emit()
         self.moved.emit()
 
     @property
     def is_available(self) -> bool:
         """Whether there is a player to command."""
-        return self._snapshot is not None
+        return self._state.snapshot is not None
 
     @property
     def duration_s(self) -> float:
         """How long the recording is; 0 while there is no player."""
-        return 0.0 if self._snapshot is None else self._snapshot.duration_s
+        return self._state.duration_s
 
     @property
     def position_s(self) -> float:
         """Where playback is now [s from the beginning], or where it is about to be."""
-        if self._sought_s is not None:
-            return self._sought_s
-        return self._position.at(self._clock())
+        sought = self._state.sought
+        return self._position.at(self._clock()) if sought is None else sought.position_s
 
     @property
     def is_playing(self) -> bool:
         """Whether the position moves."""
-        return self._snapshot is not None and not self._snapshot.paused
+        return self._state.is_playing
 
     @property
     def is_backwards(self) -> bool:
@@ -125,27 +105,22 @@ class PlaybackModel(QObject):
     @property
     def rate(self) -> float:
         """The rate as commanded; below 0 backwards."""
-        if self._motion.rate is not None:
-            return self._motion.rate
-        return 1.0 if self._snapshot is None else self._snapshot.rate
+        return self._state.rate if self._motion.rate is None else self._motion.rate
 
     @property
     def reached_rate(self) -> Optional[float]:
         """The rate that the machine reaches, if that is less than the rate wanted."""
-        if self._snapshot is None or self._snapshot.paused:
-            return None
-        reached = self._snapshot.achieved_rate
-        return None if abs(reached) >= _KEPT_SHARE * abs(self._snapshot.rate) else reached
+        return self._state.reached_rate
 
     @property
     def dropped(self) -> int:
         """How many messages slow subscribers did not get."""
-        return 0 if self._snapshot is None else self._snapshot.dropped
+        return self._state.dropped
 
     @property
     def problems(self) -> Tuple[str, ...]:
         """What the player cannot play."""
-        return () if self._snapshot is None else self._snapshot.gaps
+        return self._state.problems
 
     # Play.
 
@@ -180,12 +155,11 @@ class PlaybackModel(QObject):
 
         While one seek is under way, only the newest other one waits for its turn.
         """
-        if self._snapshot is None:
-            return
-        self._sought_s = min(max(position_s, 0.0), self.duration_s)
-        self._sought_from = self._snapshot.segment
-        self._seeks.request(self._sought_s)
-        self.moved.emit()
+        if self.is_available:
+            sought = self._state.sought_at(position_s)
+            self._state = self._state._replace(sought=sought)
+            self._seeks.request(sought)
+            self.moved.emit()
 
     def jump(self, seconds: float) -> None:
         """Go on or (below 0) back by a time [s]."""
@@ -201,58 +175,53 @@ class PlaybackModel(QObject):
 
     def begin_scrub(self) -> None:
         """Stand still while the operator drags."""
-        if self.is_playing and not self._resumes:
-            self._resumes = True
+        if self.is_playing and not self._state.resumes:
+            self._state = self._state._replace(resumes=True)
             self.pause()
 
     def end_scrub(self) -> None:
         """Play on after dragging, if it did before."""
-        if self._resumes:
-            self._resumes = False
+        if self._state.resumes:
+            self._state = self._state._replace(resumes=False)
             self._run(self._client.play)
 
     @property
     def step_unit(self) -> StepUnit:
         """What one step is."""
-        return self._unit
+        return self._state.unit
 
     def set_step_unit(self, unit: StepUnit) -> None:
         """Choose what one step is."""
-        self._unit = unit
+        self._state = self._state._replace(unit=unit)
         self.changed.emit()
 
     def step(self, count: int) -> None:
         """Pause and go so many steps on, or (below 0) back."""
         if self.is_available:
             self._motion.stand()
-            waiting = self._steps.waiting
-            done, unit = waiting if waiting is not None and waiting[1] == self._unit \
-                else (0, self._unit)
-            self._steps.request((done + count, unit))
+            self._steps.request(count, self._state.unit)
 
     # Marks.
 
     @property
     def marks(self) -> Tuple[PlacedMark, ...]:
         """The marks of the recording in the order of time."""
-        return self._marks
+        return self._state.marks.all
 
-    def set_marks(self, marks: Sequence[PlacedMark]) -> None:
+    def set_marks(self, marks: Iterable[PlacedMark]) -> None:
         """Take the marks of the recording."""
-        self._marks = tuple(sorted(marks))
+        self._state = self._state._replace(marks=Marks.of(marks))
         self.changed.emit()
 
     def to_next_mark(self) -> None:
         """Go to the next mark, if there is one."""
-        row = bisect.bisect_right(self._mark_positions(), self.position_s + _HERE_S)
-        if row < len(self._marks):
-            self.seek(self._marks[row].position_s)
+        next_s = self._state.marks.after(self.position_s)
+        if next_s is not None:
+            self.seek(next_s)
 
     def to_previous_mark(self) -> None:
         """Go to the mark before; to the beginning before the first one."""
-        before_s = self.position_s - (_JUST_PASSED_S if self.is_playing else _HERE_S)
-        row = bisect.bisect_left(self._mark_positions(), before_s)
-        self.seek(self._marks[row - 1].position_s if row else 0.0)
+        self.seek(self._state.marks.before(self.position_s, self.is_playing))
 
     # Rate.
 
@@ -281,30 +250,30 @@ class PlaybackModel(QObject):
     @property
     def is_looping(self) -> bool:
         """Whether playback is repeated."""
-        if self._loops.wanted is not None:
-            return self._loops.wanted[0]
-        return self._snapshot is not None and self._snapshot.loop is not None
+        wanted = self._loops.wanted
+        return self._state.loop is not None if wanted is None else wanted[0]
 
     @property
     def loop_points(self) -> LoopPoints:
         """A and B, which stay while the loop is off."""
-        return self._points
+        return self._state.points
 
     def toggle_loop(self) -> None:
         """Repeat what is between A and B, or everything; or no more."""
-        self._set_loop(not self.is_looping, self._points)
+        self._set_loop(not self.is_looping, self._state.points)
 
     def set_loop_begin(self, position_s: Optional[float] = None) -> None:
         """Repeat from a position (now) on, to B or, where there is none behind it, the end."""
-        self._set_loop(True, self._points.with_begin(self._chosen(position_s)))
+        self._set_loop(True, self._state.points.with_begin(self._chosen(position_s)))
 
     def set_loop_end(self, position_s: Optional[float] = None) -> None:
         """Repeat up to a position (now); if it lies before A, A and B change places."""
-        self._set_loop(True, self._points.with_end(self._chosen(position_s)))
+        self._set_loop(True, self._state.points.with_end(self._chosen(position_s)))
 
     def move_loop_point(self, which: str, position_s: float) -> None:
         """Drag 'A' or 'B' to a position, as far as the other one allows."""
-        self._set_loop(self.is_looping, self._points.moved(which, position_s, self.duration_s))
+        points = self._state.points.moved(which, position_s, self.duration_s)
+        self._set_loop(self.is_looping, points)
 
     def clear_loop(self) -> None:
         """Forget A and B, and repeat no more."""
@@ -322,9 +291,7 @@ class PlaybackModel(QObject):
 
     def _fail(self, error: Exception) -> None:
         """Return to what the player does, and tell."""
-        self._sought_s = self._seeks.wanted
-        if self._snapshot is not None and self._snapshot.loop is not None:
-            self._points = points_of(self._snapshot.loop, self._snapshot.duration_s)
+        self._state = self._state.failed(self._seeks.wanted)
         self.changed.emit()
         if not isinstance(error, self._refused):
             raise error
@@ -341,31 +308,11 @@ class PlaybackModel(QObject):
         self._motion.stand()
         self._run(command)
 
-    def _send_seek(self, position_s: float) -> None:
-        self._sought_at_s = self._clock()
-        self._client.seek(position_s)
-
     def _forget_seek(self) -> None:
-        """Once the seek has been done and a state tells of it, that state holds."""
-        snapshot = self._snapshot
-        if snapshot is None or (self._seeks.wanted is None
-                                and snapshot.segment != self._sought_from
-                                and snapshot.stamp_s >= self._sought_at_s):
-            self._sought_s = None
-
-    def _send_steps(self, steps: Tuple[int, StepUnit]) -> None:
-        count, unit = steps
-        if unit.duration_s:
-            self._client.step(0, '', count * unit.duration_s)
-        elif count:
-            self._client.step(count, unit.topic, 0.0)
-
-    def _mark_positions(self) -> Sequence[float]:
-        return [mark.position_s for mark in self._marks]
+        self._state = self._state.arrived(self._seeks.done_since_s)
 
     def _chosen(self, position_s: Optional[float]) -> float:
-        chosen_s = self.position_s if position_s is None else position_s
-        return min(max(chosen_s, 0.0), self.duration_s)
+        return self._state.within(self.position_s if position_s is None else position_s)
 
     def _set_loop(self, on: bool, points: LoopPoints) -> None:
         if not self.is_available:
@@ -373,27 +320,7 @@ class PlaybackModel(QObject):
         if not points.is_long_enough(self.duration_s):
             self.failed.emit(f'A and B must be at least {SHORTEST_LOOP_S:g} s apart')
             return
-        self._points = points
+        self._state = self._state._replace(points=points)
         if on or self.is_looping:
             self._loops.request((on, *points.bounds(self.duration_s)))
         self.changed.emit()
-
-    def _send_loop(self, loop: Tuple[bool, float, float]) -> None:
-        self._client.set_loop(*loop)
-
-    def _take_loop(self, before: Optional[PlayerSnapshot], after: Optional[PlayerSnapshot]) -> None:
-        """Take over a loop that somebody else has set; forget the points of another recording."""
-        if before is None or after is None or before.files != after.files:
-            self._points = LoopPoints()
-            before = None
-        if after is None or after.loop is None or self._loops.wanted is not None:
-            return
-        if before is None or before.loop != after.loop:
-            self._points = points_of(after.loop, after.duration_s)
-
-
-def _without_position(snapshot: Optional[PlayerSnapshot]) -> Optional[PlayerSnapshot]:
-    if snapshot is None:
-        return None
-    return snapshot._replace(stamp_s=0.0, position_s=0.0, published=0, segment=0,
-                             achieved_rate=round(snapshot.achieved_rate, 2))

@@ -16,7 +16,7 @@ from PyQt5.QtGui import (
     QPolygonF,
 )
 
-from process_visualizer.gui.models.playback.playback_model import PlacedMark
+from process_visualizer.gui.models.playback.marks import PlacedMark
 from process_visualizer.gui.toolkit.style import ACCENT, QUIET, TEXT, WARNING
 from process_visualizer.gui.toolkit.time_axis import TimeAxis, tick_label
 from process_visualizer.gui.views.playback.timeline_layout import (

@@ -6,7 +6,7 @@ from typing import NamedTuple, Optional, Sequence, Tuple
 
 from PyQt5.QtCore import QPointF, QRectF
 
-from process_visualizer.gui.models.playback.playback_model import PlacedMark
+from process_visualizer.gui.models.playback.marks import PlacedMark
 from process_visualizer.gui.toolkit.shown_time import ShownTime
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
 

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Callable, NamedTuple, Optional
 
-from process_visualizer.gui.models.playback.newest_call import NewestCall
-
-Newest = Callable[[Callable[[Any], Any]], 'NewestCall[Any]']
+from process_visualizer.gui.models.playback.newest_call import Newest
 
 
 class Motion(NamedTuple):

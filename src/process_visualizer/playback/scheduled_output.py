@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Gives messages to the output before they are due, and takes back what is not sent yet."""
+from __future__ import annotations
+
+from typing import Callable, List, Optional
+
+from process_visualizer.messages.message_layout import Data
+from process_visualizer.messages.stamps import with_stamps_moved
+from process_visualizer.playback.clock import Clock
+from process_visualizer.playback.message_loader import LoadedMessage
+from process_visualizer.playback.playback_event import PlaybackEvent
+from process_visualizer.playback.playback_output import Output
+from process_visualizer.playback.schedule import Schedule, Scheduled
+from process_visualizer.playback.stamp_mapping import StampMapping
+from process_visualizer.playback.timeline import NS_PER_S, Basis
+
+LEAD_NS = NS_PER_S // 10  # by which messages are given to the output before they are due
+SETTLING_NS = NS_PER_S // 10  # without a message or command, until the scene is repeated
+AT_ONCE = 0  # a monotonic time [ns] that has passed
+
+
+class ScheduledOutput:
+    """An output that knows what it was given: what can be taken back, and since when it is quiet.
+
+    It is for the one thread that publishes, but for ``published``.
+    """
+
+    def __init__(self, output: Output, clock: Clock, mapping: Optional[StampMapping],
+                 lead_bytes: int) -> None:
+        """Take where the messages go to, and what moves their stamps; None: they stay.
+
+        About ``lead_bytes`` at most are given to the output before they are due.
+        """
+        self._output = output
+        self._clock = clock
+        self._mapping = mapping
+        self._lead_bytes = lead_bytes
+        self._schedule = Schedule()
+        self._given = 0  # messages, withdrawn ones too, to the output
+        self._published = 0
+        self._settled_ns: Optional[int] = None
+
+    @property
+    def published(self) -> int:
+        """How many messages were published, with those that will be within the next moment."""
+        return self._published
+
+    @property
+    def settled_ns(self) -> Optional[int]:
+        """Until when it must be quiet to be settled [monotonic ns]; None: it is already."""
+        return self._settled_ns
+
+    def lead_ns(self) -> int:
+        """How long before it is due the next message may be given."""
+        self._schedule.forget_due(self._clock.monotonic_ns())
+        return LEAD_NS if self._schedule.bytes < self._lead_bytes else 0
+
+    def give(self, event: PlaybackEvent, position: int, step: int, basis: Basis) -> None:
+        """Give the event of passing the message at a position, to be sent when it is due.
+
+        The basis is one that plays.
+        """
+        stamps = 0 if self._mapping is None else self._mapping.remembered
+        due_ns = basis.due_ns(event.time_ns)
+        assert due_ns is not None, 'it plays'
+        self._schedule.add(Scheduled(event, position, step, due_ns, self._given, stamps))
+        self.show(event, basis, due_ns)
+
+    def take_back(self) -> List[Scheduled]:
+        """Take back what has not been sent yet; return it, the last first."""
+        count = self._output.revoke(self._clock.monotonic_ns())
+        if count:
+            self._settled_ns = self._clock.monotonic_ns() + SETTLING_NS
+        self._given -= count
+        taken_back = list(self._schedule.taken_back(self._given))
+        for scheduled in taken_back:
+            self._published -= scheduled.event.published
+            if self._mapping is not None:
+                self._mapping.forget_since(scheduled.stamps)
+        return taken_back
+
+    def show(self, event: PlaybackEvent, basis: Basis, due_ns: int = AT_ONCE) -> None:
+        """Send an event at a monotonic time [ns]."""
+        for message in event.messages:
+            stamper = self._stamper(basis, message.time_ns, event.time_ns, due_ns)
+            self._publish(message, stamper, due_ns)
+
+    def restore(self, event: PlaybackEvent, basis: Basis) -> None:
+        """Send a scene now, with stamps of now."""
+        for message in event.messages:
+            self._publish(message, lambda stamp_ns: self._present(basis, stamp_ns), AT_ONCE)
+
+    def forget_stamps(self) -> None:
+        """Stamp anew what is published again."""
+        if self._mapping is not None:
+            self._mapping.forget()
+
+    def settle(self) -> None:
+        """Take note that nothing needs to be repeated."""
+        self._settled_ns = None
+
+    def jump(self, bag_ns: int) -> None:
+        """Tell the output that the position has jumped to a bag time [ns]; its scene follows."""
+        self._output.jump(bag_ns)
+
+    def finish(self) -> bool:
+        """Tell the output that play has reached its end; return whether nothing is to follow."""
+        return self._output.finish()
+
+    def _stamper(self, basis: Basis, message_ns: int, shown_ns: int,
+                 due_ns: int) -> Callable[[int], int]:
+        mapping = self._mapping
+        if mapping is None:
+            return lambda stamp_ns: stamp_ns
+        return lambda stamp_ns: mapping.stamp(basis, stamp_ns, message_ns, shown_ns, due_ns)
+
+    def _present(self, basis: Basis, stamp_ns: int) -> int:
+        return stamp_ns if self._mapping is None else self._mapping.present(basis, stamp_ns)
+
+    def _publish(self, message: LoadedMessage, mapping: Callable[[int], int],
+                 due_ns: int) -> None:
+        self._given += 1
+        if message.withdrawn:
+            self._output.withdraw(message.connection, due_ns)
+            return
+        pieces: List[Data] = [message.data]
+        if message.stamp_offsets and self._mapping is not None:
+            pieces = with_stamps_moved(message.data, message.stamp_offsets, mapping)
+        self._output.publish(message.connection, pieces, due_ns)
+        self._published += 1
+        self._settled_ns = max(self._clock.monotonic_ns(), due_ns) + SETTLING_NS
