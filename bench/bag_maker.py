@@ -7,17 +7,16 @@ topic before it. Chunks of 768 KB without compression, as `rosbag record` writes
 from __future__ import annotations
 
 import heapq
-import io
 import os
 import sys
 import tempfile
 from pathlib import Path
-from typing import Any, BinaryIO, Callable, Iterator, List, NamedTuple, Sequence, Tuple
+from typing import Any, Callable, Iterator, NamedTuple, Sequence, Tuple
 
 import numpy as np
-
-from process_visualizer.bags.bag_records import header_of, packed_record, packed_time
-from process_visualizer.bags.bag_writer import BagWriter, ConnectionRecord, IndexEntry
+from rosbags.interfaces import Connection
+from rosbags.rosbag1 import Writer
+from rosbags.typesys.msg import normalize_msgtype
 
 BEGIN_NS = 1_600_000_000_000_000_000
 """Bag time of every bag's first message."""
@@ -66,28 +65,23 @@ def made_bag(path: Path, topics: Sequence[BagTopic], length_s: float) -> MadeBag
         path.parent.mkdir(parents=True, exist_ok=True)
         # Under another name first, so that an interrupted run leaves no half bag.
         unfinished = path.with_suffix('.unfinished')
-        with open(unfinished, 'wb') as file:
-            _write(file, topics, length_s)
+        if unfinished.exists():
+            unfinished.unlink()
+        _write(unfinished, topics, length_s)
         unfinished.rename(path)
     return MadeBag(path, tuple(topics), length_s)
 
 
-def _write(file: BinaryIO, topics: Sequence[BagTopic], length_s: float) -> None:
-    writer = BagWriter(file)
-    chunk = io.BytesIO()
-    entries: List[IndexEntry] = []
-    for phased_ns, number, index in heapq.merge(*(
-            _schedule(number, topic, length_s) for number, topic in enumerate(topics))):
-        time_ns = BEGIN_NS + phased_ns
-        entries.append(IndexEntry(number, time_ns, chunk.tell()))
-        content = topics[number].content(index, time_ns - number * _PHASE_NS)
-        chunk.write(packed_record({b'op': b'\2', b'conn': number.to_bytes(4, 'little'),
-                                   b'time': packed_time(time_ns)}, content))
-        if chunk.tell() >= _CHUNK_BYTES:
-            writer.write_chunk(chunk.getbuffer(), b'none', chunk.tell(), entries)
-            chunk, entries = io.BytesIO(), []
-    writer.write_chunk(chunk.getbuffer(), b'none', chunk.tell(), entries)
-    writer.finish([_connection(number, topic) for number, topic in enumerate(topics)])
+def _write(path: Path, topics: Sequence[BagTopic], length_s: float) -> None:
+    writer = Writer(path)
+    writer.chunk_threshold = _CHUNK_BYTES
+    with writer:
+        connections = [_connection(writer, topic) for topic in topics]
+        for phased_ns, number, index in heapq.merge(*(
+                _schedule(number, topic, length_s) for number, topic in enumerate(topics))):
+            time_ns = BEGIN_NS + phased_ns
+            writer.write(connections[number], time_ns,
+                         topics[number].content(index, time_ns - number * _PHASE_NS))
 
 
 def _schedule(number: int, topic: BagTopic, length_s: float) -> Iterator[Tuple[int, int, int]]:
@@ -95,9 +89,8 @@ def _schedule(number: int, topic: BagTopic, length_s: float) -> Iterator[Tuple[i
             for index in range(message_count(topic, length_s)))
 
 
-def _connection(number: int, topic: BagTopic) -> ConnectionRecord:
+def _connection(writer: Writer, topic: BagTopic) -> Connection:
     message_class = topic.message_class
-    return ConnectionRecord(number, topic.name.encode(), header_of({
-        b'topic': topic.name.encode(), b'type': message_class._type.encode(),
-        b'md5sum': message_class._md5sum.encode(),
-        b'message_definition': message_class._full_text.encode(), b'callerid': b'/driver'}))
+    return writer.add_connection(
+        topic.name, normalize_msgtype(message_class._type), msgdef=message_class._full_text,
+        md5sum=message_class._md5sum, callerid='/driver')

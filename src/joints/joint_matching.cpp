@@ -73,6 +73,7 @@ JointPositions JointMatching::matchByName(const JointPositions& measured) const 
 }
 
 std::vector<std::string> movableJoints(const std::string& urdf) {
+  // as MOVABLE in motion/kinematics.py
   static const std::set<std::string> kMovable = {"revolute", "continuous", "prismatic"};
   std::vector<std::string> names;
   try {

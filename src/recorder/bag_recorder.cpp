@@ -17,6 +17,7 @@
 namespace process_visualizer::recorder {
 namespace {
 
+// as in ros_names.py
 const std::string kPrefix = "/process_visualizer/";
 const std::string kStaticFrames = "/tf_static";
 const std::string kFrameNode = "/cell_frames";

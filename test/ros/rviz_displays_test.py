@@ -25,7 +25,8 @@ from surroundings import SOFTWARE_GRAPHICS, virtual_screen
 from tf2_ros import StaticTransformBroadcaster
 
 from process_visualizer.cell.displays import DISPLAY_TYPES
-from process_visualizer.nodes.view_picture import STATUS_TOPIC, save_picture
+from process_visualizer.nodes.view_picture import save_picture
+from process_visualizer.ros_names import DISPLAY_STATUS_TOPIC
 
 WITHIN_S = 60.0
 WITH_TOPIC = [name for name, it in DISPLAY_TYPES.items() if it.message_type]
@@ -113,7 +114,7 @@ class RvizDisplaysTest(unittest.TestCase):
             with open(f'{folder}/all.rviz', 'w', encoding='utf-8') as file:
                 file.write(view_text(folder))
             stack.enter_context(rviz(f'{folder}/all.rviz'))
-            reports = Reports(stack.enter_context(Listener(STATUS_TOPIC, DiagnosticArray)))
+            reports = Reports(stack.enter_context(Listener(DISPLAY_STATUS_TOPIC, DiagnosticArray)))
             cls._look(reports, f'{folder}/view.png')
 
     @classmethod

@@ -22,6 +22,13 @@ def test_offsets() -> None:
     assert matching.match((), (1.0, 2.0)) == {'shoulder': 1.0, 'left/elbow': 2.5}
 
 
+def test_what_a_joint_may_be_called() -> None:
+    matching = JointMatching('left', ['elbow', 'left/elbow', 'shoulder'], prefix='l_')
+    assert matching.names('shoulder') == ('l_shoulder', 'shoulder')
+    assert set(matching.names('left/elbow')) == {'left/elbow', 'l_left/elbow'}  # one is elbow
+    assert matching.names('wrist') == ()
+
+
 @pytest.mark.parametrize('positions', [(1.0,), (1.0, 2.0, 3.0), (1.0, math.nan)])
 def test_what_does_not_fit(positions: 'tuple[float, ...]') -> None:
     with pytest.raises(ValueError):

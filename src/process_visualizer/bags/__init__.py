@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Bags: index, timeline, stamps and playback (pure: no ROS node, no Qt)."""
+"""Bag files: index, chunks, connections, repair; what else our recorder writes (pure)."""

@@ -6,10 +6,11 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from process_visualizer.bags.bag_errors import BagError, Gap
 from process_visualizer.bags.marks import Mark, read_marks
-from process_visualizer.bags.recorder_topics import PREFIX, recorded_configuration
+from process_visualizer.bags.recorder_topics import recorded_configuration
 from process_visualizer.bags.recording import Recording
 from process_visualizer.cell.model import Device
 from process_visualizer.cell.stored_configuration import StoredConfiguration
+from process_visualizer.ros_names import OWN_TOPICS
 
 
 class CatalogueTopic(NamedTuple):
@@ -103,7 +104,7 @@ def _marks(recording: Recording) -> Tuple[List[Mark], List[str]]:
 
 def _topics(recording: Recording) -> Tuple[CatalogueTopic, ...]:
     names = {connection.topic for connection in recording.index.connections}
-    topics = (_topic(recording, name) for name in sorted(names) if not name.startswith(PREFIX))
+    topics = (_topic(recording, name) for name in sorted(names) if not name.startswith(OWN_TOPICS))
     return tuple(topic for topic in topics if topic.message_count)
 
 

@@ -10,12 +10,12 @@ from process_visualizer.bags.json_text import parsed_json
 from process_visualizer.bags.recording import Recording
 from process_visualizer.cell.stored_configuration import StoredConfiguration, stored_configuration
 from process_visualizer.messages.message_definition import short_name
+from process_visualizer.ros_names import OWN_TOPICS
 
-PREFIX = '/process_visualizer/'
-CONFIGURATION = f'{PREFIX}configuration'
-CALIBRATION = f'{PREFIX}calibration'
-MARKS = f'{PREFIX}marks'
-ACCOUNT = f'{PREFIX}recording'
+CONFIGURATION = f'{OWN_TOPICS}configuration'
+CALIBRATION = f'{OWN_TOPICS}calibration'
+MARKS = f'{OWN_TOPICS}marks'
+ACCOUNT = f'{OWN_TOPICS}recording'
 """Topics: the configuration's files, the base frames (tf2_msgs/TFMessage), the marks, and the
 recorder's account of what it dropped."""
 _TEXT_TYPE = 'std_msgs/String'

@@ -9,12 +9,21 @@ from dataclasses import dataclass, field
 from typing import Dict, Mapping, Optional, Sequence, Tuple
 
 from process_visualizer.cell.displays import DISPLAY_TYPES
+from process_visualizer.ros_names import (
+    FLOAT_ARRAY,
+    JOINT_STATE,
+    POSE_STAMPED,
+    TF_MESSAGE,
+    WRENCH_STAMPED,
+)
+
+DEFAULT_FRAME = 'world'
+"""The global frame, where a configuration names none."""
 
 MESSAGE_TYPES: Mapping[str, Tuple[str, ...]] = {
-    'joint_states': ('std_msgs/Float32MultiArray', 'sensor_msgs/JointState'),
-    'tool_center_frame': ('std_msgs/Float32MultiArray', 'geometry_msgs/PoseStamped',
-                          'tf2_msgs/TFMessage'),
-    'force_sensor': ('std_msgs/Float32MultiArray', 'geometry_msgs/WrenchStamped'),
+    'joint_states': (FLOAT_ARRAY, JOINT_STATE),
+    'tool_center_frame': (FLOAT_ARRAY, POSE_STAMPED, TF_MESSAGE),
+    'force_sensor': (FLOAT_ARRAY, WRENCH_STAMPED),
     'pointcloud': ('sensor_msgs/PointCloud2',),
 }
 """What a topic with a function may carry."""
@@ -92,7 +101,7 @@ PASSED_ARGUMENT = Tag(
 _STRUCTURE: Dict[str, Tag] = {
     'visualizer': Tag(
         'The root of a configuration.',
-        {'frame': _optional('frame', 'name of the global frame', 'world')},
+        {'frame': _optional('frame', 'name of the global frame', DEFAULT_FRAME)},
         children=('arg', 'include', 'machine', 'device')),
     'arg': Tag(
         'A value for `$(arg name)`; given on the command line as `name:=value`.',

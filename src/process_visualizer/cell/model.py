@@ -40,6 +40,10 @@ class TopicFunction(Enum):
     POINTCLOUD = 'pointcloud'
 
 
+ROBOT_FUNCTIONS = (TopicFunction.JOINT_STATES, TopicFunction.TOOL_CENTER_FRAME,
+                   TopicFunction.FORCE_SENSOR)
+
+
 @dataclass(frozen=True)
 class Pose:
     """A pose in a parent frame: xyz in m; yaw, pitch, roll in rad, intrinsic z-y'-x''."""

@@ -6,9 +6,10 @@ from typing import Dict, Iterable, Tuple
 
 from process_visualizer.cell.builder import absolute_topic
 from process_visualizer.cell.model import Device, DeviceType
+from process_visualizer.ros_names import ROBOT_OUTPUTS
 
 _OUTPUTS: Dict[DeviceType, Tuple[str, ...]] = {
-    DeviceType.ROBOT: ('joint_states', 'tool_velocity', 'tool_force', 'marker_array'),
+    DeviceType.ROBOT: ROBOT_OUTPUTS,
     DeviceType.DEPTH_SENSOR: ('points', 'points_age'),
     DeviceType.OTHER: ()}
 """Topics below the name of a device."""

@@ -10,14 +10,33 @@ from process_visualizer.cell.display_rules import check_display
 from process_visualizer.cell.element_reader import Parsed
 from process_visualizer.cell.errors import Location, ProblemList
 from process_visualizer.cell.language import MESSAGE_TYPES
-from process_visualizer.cell.model import Device, DeviceType, Node, Topic, TopicFunction
+from process_visualizer.cell.model import (
+    ROBOT_FUNCTIONS,
+    Device,
+    DeviceType,
+    Node,
+    Topic,
+    TopicFunction,
+)
 from process_visualizer.cell.roslaunch_rules import check_node, check_parameter
 from process_visualizer.cell.suggestions import advice, nearest
+from process_visualizer.ros_names import (
+    BAG_PLAYER,
+    BAG_RECORDER,
+    CELL_FRAMES,
+    DEPTH_PROC,
+    JOINT_PROC,
+    PACKAGE,
+    ROBOT_PROC,
+    ROBOT_STATE_PUBLISHER,
+    ROI_FILTER,
+    RVIZ,
+    SCENE_WATCH,
+    TF_MESSAGE,
+    VARIABLE_PROC,
+)
 
-TF_MESSAGE = 'tf2_msgs/TFMessage'
-_ROBOT_TOPICS = ('joint_states', 'tool_center_frame', 'force_sensor')
-_PROGRAM_NODES = ('process_visualizer', 'cell_frames', 'scene_watch', 'bag_player',
-                  'bag_recorder', 'rviz', 'rosout')
+_PROGRAM_NODES = (PACKAGE, CELL_FRAMES, SCENE_WATCH, BAG_PLAYER, BAG_RECORDER, RVIZ, 'rosout')
 
 
 def check_devices(parsed_devices: Sequence[Parsed], global_frame: str,
@@ -61,12 +80,12 @@ def check_node_names(devices: Sequence[Device], problems: ProblemList) -> None:
 
 def _reserved_names(device: Device) -> List[str]:
     names = {
-        'robot_state_publisher': device.model is not None,
-        'robot_proc': device.type is DeviceType.ROBOT,
-        'joint_proc': device.type is DeviceType.ROBOT,
-        'depth_proc': device.type is DeviceType.DEPTH_SENSOR,
-        'roi_filter': device.roi is not None,
-        'variable_proc': bool(device.variables),
+        ROBOT_STATE_PUBLISHER: device.model is not None,
+        ROBOT_PROC: device.type is DeviceType.ROBOT,
+        JOINT_PROC: device.type is DeviceType.ROBOT,
+        DEPTH_PROC: device.type is DeviceType.DEPTH_SENSOR,
+        ROI_FILTER: device.roi is not None,
+        VARIABLE_PROC: bool(device.variables),
     }
     own = [absolute_topic(device.name, name) for name, used in names.items() if used]
     return own + [f'/{name}' for name in _PROGRAM_NODES]
@@ -152,7 +171,8 @@ def _check_topics(device: Device, problems: ProblemList) -> None:
 def _check_topics_of_type(device: Device, problems: ProblemList) -> None:
     for topic in device.topics:
         function = '' if topic.function is None else topic.function.value
-        wanted = DeviceType.ROBOT if function in _ROBOT_TOPICS else DeviceType.DEPTH_SENSOR
+        wanted = (DeviceType.ROBOT if topic.function in ROBOT_FUNCTIONS
+                  else DeviceType.DEPTH_SENSOR)
         if function and device.type is not wanted:
             problems.add(topic.location, 'topic', f'type "{function}" belongs to devices of type '
                          f'"{wanted.value}"; this one has the type "{device.type.value}"')

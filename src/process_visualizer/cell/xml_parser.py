@@ -9,7 +9,7 @@ from process_visualizer.cell.arguments import passed_arguments, read_arguments, 
 from process_visualizer.cell.builder import build_device, build_machines
 from process_visualizer.cell.element_reader import ElementReader, Parsed
 from process_visualizer.cell.errors import ConfigurationError, ProblemList
-from process_visualizer.cell.language import ROOT
+from process_visualizer.cell.language import DEFAULT_FRAME, ROOT
 from process_visualizer.cell.model import Cell, Device, RoslaunchElement
 from process_visualizer.cell.output_rules import check_outputs
 from process_visualizer.cell.roslaunch_rules import check_machines
@@ -18,7 +18,6 @@ from process_visualizer.cell.suggestions import missing_file
 from process_visualizer.cell.variable_topics import with_variable_topics
 from process_visualizer.cell.xml_reader import Element, read_xml
 
-DEFAULT_FRAME = 'world'
 _MOST_FILES = 100
 """Included files; without a limit, files that include each other twice multiply for ever."""
 

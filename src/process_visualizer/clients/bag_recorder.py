@@ -14,9 +14,10 @@ from process_visualizer.clients.recording_options import (
 )
 from process_visualizer.clients.state_follower import StateFollower
 from process_visualizer.msg import RecorderState
+from process_visualizer.ros_names import BAG_RECORDER
 from process_visualizer.srv import Mark, StartRecording, StartRecordingRequest, StopRecording
 
-_NODE = '/bag_recorder'
+_NODE = f'/{BAG_RECORDER}'
 
 
 def request_of(options: RecordingOptions) -> StartRecordingRequest:

@@ -10,9 +10,10 @@ from std_srvs.srv import Trigger
 from process_visualizer.clients.service_connection import ServiceConnection, ServiceUnreachable
 from process_visualizer.clients.state_follower import StateFollower
 from process_visualizer.msg import PlayerState
+from process_visualizer.ros_names import BAG_PLAYER
 from process_visualizer.srv import Seek, SetLoop, SetRate, Step
 
-_NODE = '/bag_player'
+_NODE = f'/{BAG_PLAYER}'
 _SERVICES: Dict[str, Type[Any]] = {
     'play': Trigger, 'pause': Trigger, 'toggle_paused': Trigger, 'stop': Trigger, 'seek': Seek,
     'set_rate': SetRate, 'step': Step, 'set_loop': SetLoop}

@@ -6,8 +6,7 @@ import rospy
 
 from process_visualizer.motion.playback_clock import PlaybackClock, PlaybackState
 from process_visualizer.msg import PlayerState
-
-STATE_TOPIC = '/bag_player/state'
+from process_visualizer.ros_names import PLAYER_STATE_TOPIC
 
 
 class PlaybackFollower:
@@ -16,7 +15,7 @@ class PlaybackFollower:
     def __init__(self) -> None:
         """Subscribe the player's state."""
         self.clock = PlaybackClock()
-        rospy.Subscriber(STATE_TOPIC, PlayerState, self._receive, tcp_nodelay=True)
+        rospy.Subscriber(PLAYER_STATE_TOPIC, PlayerState, self._receive, tcp_nodelay=True)
 
     def data_time_s(self) -> float:
         """Return the present time [s] of the clock for the age of data (see PlaybackClock)."""

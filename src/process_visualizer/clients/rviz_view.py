@@ -11,8 +11,9 @@ from process_visualizer.clients.service_connection import (
     ServiceMissing,
     ServiceUnreachable,
 )
+from process_visualizer.ros_names import RVIZ
 
-_NODE = '/rviz'
+_NODE = f'/{RVIZ}'
 
 
 class _SendFilePath:

@@ -28,13 +28,14 @@ from process_visualizer.discovery.topic_facts import (
     seen_transforms,
 )
 from process_visualizer.launching.ros_api import is_registered
+from process_visualizer.ros_names import BAG_RECORDER, STATIC_TF_TOPIC, TF_TOPIC
 
 LOOK_S = 3.0
 """So long it is listened to the topics."""
 _MOST_MESSAGES, _LARGE_BYTES = 100, 100_000
-_FRAME_TOPICS = ('/tf', '/tf_static')
+_FRAME_TOPICS = (TF_TOPIC, STATIC_TF_TOPIC)
 _DESCRIPTION = 'robot_description'
-_RECORDER = '/bag_recorder'
+_RECORDER = f'/{BAG_RECORDER}'
 _CONFIGURATION = f'{_RECORDER}/configuration'
 
 

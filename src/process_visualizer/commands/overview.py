@@ -9,8 +9,7 @@ from process_visualizer.cell.model import Cell, Device, DeviceType, Mode, Topic,
 from process_visualizer.descriptions.robot_description import RobotDescription
 from process_visualizer.descriptions.robot_frames import pose_frames
 from process_visualizer.descriptions.tool_frame import tool_frame
-
-_TRANSFORMS = 'tf2_msgs/TFMessage'
+from process_visualizer.ros_names import TF_MESSAGE
 
 
 def overview(cell: Cell, devices: Sequence[Device],
@@ -62,7 +61,7 @@ def _mode(mode: 'Mode | None') -> str:
 def _frames(topic: Topic, device: Device,
             descriptions: Mapping[str, RobotDescription]) -> Tuple[str, ...]:
     """Which frames the values are those of, as far as the configuration says it."""
-    if topic.message_type == _TRANSFORMS and topic.function is TopicFunction.TOOL_CENTER_FRAME:
+    if topic.message_type == TF_MESSAGE and topic.function is TopicFunction.TOOL_CENTER_FRAME:
         base, frame = pose_frames(device, descriptions.get(device.name))
         return (f'{frame} in {base}',)
     return () if topic.parent_frame is None else (f'in {topic.parent_frame}',)

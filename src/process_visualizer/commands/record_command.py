@@ -29,6 +29,7 @@ from process_visualizer.launching.roslaunch_process import dying_with_parent
 from process_visualizer.msg import RecorderState
 from process_visualizer.report.report import make_report
 from process_visualizer.report.report_text import as_text
+from process_visualizer.ros_names import BAG_RECORDER, PACKAGE
 
 _READY_TIMEOUT_S = 10.0
 _STATE_TIMEOUT_S = 1.0  # states come twice a second; none come of a recorder that has died
@@ -160,7 +161,7 @@ def _subscriptions(node: str) -> List[str]:
 
 def _command(name: str, options: RecordOptions) -> List[str]:
     """The recorder's program; it is interrupted, and finishes its bag, if this process dies."""
-    programs = find_node('process_visualizer', 'bag_recorder')
+    programs = find_node(PACKAGE, BAG_RECORDER)
     if not programs:
         raise OSError('the program bag_recorder is not built; build the workspace')
     queue = [] if options.queue_mb is None else [queue_parameter(options.queue_mb)]

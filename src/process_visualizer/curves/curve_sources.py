@@ -13,11 +13,12 @@ from process_visualizer.cell.model import (
     TopicFunction,
     Variable,
 )
+from process_visualizer.cell.values import COLORS
 from process_visualizer.descriptions.robot_frames import pose_frames
 from process_visualizer.motion.arrows import FORCE_COLOR, VELOCITY_COLOR
 
 _PLAIN_COLORS: Tuple[Color, ...] = (
-    (0.0, 0.75, 0.8), (0.9, 0.75, 0.0), (0.6, 0.2, 0.8), (1.0, 0.55, 0.1), (0.3, 0.5, 0.9))
+    (0.0, 0.75, 0.8), (0.9, 0.75, 0.0), (0.6, 0.2, 0.8), COLORS['orange'], (0.3, 0.5, 0.9))
 """For topics without a colour of their own; the thesis' for its upper edge, lower edge, feed."""
 
 

@@ -18,12 +18,11 @@ from process_visualizer.motion.placements import interpolated
 from process_visualizer.motion.speed_series import measuring_times
 from process_visualizer.motion.tool_path import MovingPart, SentTransform, ToolPath
 from process_visualizer.motion.velocity import GAP_S
+from process_visualizer.ros_names import FLOAT_ARRAY, POSE_STAMPED, TF_MESSAGE, WRENCH_STAMPED
 
-_ARRAY = 'std_msgs/Float32MultiArray'
-_TRANSFORMS = 'tf2_msgs/TFMessage'
 _PATHS: Dict[Tuple[Quantity, str], str] = {
-    (Quantity.SPEED, 'geometry_msgs/PoseStamped'): 'pose.position',
-    (Quantity.FORCE, 'geometry_msgs/WrenchStamped'): 'wrench.force'}
+    (Quantity.SPEED, POSE_STAMPED): 'pose.position',
+    (Quantity.FORCE, WRENCH_STAMPED): 'wrench.force'}
 _ARRAY_LENGTHS = {Quantity.SPEED: (3, 6, 7), Quantity.FORCE: (3, 6)}
 _PLAIN_TYPES = tuple(f'std_msgs/{name}' for name in (
     'Bool', 'Byte', 'Char', 'Float32', 'Float64', 'Int8', 'Int16', 'Int32', 'Int64', 'UInt8',
@@ -89,10 +88,10 @@ def source_locators(recording: Recording, source: CurveSource,
     connections = recording.index.connections
     numbers = recording.index.connections_of(source.topic)
     if source.quantity is Quantity.SPEED:
-        on_tf = [number for number in numbers if connections[number].type == _TRANSFORMS
-                 and source.message_type in ('', _TRANSFORMS)]
+        on_tf = [number for number in numbers if connections[number].type == TF_MESSAGE
+                 and source.message_type in ('', TF_MESSAGE)]
         device = next(it for it in devices if it.name == source.device)
-        is_on_tf = on_tf or source.message_type == _TRANSFORMS
+        is_on_tf = on_tf or source.message_type == TF_MESSAGE
         found = tool_on_tf(recording, source, device, on_tf) if is_on_tf else None
         if found is not None:
             return SourceLocators(found[1], found[0])
@@ -106,7 +105,7 @@ def locator_for(source: CurveSource, connection: Connection) -> Optional[Locator
     kind = connection.type
     if source.message_type not in ('', kind) or source.plain and kind not in _PLAIN_TYPES:
         return None
-    if source.quantity is not Quantity.NUMBER and kind == _ARRAY:
+    if source.quantity is not Quantity.NUMBER and kind == FLOAT_ARRAY:
         return FloatArrayLocator(3, _ARRAY_LENGTHS[source.quantity])
     vector = _PATHS.get((source.quantity, kind), '')
     paths = [f'{vector}.{axis}' for axis in 'xyz'] if vector else [source.field]

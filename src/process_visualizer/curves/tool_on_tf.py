@@ -10,6 +10,7 @@ from process_visualizer.bags.bag_errors import BagDamaged
 from process_visualizer.bags.recording import Recording
 from process_visualizer.cell.model import Device, TopicFunction
 from process_visualizer.curves.curve_sources import CurveSource
+from process_visualizer.curves.given_parameters import given_parameters
 from process_visualizer.descriptions.robot_description import (
     ModelError,
     RobotDescription,
@@ -23,16 +24,17 @@ from process_visualizer.messages.number_places import (
     TransformLocator,
     transforms_in,
 )
-from process_visualizer.motion.kinematics import Joint, Kinematics, Placement
+from process_visualizer.motion.joint_matching import JointMatching
+from process_visualizer.motion.kinematics import Kinematics, Placement
 from process_visualizer.motion.tool_path import (
     FrameSources,
     MovingPart,
     SentTransform,
     ToolPath,
 )
+from process_visualizer.parameters.joint_offsets import JOINT_OFFSETS, usable_offsets
+from process_visualizer.ros_names import FLOAT_ARRAY, JOINT_STATE, STATIC_TF_TOPIC
 
-STATIC_TOPIC = '/tf_static'
-_JOINT_STATE, _ARRAY = 'sensor_msgs/JointState', 'std_msgs/Float32MultiArray'
 _BLOCKS, _BLOCK = 5, 100
 """In so many parts of a recording, so many messages of each publisher are looked at."""
 
@@ -50,16 +52,24 @@ def tool_on_tf(recording: Recording, source: CurveSource, device: Device,
     frames = _recorded_frames(recording, connections)
     description = _description(device) if source.model else None
     base, tool = pose_frames(device, description) if source.model else source.frames
-    path = frames.path(base, tool)
+    path, matching = frames.path(base, tool), None
     if path is None:
         description = description or _description(device)
         if description is not None:
-            frames.add_model(Kinematics(description.text))
+            matching = _matching(device, description)
+            frames.add_model(Kinematics(description.text), matching.offset)
             path = frames.path(base, tool)
     if path is None or not path.moving:
         return None
-    return path, tuple(_locators(recording, part, device, description, connections)
+    return path, tuple(_locators(recording, part, device, matching, connections)
                        for part in path.moving)
+
+
+def _matching(device: Device, description: RobotDescription) -> JointMatching:
+    """What joint_proc makes of the joints, with the offsets that the configuration gives it."""
+    prefix = '' if device.model is None else device.model.prefix
+    return JointMatching(device.name, list(description.joints),
+                         usable_offsets(given_parameters(device, JOINT_OFFSETS)), prefix)
 
 
 def _description(device: Device) -> Optional[RobotDescription]:
@@ -76,7 +86,7 @@ def _recorded_frames(recording: Recording, connections: Sequence[int]) -> FrameS
         for transform in transforms_in(data):
             frames.add_sent(SentTransform(transform.parent, transform.child))
     index = recording.index
-    for data in _some_messages(recording, index.connections_of(STATIC_TOPIC)):
+    for data in _some_messages(recording, index.connections_of(STATIC_TF_TOPIC)):
         for it in transforms_in(data):
             x, y, z, *turn = np.frombuffer(data, '<f8', 7, it.pose).tolist()
             frames.add_fixed(it.parent, it.child, Placement((x, y, z), tuple(turn)))
@@ -98,30 +108,25 @@ def _some_messages(recording: Recording, connections: Sequence[int]) -> List[mem
 
 
 def _locators(recording: Recording, part: MovingPart, device: Device,
-              description: Optional[RobotDescription],
+              matching: Optional[JointMatching],
               connections: Sequence[int]) -> Dict[int, Locator]:
     if isinstance(part, SentTransform):
         return {number: TransformLocator(*part) for number in connections}
     topic = device.topic_for(TopicFunction.JOINT_STATES)
-    if topic is None or description is None:
+    if topic is None or matching is None:
         return {}
     found = {}
     for number in recording.index.connections_of(topic.name):
-        locator = _joint_locator(recording.index.connections[number].type, part, device,
-                                 list(description.joints))
+        locator = _joint_locator(recording.index.connections[number].type, part.name, matching)
         if locator is not None:
             found[number] = locator
     return found
 
 
-def _joint_locator(message_type: str, joint: Joint, device: Device,
-                   joints: List[str]) -> Optional[Locator]:
+def _joint_locator(message_type: str, joint: str, matching: JointMatching) -> Optional[Locator]:
     """As joint_proc understands messages: by the joints' names, or in the model's order."""
-    if message_type == _JOINT_STATE:
-        prefix = '' if device.model is None else device.model.prefix
-        return JointLocator((joint.name, f'{prefix}{joint.name}',
-                             joint.name[len(device.name) + 1:]
-                             if joint.name.startswith(f'{device.name}/') else joint.name))
-    if message_type == _ARRAY and joint.name in joints:
-        return FloatArrayLocator(joints.index(joint.name) + 1, (len(joints),))
+    if message_type == JOINT_STATE:
+        return JointLocator(matching.names(joint))
+    if message_type == FLOAT_ARRAY and joint in matching.joints:
+        return FloatArrayLocator(matching.joints.index(joint) + 1, (len(matching.joints),))
     return None

@@ -17,8 +17,7 @@ from process_visualizer.cell.substitution import package_advice
 from process_visualizer.cell.suggestions import missing_file
 from process_visualizer.descriptions.link_prefix import rename_links
 from process_visualizer.descriptions.xacro_file import XacroError, expand_xacro
-
-_MOVABLE = ('revolute', 'continuous', 'prismatic', 'floating', 'planar')
+from process_visualizer.motion.kinematics import MOVABLE
 
 
 class ModelError(Exception):
@@ -164,7 +163,7 @@ def _describe(text: str, root: ElementTree.Element) -> RobotDescription:
         parent, child = joint.find('parent'), joint.find('child')
         if parent is not None and child is not None:
             parents[child.get('link', '')] = parent.get('link', '')
-        if joint.get('type') in _MOVABLE and joint.find('mimic') is None:
+        if joint.get('type') in MOVABLE and joint.find('mimic') is None:
             joints[joint.get('name', '')] = joint.get('type', '')
     drawn, collision = (_links_with(root, tag) for tag in ('visual', 'collision'))
     return RobotDescription(text, links, joints, parents, drawn, collision - drawn)

@@ -7,6 +7,7 @@ from typing import List, Optional
 
 from process_visualizer.cell.model import Device, Pose, TopicFunction
 from process_visualizer.descriptions.robot_description import RobotDescription
+from process_visualizer.motion.frame_names import default_tool_frame
 
 _NAMES = ('tool', 'tcp', 'tool_center_point', 'tool_tip', 'tool0', 'end_effector', 'eef', 'ee',
           'hand', 'gripper', 'flange')
@@ -42,7 +43,7 @@ def tool_frame(device: Device, description: Optional[RobotDescription]) -> ToolF
         return _of_model(description)
     if device.force is not None:
         return _as_it_is(device.force.parent_frame, 'the parent of the force frame')
-    return _as_it_is(f'{device.name}/tool', 'there is no model to choose from')
+    return _as_it_is(default_tool_frame(device.name), 'there is no model to choose from')
 
 
 def tool_name_rank(frame: str) -> Optional[int]:

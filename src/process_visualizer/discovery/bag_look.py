@@ -12,17 +12,17 @@ from process_visualizer.bags.recorder_topics import CALIBRATION
 from process_visualizer.bags.recording import Recording
 from process_visualizer.discovery.seen import Seen, Source
 from process_visualizer.discovery.topic_facts import (
-    TF_TYPES,
     seen_descriptions,
     seen_topics,
     seen_transforms,
 )
 from process_visualizer.messages.connection import Connection
 from process_visualizer.messages.message_definition import short_name
+from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_TYPES
 
 _MOMENTS, _MOMENTS_OF_TF = 16, 64
 """Of each publisher about so many messages are read, evenly spread over the recording."""
-_STATIC = ('/tf_static', CALIBRATION)
+_STATIC = (STATIC_TF_TOPIC, CALIBRATION)
 _MOST_STATIC = 500
 _LARGE = frozenset({'sensor_msgs/Image', 'sensor_msgs/PointCloud2', 'sensor_msgs/CompressedImage',
                     'sensor_msgs/PointCloud', 'nav_msgs/OccupancyGrid',

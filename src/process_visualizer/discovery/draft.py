@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Dict, List, Optional, Tuple
 
+from process_visualizer.cell.language import DEFAULT_FRAME
+
 
 @dataclass(frozen=True)
 class DraftElement:
@@ -55,6 +57,6 @@ class Draft:
     """All devices, the global frame, and what the user should know."""
 
     where: str
-    frame: str = 'world'
+    frame: str = DEFAULT_FRAME
     devices: List[DraftDevice] = field(default_factory=list)
     remarks: List[str] = field(default_factory=list)

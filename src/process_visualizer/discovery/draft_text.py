@@ -6,6 +6,7 @@ import textwrap
 from typing import Iterator, List, Sequence
 from xml.sax.saxutils import quoteattr
 
+from process_visualizer.cell.language import DEFAULT_FRAME
 from process_visualizer.discovery.draft import Draft, DraftDevice, DraftElement
 
 _WIDTH = 96
@@ -13,7 +14,7 @@ _WIDTH = 96
 
 def draft_text(draft: Draft) -> str:
     """Return the file's text."""
-    frame = '' if draft.frame == 'world' else f' frame={quoteattr(draft.frame)}'
+    frame = '' if draft.frame == DEFAULT_FRAME else f' frame={quoteattr(draft.frame)}'
     head = [f'Made by "cell new" from {draft.where}. Remove what is not wanted, and look at each '
             'comment.', *draft.remarks]
     lines = ['<?xml version="1.0" encoding="utf-8"?>', *comment_lines(head, ''),

@@ -6,8 +6,8 @@ from typing import FrozenSet, Iterable, NamedTuple, Optional, Sequence
 
 from process_visualizer.discovery.found_model import FoundModel
 from process_visualizer.discovery.model_fit import ModelFit
+from process_visualizer.discovery.moving_frames import Motion
 from process_visualizer.discovery.names import words
-from process_visualizer.discovery.recorded_motion import Motion
 from process_visualizer.discovery.seen import Seen, SeenTopic
 
 _FIT_M = 0.01  # an arm that is not calibrated

@@ -17,9 +17,9 @@ from process_visualizer.descriptions.robot_description import (
 from process_visualizer.discovery.found_model import FoundModel
 from process_visualizer.discovery.model_evidence import ModelEvidence
 from process_visualizer.discovery.model_files import ModelFile, ModelFiles
+from process_visualizer.discovery.moving_frames import Motion
 from process_visualizer.discovery.names import words
 from process_visualizer.discovery.own_topics import device_topics
-from process_visualizer.discovery.recorded_motion import Motion
 from process_visualizer.discovery.robot_topics import (
     is_joints,
     robot_groups,

@@ -15,8 +15,8 @@ from process_visualizer.discovery.draft_text import draft_text
 from process_visualizer.discovery.found_model import FoundModel
 from process_visualizer.discovery.make_draft import make_draft
 from process_visualizer.discovery.model_search import ModelSearch
+from process_visualizer.discovery.moving_frames import recorded_motions
 from process_visualizer.discovery.recorded_models import recorded_models
-from process_visualizer.discovery.recorded_motion import recorded_motions
 from process_visualizer.discovery.seen import Seen
 from process_visualizer.discovery.stored_cell import from_stored
 

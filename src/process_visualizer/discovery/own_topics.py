@@ -5,21 +5,30 @@ from __future__ import annotations
 import re
 from typing import Iterable, Set, Tuple
 
-from process_visualizer.bags.recorder_topics import PREFIX
 from process_visualizer.discovery.seen import SeenTopic
+from process_visualizer.ros_names import (
+    BAG_PLAYER,
+    BAG_RECORDER,
+    CELL_FRAMES,
+    DEVICE_NODES,
+    OWN_TOPICS,
+    PACKAGE,
+    ROBOT_OUTPUTS,
+    RVIZ,
+    SCENE_WATCH,
+    STATIC_TF_TOPIC,
+    TF_TOPIC,
+)
 
-_OWN_NODES = frozenset({
-    'joint_proc', 'robot_proc', 'depth_proc', 'variable_proc', 'roi_filter', 'cell_frames',
-    'scene_watch', 'bag_recorder', 'process_visualizer', 'robot_state_publisher'})
+_OWN_NODES = frozenset({*DEVICE_NODES, CELL_FRAMES, SCENE_WATCH, BAG_RECORDER, PACKAGE})
 _OTHER_NODES = re.compile(r'rviz(_.*)?|rosout|record_\d+|rqt.*|cell_(new|record).*')
-_OF_ROS = frozenset({'/rosout', '/rosout_agg', '/clock', '/tf', '/tf_static', '/statistics'})
+_OF_ROS = frozenset({'/rosout', '/rosout_agg', '/clock', TF_TOPIC, STATIC_TF_TOPIC, '/statistics'})
 _DESCRIPTION = '/robot_description'
-_PREFIXES = (PREFIX, '/bag_player/', '/bag_recorder/', '/rviz/', '/process_visualizer/')
+_PREFIXES = (OWN_TOPICS, *(f'/{name}/' for name in (BAG_PLAYER, BAG_RECORDER, RVIZ)))
 _PACKAGES = frozenset({'actionlib_msgs', 'bond', 'diagnostic_msgs', 'dynamic_reconfigure',
-                       'process_visualizer', 'rosgraph_msgs', 'theora_image_transport'})
+                       PACKAGE, 'rosgraph_msgs', 'theora_image_transport'})
 _TYPES = re.compile(r'.*Action(Goal|Feedback|Result)|visualization_msgs/InteractiveMarker.*')
 _COMPRESSED = re.compile(r'(.+)/(compressed|compressedDepth|theora)')
-_ROBOT_OUTPUTS = ('joint_states', 'tool_velocity', 'tool_force', 'marker_array')
 
 
 def device_topics(topics: Iterable[SeenTopic]) -> Tuple[SeenTopic, ...]:
@@ -48,4 +57,4 @@ def _robots_outputs(names: Set[str]) -> Set[str]:
     """What a robot's processor sends, known by names: not every bag says who sent its messages."""
     robots = {name[:-len('/tool_velocity')] for name in names if name.endswith('/tool_velocity')}
     return {f'{robot}/{output}' for robot in robots if f'{robot}/marker_array' in names
-            for output in _ROBOT_OUTPUTS}
+            for output in ROBOT_OUTPUTS}

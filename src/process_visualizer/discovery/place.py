@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import Collection, Dict, Iterable, List, Optional, Tuple
 
+from process_visualizer.cell.language import DEFAULT_FRAME
 from process_visualizer.cell.model import Pose
 from process_visualizer.discovery.frame_forest import FrameForest
 from process_visualizer.discovery.names import is_frame
 
-DEFAULT_FRAME = 'world'
 _USUAL = (DEFAULT_FRAME, 'map', 'odom')
 _OTHER_FRAMES = ('cell', 'cell_world')
 _APART_M = 1.5

@@ -6,7 +6,6 @@ import re
 from typing import Dict, List, Optional
 
 from process_visualizer.cell.model import Pose
-from process_visualizer.cell.rules import TF_MESSAGE
 from process_visualizer.discovery.cell_names import CellNames
 from process_visualizer.discovery.draft import DraftDevice, DraftElement
 from process_visualizer.discovery.found_model import FoundModel
@@ -15,7 +14,8 @@ from process_visualizer.discovery.names import is_frame
 from process_visualizer.discovery.place import Places, pose_attributes
 from process_visualizer.discovery.robot_topics import RobotGroup
 from process_visualizer.discovery.seen import SeenTopic
-from process_visualizer.discovery.tool_transforms import TF, ToolTransform, tool_link
+from process_visualizer.discovery.tool_transforms import ToolTransform, tool_link
+from process_visualizer.ros_names import TF_MESSAGE, TF_TOPIC
 
 _FORCE_NAME = re.compile(r'(^|[/_])(ft|force|wrench|sensor)([/_]|$)')
 
@@ -89,8 +89,8 @@ def add_topic(device: DraftDevice, topic: SeenTopic, function: str = '', comment
 
 
 def _add_tool(device: DraftDevice, tool: ToolTransform) -> None:
-    device.add('topic', {'name': TF.lstrip('/'), 'type': 'tool_center_frame', 'msg': TF_MESSAGE,
-                         'frame': tool.frame}, tool.comment, tool.is_sure)
+    device.add('topic', {'name': TF_TOPIC.lstrip('/'), 'type': 'tool_center_frame',
+                         'msg': TF_MESSAGE, 'frame': tool.frame}, tool.comment, tool.is_sure)
 
 
 def _add_force(device: DraftDevice, group: RobotGroup, topic: SeenTopic, prefix: str,

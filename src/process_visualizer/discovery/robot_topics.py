@@ -9,10 +9,8 @@ from typing import Callable, FrozenSet, Iterable, List, NamedTuple, Optional, Se
 from process_visualizer.discovery.found_model import FoundModel
 from process_visualizer.discovery.names import words
 from process_visualizer.discovery.seen import SeenTopic
+from process_visualizer.ros_names import FLOAT_ARRAY, JOINT_STATE, POSE_STAMPED, WRENCH_STAMPED
 
-JOINT_STATE = 'sensor_msgs/JointState'
-FLOAT_ARRAY = 'std_msgs/Float32MultiArray'
-POSE, WRENCH = 'geometry_msgs/PoseStamped', 'geometry_msgs/WrenchStamped'
 _NONE: FrozenSet[str] = frozenset()
 _JOINT_WORDS = frozenset({'q', 'joint', 'joints', 'jnt', 'angles'})
 _POSE_WORDS = frozenset({'tcf', 'tcp', 'pose', 'tool', 'ee', 'eef', 'flange', 'cartesian'})
@@ -186,7 +184,7 @@ def _words_of(frames: Iterable[str]) -> FrozenSet[str]:
 def _is_pose(topic: SeenTopic) -> bool:
     if _parts(topic.name) & (_NOT_MEASURED | _NOT_POSITIONS):
         return False
-    return topic.type == POSE or (
+    return topic.type == POSE_STAMPED or (
         topic.type == FLOAT_ARRAY and bool(_last_parts(topic) & _POSE_WORDS)
         and not _last_parts(topic) & _WRENCH_WORDS and topic.length in (None, 3, 6, 7))
 
@@ -194,7 +192,7 @@ def _is_pose(topic: SeenTopic) -> bool:
 def _is_wrench(topic: SeenTopic) -> bool:
     if _parts(topic.name) & _NOT_MEASURED:
         return False
-    return topic.type == WRENCH or (
+    return topic.type == WRENCH_STAMPED or (
         topic.type == FLOAT_ARRAY and bool(_last_parts(topic) & _WRENCH_WORDS)
         and topic.length in (None, 3, 6))
 

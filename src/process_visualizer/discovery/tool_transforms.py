@@ -8,15 +8,14 @@ from typing import Iterable, Iterator, List, NamedTuple, Optional, Sequence, Set
 
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType
-from process_visualizer.cell.rules import TF_MESSAGE
 from process_visualizer.descriptions.tool_frame import tool_frame, tool_name_rank
 from process_visualizer.discovery.camera_groups import CAMERA_TYPES
 from process_visualizer.discovery.found_model import FoundModel
 from process_visualizer.discovery.frame_forest import FrameForest
 from process_visualizer.discovery.seen import SeenTopic
 from process_visualizer.motion.kinematics import Kinematics
+from process_visualizer.ros_names import TF_MESSAGE, TF_TOPIC
 
-TF = '/tf'
 _CONTROLLER = '_controller'
 """How a frame ends that the controller reports, where the model has one of the same name."""
 _NO_TOOL = re.compile(
@@ -75,7 +74,7 @@ class ToolTransforms:
                        for link in model.description.links}
         self._names = self._links.union(*(model.description.links for model in models))
         self._seeing = {frame for it in topics if it.type in _SEEING for frame in it.frames}
-        self._is_read = any(it.name == TF and it.type == TF_MESSAGE for it in topics)
+        self._is_read = any(it.name == TF_TOPIC and it.type == TF_MESSAGE for it in topics)
 
     def of(self, model: Optional[FoundModel]) -> Optional[ToolTransform]:
         """Return the tool of the robot with a model, or None."""
@@ -138,7 +137,7 @@ class ToolTransforms:
         return it.moves or (it.is_sent and not arm_moves)
 
     def _is_sent(self, chain: Sequence[str]) -> bool:
-        return any(self._forest.transform(it).topic == TF for it in chain)
+        return any(self._forest.transform(it).topic == TF_TOPIC for it in chain)
 
     def _has_moved(self, frames: Iterable[str]) -> bool:
         return any(self._forest.transform(it).changes for it in frames

@@ -22,9 +22,8 @@ from process_visualizer.messages.message_definition import (
 from process_visualizer.messages.message_layout import MessageDamaged
 from process_visualizer.messages.message_values import Values, message_values
 from process_visualizer.motion.kinematics import Placement
+from process_visualizer.ros_names import JOINT_STATE, TF_TYPES
 
-TF_TYPES = ('tf2_msgs/TFMessage', 'tf/tfMessage')
-_JOINT_STATE = 'sensor_msgs/JointState'
 _STRING = 'std_msgs/String'
 _MOST_NUMBERS = 200
 _LEAST_NORM = 1e-3  # of a quaternion
@@ -75,7 +74,7 @@ def _topic(sources: Sequence[Source]) -> SeenTopic:
                 for values in readable(source)]
     frames = (it['header']['frame_id'].lstrip('/') for values in messages
               for it in (values, *_markers(values)) if _has_header(it))
-    joints = (name for values in messages if kind == _JOINT_STATE
+    joints = (name for values in messages if kind == JOINT_STATE
               for name in _texts(values.get('name')))
     return SeenTopic(
         sources[0].topic, kind, tuple(dict.fromkeys(it.publisher for it in sources)),

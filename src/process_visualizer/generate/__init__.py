@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""From a cell and a choice to launch file, RViz file and robot descriptions (pure)."""
+"""A choice (cell, devices, mode) becomes a plan: launch files, RViz file, models (pure)."""

@@ -24,8 +24,17 @@ from process_visualizer.generate.processor_nodes import (
     fixed_frames,
     processor_nodes,
 )
-from process_visualizer.generate.watch_parameters import SCENE_WATCH, watch_parameters
+from process_visualizer.generate.watch_parameters import watch_parameters
 from process_visualizer.parameters.frame_parameters import written_frames
+from process_visualizer.ros_names import (
+    BAG_PLAYER,
+    BAG_RECORDER,
+    CELL_FRAMES,
+    PACKAGE,
+    PLAYBACK_RATE,
+    RVIZ,
+    SCENE_WATCH,
+)
 
 _BOOLEAN = ('respawn', 'required', 'clear_params', 'subst_value')
 _TRUTH = {'1': 'true', '0': 'false'}
@@ -94,15 +103,15 @@ class LaunchFileBuilder:
 
     def _frames(self, root: Tag) -> None:
         root.add('param', {
-            'name': '/process_visualizer/playback_rate', 'type': 'double', 'value': '1.0'})
+            'name': PLAYBACK_RATE, 'type': 'double', 'value': '1.0'})
         root.comment('base frames and force frames of all devices')
         self._processor(root, ProcessorNode(
-            'process_visualizer', 'cell_frames', 'cell_frames',
+            PACKAGE, CELL_FRAMES, CELL_FRAMES,
             {'frames': written_frames(fixed_frames(self._choice.cell,
                                                    self._choice.devices))}))
         root.comment('says in the scene what is not live any more')
         self._processor(root, ProcessorNode(
-            'process_visualizer', 'scene_watch', SCENE_WATCH,
+            PACKAGE, SCENE_WATCH, SCENE_WATCH,
             watch_parameters(self._choice.cell, self._choice.devices).to_parameters()),
             respawn=True)
 
@@ -164,8 +173,8 @@ class LaunchFileBuilder:
 
     def _recorder(self, root: Tag) -> None:
         root.comment("the recorder: keeps the last seconds of the devices' topics in memory")
-        node = root.add('node', {'pkg': 'process_visualizer', 'type': 'bag_recorder',
-                                 'name': 'bag_recorder', 'output': 'screen'})
+        node = root.add('node', {'pkg': PACKAGE, 'type': BAG_RECORDER, 'name': BAG_RECORDER,
+                                 'output': 'screen'})
         node.add('param', {'name': 'configuration',
                            'textfile': f'{self._folder}/{CONFIGURATION_FILE}'})
         node.parameters({'topics': recorded_topics(self._choice.devices)})
@@ -177,7 +186,7 @@ class LaunchFileBuilder:
             return
         root.comment("the recording, restricted to the devices' own topics")
         root.add('node', {
-            'pkg': 'process_visualizer', 'type': 'bag_player', 'name': 'bag_player',
+            'pkg': PACKAGE, 'type': BAG_PLAYER, 'name': BAG_PLAYER,
             'output': 'screen',
             'args': ' '.join([*map(shlex.quote, bags), '--keep-alive', '--quiet', '--others',
                               'pause', '--topics', *topics])})
@@ -189,7 +198,7 @@ class LaunchFileBuilder:
         root.comment('the view')
         required = 'true' if start is RvizStart.REQUIRED else 'false'
         element = root.add('node', {
-            'pkg': 'rviz', 'type': 'rviz', 'name': 'rviz', 'output': 'log',
+            'pkg': RVIZ, 'type': RVIZ, 'name': RVIZ, 'output': 'log',
             'args': f'-d "{self._folder}/{RVIZ_FILE}"', 'required': required})
         element.add('env', {'name': 'DISABLE_ROS1_EOL_WARNINGS', 'value': '1'})
 

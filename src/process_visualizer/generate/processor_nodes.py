@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Dict, List, Optional, Sequence
 
 from process_visualizer.cell.model import (
+    ROBOT_FUNCTIONS,
     Arrow,
     Cell,
     Device,
@@ -17,6 +18,7 @@ from process_visualizer.cell.model import (
     Variable,
 )
 from process_visualizer.descriptions.robot_description import RobotDescription
+from process_visualizer.descriptions.robot_frames import base_frame
 from process_visualizer.descriptions.tool_frame import tool_frame
 from process_visualizer.motion.field_path import FieldPath
 from process_visualizer.motion.frame_tree import Frame
@@ -29,10 +31,16 @@ from process_visualizer.parameters.variable_parameters import (
     VariableParameters,
     VariablesParameters,
 )
+from process_visualizer.ros_names import (
+    DEPTH_PROC,
+    JOINT_PROC,
+    PACKAGE,
+    ROBOT_PROC,
+    ROBOT_STATE_PUBLISHER,
+    ROI_FILTER,
+    VARIABLE_PROC,
+)
 
-_PACKAGE = 'process_visualizer'
-_ROBOT_TOPICS = (TopicFunction.JOINT_STATES, TopicFunction.TOOL_CENTER_FRAME,
-                 TopicFunction.FORCE_SENSOR)
 _ARROWS = {'velocity': VELOCITY_ARROW, 'force': FORCE_ARROW}
 PUBLISH_FREQUENCY_HZ = 100.0
 """Upper bound of robot_state_publisher: every second state of a 125 Hz driver, more than a screen
@@ -56,18 +64,18 @@ def processor_nodes(device: Device, description: Optional[RobotDescription]
     """Robot or depth processor, state publisher and variables of a device."""
     nodes: List[ProcessorNode] = []
     if description is not None and description.parents:
-        nodes.append(ProcessorNode('robot_state_publisher', 'robot_state_publisher',
-                                   'robot_state_publisher',
+        nodes.append(ProcessorNode(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER,
+                                   ROBOT_STATE_PUBLISHER,
                                    {'publish_frequency': PUBLISH_FREQUENCY_HZ}))
     if device.type is DeviceType.ROBOT:
         nodes += _joint_nodes(device, description)
-        nodes.append(ProcessorNode(_PACKAGE, 'robot_proc', 'robot_proc',
+        nodes.append(ProcessorNode(PACKAGE, ROBOT_PROC, ROBOT_PROC,
                                    robot_parameters(device, description).to_parameters()))
     if device.type is DeviceType.DEPTH_SENSOR:
         nodes += _depth_nodes(device)
     if device.variables:
         variables = VariablesParameters([_variable(variable) for variable in device.variables])
-        nodes.append(ProcessorNode(_PACKAGE, 'variable_proc', 'variable_proc',
+        nodes.append(ProcessorNode(PACKAGE, VARIABLE_PROC, VARIABLE_PROC,
                                    variables.to_parameters()))
     return nodes
 
@@ -96,10 +104,10 @@ def robot_parameters(device: Device, description: Optional[RobotDescription]) ->
     """The parameters of a robot processor."""
     tool = tool_frame(device, description).frame
     topics: Dict[str, Any] = {function.value: _topic(device.topic_for(function))
-                              for function in _ROBOT_TOPICS}
+                              for function in ROBOT_FUNCTIONS}
     arrows: Dict[str, Any] = {f'{arrow.quantity}_arrow': _arrow(arrow) for arrow in device.arrows}
     return RobotParameters(
-        device.name, f'{device.name}/link0' if device.base is None else device.base.frame, tool,
+        device.name, base_frame(device), tool,
         tool if device.force is None else device.force.frame, **topics, **arrows,
         foot_at_tool_frame=device.tool is not None,
         link_prefix='' if device.model is None else device.model.prefix or '')
@@ -114,7 +122,7 @@ def _joint_nodes(device: Device, description: Optional[RobotDescription]) -> Lis
         parameters['msg'] = topic.message_type
     if device.model is not None and device.model.prefix:
         parameters['prefix'] = device.model.prefix
-    return [ProcessorNode(_PACKAGE, 'joint_proc', 'joint_proc', parameters)]
+    return [ProcessorNode(PACKAGE, JOINT_PROC, JOINT_PROC, parameters)]
 
 
 def _topic(topic: Optional[Topic]) -> TopicParameters:
@@ -135,13 +143,13 @@ def _depth_nodes(device: Device) -> List[ProcessorNode]:
     if topic is None:
         return []
     if device.roi is None:
-        return [ProcessorNode(_PACKAGE, 'depth_proc', 'depth_proc', {'topic': topic.name})]
+        return [ProcessorNode(PACKAGE, DEPTH_PROC, DEPTH_PROC, {'topic': topic.name})]
     cropped = f'/{device.name}/roi_points'
-    roi = ProcessorNode('nodelet', 'nodelet', 'roi_filter', {
+    roi = ProcessorNode('nodelet', 'nodelet', ROI_FILTER, {
         'frame': device.roi.frame, 'center': list(device.roi.center),
         'size': list(device.roi.size)}, args='standalone process_visualizer/RoiFilter',
         remaps={'~input': topic.name, '~output': cropped})
-    return [roi, ProcessorNode(_PACKAGE, 'depth_proc', 'depth_proc', {'topic': cropped})]
+    return [roi, ProcessorNode(PACKAGE, DEPTH_PROC, DEPTH_PROC, {'topic': cropped})]
 
 
 def _variable(variable: Variable) -> VariableParameters:

@@ -9,6 +9,7 @@ import yaml
 
 from process_visualizer.cell.model import Device
 from process_visualizer.generate.watch_parameters import WATCH_TOPIC
+from process_visualizer.ros_names import OWN_TOPICS
 from process_visualizer.rviz.camera import camera_pose, grid_below
 from process_visualizer.rviz.displays import DisplayConfig, device_displays
 from process_visualizer.rviz.view_file import read_view
@@ -21,7 +22,7 @@ from process_visualizer.rviz.window_geometry import (
 
 _STATUS_DISPLAY: DisplayConfig = {
     'Class': 'process_visualizer/DisplayStatus', 'Name': 'Status report', 'Enabled': True}
-CALIBRATION_TOPIC = '/process_visualizer/calibration'
+CALIBRATION_TOPIC = f'{OWN_TOPICS}calibration'
 _CALIBRATION_DISPLAY: DisplayConfig = {
     'Class': 'rviz/InteractiveMarkers', 'Name': 'Calibration', 'Enabled': True,
     'Update Topic': f'{CALIBRATION_TOPIC}/update'}

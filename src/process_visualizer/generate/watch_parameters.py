@@ -17,18 +17,26 @@ from process_visualizer.cell.model import (
 )
 from process_visualizer.motion.rotations import matrix_from_ypr
 from process_visualizer.parameters.scene_parameters import SceneParameters, WatchedDevice
+from process_visualizer.ros_names import (
+    DEPTH_PROC,
+    JOINT_PROC,
+    ROBOT_PROC,
+    ROBOT_STATE_PUBLISHER,
+    ROI_FILTER,
+    SCENE_WATCH,
+    VARIABLE_PROC,
+)
 from process_visualizer.rviz.displays import DisplayConfig, device_displays
 
-SCENE_WATCH = 'scene_watch'
 WATCH_TOPIC = f'/{SCENE_WATCH}/marker_array'
 _UP_M = 0.7
 """Of the words above a device's base, past its foot."""
 _APART_M = 0.14
 """From device to device, as several may have their base at one place."""
 _MEANINGS = {
-    'robot_proc': 'no arrows and numbers', 'variable_proc': 'no arrows and numbers',
-    'joint_proc': 'the robot does not move', 'robot_state_publisher': 'the robot does not move',
-    'depth_proc': 'the points are old', 'roi_filter': 'the points are old'}
+    ROBOT_PROC: 'no arrows and numbers', VARIABLE_PROC: 'no arrows and numbers',
+    JOINT_PROC: 'the robot does not move', ROBOT_STATE_PUBLISHER: 'the robot does not move',
+    DEPTH_PROC: 'the points are old', ROI_FILTER: 'the points are old'}
 
 
 def watch_parameters(cell: Cell, devices: Sequence[Device]) -> SceneParameters:

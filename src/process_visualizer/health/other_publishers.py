@@ -8,8 +8,9 @@ from typing import Callable, Collection, Dict, Iterable, List, NamedTuple, Set, 
 import rosgraph
 
 from process_visualizer.launching.ros_api import CALLER_ID, is_registered
+from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_TOPIC
 
-SHARED_TOPICS = frozenset({'/tf', '/tf_static', '/rosout', '/rosout_agg', '/clock',
+SHARED_TOPICS = frozenset({TF_TOPIC, STATIC_TF_TOPIC, '/rosout', '/rosout_agg', '/clock',
                            '/diagnostics', '/diagnostics_agg', '/statistics'})
 """Several publishers are normal here."""
 PERIOD_S = 0.5

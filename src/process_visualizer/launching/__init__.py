@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs roslaunch as a child process, watches its nodes, and leaves nothing behind (no Qt)."""
+"""Runs roslaunch as a child, follows its nodes, leaves nothing behind (no Qt)."""

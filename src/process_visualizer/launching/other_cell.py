@@ -5,8 +5,9 @@ from __future__ import annotations
 import rosgraph
 
 from process_visualizer.launching.ros_api import is_registered
+from process_visualizer.ros_names import CELL_FRAMES, SCENE_WATCH
 
-_NODES = ('/scene_watch', '/cell_frames')
+_NODES = (f'/{SCENE_WATCH}', f'/{CELL_FRAMES}')
 """They run with every cell, and with nothing else."""
 
 

@@ -13,8 +13,8 @@ from process_visualizer.messages.connection import Connection
 from process_visualizer.messages.marker_removal import MARKER, shows_markers
 from process_visualizer.messages.message_layout import MessageDamaged
 from process_visualizer.messages.static_transforms import split
+from process_visualizer.ros_names import TF_TYPES
 
-TRANSFORM_TYPES = ('tf2_msgs/TFMessage', 'tf/tfMessage')
 _LENGTH = struct.Struct('<I')
 _STAMPED_BYTES = 12  # sequence number and stamp
 _IDENTITY = struct.Struct('<iii')  # id, type, action
@@ -43,7 +43,7 @@ def parts_reader(connection: Connection) -> Optional[PartsReader]:
 
     The reader raises MessageDamaged where the bytes do not fit the type.
     """
-    if connection.type in TRANSFORM_TYPES:
+    if connection.type in TF_TYPES:
         return lambda data: tuple(MessagePart(child) for child, _ in split(data))
     if shows_markers(connection):
         return _marker if connection.type == MARKER else _markers

@@ -1,8 +1,18 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which frame of a robot's model a driver means by a name."""
+"""The frames of a robot: what a driver means by a name, and those that nobody names."""
 from __future__ import annotations
 
 from typing import Collection, List, Optional
+
+
+def default_base_frame(robot: str) -> str:
+    """Return the base frame of a robot that names none."""
+    return f'{robot}/link0'
+
+
+def default_tool_frame(robot: str) -> str:
+    """Return the tool frame of a robot that has no model to choose it from."""
+    return f'{robot}/tool'
 
 
 def meant_frame(name: str, links: Collection[str], robot: str, prefix: str = '') -> str:

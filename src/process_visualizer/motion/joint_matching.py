@@ -19,7 +19,7 @@ class JointMatching:
             offsets: [rad or m] by the joints' names; those of other joints do not count.
             prefix: a driver's ``left_elbow`` also stands for the joint ``elbow`` with ``left_``.
         """
-        self._joints = list(joints)
+        self.joints = tuple(joints)
         self._meant: Dict[str, str] = {}
         behind = f'{robot}/'
         for name in joints:
@@ -35,12 +35,20 @@ class JointMatching:
         Raises:
             ValueError: there are more or fewer names than positions, or a position is not finite.
         """
-        names = names or self._joints
+        names = names or self.joints
         if len(names) != len(positions) or not all(map(math.isfinite, positions)):
             raise ValueError(f'{len(names)} joints and the positions {list(positions)}')
         return dict(self._measured(name, position) for name, position in zip(names, positions)
                     if name in self._meant)
 
+    def names(self, joint: str) -> Tuple[str, ...]:
+        """Return what a driver may call one of the robot's joints; nothing for another one."""
+        return tuple(name for name, meant in self._meant.items() if meant == joint)
+
+    def offset(self, joint: str) -> float:
+        """Return what is added to the measured positions of a joint [rad or m]."""
+        return self._offsets.get(joint, 0.0)
+
     def _measured(self, name: str, position: float) -> Tuple[str, float]:
         joint = self._meant[name]
-        return joint, position + self._offsets.get(joint, 0.0)
+        return joint, position + self.offset(joint)

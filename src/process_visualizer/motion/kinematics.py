@@ -17,7 +17,8 @@ from process_visualizer.motion.rotations import (
     rotated,
 )
 
-_MOVING = ('revolute', 'continuous', 'prismatic')
+MOVABLE = ('revolute', 'continuous', 'prismatic')
+"""URDF's kinds of joints whose position is one number; as movableJoints has it, in C++."""
 
 
 class Placement(NamedTuple):
@@ -55,7 +56,7 @@ class Joint(NamedTuple):
         if self.kind == 'fixed':
             return self.origin
         value = positions.get(self.name)
-        if value is None or self.kind not in _MOVING:
+        if value is None or self.kind not in MOVABLE:
             return None
         value = self.multiplier * value + self.offset
         x, y, z = self.axis
@@ -63,6 +64,10 @@ class Joint(NamedTuple):
         if self.kind == 'prismatic':
             return self.origin.then(Placement(along))
         return self.origin.then(Placement(quaternion=quaternion_from_rotation_vector(along)))
+
+    def measured_with(self, offset: float) -> 'Joint':
+        """Return the joint for measured positions to which an offset has to be added."""
+        return self._replace(offset=self.offset + self.multiplier * offset)
 
 
 class Kinematics:
@@ -83,7 +88,7 @@ class Kinematics:
                                if link.find('visual') is None
                                and link.find('collision') is not None}
         self.joint_names = [element.get('name', '') for element in root.findall('joint')
-                            if element.get('type') in _MOVING and element.find('mimic') is None]
+                            if element.get('type') in MOVABLE and element.find('mimic') is None]
         self._joints: Dict[str, Joint] = {}
         for element in root.findall('joint'):
             child = element.find('child')

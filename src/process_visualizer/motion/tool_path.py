@@ -2,11 +2,11 @@
 """The frames between a robot's base and its tool, whatever places each of them."""
 from __future__ import annotations
 
-from typing import Dict, Iterator, List, Mapping, NamedTuple, Optional, Tuple, Union
+from typing import Callable, Dict, Iterator, List, Mapping, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 
-from process_visualizer.motion.kinematics import Joint, Kinematics, Placement
+from process_visualizer.motion.kinematics import MOVABLE, Joint, Kinematics, Placement
 from process_visualizer.motion.placements import Placements, constant, of_joint
 
 
@@ -66,13 +66,18 @@ class FrameSources:
         """Add a frame that rests in its parent."""
         self._above.setdefault(child, (parent, placement))
 
-    def add_model(self, model: Kinematics) -> None:
-        """Add the links of a model, which a robot_state_publisher sends."""
+    def add_model(self, model: Kinematics, offset: Callable[[str], float]) -> None:
+        """Add the links of a model, which a robot_state_publisher sends.
+
+        Args:
+            model: of which the links are.
+            offset: returns what has to be added to the measured positions of a joint [rad or m].
+        """
         for link in model.links:
             joint = model.joint(link)
             if joint is not None:
                 self._above.setdefault(link, (joint.parent, joint.origin if joint.kind == 'fixed'
-                                              else joint))
+                                              else joint.measured_with(offset(joint.name))))
 
     def path(self, base: str, tool: str) -> Optional[ToolPath]:
         """Return what leads from a base to a tool; None if nothing does that can be computed."""
@@ -82,9 +87,7 @@ class FrameSources:
         if common is None:
             return None
         path = ToolPath(self._sources(tool, common), self._sources(base, common))
-        is_known = all(isinstance(it, SentTransform) or it.kind in ('revolute', 'continuous',
-                                                                    'prismatic')
-                       for it in path.moving)
+        is_known = all(isinstance(it, SentTransform) or it.kind in MOVABLE for it in path.moving)
         return path if is_known else None
 
     def _sources(self, frame: str, carrier: str) -> Tuple[Source, ...]:

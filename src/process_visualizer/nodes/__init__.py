@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The ROS nodes (rospy), one class per module; the executables in nodes/ call their main."""
+"""The nodes robot_proc, depth_proc, variable_proc, cell_frames, scene_watch, view_picture."""

@@ -16,6 +16,7 @@ from std_msgs.msg import Float32
 from process_visualizer.clients.player_clock import PlaybackFollower
 from process_visualizer.nodes.common.complaints import Complaints
 from process_visualizer.nodes.common.process_end import spin_to_end, start_node
+from process_visualizer.ros_names import DEPTH_PROC
 
 # std_msgs/Header on the wire: seq, stamp (s, ns), and the length of frame_id, which follows.
 _HEADER = struct.Struct('<4I')
@@ -121,6 +122,6 @@ class DepthProcessor:
 
 def main() -> None:
     """Run the node until ROS shuts it down."""
-    start_node('depth_proc')
+    start_node(DEPTH_PROC)
     processor = DepthProcessor()  # noqa: F841, keeps the subscription alive
     spin_to_end()

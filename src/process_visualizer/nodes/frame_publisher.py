@@ -13,6 +13,7 @@ from process_visualizer.motion.frame_tree import Frame, FrameTree
 from process_visualizer.motion.rotations import quaternion_from_ypr
 from process_visualizer.nodes.common.process_end import spin_to_end, start_node
 from process_visualizer.parameters.frame_parameters import read_frames
+from process_visualizer.ros_names import CELL_FRAMES, STATIC_TF_TOPIC
 from process_visualizer.srv import SetFrame, SetFrameRequest, SetFrameResponse
 
 
@@ -23,7 +24,7 @@ class FramePublisher:
         """Advertise, and publish the frames."""
         self._tree = tree
         self._lock = threading.Lock()  # each service call has a thread of its own
-        self._publisher = rospy.Publisher('/tf_static', TFMessage, latch=True, queue_size=10)
+        self._publisher = rospy.Publisher(STATIC_TF_TOPIC, TFMessage, latch=True, queue_size=10)
         self._publish()
         self._service = rospy.Service('~set_frame', SetFrame, self._on_set_frame)
 
@@ -57,7 +58,7 @@ def transform_message(frame: Frame, stamp: rospy.Time) -> TransformStamped:
 
 def main() -> None:
     """Run the node; it ends with status 1 when its frames are wrong."""
-    start_node('cell_frames')
+    start_node(CELL_FRAMES)
     try:
         FramePublisher(FrameTree(read_frames(rospy.get_param('~frames', []))))
     except ValueError as error:

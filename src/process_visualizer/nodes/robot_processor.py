@@ -21,7 +21,6 @@ from process_visualizer.nodes.common.markers import Pace, VectorSample
 from process_visualizer.nodes.common.private_parameters import private_parameters
 from process_visualizer.nodes.common.process_end import spin_to_end, start_node
 from process_visualizer.nodes.robot.base_frames import BaseFrames
-from process_visualizer.nodes.robot.frame_reader import TF_MESSAGE
 from process_visualizer.nodes.robot.frame_watch import FrameWatch
 from process_visualizer.nodes.robot.message_reader import DoubtfulMessage, TopicReader
 from process_visualizer.nodes.robot.recorded_joints import RecordedJoints
@@ -32,8 +31,10 @@ from process_visualizer.nodes.robot.robot_messages import WRENCH_DECODERS, ToolP
 from process_visualizer.nodes.robot.tool_input import ToolInput
 from process_visualizer.nodes.robot.tool_placing import ToolPlacer
 from process_visualizer.nodes.robot.twist_source import TwistSource
-from process_visualizer.parameters.reading import ParameterError, is_number
+from process_visualizer.parameters.joint_offsets import JOINT_OFFSETS, usable_offsets
+from process_visualizer.parameters.reading import ParameterError
 from process_visualizer.parameters.robot_parameters import RobotParameters, TopicParameters
+from process_visualizer.ros_names import ROBOT_PROC, TF_MESSAGE
 
 ABOUT_RECORDING = 'recorded velocity'
 LOG_PERIOD_S = 30.0
@@ -267,16 +268,14 @@ def recorded_joints(parameters: RobotParameters, model: Kinematics) -> Optional[
     topic = parameters.joint_states.name
     if not topic or not model.joint_names:
         return None
-    offsets = rospy.get_param('joint_proc/joint_offsets', {})
-    usable = {name: float(value) for name, value in offsets.items() if is_number(value)} \
-        if isinstance(offsets, dict) else {}  # joint_proc says what is wrong with them
-    return RecordedJoints(topic, JointMatching(parameters.robot_name, model.joint_names, usable,
+    offsets = usable_offsets(rospy.get_param(JOINT_OFFSETS, {}))
+    return RecordedJoints(topic, JointMatching(parameters.robot_name, model.joint_names, offsets,
                                                parameters.link_prefix))
 
 
 def main() -> None:
     """Run the node; it ends with status 1 when a parameter is wrong."""
-    start_node('robot_proc')
+    start_node(ROBOT_PROC)
     robot_name = rospy.get_namespace().strip('/')
     try:
         RobotProcessor(RobotParameters.read(private_parameters(), robot_name))

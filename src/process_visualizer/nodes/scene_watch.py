@@ -22,6 +22,7 @@ from process_visualizer.nodes.common.private_parameters import private_parameter
 from process_visualizer.nodes.common.process_end import start_node
 from process_visualizer.parameters.reading import ParameterError
 from process_visualizer.parameters.scene_parameters import SceneParameters
+from process_visualizer.ros_names import SCENE_WATCH
 
 TEXT_PERIOD_S = 0.2
 CALM_PERIOD_S = 1.0  # RViz has something to show, also when the frames come after it
@@ -109,7 +110,7 @@ class SceneWatch:
 
 def main() -> None:
     """Run the node; it ends with status 1 when a parameter is wrong."""
-    start_node('scene_watch')
+    start_node(SCENE_WATCH)
     try:
         watch = SceneWatch(SceneParameters.read(private_parameters()))
     except ParameterError as error:

@@ -34,6 +34,7 @@ from process_visualizer.parameters.variable_parameters import (
     VariableParameters,
     VariablesParameters,
 )
+from process_visualizer.ros_names import VARIABLE_PROC
 
 SHORTEST_ARROW_M = 0.005  # a shorter one is a mere disc
 DIAMETER_M = 0.016
@@ -180,7 +181,7 @@ def text_places(parameters: VariablesParameters, vectors: Sequence[Vector]) -> L
 
 def main() -> None:
     """Run the node; it ends with status 1 when a parameter is wrong."""
-    start_node('variable_proc')
+    start_node(VARIABLE_PROC)
     device = rospy.get_namespace().strip('/')
     try:
         VariableProcessor(device, VariablesParameters.read(private_parameters()))

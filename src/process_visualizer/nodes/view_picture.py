@@ -13,7 +13,8 @@ import rosgraph
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 
-STATUS_TOPIC = '/rviz/display_status'
+from process_visualizer.ros_names import DISPLAY_STATUS_TOPIC
+
 _MASTER_PERIOD_S = 0.2
 _FRAMES_AFTER_OK = 5
 """Frames that must have been drawn since every display is OK: a second of a software renderer."""
@@ -26,7 +27,7 @@ class ViewWatcher:
         self._changed = threading.Condition()
         self._report: Optional[DiagnosticArray] = None
         self._frames_when_ok: Optional[int] = None
-        self._subscriber = rospy.Subscriber(STATUS_TOPIC, DiagnosticArray, self._take)
+        self._subscriber = rospy.Subscriber(DISPLAY_STATUS_TOPIC, DiagnosticArray, self._take)
 
     def wait_until_drawn(self, timeout_s: float) -> bool:
         """Wait until all displays are OK and were drawn five times."""
@@ -42,8 +43,8 @@ class ViewWatcher:
         """What is not OK, one line for each display."""
         with self._changed:
             if self._report is None:
-                return [f'nothing was received on {STATUS_TOPIC}: is RViz running with a generated '
-                        'configuration?']
+                return [f'nothing was received on {DISPLAY_STATUS_TOPIC}: is RViz running '
+                        'with a generated configuration?']
             return [f'{status.name}: {status.message}' for status in self._report.status
                     if status.level != DiagnosticStatus.OK]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Dict
 
+from process_visualizer.motion.frame_names import default_base_frame, default_tool_frame
 from process_visualizer.parameters.arrow_style import FORCE_ARROW, VELOCITY_ARROW, ArrowStyle
 from process_visualizer.parameters.reading import STALE_AFTER_S, Parameters, changed
 
@@ -78,10 +79,10 @@ class RobotParameters:
         """
         topics, arrows, text, limit = (parameters.group(name)
                                        for name in ('topics', 'arrows', 'text', 'tool_limit'))
-        tool_frame = parameters.frame('tool_frame', f'{robot_name}/tool')
+        tool_frame = parameters.frame('tool_frame', default_tool_frame(robot_name))
         return RobotParameters(
             robot_name=robot_name,
-            base_frame=parameters.frame('base_frame', f'{robot_name}/link0'),
+            base_frame=parameters.frame('base_frame', default_base_frame(robot_name)),
             tool_frame=tool_frame,
             force_frame=parameters.frame('force_frame', tool_frame),
             joint_states=TopicParameters.read(topics.group('joint_states')),
@@ -92,8 +93,10 @@ class RobotParameters:
             text=TextParameters(text.number('height', TextParameters.height_m, above=0.0),
                                 text.number('outward', TextParameters.outward_m),
                                 text.number('up', TextParameters.up_m)),
-            marker_rate_hz=parameters.number('marker_rate', 30.0, above=0.0),
-            velocity_window_s=parameters.number('velocity_window', 0.2, above=0.0),
+            marker_rate_hz=parameters.number('marker_rate', RobotParameters.marker_rate_hz,
+                                             above=0.0),
+            velocity_window_s=parameters.number('velocity_window',
+                                                RobotParameters.velocity_window_s, above=0.0),
             stale_after_s=parameters.number('stale_after', STALE_AFTER_S, above=0.0),
             foot_at_tool_frame=parameters.choice('arrow_foot', _FEET) == _FEET[1],
             tool_limit_m=limit.number('position', RobotParameters.tool_limit_m, above=0.0),

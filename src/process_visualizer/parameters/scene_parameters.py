@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Dict, Mapping, Tuple
 
+from process_visualizer.cell.language import DEFAULT_FRAME
 from process_visualizer.parameters.reading import STALE_AFTER_S, Parameters, changed
 
 
@@ -27,7 +28,7 @@ class WatchedDevice:
             ParameterError: a value is wrong.
         """
         return WatchedDevice(
-            parameters.text('name', ''), parameters.frame('frame', 'world'),
+            parameters.text('name', ''), parameters.frame('frame', DEFAULT_FRAME),
             parameters.vector('position', (0.0, 0.0, 0.0)),
             parameters.texts('nodes'), tuple(parameters.texts('topics')),
             parameters.text('age_topic', ''))
@@ -55,7 +56,7 @@ class SceneParameters:
             ParameterError: a value is wrong.
         """
         return SceneParameters(
-            parameters.frame('frame', 'world'),
+            parameters.frame('frame', DEFAULT_FRAME),
             tuple(WatchedDevice.read(group) for group in parameters.groups('devices')),
             parameters.number('stale_after', STALE_AFTER_S, above=0.0))
 

@@ -8,6 +8,8 @@ from typing import Any, Dict, List, Optional, Tuple
 
 import rosgraph.names
 
+from process_visualizer.cell.language import TAGS
+from process_visualizer.cell.values import CONVERTERS
 from process_visualizer.motion.field_path import FieldPath
 from process_visualizer.motion.variables import MAX_LENGTH_M
 from process_visualizer.parameters.reading import (
@@ -15,12 +17,20 @@ from process_visualizer.parameters.reading import (
     Color,
     Parameters,
     changed,
+    opaque,
     written_color,
 )
 
-ORANGE: Color = (1.0, 0.55, 0.1, 1.0)
-RED: Color = (0.9, 0.1, 0.1, 1.0)
 UnitVector = Tuple[float, float, float]
+
+
+def _default(attribute: str) -> Any:
+    """What an attribute of <variable> is where it is not given."""
+    given = TAGS['variable'].attributes[attribute]
+    return CONVERTERS[given.kind](given.default or '')
+
+
+COLOR, WARNING_COLOR = opaque(_default('color')), opaque(_default('warning_color'))
 
 
 @dataclass(frozen=True)
@@ -31,7 +41,7 @@ class VariableColors:
     scale: Optional[Tuple[float, float, Color]] = None  # begin, end, colour at the end
     low: float = -math.inf
     high: float = math.inf
-    warning_color: Color = RED
+    warning_color: Color = WARNING_COLOR
 
     def of(self, value: float) -> Color:
         """Return the colour of a value."""
@@ -54,10 +64,10 @@ class VariableColors:
         """
         limits, scale = parameters.group('limits'), parameters.group('color_scale')
         return VariableColors(
-            parameters.color('color', ORANGE), _color_scale(scale),
+            parameters.color('color', COLOR), _color_scale(scale),
             limits.number('low', -math.inf) if limits.has('low') else -math.inf,
             limits.number('high', math.inf) if limits.has('high') else math.inf,
-            limits.color('color', RED))
+            limits.color('color', WARNING_COLOR))
 
     def to_parameters(self) -> Dict[str, Any]:
         """Return the parameters that ``read`` reads."""
@@ -99,7 +109,8 @@ class VariableParameters:
             topic=_topic(parameters), field=_field(parameters),
             frame=_required(parameters, 'frame').lstrip('/'), axis=_axis(parameters),
             colors=VariableColors.read(parameters), unit=parameters.text('unit', ''),
-            scale_m=parameters.number('scale', 1.0), offset=parameters.number('offset', 0.0),
+            scale_m=parameters.number('scale', _default('scale')),
+            offset=parameters.number('offset', _default('offset')),
             label=parameters.text('label', ''), offset_param=_offset_param(parameters),
             max_m=parameters.number('max', MAX_LENGTH_M, above=0.0))
 
@@ -137,8 +148,8 @@ class VariablesParameters:
         return VariablesParameters(
             variables, text.frame('frame', ''),
             text.vector('position', (0.0, 0.0, 0.0)) if text.has('position') else None,
-            text.number('height', 0.05, above=0.0),
-            parameters.number('marker_rate', 30.0, above=0.0),
+            text.number('height', VariablesParameters.text_height_m, above=0.0),
+            parameters.number('marker_rate', VariablesParameters.marker_rate_hz, above=0.0),
             parameters.number('stale_after', STALE_AFTER_S, above=0.0))
 
     def to_parameters(self) -> Dict[str, Any]:
@@ -170,7 +181,7 @@ def _topic(parameters: Parameters) -> str:
 
 
 def _field(parameters: Parameters) -> FieldPath:
-    text = parameters.text('field', 'data')
+    text = parameters.text('field', _default('field'))
     try:
         return FieldPath(text)
     except ValueError:
@@ -191,11 +202,11 @@ def _color_scale(parameters: Parameters) -> Optional[Tuple[float, float, Color]]
     begin, end = parameters.number('begin', 0.0), parameters.number('end', 1.0)
     if begin == end:
         raise parameters.error('end', 'another value than begin', end)
-    return begin, end, parameters.color('color', RED)
+    return begin, end, parameters.color('color', WARNING_COLOR)
 
 
 def _axis(parameters: Parameters) -> UnitVector:
-    x, y, z = axis = parameters.vector('axis', (1.0, 0.0, 0.0))
+    x, y, z = axis = parameters.vector('axis', _default('axis'))
     length = math.hypot(*axis)
     if not 0.0 < length < math.inf:
         raise parameters.error('axis', 'a direction of three numbers', list(axis))

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The playback engine: timeline, scene, stamps, events (pure: no ROS node, no Qt)."""
+"""Time: timeline, scene at a time, stamps moved, steps, the engine (pure: no ROS)."""

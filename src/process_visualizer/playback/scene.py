@@ -8,9 +8,7 @@ import numpy as np
 
 from process_visualizer.bags.bag_index import BagIndex
 from process_visualizer.messages.connection import Connection
-from process_visualizer.messages.message_parts import TRANSFORM_TYPES
-
-_STATIC = 'tf_static'
+from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_TYPES
 
 
 class Scene:
@@ -116,7 +114,7 @@ class Scene:
         return self._index.connections[int(self._index.connection[position])].topic
 
     def _has_transforms(self, topic: str) -> bool:
-        return self._index.connections[self._topics[topic][0]].type in TRANSFORM_TYPES
+        return self._index.connections[self._topics[topic][0]].type in TF_TYPES
 
     def _last(self, source: int, count: int) -> Optional[int]:
         lasts = [self._index.last_before(count, number) for number in self._numbers[source]]
@@ -125,7 +123,8 @@ class Scene:
 
 def is_static(connection: Connection) -> bool:
     """Tell whether it has static transforms, which hold for ever, whoever publishes others."""
-    return connection.topic.rpartition('/')[2] == _STATIC and connection.type in TRANSFORM_TYPES
+    is_named = f'/{connection.topic}'.endswith(STATIC_TF_TOPIC)  # whatever its namespace
+    return is_named and connection.type in TF_TYPES
 
 
 def sources(connections: Sequence[Connection]) -> List[int]:
@@ -139,7 +138,7 @@ def sources(connections: Sequence[Connection]) -> List[int]:
 
 
 def _group(connection: Connection) -> Tuple[str, ...]:
-    of_its_own = connection.latching or connection.type in TRANSFORM_TYPES
+    of_its_own = connection.latching or connection.type in TF_TYPES
     if of_its_own and not is_static(connection):
         return connection.topic, connection.caller_id
     return connection.topic,

@@ -8,9 +8,9 @@ from typing import Callable
 import rospy
 
 from process_visualizer.msg import PlayerState
+from process_visualizer.ros_names import PLAYBACK_RATE
 
 PERIOD_S = 0.09
-RATE_PARAMETER = '/process_visualizer/playback_rate'
 
 
 class StatePublisher:
@@ -56,7 +56,7 @@ class StatePublisher:
         if rate == self._rate:
             return
         try:
-            rospy.set_param(RATE_PARAMETER, rate)
+            rospy.set_param(PLAYBACK_RATE, rate)
             self._rate = rate
         except (OSError, rospy.ROSException) as error:
-            rospy.logwarn_throttle(10.0, f'{RATE_PARAMETER} cannot be set: {error}')
+            rospy.logwarn_throttle(10.0, f'{PLAYBACK_RATE} cannot be set: {error}')

@@ -9,7 +9,7 @@ import numpy as np
 
 from process_visualizer.bags.json_text import finite_number
 from process_visualizer.bags.marks import Mark, read_marks
-from process_visualizer.bags.recorder_topics import ACCOUNT, PREFIX, last_json, texts
+from process_visualizer.bags.recorder_topics import ACCOUNT, last_json, texts
 from process_visualizer.bags.recording import Recording
 from process_visualizer.messages.connection import Connection
 from process_visualizer.report.header_numbers import header_numbers
@@ -20,6 +20,7 @@ from process_visualizer.report.report_streams import (
     find_gaps,
     largest_interval,
 )
+from process_visualizer.ros_names import OWN_TOPICS
 
 _LEAST_JUMP_S = 0.1
 _END_OF_TIME_S = 1 << 32  # of ROS
@@ -115,7 +116,7 @@ def _topics(recording: Recording, account: Optional[Dict[str, Any]]) -> List[str
     """The devices' topics in order, with those that were recorded though nothing came."""
     topics = {connection.topic for connection in recording.index.connections}
     topics.update(_accounted(account))
-    return sorted(topic for topic in topics if not topic.startswith(PREFIX))
+    return sorted(topic for topic in topics if not topic.startswith(OWN_TOPICS))
 
 
 def _topic_report(recording: Recording, topic: str, sequence: np.ndarray,

@@ -22,6 +22,7 @@ from process_visualizer.player.bag_player import (
     PlayerSettings,
 )
 from process_visualizer.player.timed_sender import take_long_slices
+from process_visualizer.ros_names import BAG_PLAYER
 from process_visualizer.terminal.player_options import (
     PlayerOptions,
     parse_options,
@@ -72,8 +73,8 @@ def take_priority() -> None:
 
 def _play(options: PlayerOptions, words: List[str], recording_type: Type[Recording]) -> int:
     with opened(options, recording_type) as recording:
-        rosgraph.Master('/bag_player').getPid()  # instead of rospy's endless wait for a master
-        start_node('bag_player', without_topic_remaps(words))
+        rosgraph.Master(f'/{BAG_PLAYER}').getPid()  # instead of rospy's endless wait for a master
+        start_node(BAG_PLAYER, without_topic_remaps(words))
         choice = TopicChoice(options.topics, options.exclude, options.prefix,
                              topic_remaps(words, rospy.get_namespace()))
         topics = [it.topic for it in recording.index.connections]

@@ -144,6 +144,54 @@ def test_there_is_no_speed_where_joints_are_missing(tmp_path: Path, cell: Any) -
     assert curves(tmp_path / 'b.bag', cell('tip'), rows) == ()
 
 
+TWO_JOINTS = """<robot name="r">
+  <link name="root"/><link name="arm"/><link name="end"/><link name="tool"/>
+  <joint name="j" type="continuous"><parent link="root"/><child link="arm"/><axis xyz="0 0 1"/>
+  </joint>
+  <joint name="r/slide" type="prismatic"><parent link="arm"/><child link="end"/><axis xyz="1 0 0"/>
+    <limit lower="-9" upper="9" effort="1" velocity="9"/></joint>
+  <joint name="twin" type="prismatic"><parent link="end"/><child link="tool"/><axis xyz="1 0 0"/>
+    <limit lower="-9" upper="9" effort="1" velocity="9"/>
+    <mimic joint="r/slide" multiplier="2" offset="0.1"/></joint>
+</robot>"""
+
+
+@pytest.mark.parametrize('offset', [
+    '<param name="joint_proc/joint_offsets/slide" value="0.2"/>',
+    '<rosparam ns="joint_proc">joint_offsets: {slide: 0.2, j: deg(90)}</rosparam>',
+    '<rosparam param="joint_proc/joint_offsets/slide">0.2</rosparam>',
+    '<rosparam file="FOLDER/offsets.yaml"/>'])
+@pytest.mark.parametrize('is_array', [True, False])
+def test_offsets_that_joint_proc_adds(tmp_path: Path, offset: str, is_array: bool) -> None:
+    """The slide says 0.1 m where it is at 0.3 m, and its twin at 0.1 m and twice as much."""
+    (tmp_path / 'robot.urdf').write_text(TWO_JOINTS)
+    (tmp_path / 'offsets.yaml').write_text('/r: {joint_proc/joint_offsets: {slide: 0.2}}')
+    with_offset = CELL.replace('FRAME', 'tool').replace(
+        '</device>', offset.replace('FOLDER', str(tmp_path)) + '</device>')
+    (tmp_path / 'cell.xml').write_text(with_offset)
+    devices = XmlParser().parse(str(tmp_path / 'cell.xml')).devices
+    rows = []
+    for time_s in times(125):
+        values = [TURN_RAD_PER_S * time_s, 0.1]
+        rows.append(Row('/joints', time_s, Float32MultiArray(data=values) if is_array
+                        else JointState(name=['j', 'slide'], position=values)))
+    assert_speed(tmp_path / 'a.bag', devices, rows, TURN_RAD_PER_S * (0.3 + 0.1 + 2 * 0.3))
+
+
+@pytest.mark.parametrize('broken', ['<rosparam file="/nowhere/offsets.yaml"/>',
+                                    '<param name="joint_proc/joint_offsets/slide" value="far"/>',
+                                    '<param name="joint_proc/joint_offsets" value="0.2"/>'])
+def test_offsets_that_roslaunch_or_joint_proc_refuses(tmp_path: Path, cell: Any,
+                                                      broken: str) -> None:
+    cell('tool')
+    path = tmp_path / 'cell.xml'
+    path.write_text(path.read_text().replace('</device>', broken + '</device>'))
+    rows = [Row('/joints', time_s, JointState(name=['j'], position=[TURN_RAD_PER_S * time_s]))
+            for time_s in times(125)]
+    assert_speed(tmp_path / 'a.bag', XmlParser().parse(str(path)).devices, rows,
+                 TURN_RAD_PER_S * 0.3)
+
+
 @pytest.mark.parametrize('topic', ['/joints', '/tf'])
 def test_a_link_of_the_model_is_moved_by_the_joints_alone(tmp_path: Path, cell: Any,
                                                           topic: str) -> None:

@@ -28,6 +28,7 @@ from process_visualizer.gui.ros.snapshots import (
 )
 from process_visualizer.health.node_warnings import NodeWarnings, Severity
 from process_visualizer.msg import PlayerState, RecorderState, TopicRecord
+from process_visualizer.ros_names import CELL_FRAMES, DISPLAY_STATUS_TOPIC
 from process_visualizer.srv import SetFrame
 
 NODE = 'process_visualizer'
@@ -82,7 +83,7 @@ class RosLink(QObject):
         self.player.begin()
         self.recorder.begin()
         self._subscribers = [
-            rospy.Subscriber('/rviz/display_status', DiagnosticArray,
+            rospy.Subscriber(DISPLAY_STATUS_TOPIC, DiagnosticArray,
                              lambda report: self.displays.emit(_displays(report)), queue_size=2),
             rospy.Subscriber('/rosout', Log, self._take_log),
             rospy.Subscriber('/diagnostics', DiagnosticArray, self._take_states)]
@@ -123,10 +124,10 @@ class RosLink(QObject):
             RosLinkError: cell_frames does not answer, or refuses it.
         """
         try:
-            answer = rospy.ServiceProxy('/cell_frames/set_frame', SetFrame)(
+            answer = rospy.ServiceProxy(f'/{CELL_FRAMES}/set_frame', SetFrame)(
                 '', frame, list(xyz), list(ypr))
         except (rospy.ServiceException, rosgraph.MasterException, OSError) as error:
-            raise RosLinkError(f'{frame} is not moved: /cell_frames does not answer '
+            raise RosLinkError(f'{frame} is not moved: /{CELL_FRAMES} does not answer '
                                f'({error})') from error
         if not answer.success:
             raise RosLinkError(f'{frame} is not moved: {answer.message}')

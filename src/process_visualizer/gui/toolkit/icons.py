@@ -8,10 +8,9 @@ from PyQt5.QtCore import QRect, QSize, Qt
 from PyQt5.QtGui import QColor, QIcon, QIconEngine, QPainter, QPen, QPixmap
 
 from process_visualizer.gui.toolkit.icon_shapes import GRID, STROKE, Shape, shape
-from process_visualizer.gui.toolkit.style import ACCENT, BAD, GOOD, WARNING
+from process_visualizer.gui.toolkit.style import ACCENT, BAD, DISABLED_SHAPE, GOOD, WARNING
 
 _DARK = '#3c454d'
-_DISABLED = '#b4bbc1'
 _SIGNALS: Dict[str, str] = {'record': BAD, 'died': BAD, 'warning': WARNING, 'ok': GOOD,
                             'waiting': '#7a8590'}
 
@@ -63,5 +62,5 @@ class _Engine(QIconEngine):
 
     def _colour_in(self, mode: QIcon.Mode, state: QIcon.State) -> QColor:
         if mode == QIcon.Disabled:
-            return QColor(_DISABLED)
+            return QColor(DISABLED_SHAPE)
         return QColor(self._checked if state == QIcon.On else self._colour)

@@ -14,6 +14,10 @@ WINDOW = '#f3f5f6'
 GOOD = '#2e8b57'
 WARNING = '#b26a00'
 BAD = '#c0392b'
+BEHIND_BAD = '#fdf4f3'  # a background
+TICK = '#aab2b9'  # marks of a scale
+DISABLED_TEXT = '#a3abb2'
+DISABLED_SHAPE = '#b4bbc1'
 
 _ROLES = {
     QPalette.Window: WINDOW, QPalette.WindowText: TEXT, QPalette.Base: '#ffffff',
@@ -25,7 +29,6 @@ _ROLES = {
     QPalette.ToolTipText: TEXT, QPalette.PlaceholderText: QUIET,
 }
 _DISABLED_ROLES = (QPalette.WindowText, QPalette.Text, QPalette.ButtonText)
-_DISABLED = '#a3abb2'
 _SHEET = f"""
 QGroupBox {{ border: 0; margin-top: 1.6em; padding: 0; font-weight: bold; }}
 QGroupBox::title {{ subcontrol-origin: margin; subcontrol-position: top left; padding: 0; }}
@@ -61,7 +64,7 @@ def palette() -> QPalette:
     for role, colour in _ROLES.items():
         colours.setColor(role, QColor(colour))
     for role in _DISABLED_ROLES:
-        colours.setColor(QPalette.Disabled, role, QColor(_DISABLED))
+        colours.setColor(QPalette.Disabled, role, QColor(DISABLED_TEXT))
     colours.setColor(QPalette.Disabled, QPalette.Highlight, QColor('#c3c9ce'))
     return colours
 

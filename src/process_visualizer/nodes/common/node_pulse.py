@@ -9,11 +9,13 @@ import xmlrpc.client
 from typing import Callable, Dict, Iterable, Optional
 from urllib.parse import urlsplit
 
+from process_visualizer.ros_names import SCENE_WATCH
+
 PERIOD_S = 0.3
 ANSWER_WITHIN_S = 0.5
 ENDED, SILENT = 'has ended', 'does not answer'
 _LONGEST_ANSWER = 1 << 16
-_QUESTION = xmlrpc.client.dumps(('/scene_watch',), 'getPid').encode()
+_QUESTION = xmlrpc.client.dumps((f'/{SCENE_WATCH}',), 'getPid').encode()
 
 Lookup = Callable[[str], Optional[str]]
 

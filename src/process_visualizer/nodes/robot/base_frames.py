@@ -15,10 +15,10 @@ from process_visualizer.motion.frame_names import meant_frame
 from process_visualizer.motion.joint_history import JointHistory
 from process_visualizer.motion.kinematics import Kinematics, Placement
 from process_visualizer.motion.rotations import Triple, Vector, rotated
-from process_visualizer.nodes.robot.frame_reader import STATIC_TOPIC, TF_MESSAGE
 from process_visualizer.nodes.robot.pose_decoder import FramesNotConnected
 from process_visualizer.nodes.robot.robot_messages import ToolPose, deserialize
 from process_visualizer.parameters.robot_parameters import RobotParameters
+from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_MESSAGE
 
 
 class BaseFrames:
@@ -111,7 +111,7 @@ class BaseFrames:
 
     def _listen(self) -> None:
         if self._static is None:  # AnyMsg, as FrameReader: a topic has one class in a process
-            self._static = rospy.Subscriber(STATIC_TOPIC, rospy.AnyMsg, self._on_static)
+            self._static = rospy.Subscriber(STATIC_TF_TOPIC, rospy.AnyMsg, self._on_static)
 
     def _on_static(self, message: Any) -> None:
         if message._connection_header['type'] != TF_MESSAGE:

@@ -18,10 +18,9 @@ from process_visualizer.nodes.common.complaints import Complaints
 from process_visualizer.nodes.robot.message_reader import TopicReader
 from process_visualizer.nodes.robot.pose_decoder import FramesNotConnected, PoseDecoder
 from process_visualizer.nodes.robot.robot_messages import ToolPose, deserialize
+from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_MESSAGE
 
 PATIENCE_S = 5.0  # from the first transforms: other nodes start too, and send only then
-TF_MESSAGE = 'tf2_msgs/TFMessage'
-TF_TOPIC, STATIC_TOPIC = '/tf', '/tf_static'
 
 
 class FramePoses:
@@ -143,7 +142,7 @@ class FrameReader:
         self._static: Dict[str, TransformStamped] = {}  # by child
         self._last_arrival = rospy.Time()
         self._patience = Patience(PATIENCE_S)
-        TopicReader(complaints, STATIC_TOPIC, TF_MESSAGE, {TF_MESSAGE: transforms_in},
+        TopicReader(complaints, STATIC_TF_TOPIC, TF_MESSAGE, {TF_MESSAGE: transforms_in},
                     self._on_static)
         TopicReader(complaints, topic, TF_MESSAGE, {TF_MESSAGE: transforms_in}, self._on_transforms)
 

@@ -10,8 +10,8 @@ import tf2_ros
 from tf2_msgs.msg import TFMessage
 
 from process_visualizer.nodes.common.complaints import Complaints
-from process_visualizer.nodes.robot.frame_reader import STATIC_TOPIC, TF_TOPIC
 from process_visualizer.nodes.robot.robot_messages import deserialize
+from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_TOPIC
 
 PATIENCE_S = 5.0  # from the first data to the first look: the other nodes start too
 LISTENING_S = 1.0
@@ -45,7 +45,7 @@ class FrameWatch:
         self._wanted[frame] = rospy.resolve_name(topic)
         self._next_s = time.monotonic() + PATIENCE_S
         if self._static is None:  # AnyMsg, as FrameReader: a topic has one class in a process
-            self._static = rospy.Subscriber(STATIC_TOPIC, rospy.AnyMsg, self._on_static)
+            self._static = rospy.Subscriber(STATIC_TF_TOPIC, rospy.AnyMsg, self._on_static)
 
     def look(self) -> None:
         """Look now, and warn of what is not found after some time."""

@@ -9,7 +9,6 @@ from typing import Callable, NamedTuple, Optional, Tuple
 
 import rospy
 
-from process_visualizer.clients.player_clock import STATE_TOPIC
 from process_visualizer.clients.service_connection import ServiceUnreachable
 from process_visualizer.motion.playback_clock import PlaybackClock
 from process_visualizer.motion.recorded_poses import (
@@ -24,6 +23,7 @@ from process_visualizer.motion.rotations import Triple
 from process_visualizer.msg import PlayerState
 from process_visualizer.nodes.robot.recorded_reading import Reading, RecordedReader
 from process_visualizer.playback.timeline import MAX_RATE
+from process_visualizer.ros_names import PLAYER_STATE_TOPIC
 
 MOMENT_S = 0.05  # in which an operator does not see that a number has not changed yet
 _RETRY_S, _WARNING_S = 1.0, 10.0
@@ -90,7 +90,7 @@ class RecordedMotion:
     def start(self) -> None:
         """Begin to follow the player."""
         self._thread.start()
-        rospy.Subscriber(STATE_TOPIC, PlayerState, self._take_state, tcp_nodelay=True)
+        rospy.Subscriber(PLAYER_STATE_TOPIC, PlayerState, self._take_state, tcp_nodelay=True)
 
     def is_in_charge(self) -> bool:
         """Tell whether there is a player that plays the poses; if it may, that counts, too."""

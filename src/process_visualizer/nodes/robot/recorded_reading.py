@@ -15,9 +15,10 @@ from process_visualizer.motion.recorded_poses import Part, RecordedPose, Recorde
 from process_visualizer.nodes.robot.pose_decoder import FramesNotConnected, PoseDecoder
 from process_visualizer.nodes.robot.recorded_joints import RecordedJoints
 from process_visualizer.nodes.robot.robot_messages import ToolPose
+from process_visualizer.ros_names import BAG_PLAYER
 from process_visualizer.srv import ReadTopic
 
-SERVICE = '/bag_player/read'
+SERVICE = f'/{BAG_PLAYER}/read'
 JOINTS_HZ = 100.0
 """At most so many of the joint states count, as of those that robot_state_publisher takes."""
 _ANSWER_S = 5.0

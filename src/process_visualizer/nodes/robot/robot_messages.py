@@ -16,8 +16,7 @@ from process_visualizer.motion.rotations import (
     quaternion_from_rotation_vector,
 )
 from process_visualizer.nodes.robot.message_reader import Decoder
-
-FLOAT_ARRAY = 'std_msgs/Float32MultiArray'
+from process_visualizer.ros_names import FLOAT_ARRAY, POSE_STAMPED, WRENCH_STAMPED
 
 
 @dataclass(frozen=True)
@@ -80,11 +79,11 @@ def _wrench_from_wrench_stamped(message: bytes) -> Wrench:
 
 POSE_DECODERS: Dict[str, Decoder[ToolPose]] = {
     FLOAT_ARRAY: _pose_from_array,
-    'geometry_msgs/PoseStamped': _pose_from_pose_stamped,
+    POSE_STAMPED: _pose_from_pose_stamped,
 }
 WRENCH_DECODERS: Dict[str, Decoder[Wrench]] = {
     FLOAT_ARRAY: _wrench_from_array,
-    'geometry_msgs/WrenchStamped': _wrench_from_wrench_stamped,
+    WRENCH_STAMPED: _wrench_from_wrench_stamped,
 }
 
 

@@ -10,11 +10,12 @@ from process_visualizer.motion.joint_history import JointHistory
 from process_visualizer.motion.kinematics import Kinematics
 from process_visualizer.nodes.common.complaints import Complaints
 from process_visualizer.nodes.robot.base_frames import BaseFrames
-from process_visualizer.nodes.robot.frame_reader import TF_MESSAGE, FrameReader
+from process_visualizer.nodes.robot.frame_reader import FrameReader
 from process_visualizer.nodes.robot.message_reader import Decoder, TopicReader
 from process_visualizer.nodes.robot.pose_decoder import PoseDecoder
 from process_visualizer.nodes.robot.robot_messages import POSE_DECODERS, ToolPose
 from process_visualizer.parameters.robot_parameters import RobotParameters
+from process_visualizer.ros_names import TF_MESSAGE
 
 
 class ToolInput:

@@ -20,10 +20,10 @@ from process_visualizer.motion.tool_place import (
     base_place,
 )
 from process_visualizer.nodes.common.complaints import Complaints
-from process_visualizer.nodes.robot.frame_reader import STATIC_TOPIC, TF_MESSAGE
 from process_visualizer.nodes.robot.robot_messages import ToolPose, deserialize
 from process_visualizer.nodes.robot.tool_study import ToolStudy, describe, values
 from process_visualizer.parameters.robot_parameters import RobotParameters
+from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_MESSAGE
 
 PATIENCE_S = 5.0  # before something that is missing is told: the other nodes start too
 LOOK_PERIOD_S = 1.0
@@ -54,7 +54,7 @@ class ToolPlacer:
         self._is_placed = True
         self._next_look_s = time.monotonic() + PATIENCE_S
         if kinematics.links and parameters.tool_frame not in kinematics.links:
-            rospy.Subscriber(STATIC_TOPIC, rospy.AnyMsg, self._on_static)
+            rospy.Subscriber(STATIC_TF_TOPIC, rospy.AnyMsg, self._on_static)
 
     def take_joints(self, message: bytes) -> None:
         """Take a sensor_msgs/JointState as it came."""

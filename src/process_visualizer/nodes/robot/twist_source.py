@@ -12,8 +12,8 @@ from process_visualizer.motion.tool_velocity import ToolVelocity
 from process_visualizer.nodes.common.live_number import LiveNumber
 from process_visualizer.nodes.robot.recorded_motion import RecordedMotion
 from process_visualizer.nodes.robot.robot_messages import ToolPose
+from process_visualizer.ros_names import PLAYBACK_RATE
 
-PLAYBACK_RATE = '/process_visualizer/playback_rate'
 _STANDING: Triple = (0.0, 0.0, 0.0)
 
 

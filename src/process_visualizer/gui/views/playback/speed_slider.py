@@ -9,7 +9,13 @@ from PyQt5.QtCore import QPointF, QRectF, QSize, Qt, pyqtSignal
 from PyQt5.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen
 from PyQt5.QtWidgets import QAbstractSlider, QSizePolicy, QWidget
 
-from process_visualizer.gui.toolkit.style import ACCENT, QUIET
+from process_visualizer.gui.toolkit.style import (
+    ACCENT,
+    DISABLED_SHAPE,
+    DISABLED_TEXT,
+    QUIET,
+    TICK,
+)
 from process_visualizer.gui.views.playback.timeline_header import GROOVE
 from process_visualizer.playback.rate_ladder import RATES
 from process_visualizer.playback.timeline import MAX_RATE, MIN_RATE
@@ -75,7 +81,7 @@ class SpeedSlider(QAbstractSlider):
         """Draw the groove, from 1 to the speed in colour, ticks with labels, and the knob."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.Antialiasing)
-        colour = QColor(ACCENT if self.isEnabled() else '#b4bbc1')
+        colour = QColor(ACCENT if self.isEnabled() else DISABLED_SHAPE)
         left, right = sorted((self.x_of(1.0), self.x_of(self.speed)))
         painter.setPen(Qt.NoPen)
         painter.setBrush(QColor(GROOVE))
@@ -97,10 +103,10 @@ class SpeedSlider(QAbstractSlider):
         painter.setFont(font)
         for speed in RATES:
             x = self.x_of(speed)
-            painter.setPen(QColor('#aab2b9'))
+            painter.setPen(QColor(TICK))
             painter.drawLine(QPointF(x, _GROOVE_Y + 6), QPointF(x, _GROOVE_Y + 9))
             if speed in LABELLED:
-                painter.setPen(QColor(QUIET if self.isEnabled() else '#a3abb2'))
+                painter.setPen(QColor(QUIET if self.isEnabled() else DISABLED_TEXT))
                 painter.drawText(QRectF(x - 20, _GROOVE_Y + 9, 40, 13), Qt.AlignCenter,
                                  f'{speed:g}')
 

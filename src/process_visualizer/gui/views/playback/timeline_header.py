@@ -17,7 +17,7 @@ from PyQt5.QtGui import (
 )
 
 from process_visualizer.gui.models.playback.marks import PlacedMark
-from process_visualizer.gui.toolkit.style import ACCENT, QUIET, TEXT, WARNING
+from process_visualizer.gui.toolkit.style import ACCENT, DISABLED_TEXT, QUIET, TEXT, TICK, WARNING
 from process_visualizer.gui.toolkit.time_axis import TimeAxis, tick_label
 from process_visualizer.gui.views.playback.timeline_layout import (
     AXIS_HEIGHT,
@@ -72,7 +72,7 @@ def draw_axis(painter: QPainter, axis: TimeAxis) -> None:
     step_s = axis.tick_step_s(least_px)
     for time_s in axis.ticks(least_px):
         x = axis.x(time_s)
-        painter.setPen(QColor('#aab2b9'))
+        painter.setPen(QColor(TICK))
         painter.drawLine(QPointF(x, AXIS_TOP - 1), QPointF(x, AXIS_TOP + 3))
         painter.setPen(QColor(QUIET))
         label = tick_label(time_s, step_s)
@@ -172,7 +172,7 @@ def draw_playhead(painter: QPainter, axis: TimeAxis, position_s: float, bottom: 
                   is_enabled: bool) -> None:
     """Draw what has been played, the knob, and a line through all lanes."""
     groove, x = track_rect(axis), _on_line(axis, position_s)
-    colour = QColor(ACCENT if is_enabled else '#a3abb2')
+    colour = QColor(ACCENT if is_enabled else DISABLED_TEXT)
     painter.setPen(Qt.NoPen)
     painter.setBrush(colour)
     path = QPainterPath()

@@ -9,12 +9,12 @@ import numpy as np
 
 from process_visualizer.bags.bag_errors import BagDamaged
 from process_visualizer.bags.recording import Recording
-from process_visualizer.discovery.robot_topics import JOINT_STATE, POSE
 from process_visualizer.discovery.seen import Source
-from process_visualizer.discovery.topic_facts import TF_TYPES, readable, transforms
+from process_visualizer.discovery.topic_facts import readable, transforms
 from process_visualizer.messages.message_definition import short_name
 from process_visualizer.messages.message_values import Values
 from process_visualizer.motion.kinematics import Placement
+from process_visualizer.ros_names import JOINT_STATE, POSE_STAMPED, TF_TYPES
 
 _MOMENTS = 40
 _AROUND = 3  # joint states before a moment and after it, one of which was measured before, after
@@ -57,8 +57,9 @@ class _Timed(NamedTuple):
 def recorded_motions(recording: Recording) -> List[Motion]:
     """Return the frames that move, each with each topic of joint states; reads some messages."""
     index = recording.index
+    types = {'joints': (JOINT_STATE,), 'frames': (POSE_STAMPED, *TF_TYPES)}
     numbers = {kind: [i for i, it in enumerate(index.connections) if short_name(it.type) in kinds]
-               for kind, kinds in (('joints', (JOINT_STATE,)), ('frames', (POSE, *TF_TYPES)))}
+               for kind, kinds in types.items()}
     found = []
     for number in numbers['frames']:
         for (parent, frame), places in _moving(recording, number).items():
@@ -95,7 +96,7 @@ def _places(recording: Recording, number: int,
             for it in values['transforms'] if source.type in TF_TYPES else ():
                 for place in transforms({'transforms': [it]}, source.topic):
                     yield (place.parent, place.child), _Timed(_stamp_s(it), bag_s, place.placement)
-            if source.type == POSE:
+            if source.type == POSE_STAMPED:
                 yield (values['header']['frame_id'].lstrip('/'), ''), _Timed(
                     _stamp_s(values), bag_s, _placement(values['pose']))
         except (KeyError, TypeError, AttributeError):

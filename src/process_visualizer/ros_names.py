@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The names in ROS on which several rooms have to agree; what one room alone needs stands there."""
+
+PACKAGE = 'process_visualizer'
+"""Of the window's own node, too."""
+
+CELL_FRAMES = 'cell_frames'  # as in src/recorder/bag_recorder.cpp
+SCENE_WATCH = 'scene_watch'
+BAG_RECORDER = 'bag_recorder'
+BAG_PLAYER = 'bag_player'
+RVIZ = 'rviz'
+
+ROBOT_PROC = 'robot_proc'
+JOINT_PROC = 'joint_proc'
+DEPTH_PROC = 'depth_proc'
+VARIABLE_PROC = 'variable_proc'
+ROI_FILTER = 'roi_filter'
+ROBOT_STATE_PUBLISHER = 'robot_state_publisher'
+DEVICE_NODES = (ROBOT_PROC, JOINT_PROC, DEPTH_PROC, VARIABLE_PROC, ROI_FILTER,
+                ROBOT_STATE_PUBLISHER)
+"""In the namespace of a device."""
+
+ROBOT_OUTPUTS = ('joint_states', 'tool_velocity', 'tool_force', 'marker_array')
+"""Topics that robot_proc and joint_proc publish below the name of a robot."""
+
+OWN_TOPICS = f'/{PACKAGE}/'  # as in src/recorder/bag_recorder.cpp
+"""What the names of our topics and parameters begin with that belong to no node."""
+PLAYBACK_RATE = f'{OWN_TOPICS}playback_rate'
+"""The parameter that says how fast a recording is played."""
+PLAYER_STATE_TOPIC = f'/{BAG_PLAYER}/state'
+DISPLAY_STATUS_TOPIC = f'/{RVIZ}/display_status'  # published by src/displays
+
+TF_TOPIC, STATIC_TF_TOPIC = '/tf', '/tf_static'
+
+JOINT_STATE = 'sensor_msgs/JointState'
+FLOAT_ARRAY = 'std_msgs/Float32MultiArray'
+POSE_STAMPED = 'geometry_msgs/PoseStamped'
+WRENCH_STAMPED = 'geometry_msgs/WrenchStamped'
+TF_MESSAGE = 'tf2_msgs/TFMessage'
+TF_TYPES = (TF_MESSAGE, 'tf/tfMessage')
+"""The second one is that of the old tf, with the same bytes."""

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What C++ and Python each have to say says the same in both."""
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from process_visualizer.bags.recorder_topics import CALIBRATION
+from process_visualizer.motion.kinematics import MOVABLE
+from process_visualizer.parameters.joint_offsets import JOINT_OFFSETS
+from process_visualizer.ros_names import (
+    BAG_RECORDER,
+    CELL_FRAMES,
+    DISPLAY_STATUS_TOPIC,
+    FLOAT_ARRAY,
+    JOINT_PROC,
+    JOINT_STATE,
+    OWN_TOPICS,
+    STATIC_TF_TOPIC,
+)
+
+SOURCES = Path(__file__).resolve().parents[2] / 'src'
+
+
+def constant(file: str, name: str) -> str:
+    """What stands between = and ; behind a name."""
+    found = re.search(rf'{name}(?:\[\])? = ([^;]*);', (SOURCES / file).read_text(encoding='utf-8'))
+    assert found is not None
+    return found.group(1)
+
+
+def test_kinds_of_joints_that_move() -> None:
+    kinds = constant('joints/joint_matching.cpp', 'kMovable')
+    assert tuple(re.findall(r'"(\w+)"', kinds)) == MOVABLE
+
+
+def test_names_that_the_recorder_knows() -> None:
+    file = 'recorder/bag_recorder.cpp'
+    assert constant(file, 'kPrefix') == f'"{OWN_TOPICS}"'
+    assert constant(file, 'kFrameNode') == f'"/{CELL_FRAMES}"'
+    assert constant(file, 'kStaticFrames') == f'"{STATIC_TF_TOPIC}"'
+    assert constant(file, 'kCalibration') == f'kPrefix + "{CALIBRATION[len(OWN_TOPICS):]}"'
+    assert constant('recorder/recent_messages.cpp', 'kAddingTopic') == f'"{STATIC_TF_TOPIC}"'
+
+
+def test_types_and_parameter_that_joint_proc_reads() -> None:
+    file = 'joints/joint_processor.cpp'
+    assert constant(file, 'kArray') == f'"{FLOAT_ARRAY}"'
+    assert constant(file, 'kJointState') == f'"{JOINT_STATE}"'
+    assert f'"~{JOINT_OFFSETS[len(JOINT_PROC) + 1:]}"' in (
+        SOURCES / 'joints/joint_processor_main.cpp').read_text(encoding='utf-8')
+
+
+def test_names_that_nodes_give_themselves() -> None:
+    for file, text in (('joints/joint_processor_main.cpp', f'ros::init(argc, argv, "{JOINT_PROC}"'),
+                       ('recorder/main.cpp', f'ros::init(argc, argv, "{BAG_RECORDER}"'),
+                       ('displays/display_status.cpp',
+                        f'("{DISPLAY_STATUS_TOPIC.rpartition("/")[2]}"')):
+        assert text in (SOURCES / file).read_text(encoding='utf-8'), file
