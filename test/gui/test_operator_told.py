@@ -35,7 +35,7 @@ CELL = """<visualizer>
   </device>
 </visualizer>
 """
-ZERO_TEXT = 'its quaternion is zero, which is no rotation'
+ZERO_TEXT = 'its quaternion is zero, which is not a rotation'
 
 
 class Driver:

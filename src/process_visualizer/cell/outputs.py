@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the nodes of the program publish for devices (thesis, appendix D.2)."""
+"""The topics that the nodes of the program publish for devices (thesis, appendix D.2)."""
 from __future__ import annotations
 
 from typing import Dict, Iterable, Tuple
@@ -11,7 +11,7 @@ _OUTPUTS: Dict[DeviceType, Tuple[str, ...]] = {
     DeviceType.ROBOT: ('joint_states', 'tool_velocity', 'tool_force', 'marker_array'),
     DeviceType.DEPTH_SENSOR: ('points', 'points_age'),
     DeviceType.OTHER: ()}
-"""Topics below the name of a device."""
+"""Topics in the namespace of a device."""
 
 
 def outputs(devices: Iterable[Device]) -> Dict[str, str]:

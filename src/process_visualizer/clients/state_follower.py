@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The state that a node publishes: the last one, and waiting for one."""
+"""Follows the state that a node publishes, and waits for a certain one."""
 from __future__ import annotations
 
 import threading

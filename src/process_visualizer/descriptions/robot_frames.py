@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The transform that is the pose of a robot's tool, where tf brings it."""
+"""The transform that is the pose of a robot's tool, if it comes from tf."""
 from __future__ import annotations
 
 from typing import Optional, Tuple

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Imports xacro, whichever there is, so that it finds packages of ROS 1.
+"""Imports the installed xacro, so that it finds packages of ROS 1.
 
 Noetic's xacro 1.14 finds packages by rospkg. Elsewhere xacro comes from PyPI, whose 2.x reads the
 same files but asks the package index of ROS 2; here it gets an index that holds those of ROS 1.

@@ -43,7 +43,7 @@ class RunRecord:
 
 
 def clean_up_crashed_runs() -> List[int]:
-    """End the processes of runs whose owner is gone, and remove their folders; returns the ids."""
+    """End the processes of runs without an owner, and remove their folders; return the ids."""
     ended: List[int] = []
     for path in sorted(_folder().glob('*.json')):
         owner = _owner(path)
@@ -72,7 +72,7 @@ def _lives(owner: Dict[str, Any]) -> bool:
 
 
 def _remove_run_folder(owner: Dict[str, Any]) -> None:
-    """Only what looks like one: nobody's folder shall be lost by a record changed by hand."""
+    """Only if it looks like one: a record changed by hand must not delete other folders."""
     folder = str(owner.get('folder') or '')
     if os.path.basename(folder).startswith(_FOLDER_PREFIX):
         shutil.rmtree(folder, ignore_errors=True)

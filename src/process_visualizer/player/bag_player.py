@@ -272,7 +272,8 @@ class BagPlayer:
         self._others = others
         pauses = bool(new) and self._pauses_beside_others
         for sentence in described(new):
-            rospy.logwarn(f'{sentence}, beside the recording: stop it, or play under other names '
+            rospy.logwarn(f'{sentence}, in addition to the recording: stop it, or play under '
+                          'other names '
                           f'(-p PREFIX){"; playback is paused" if pauses else ""}')
         if pauses:
             self.control.pause()
@@ -309,8 +310,8 @@ class BagPlayer:
         place = traceback.extract_tb(error.__traceback__)[-1]
         return PlaybackFailed(
             f'playback has failed at {self.control.status().position_s:.3f} s: {error!r} in '
-            f'{os.path.basename(place.filename)}, line {place.lineno}; start it again, and tell '
-            'the developers, with the bag')
+            f'{os.path.basename(place.filename)}, line {place.lineno}; start it again, and send '
+            'the developers this message and the bag')
 
     # What the engine and the publishers tell, in their threads.
 

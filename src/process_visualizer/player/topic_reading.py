@@ -40,7 +40,7 @@ class TopicReadingService:
         if topic is None:
             return ReadTopicResponse(success=False, message=f'{request.topic} is not played')
         if not -_FARTHEST_S < request.begin <= request.end < _FARTHEST_S:
-            return ReadTopicResponse(success=False, message='begin and end are to be positions in '
+            return ReadTopicResponse(success=False, message='begin and end must be positions in '
                                      f's, not {request.begin} and {request.end}')
         return self._answer(topic, topic_messages(
             self._recording, topic.numbers, self._bag_ns(request.begin),

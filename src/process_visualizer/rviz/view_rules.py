@@ -27,7 +27,7 @@ def view_warnings(cell: Cell, name: str, content: Mapping[str, Any],
     window = content.get('Window Geometry') or {}
     aspect = scene_aspect(window.get('Width', 1), window.get('Height', 1))
     return [Problem(device.location, 'device',
-                    f'nothing of "{device.name}" is in the picture of the chosen view "{name}"; '
+                    f'"{device.name}" is not visible in the chosen view "{name}"; '
                     'move the camera in RViz and save it again, or choose the generated view')
             for device in cell.devices
             if len(extent.get(device.name, ()))

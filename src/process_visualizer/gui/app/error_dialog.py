@@ -49,7 +49,7 @@ class ErrorDialog(TextDialog):
         number = 'An error has' if total == 1 else f'{total} errors have'
         where = f' They are also in <i>{self._log_file}</i>.' if self._log_file else ''
         self.show_text(
-            f'<b>{number} occurred in the launcher itself.</b> The program goes on; nodes and a '
-            f'recording are not touched. Please send this to whoever maintains it.{where}',
+            f'<b>{number} occurred in the launcher itself.</b> The program continues; nodes and '
+            f'recordings are not affected. Please send this to the maintainer.{where}',
             '\n\n'.join(f'{count}×  {error.summary}\n\n{error.traceback.rstrip()}'
                         for error, count in self._errors.items()))

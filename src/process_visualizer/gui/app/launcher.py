@@ -126,7 +126,7 @@ class Launcher(QObject):
     def apply(self) -> None:
         """Go over to what is chosen now; a recording must not be interrupted."""
         if self.recording.is_recording:
-            self.failed.emit('A recording is being made: stop it before devices are changed.')
+            self.failed.emit('A recording is in progress: stop it before you change devices.')
         else:
             self.launch.apply(self.choice())
 

@@ -261,24 +261,24 @@ class LauncherApp(QMainWindow):
         self._message = None
 
     def _tell_lost_master(self) -> None:
-        self.statusBar().showMessage('The ROS master does not answer any more')
+        self.statusBar().showMessage('The ROS master no longer answers')
         question = ask(
-            self, 'The ROS master does not answer any more. Nodes that run go on, but nothing can '
-            'be launched or commanded. Quit all nodes (a recording is finished) and start the '
-            'launcher again?', 'Quit and start again', self._restart_program)
+            self, 'The ROS master no longer answers. Running nodes continue, but nothing can be '
+                  'launched or commanded. Quit all nodes (this finishes a recording) and start '
+                  'the launcher again?', 'Quit and start again', self._restart_program)
         self._launcher.master.returned.connect(question.close)
 
     def _ask_mixture(self, who: str, mode: Mode) -> None:
         """Somebody is in the way of a launch; the question goes when nobody is any more."""
         what, first = (('playback', ', paused') if mode is Mode.PLAYBACK
                        else ('real-time mode', ''))
-        text = (f'{who}.\n\nStop that node: {what} begins by itself as soon as it is gone. '
-                f'Or begin all the same{first}.')
+        text = (f'{who}.\n\nStop that node: {what} starts by itself as soon as it is gone. '
+                f'Or start anyway{first}.')
         if self._mixture_question is not None:
             self._mixture_question.setText(text)
             return
         guard = self._launcher.guard
-        question = ask(self, text, 'Begin all the same', guard.launch_all_the_same, guard.cancel)
+        question = ask(self, text, 'Start anyway', guard.launch_all_the_same, guard.cancel)
         question.setDefaultButton(QMessageBox.Cancel)
         guard.settled.connect(question.close)
         question.finished.connect(self._forget_mixture_question)
@@ -337,7 +337,7 @@ class LauncherApp(QMainWindow):
 
     def _quit(self) -> None:
         if self._launcher.recording.is_recording:
-            ask(self, 'A recording is being made. Finish it and quit all nodes?',
+            ask(self, 'A recording is in progress. Finish it and quit all nodes?',
                 'Finish and quit', self._launcher.launch.quit)
         else:
             self._launcher.launch.quit()
@@ -359,7 +359,7 @@ class LauncherApp(QMainWindow):
             return
         event.ignore()
         if self._launcher.recording.is_recording and not self._is_leaving:
-            ask(self, 'A recording is being made. Finish it, quit all nodes and close?',
+            ask(self, 'A recording is in progress. Finish it, quit all nodes and close?',
                 'Finish and close', self.leave)
         else:
             self.leave()

@@ -110,7 +110,7 @@ class StopSignals(QObject):
 def _options(words: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog='gui', description=__doc__)
     parser.add_argument('config', nargs='?', default='',
-                        help='the configuration; the last one without it, at first devices.xml')
+                        help='the configuration (default: the last one, at first devices.xml)')
     parser.add_argument('--mode', choices=['', *(mode.value for mode in Mode)], default='')
     parser.add_argument('--bag', default='', help='a recording to play back')
     parser.add_argument('--devices', metavar='A,B', default='', help='tick only these')

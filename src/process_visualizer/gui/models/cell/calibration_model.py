@@ -214,7 +214,7 @@ class CalibrationModel(QObject):
         self.changed.emit()
         if not isinstance(error, (OSError, PoseEditError)):
             raise error
-        self.failed.emit(f'the pose of {device} was not saved: {error}. What you set is still here')
+        self.failed.emit(f'the pose of {device} was not saved: {error}. Your values are still here')
 
     def _not_moved(self, name: str, error: Exception) -> None:
         self.failed.emit(f'{name} could not be moved: {error}')

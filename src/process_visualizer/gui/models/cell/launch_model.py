@@ -179,8 +179,8 @@ class LaunchModel(QObject):
 
     def _tell_cleaned(self, ended: List[int]) -> None:
         if ended:
-            self.failed.emit(f'A launcher that did not end properly had left {len(ended)} '
-                             'processes; they have been ended.')
+            self.failed.emit(f'A launcher that was not closed properly left {len(ended)} '
+                             'processes behind; they have been ended.')
 
 
 def _plan(choice: Choice) -> Plan:

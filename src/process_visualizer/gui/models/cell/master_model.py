@@ -44,7 +44,7 @@ class MasterModel(QObject):
         self._timer.setInterval(_CHECK_PERIOD_MS)
         self._timer.timeout.connect(self._check)
         self.is_connected = self.is_connecting = self.is_lost = False
-        self.problem = 'The ROS master is not there yet'
+        self.problem = 'The ROS master is not running yet'
 
     def connect_to_master(self) -> None:
         """Use the master that runs, or start one, and become its node."""
@@ -81,7 +81,7 @@ class MasterModel(QObject):
     def _count(self, online: bool) -> None:
         self._failures = 0 if online else self._failures + 1
         if self.is_connected and self._failures >= _MOST_FAILURES:
-            self.problem = 'The ROS master does not answer any more'
+            self.problem = 'The ROS master no longer answers'
             self._set_lost(True)
             self.lost.emit()
         elif self.is_lost and online:

@@ -43,7 +43,7 @@ class NewConfigurationModel(QObject):
         if self.is_making:
             return
         self.is_making = True
-        self.where = os.path.basename(bags[0]) if bags else 'what runs'
+        self.where = os.path.basename(bags[0]) if bags else 'what is running'
         self.changed.emit()
         self._tasks.run(_LINE, lambda: self._written(path, list(bags)), self._take, self._fail)
 
@@ -55,8 +55,8 @@ class NewConfigurationModel(QObject):
     def _take(self, result: 'tuple[str, str]') -> None:
         path, summary = result
         self._end()
-        self.told.emit(f'{os.path.basename(path)}: {summary}. Its comments say what is to be '
-                       'decided.')
+        self.told.emit(f'{os.path.basename(path)}: {summary}. Its comments say what you need to '
+                       'decide.')
         self.made.emit(path)
 
     def _fail(self, error: Exception) -> None:

@@ -80,7 +80,7 @@ class CalibrationPanel(QWidget):
         if model.base is not None and model.is_unsaved:
             distance_m, angle_rad = difference(model.pose, model.base.pose)
             text = (f'Unsaved: {1000 * distance_m:.1f} mm and {math.degrees(angle_rad):.2f}° '
-                    f'from what {self._place()} says.')
+                    f'from {self._place()}.')
         self._state.setText(text)
         self._state.setToolTip(model.base.location.file if model.base is not None else '')
         colour(self._state, WARNING if model.is_unsaved else QUIET)
@@ -112,7 +112,7 @@ class CalibrationPanel(QWidget):
         self._state.setObjectName('calibration_state')
         self._state.setWordWrap(True)
         self._revert.setObjectName('calibration_revert')
-        self._revert.setToolTip('Go back to what the file says')
+        self._revert.setToolTip('Go back to the values in the file')
         self._revert.clicked.connect(self._model.revert)
         self._save.setObjectName('calibration_save')
         self._save.setToolTip('Write the numbers into the file; a backup is kept beside it')

@@ -23,7 +23,7 @@ from process_visualizer.health.device_state import DeviceState, Level, Line
 _NAME, _STATE = 0, 1
 _FEWEST_ROWS, _MOST_ROWS, _ROW_SPACING_PX = 4, 14, 4
 _DEVICE, _NODE, _TOPIC = 'device', 'node', 'topic'
-_HINT = 'Press Enter to read all of it'
+_HINT = 'Press Enter to read the whole text'
 _COLORS = {Level.OFF: QUIET, Level.GOOD: GOOD, Level.WAITING: QUIET, Level.WARNING: WARNING,
            Level.BAD: BAD}
 _ICONS = {Level.GOOD: 'ok', Level.WAITING: 'waiting', Level.WARNING: 'warning', Level.BAD: 'died'}

@@ -60,7 +60,7 @@ class LaunchView(QWidget):
         self.view.setObjectName('view')
         self.view.setIcon(icon('view'))
         self.view.setMinimumHeight(34)
-        self.view.setToolTip('RViz: start it again, save or choose a view')
+        self.view.setToolTip('RViz: restart it, save or choose a view')
         self.view.setPopupMode(QToolButton.InstantPopup)
         self.view.setMenu(QMenu(self.view))
         self._lay_out()
@@ -92,7 +92,7 @@ class LaunchView(QWidget):
         """Offer the saved views of the ticked devices."""
         menu = self.view.menu()
         menu.clear()
-        menu.addAction('Restart RViz as it looks now', self.restart_view_wanted.emit)
+        menu.addAction('Restart RViz with its present view', self.restart_view_wanted.emit)
         menu.addAction('Save this view as…', self.save_view_wanted.emit)
         menu.addSection('View of the next launch')
         for name in (None, *names):

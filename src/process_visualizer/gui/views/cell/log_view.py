@@ -22,7 +22,7 @@ class LogView(TextDialog):
         self.show_text(message, '\n'.join(lines))
         self.text.verticalScrollBar().setValue(self.text.verticalScrollBar().maximum())
         if not lines:
-            self.text.setPlaceholderText('It has written nothing.')
+            self.text.setPlaceholderText('The log is empty.')
 
     @classmethod
     def show_node(cls, parent: QWidget, report: PartReport, node: str) -> LogView:
@@ -58,5 +58,5 @@ def part_message(report: PartReport) -> str:
 def exit_text(code: Optional[int]) -> str:
     """Return an exit code in words; below 0 it is the number of a signal."""
     if code is None:
-        return 'exit code not known'
+        return 'exit code unknown'
     return f'killed by signal {-code}' if code < 0 else f'exit code {code}'

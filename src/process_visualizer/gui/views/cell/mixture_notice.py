@@ -13,7 +13,7 @@ from process_visualizer.gui.views.parts.notice_frame import NoticeFrame
 
 _MOST_TOLD = 3
 _MEANING = {
-    Mode.PLAYBACK: '{}, beside the recording: what you see is a mixture. Stop that node.',
+    Mode.PLAYBACK: '{}, in addition to the recording: what you see is a mixture. Stop that node.',
     Mode.REALTIME: '{}, which plays a recording: what you see is a mixture. Stop that player.'}
 
 

@@ -21,12 +21,13 @@ class ToolNotice(NoticeFrame):
         self._model = model
         self._write = QPushButton(icon('save'), '')
         self._write.setObjectName('tool_write')
-        self._write.setToolTip('Write it into the file; all else in it stays, and a backup is '
-                               'kept beside it. The robot is restarted with Apply.')
+        self._write.setToolTip('Write it into the file and keep a backup beside it; the rest of '
+                               'the file stays as it is. Apply restarts the robot.')
         self._write.clicked.connect(model.write)
         self._dismiss = QPushButton('Not now')
         self._dismiss.setObjectName('tool_dismiss')
-        self._dismiss.setToolTip('Leave it as it is; not asked again until the launcher is closed')
+        self._dismiss.setToolTip('Leave the file as it is; you are not asked again until the '
+                                 'launcher is closed')
         self._dismiss.clicked.connect(model.dismiss)
         self.add_buttons(self._write, self._dismiss)
         model.changed.connect(self._show)

@@ -23,7 +23,7 @@ class WarningsView(TextDialog):
         self.setAttribute(Qt.WA_DeleteOnClose)
         self._device, self._states = device, states
         self.text.setLineWrapMode(QPlainTextEdit.WidgetWidth)
-        self.text.setPlaceholderText('They have gone: what was wrong does not hold any more.')
+        self.text.setPlaceholderText('No warnings any more: the problems are over.')
         self.text.setAccessibleName(f'Warnings of {device}')
         states.changed.connect(self.refresh)
         self.refresh()
@@ -42,8 +42,8 @@ def warnings_message(device: str, warnings: Sequence[NodeWarning]) -> str:
     """Return how many there are, in a sentence of rich text."""
     name = f'<b>{html.escape(device)}</b>'
     if not warnings:
-        return f'The nodes of {name} complain of nothing now.'
-    return f'{name}: {counted(warnings)} now. What does not hold any more goes away.'
+        return f'The nodes of {name} have no warnings now.'
+    return f'{name}: {counted(warnings)} now. A warning disappears when its cause is gone.'
 
 
 def warnings_text(warnings: Sequence[NodeWarning], now_s: float) -> str:

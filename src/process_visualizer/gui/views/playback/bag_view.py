@@ -115,7 +115,7 @@ class BagView(QWidget):
         is_known = self._bag.paths in self._bag.recent
         self.recent.setCurrentIndex(self._bag.recent.index(self._bag.paths) if is_known else -1)
         self.recent.setEnabled(bool(self._bag.recent))
-        self.recent.setToolTip('\n'.join(self._bag.paths) or 'Recordings that were open before')
+        self.recent.setToolTip('\n'.join(self._bag.paths) or 'Recordings that were opened before')
 
     def _facts(self, found: Optional[Catalogue]) -> str:
         if self._bag.is_loading:
@@ -144,7 +144,7 @@ class UnindexedRow(QWidget):
         self.make.clicked.connect(bag.reindex)
         self.cancel = QPushButton('Cancel')
         self.cancel.setObjectName('cancel_reindex')
-        self.cancel.setToolTip('Do without this bag')
+        self.cancel.setToolTip('Close this bag')
         self.cancel.clicked.connect(bag.dismiss)
         self._lay_out()
         bag.changed.connect(self._show)
@@ -232,7 +232,7 @@ def _origin(found: Catalogue) -> str:
 
 def _warnings(bag: BagModel) -> List[str]:
     """What the operator has to know before the recording is played, in HTML."""
-    lines = [(BAD, f'{os.path.basename(path)} is not there any more') for path in bag.gone]
+    lines = [(BAD, f'{os.path.basename(path)} no longer exists') for path in bag.gone]
     lines += [(WARNING, f'<b>{device}</b>: not in the recording: {_named(topics)}')
               for device, topics in bag.missing.items()]
     problems = () if bag.catalogue is None else bag.catalogue.problems

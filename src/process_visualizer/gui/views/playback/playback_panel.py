@@ -77,7 +77,7 @@ class PlaybackPanel(QWidget):
         dialog = QInputDialog(self)
         dialog.setObjectName('mark_label')
         dialog.setWindowTitle('Add a mark')
-        dialog.setLabelText(f'What is at {format_time(position_s)}?')
+        dialog.setLabelText(f'Label of the mark at {format_time(position_s)}:')
         dialog.textValueSelected.connect(
             lambda label: self._bag.add_mark(position_s, label.strip() or 'mark'))
         dialog.open()
@@ -91,7 +91,7 @@ class PlaybackPanel(QWidget):
         """Tell what the player cannot play, and what did not arrive."""
         notes = list(self._playback.problems)
         if self._playback.dropped:
-            notes.append(f'{self._playback.dropped} messages were too many for slow subscribers')
+            notes.append(f'{self._playback.dropped} messages were dropped for slow subscribers')
         self.notes.setVisible(bool(notes))
         more = f'  (and {len(notes) - 1} more)' if len(notes) > 1 else ''
         self.notes.setText(notes[-1] + more if notes else '')

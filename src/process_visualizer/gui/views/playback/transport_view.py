@@ -79,7 +79,8 @@ class TransportView(QWidget):
         self.time.setToolTip('Position and length of the recording, m:ss.mmm')
         self.reached.setObjectName('reached_rate')
         self.reached.setStyleSheet(f'color: {WARNING}')
-        self.reached.setToolTip('The machine is too slow for more; all topics slow down together')
+        self.reached.setToolTip('The machine is too slow for this speed; all topics slow down '
+                                'together')
         self.reached.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)
         self.reached.setAlignment(Qt.AlignCenter)
         self.slider.setObjectName('speed')
@@ -87,8 +88,8 @@ class TransportView(QWidget):
         self.slider.setToolTip('Speed; a double click is 1  ([ slower, ] faster)')
         self.slider.speed_chosen.connect(self._playback.set_speed)
         self.unit.setObjectName('step_unit')
-        self.unit.setAccessibleName('Unit of a step')
-        self.unit.setToolTip('What one step is  (left and right arrow, or , and .)')
+        self.unit.setAccessibleName('Size of a step')
+        self.unit.setToolTip('Size of a step  (left and right arrow, or , and .)')
         self.unit.setSizeAdjustPolicy(QComboBox.AdjustToMinimumContentsLengthWithIcon)
         self.unit.setMinimumContentsLength(6)
         self.unit.setFocusPolicy(Qt.TabFocus)
@@ -107,11 +108,11 @@ class TransportView(QWidget):
         self.end = self._button('loop_end', 'The loop ends here  (B)',
                                 lambda: it.set_loop_end(), True)
         moving = [self._button('to_start', 'To the beginning  (home)', it.to_start),
-                  self._button('step_back', 'A step back  (left arrow, or ,)',
+                  self._button('step_back', 'One step back  (left arrow, or ,)',
                                lambda: it.step(-1), repeats=True),
                   self.backwards, self.play, self._button('stop', 'Stop: pause at the beginning',
                                                           it.stop),
-                  self._button('step_forward', 'A step forward  (right arrow, or .)',
+                  self._button('step_forward', 'One step forward  (right arrow, or .)',
                                lambda: it.step(1), repeats=True),
                   self._button('to_end', 'To the end  (end)', it.to_end)]
         row = _row(*moving, spacing=1)

@@ -34,9 +34,10 @@ class NameOptions(QWidget):
         self._group = QButtonGroup(self)
         for choice in NameChoice:
             self._add_button(choice)
-        self._prefix = _line('record_prefix', 'seam', 'Stands before date and time')
+        self._prefix = _line('record_prefix', 'seam', 'Put before date and time')
         self._name = _line('record_name', 'seam', 'The name of the file; never overwrites')
-        self._folder = _line('record_folder', '', 'Recordings go here; created if there is none')
+        self._folder = _line('record_folder', '', 'Recordings go here; created if it does not '
+                                                  'exist')
         self._browse = tool_button('choose_record_folder', 'folder', 'Choose the folder',
                                    self._choose_folder)
         self._problem = small(QLabel())

@@ -54,7 +54,7 @@ class RecordingNotice(QWidget):
         self._dismiss = QToolButton()
         self._dismiss.setObjectName('dismiss_notice')
         self._dismiss.setText('×')
-        self._dismiss.setToolTip('I have seen it')
+        self._dismiss.setToolTip('Dismiss')
         self._dismiss.setAutoRaise(True)
         self._dismiss.clicked.connect(model.dismiss)
         self._lay_out()
@@ -111,7 +111,7 @@ def _while_recording(model: RecordingModel) -> Notice:
               if row.is_ticked and row.health is TopicHealth.SILENT]
     if silent:
         others = f' and {len(silent) - 1} more' if len(silent) > 1 else ''
-        return Notice('warning', f'{silent[0]}{others}: silent. Does the driver still run?',
+        return Notice('warning', f'{silent[0]}{others}: silent. Is the driver still running?',
                       '\n'.join(silent))
     name = os.path.basename(model.path)
     if not model.marks:
@@ -125,7 +125,7 @@ def _finished(bag: FinishedBag, verdict: Optional[BagVerdict]) -> Notice:
     """The tick is the verdict of `cell report`, so that both say the same."""
     parts = f' ({len(bag.files)} files)' if len(bag.files) > 1 else ''
     text = f'{os.path.basename(bag.files[0])}{parts}'
-    told = 'looking whether it is complete…' if verdict is None else verdict.text
+    told = 'checking whether it is complete…' if verdict is None else verdict.text
     hint = '\n'.join([*bag.files, told, *bag.problems])
     if verdict is None or not verdict.is_good:
         return Notice('' if verdict is None else 'warning', f'{text}: {told}', hint)

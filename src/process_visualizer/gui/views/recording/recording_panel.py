@@ -100,7 +100,7 @@ class RecordingPanel(QScrollArea):
         self._mark.setToolTip('Write a labelled moment into the recording (M)')
         self._mark.clicked.connect(self._on_mark)
         self._save.setObjectName('save_recent')
-        self._save.setToolTip('Write what just happened into a bag of its own')
+        self._save.setToolTip('Write what just happened into a separate bag')
         self._save.clicked.connect(self._model.save_recent)
         self.topics.chosen.connect(self._choose_topics)
         self.notice.play_wanted.connect(self.play_wanted)

@@ -37,7 +37,8 @@ class TopicList(QWidget):
         self._fold = FoldButton('fold_topics', 'Topics', 'Which topics are recorded')
         self._summary = small(ElidedLabel(Qt.ElideRight))
         self._summary.setAlignment(Qt.AlignRight | Qt.AlignVCenter)
-        self._preset = tool_button('preset_topics', 'revert', 'Tick what the configuration says',
+        self._preset = tool_button('preset_topics', 'revert', 'Tick the topics that the '
+                                                              'configuration records',
                                    choices.preset_topics)
         self._tree = _tree()
         self._set_up_fold()
@@ -125,7 +126,7 @@ def summary(rows: List[TopicRow]) -> Tuple[str, bool]:
     """Return what the folded list says, and whether that is a warning."""
     ticked = [row for row in rows if row.is_ticked]
     if not ticked:
-        return 'none is ticked', True
+        return 'none ticked', True
     text = f'{len(ticked)} of {count_text(len(rows), "topic")}'
     bad = [row for row in ticked if row.health in _UNHEALTHY]
     silent = [row for row in bad if row.health is TopicHealth.SILENT]
