@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The player's service that reads the recording, for nodes that need what is around a position."""
+"""The service for reading the recording, for nodes that need messages around a position."""
 from __future__ import annotations
 
 from typing import Dict, Sequence
@@ -32,7 +32,7 @@ class TopicReadingService:
         self._service = rospy.Service('~read', ReadTopic, self._read)
 
     def close(self) -> None:
-        """Stop offering it."""
+        """Shut the service down."""
         self._service.shutdown()
 
     def _read(self, request: ReadTopicRequest) -> ReadTopicResponse:

@@ -55,9 +55,9 @@ _MARGIN = 10
 
 
 class LauncherApp(QMainWindow):
-    """Devices, mode, status, launch button, and below them what the mode needs.
+    """Devices, mode, status, launch button, and below them the panel of the mode.
 
-    Closing it quits all nodes first. ``restarts`` says that the program is to begin again then.
+    Closing it quits all nodes first. ``restarts`` says that the program must start again then.
     """
 
     def __init__(self, launcher: Launcher, settings: Settings,
@@ -248,7 +248,7 @@ class LauncherApp(QMainWindow):
         KeysDialog(help_text(self._keys), self).open()
 
     def _tell(self, message: str) -> None:
-        """Show a message; those that come while it is open are added to it."""
+        """Show a message; further ones are added to it while it is open."""
         if self._message is None:
             self._message = message_box(self, message)
             self._message.finished.connect(self._forget_message)
@@ -269,7 +269,7 @@ class LauncherApp(QMainWindow):
         self._launcher.master.returned.connect(question.close)
 
     def _ask_mixture(self, who: str, mode: Mode) -> None:
-        """Somebody is in the way of a launch; the question goes when nobody is any more."""
+        """Ask about nodes that prevent a launch; the question closes when they are gone."""
         what, first = (('playback', ', paused') if mode is Mode.PLAYBACK
                        else ('real-time mode', ''))
         text = (f'{who}.\n\nStop that node: {what} starts by itself as soon as it is gone. '
@@ -312,7 +312,7 @@ class LauncherApp(QMainWindow):
             self.playback.ask_for_mark(self._launcher.playback.position_s)
 
     def _save_view(self) -> None:
-        """Ask for the name under which RViz's view is kept for these devices."""
+        """Ask for the name under which RViz's view is saved for these devices."""
         dialog = QInputDialog(self)
         dialog.setObjectName('view_name')
         dialog.setWindowTitle('Save this view')
@@ -322,7 +322,7 @@ class LauncherApp(QMainWindow):
         dialog.open()
 
     def _play(self, path: str) -> None:
-        """Go over from what runs in real time to playback of a bag."""
+        """Switch from real-time mode to playback of a bag."""
         self._bag_to_play = path
         if self._launcher.launch.is_idle:
             self._play_now()
@@ -385,7 +385,7 @@ class LauncherApp(QMainWindow):
 
 
 def _devices_in_force(cell: CellModel) -> str:
-    """Which devices are there although the file has problems; empty if there are none."""
+    """Which devices remain although the file has problems; empty if there are none."""
     if cell.cell is None:
         return ''
     if cell.cell.file == cell.path:

@@ -29,8 +29,8 @@ _NAMED_VALUE = re.compile('[A-Za-z]\\w*:=')
 _WIDTH = 460
 
 _NO_SHARED_PICTURE = 'QT_XCB_NO_MITSHM'
-"""Qt's variable. Else each paint waits until the X server has read the last picture from the memory
-that both share; a server that is as busy as one that shows RViz takes its time."""
+"""Variable of Qt. Otherwise each paint waits until the X server has read the last picture from
+shared memory, which takes long while the server is busy with RViz."""
 
 
 def main() -> int:
@@ -65,10 +65,10 @@ def main() -> int:
 
 
 def words_to_go_on(cell: CellModel, words: Sequence[str]) -> List[str]:
-    """Return the command line of a program that goes on where this one, begun with words, ends.
+    """Return the command line of a program that continues where this one ends.
 
-    The recording, and the values of the configuration's arguments, are in the settings. What
-    this one was begun with counts no longer.
+    The recording, and the values of the configuration's arguments, are in the settings. Those that
+    this program was started with no longer count.
     """
     ticked = ','.join(device.name for device in cell.chosen)
     return [words[0], '--mode', cell.mode.value, '--devices', ticked,
@@ -78,7 +78,7 @@ def words_to_go_on(cell: CellModel, words: Sequence[str]) -> List[str]:
 class StopSignals(QObject):
     """SIGINT, SIGTERM and SIGHUP as a signal of Qt, whose loop otherwise does not notice them.
 
-    SIGHUP only where nohup does not want it to be ignored.
+    SIGHUP only if nohup does not ask to ignore it.
     """
 
     received = pyqtSignal()
@@ -135,7 +135,7 @@ def make_application() -> QApplication:
 
 def _begin(launcher: Launcher, settings: Settings, options: argparse.Namespace,
            arguments: Dict[str, str]) -> None:
-    """Connect, and open what is asked for or what was open last."""
+    """Connect, and open the requested configuration or the last one."""
     launcher.begin()
     launcher.recording.choices.restore(settings.value('recording', {}))
     launcher.bag.restore(settings.value('bag', {}))
@@ -159,7 +159,7 @@ def _configuration(settings: Settings, given: str,
 
 
 def _last_configuration(settings: Settings) -> Dict[str, Any]:
-    """What was open last, if its file is still there; else nothing."""
+    """The last configuration, if its file still exists."""
     last: Dict[str, Any] = settings.value('configuration', {})
     return last if os.path.isfile(last.get('path', '')) else {}
 
@@ -170,7 +170,7 @@ def _package_folder() -> str:
 
 def place_window(app: QApplication, window: LauncherApp, launcher: Launcher,
                  settings: Settings) -> None:
-    """The window as it was left on this screen, else on the left side; RViz takes the rest."""
+    """Place the window as it was left on this screen, or on the left; RViz takes the rest."""
     screen = app.primaryScreen()
     room = screen.availableGeometry()
     window.resize(_WIDTH, room.height())

@@ -102,7 +102,7 @@ class Pulses:
     """All nodes that are watched; run it in a separate thread."""
 
     def __init__(self, lookup: Lookup) -> None:
-        """``uri_of`` returns the URI of a node's slave API, None for an unknown node."""
+        """``lookup`` returns the URI of a node's slave API, None for an unknown node."""
         self._lookup = lookup
         self._selector = selectors.DefaultSelector()
         self.nodes: Dict[str, NodePulse] = {}

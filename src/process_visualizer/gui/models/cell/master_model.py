@@ -13,18 +13,18 @@ from process_visualizer.launching.ros_master import RosMaster, RosMasterError
 _LINE = 'master'
 _FAREWELL_LINE = 'farewell'
 _FAREWELL_TIMEOUT_S = 5.0
-"""A master that hangs does not answer the farewell."""
+"""A master that hangs does not answer when the node unregisters."""
 _CHECK_PERIOD_MS = 1000
 _END_TIMEOUT_S = 60.0
 _MOST_FAILURES = 3
-"""Of its checks; a busy master may miss one."""
+"""Most failed checks in a row; a busy master may miss one."""
 
 
 class MasterModel(QObject):
-    """Connects the launcher with the master, and tells when it is gone or hangs.
+    """Connects the launcher to the master, and reports when it is gone or hangs.
 
-    ``problem`` says why it is not connected, while ``is_connected`` is False. A master that was
-    started anew is as good as none: it does not know the nodes that run.
+    ``problem`` says why it is not connected, while ``is_connected`` is False. A restarted master
+    counts as gone: it does not know the running nodes.
     """
 
     connected = pyqtSignal()
@@ -47,12 +47,12 @@ class MasterModel(QObject):
         self.problem = 'The ROS master is not running yet'
 
     def connect_to_master(self) -> None:
-        """Use the master that runs, or start one, and become its node."""
+        """Use the running master, or start one, and become its node."""
         self.is_connecting = True
         self._tasks.run(_LINE, self._begin, self._take_connection, self._tell)
 
     def close(self) -> None:
-        """Leave the master, and end it if it was started here; blocks."""
+        """Leave the master, and end it if it was started here; block."""
         self._timer.stop()
         self._tasks.run_and_wait(_FAREWELL_LINE, self._link.end, _FAREWELL_TIMEOUT_S)
         self._tasks.run_and_wait(_LINE, self._master.stop, _END_TIMEOUT_S)

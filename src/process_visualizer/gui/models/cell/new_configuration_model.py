@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Makes a configuration from what runs, or from a recording."""
+"""Makes a configuration from what is running, or from a recording."""
 from __future__ import annotations
 
 import os
@@ -19,13 +19,13 @@ _LINE = 'new'
 
 
 class NewConfigurationModel(QObject):
-    """Looks off the GUI thread, for some seconds; one at a time."""
+    """Works off the GUI thread, for some seconds, on one at a time."""
 
     changed = pyqtSignal()
     made = pyqtSignal(str)
     """The path of a configuration that has been written."""
     told = pyqtSignal(str)
-    """What is in it, in words."""
+    """Its contents, in words."""
     failed = pyqtSignal(str)
 
     def __init__(self, tasks: Tasks, look_at_system: Callable[[], NewConfiguration],
@@ -36,9 +36,9 @@ class NewConfigurationModel(QObject):
         self.where = ''
 
     def make(self, path: str, bags: Sequence[str] = ()) -> None:
-        """Write a configuration for what runs, or for what bags hold.
+        """Write a configuration for what is running, or for the contents of bags.
 
-        The file of that path may be overwritten, as the operator was asked; no other one is.
+        The file of that path may be overwritten, as the operator was asked; others are not.
         """
         if self.is_making:
             return

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Says in red who publishes what does not belong to what is shown; not there while all is well."""
+"""Says in red which nodes publish topics that do not belong to the display; hidden if none."""
 from __future__ import annotations
 
 from typing import Optional

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Offers to make a configuration: a button for it, and a notice where only the example is open."""
+"""Offers to make a configuration: a button, and a notice while only the example is open."""
 from __future__ import annotations
 
 import os
@@ -91,7 +91,7 @@ class NewConfigurationView(QFrame):
         dialog.open()
 
     def _ask_path(self, bags: Optional[Sequence[str]] = None) -> None:
-        """Ask where the configuration is to be written; then it is made."""
+        """Ask where to write the configuration; then make it."""
         given: List[str] = list(bags or [])
         dialog = self._dialog('new_path', 'Write the new configuration', _CONFIGURATIONS)
         dialog.setAcceptMode(QFileDialog.AcceptSave)
@@ -107,6 +107,6 @@ class NewConfigurationView(QFrame):
         return dialog
 
     def _folder(self) -> str:
-        """Where the user's own configuration is, if one is open and the user may write there."""
+        """The folder of the user's own configuration, if one is open and the folder is writable."""
         folder = os.path.dirname(self._current())
         return folder if self.isHidden() and os.access(folder, os.W_OK) else working_folder()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Says which frame a robot's poses are those of, and offers to write it into the configuration."""
+"""Names the frame of a robot's poses, and offers to write it into the configuration."""
 from __future__ import annotations
 
 import os
@@ -14,7 +14,7 @@ from process_visualizer.gui.views.parts.notice_frame import NoticeFrame
 
 
 class ToolNotice(NoticeFrame):
-    """Shows a tool model; not there while nothing is offered."""
+    """Shows a tool model; hidden while nothing is offered."""
 
     def __init__(self, model: ToolModel, parent: Optional[QWidget] = None) -> None:
         super().__init__('tool', WARNING, '#fdf8ef', parent)

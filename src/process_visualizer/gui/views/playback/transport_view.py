@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The buttons of playback, the time, the speed, and what one step is."""
+"""The buttons of playback, the time, the speed, and the size of a step."""
 from __future__ import annotations
 
 from typing import Callable, List, Optional, Sequence
@@ -154,7 +154,7 @@ class TransportView(QWidget):
         return QSize(min(size.width(), _LEAST_WIDTH), size.height())
 
     def _wide_width(self) -> int:
-        """How wide everything is in one row."""
+        """The width of everything in one row."""
         parts = (self._buttons, self.time, self._speed_row, self._step_row)
         return (sum(part.minimumSizeHint().width() for part in parts)
                 + (len(parts) - 1) * _WIDE_SPACING)
@@ -214,7 +214,7 @@ class TransportView(QWidget):
 
 
 class RateBox(QDoubleSpinBox):
-    """The speed as a number; its arrows lead through the ladder, Enter gives the keys back."""
+    """The speed as a number; its arrows go through the usual speeds, Enter gives the keys back."""
 
     def __init__(self, playback: PlaybackModel, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -236,7 +236,7 @@ class RateBox(QDoubleSpinBox):
         self.lineEdit().returnPressed.connect(self.clearFocus)
 
     def show_rate(self, rate: float) -> None:
-        """Show a rate; nothing is asked for, and what is being written stays."""
+        """Show a rate without requesting it; text that is being edited stays."""
         if not self._is_being_written:
             self.blockSignals(True)
             self.setPrefix('−' if rate < 0.0 else '')
@@ -247,7 +247,7 @@ class RateBox(QDoubleSpinBox):
         self._is_being_written = is_being_written
 
     def stepBy(self, steps: int) -> None:
-        """Take the next speeds of the ladder."""
+        """Go to the next usual speed."""
         for _ in range(abs(steps)):
             self._playback.faster() if steps > 0 else self._playback.slower()
         self.clearFocus()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How the bag is called and where it goes: the options of the thesis' figure 5.3."""
+"""The name and folder of the bag: the options of the thesis' figure 5.3."""
 from __future__ import annotations
 
 from typing import Dict, Optional
@@ -25,7 +25,7 @@ _TEXTS = {NameChoice.DATE: 'Use standard file name (current date and time)',
 
 
 class NameOptions(QWidget):
-    """Three radio buttons, their texts, the folder, and what is wrong with them."""
+    """Three radio buttons, their texts, the folder, and their problems."""
 
     def __init__(self, choices: RecordingChoices, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)

@@ -45,7 +45,7 @@ class RecordBar(QFrame):
         self.refresh()
 
     def refresh(self) -> None:
-        """Show what the recorder does."""
+        """Show the state of the recorder."""
         phase = self._model.phase
         is_recording = phase is Phase.RECORDING
         self._button.setText(

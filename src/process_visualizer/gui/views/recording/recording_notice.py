@@ -27,7 +27,7 @@ _LINES = {
 
 
 class Notice(NamedTuple):
-    """An icon (or ''), a text, and what else it tells when the mouse is over it."""
+    """An icon (or ''), a text, and its tooltip."""
 
     icon: str
     text: str
@@ -35,7 +35,7 @@ class Notice(NamedTuple):
 
 
 class RecordingNotice(QWidget):
-    """Says in words where things stand; a finished bag can be played from here."""
+    """Shows the state in words; a finished bag can be played from here."""
 
     play_wanted = pyqtSignal(str)
 
@@ -62,7 +62,7 @@ class RecordingNotice(QWidget):
         self.refresh()
 
     def refresh(self) -> None:
-        """Show the notice of now."""
+        """Show the present notice."""
         notice = notice_of(self._model)
         if notice.text != self._text.text():
             self._text.setText(notice.text)
@@ -89,7 +89,7 @@ class RecordingNotice(QWidget):
 
 
 def notice_of(model: RecordingModel) -> Notice:
-    """Return what is to be said now."""
+    """Return the present notice."""
     if model.error:
         return Notice('warning', _sentence(model.error))
     if model.is_saving:
