@@ -37,11 +37,11 @@ class BagRecorder:
     """
 
     def __init__(self, on_state: Optional[Callable[[RecorderState], None]] = None,
-                 node: str = _NODE, begins: bool = True) -> None:
+                 node: str = _NODE, follow_now: bool = True) -> None:
         """Follow the state, from now or from ``begin`` on."""
         self._node = node
         self._follower: StateFollower[RecorderState] = StateFollower(
-            f'{node}/state', RecorderState, on_state, begins)
+            f'{node}/state', RecorderState, on_state, follow_now)
 
     def begin(self) -> None:
         """Begin to follow the state, if the constructor did not; waits for the master."""

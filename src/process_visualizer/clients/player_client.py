@@ -37,7 +37,7 @@ class PlayerClient:
     """
 
     def __init__(self, on_state: Optional[Callable[[PlayerState], None]] = None,
-                 node: str = _NODE, timeout_s: float = 10.0, begins: bool = True) -> None:
+                 node: str = _NODE, timeout_s: float = 10.0, follow_now: bool = True) -> None:
         """Follow the state, from now or from ``begin`` on.
 
         A call to a player that does not answer within the timeout fails.
@@ -46,7 +46,7 @@ class PlayerClient:
         self._services = {name: ServiceConnection(f'{node}/{name}', service, timeout_s)
                           for name, service in _SERVICES.items()}
         self._follower: StateFollower[PlayerState] = StateFollower(
-            f'{node}/state', PlayerState, on_state, begins)
+            f'{node}/state', PlayerState, on_state, follow_now)
 
     def begin(self) -> None:
         """Begin to follow the state, if the constructor did not; waits for the master."""

@@ -67,7 +67,7 @@ class _Recording:
         self._process = process
         self._wanted = options
         self._end = threading.Event()
-        self._told = 0  # problems
+        self._reported_problems = 0
         self._ended = False  # by itself
         self._files: List[str] = []
         self._recorder = BagRecorder(self._take_state, node)
@@ -83,7 +83,7 @@ class _Recording:
             return 1
         path = self._recorder.start(options)
         self._files = [path]
-        self._tell(f'recording {path}')
+        self._print(f'recording {path}')
         if self._wanted.duration_s:
             rospy.Timer(rospy.Duration.from_sec(self._wanted.duration_s),
                         lambda _: self._end.set(), oneshot=True)
@@ -94,12 +94,12 @@ class _Recording:
         """If time is simulated, wait for the first one: messages before it have none."""
         if not rospy.get_param('/use_sim_time', False):
             return
-        self._tell('waiting for the first message on /clock, as the time is simulated')
+        self._print('waiting for the first message on /clock, as the time is simulated')
         while not self._end.is_set() and self._recorder.wait_for(
                 lambda state: not state.stamp.is_zero(), _STATE_TIMEOUT_S) is None:
             pass
 
-    def _tell(self, text: str) -> None:
+    def _print(self, text: str) -> None:
         if not self._wanted.is_quiet:
             print(text, flush=True)
 
@@ -109,7 +109,7 @@ class _Recording:
                                 f'{self._files[-1]}.active" makes a bag from what it has written')
         ended = self._ended
         with Recording(self._files if ended else self._stop()) as recording:
-            self._tell(as_text(make_report(recording)))
+            self._print(as_text(make_report(recording)))
         return 1 if ended else 0
 
     def _stop(self) -> List[str]:
@@ -122,10 +122,10 @@ class _Recording:
             return self._files
 
     def _take_state(self, state: RecorderState) -> None:
-        new = min(state.problem_count - self._told, len(state.problems))
+        new = min(state.problem_count - self._reported_problems, len(state.problems))
         for problem in state.problems[len(state.problems) - new:]:
             print(problem, file=sys.stderr, flush=True)
-        self._told = state.problem_count
+        self._reported_problems = state.problem_count
         if state.files:
             self._files = list(state.files)
             self._ended = state.state == RecorderState.IDLE

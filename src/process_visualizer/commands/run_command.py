@@ -14,7 +14,7 @@ from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.plan import LAUNCH_FILE, Plan, write_plan
 from process_visualizer.health.mixed_sources import explanation, others_beside
 from process_visualizer.health.other_publishers import Others, PublisherWatch
-from process_visualizer.health.user_limits import tell_real_time_advice
+from process_visualizer.health.user_limits import give_real_time_advice
 from process_visualizer.launching.node_state import NodeReport, NodeState
 from process_visualizer.launching.other_cell import refuse_other_cell
 from process_visualizer.launching.run import Run
@@ -40,7 +40,7 @@ def run_plan(plan: Plan, folder: Optional[str], choice: Choice) -> int:
     if ended:
         print(f'ended {len(ended)} processes that a crashed run had left')
     refuse_other_cell()
-    tell_real_time_advice(print)
+    give_real_time_advice(print)
     output = folder or new_run_folder()
     write_plan(plan, output)
     code = _run(f'{output}/{LAUNCH_FILE}', choice)

@@ -78,12 +78,12 @@ class ModelExtent:
             if place is not None:
                 found.append(place.position)
         points = np.array(found, dtype=float).reshape(-1, 3)
-        return points[points[:, 2] >= 0.0] if self._stands() else points
+        return points[points[:, 2] >= 0.0] if self._stands_on_base() else points
 
     def _has_joints(self) -> bool:
         return any(joint.get('type') != 'fixed' for joint in self._root.findall('joint'))
 
-    def _stands(self) -> bool:
+    def _stands_on_base(self) -> bool:
         body = self.body()
         return bool(len(body)) and bool(
             -body[:, 2].min() <= _THROUGH * np.ptp(body, axis=0).max())

@@ -13,11 +13,11 @@ _EFFECTIVE = 'CapEff:'
 _STATUS = Path('/proc/self/status')
 
 
-def tell_real_time_advice(tell: Callable[[str], None]) -> None:
+def give_real_time_advice(print_line: Callable[[str], None]) -> None:
     """Print what real-time priority would improve for a user without it."""
     advice = real_time_advice()
     if advice is not None:
-        tell(advice)
+        print_line(advice)
 
 
 def real_time_advice() -> Optional[str]:

@@ -37,7 +37,7 @@ from process_visualizer.parameters.robot_parameters import RobotParameters, Topi
 
 ABOUT_RECORDING = 'recorded velocity'
 LOG_PERIOD_S = 30.0
-PATIENCE_S = 2.0  # before something that is missing is told: static transforms may come later
+PATIENCE_S = 2.0  # before missing data is reported: static transforms may come later
 TICK_S = 0.1
 CHAIN_S = 1.0  # within which all transforms of a chain come
 
@@ -115,7 +115,7 @@ class RobotProcessor:
             self._joints_s = now_s
             self._tool.take_joints(message._buff)
             self._came_s = time.time()
-            if not self._stands():
+            if not self._shows_position():
                 self._draw(now_s, early_s=0.5 / self._parameters.marker_rate_hz)
 
     def _joints_age_s(self, data_s: float) -> Optional[float]:
@@ -130,7 +130,7 @@ class RobotProcessor:
             self._twist.add(pose, now_s)
             self._pose, self._pose_time_s = pose, self._playback.clock.data_time_s(now_s)
             self._came_s = time.time()
-            if not self._stands():  # else the player's next state says to which position it belongs
+            if not self._shows_position():  # else the player's next state has its position
                 self._publish_velocity()
                 self._draw_data(now_s)
         if self._twist.doubts_stamps:
@@ -146,7 +146,7 @@ class RobotProcessor:
         """While paused, show the state at a position, and again when its pose comes again."""
         with self._lock:
             state = self._playback.clock.state
-            if state is None or not self._stands() or not self._twist.is_known:
+            if state is None or not self._shows_position() or not self._twist.is_known:
                 return
             moment, (shown, shown_came_s) = (state.segment, state.position_s), self._shown_paused
             comes_again = shown_came_s < self._came_s <= state.stamp_s  # and was sent since then
@@ -157,7 +157,7 @@ class RobotProcessor:
                 self._publish_velocity()
                 self._draw(rospy.get_time())
 
-    def _stands(self) -> bool:
+    def _shows_position(self) -> bool:
         """Whether the display shows a recording at a position."""
         state = self._playback.clock.state
         return state is not None and state.paused and self._twist.is_recorded

@@ -98,7 +98,7 @@ class BagPlayer:
         self._playback = Playback(recording, self._timeline, self._publishers, settings.restamp,
                                   course=_course(self._timeline, settings))
         self._stays = settings.keep_alive
-        self._told = PlaybackClock()  # of what the states have said
+        self._published_states = PlaybackClock()
         self._control_rate(settings)
         self._clock = (SimulatedClock(self._timeline, settings.clock_hz,
                                       self._playback.repeat_scene)
@@ -181,11 +181,11 @@ class BagPlayer:
                 # a signal just before the wait is handled only after it
                 self._changed.wait(SIGNALS_S)
                 self._repeat_while_paused()
-                self.tell_problems()
+                self.print_problems()
         if self._failure is not None:
             raise self._failure
 
-    def tell_problems(self) -> None:
+    def print_problems(self) -> None:
         """Print problems since the last call on the terminal."""
         for problem in self.problems[self._told_problems:]:
             rospy.logwarn(problem)
@@ -222,7 +222,7 @@ class BagPlayer:
     def state_message(self) -> PlayerState:
         """Return the present state of the player."""
         status, offset_ns = self.control.status(), _wall_offset_ns()
-        self._told.add(PlaybackState(
+        self._published_states.add(PlaybackState(
             (status.monotonic_ns + offset_ns) / NS_PER_S, status.position_s, status.rate,
             status.paused, status.segment, (status.since_ns + offset_ns) / NS_PER_S))
         begin_s, end_s = status.loop or (0.0, 0.0)
@@ -287,7 +287,7 @@ class BagPlayer:
 
     def _played_at(self, stamp_ns: int) -> Optional[int]:
         """The bag time [ns] that was played at a wall time; None before a jump."""
-        time = self._told.bag_time(stamp_ns / NS_PER_S)
+        time = self._published_states.bag_time(stamp_ns / NS_PER_S)
         if time is None or time.segment != self._timeline.basis.segment:
             return None
         return self._bag_ns(time.time_s)

@@ -116,7 +116,7 @@ def _settings(options: PlayerOptions, choice: TopicChoice) -> PlayerSettings:
 
 
 def _run(player: BagPlayer, options: PlayerOptions) -> None:
-    player.tell_problems()
+    player.print_problems()
     player.prepare(options.rate, options.start_s, options.loop)
     if player.wait_for_subscribers(options.delay_s, options.wait_for_subscribers):
         player.start(options.paused)

@@ -28,7 +28,7 @@ class Watched:
         self.reason = reason
         self.model = NewConfigurationModel(self.tasks, self._look)  # type: ignore[arg-type]
         self.said: List[str] = []
-        for signal in (self.model.made, self.model.told, self.model.failed):
+        for signal in (self.model.made, self.model.summary_ready, self.model.failed):
             signal.connect(self.said.append)
 
     def _look(self) -> NewConfiguration:

@@ -90,7 +90,7 @@ class Launcher(QObject):
 
     def start(self) -> None:
         """Launch the choice, once no other node publishes topics that would be mixed with it."""
-        if self.why_not() == '':
+        if self.blocked_reason() == '':
             self.guard.launch(self.choice())
 
     def when_ready(self, devices: Optional[Sequence[str]], launches: bool) -> None:
@@ -102,11 +102,11 @@ class Launcher(QObject):
         if self.cell.cell is not None and self._devices_when_ready is not None:
             devices, self._devices_when_ready = self._devices_when_ready, None
             self.cell.tick_only(set(devices))
-        if self._launches_when_ready and self.why_not() == '' and not self.bag.is_loading:
+        if self._launches_when_ready and self.blocked_reason() == '' and not self.bag.is_loading:
             self._launches_when_ready = False
             self.start()
 
-    def why_not(self) -> str:
+    def blocked_reason(self) -> str:
         """Why nothing can be launched now; empty when it can."""
         if not self.master.is_connected:
             return self.master.problem

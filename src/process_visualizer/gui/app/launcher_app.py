@@ -151,12 +151,12 @@ class LauncherApp(QMainWindow):
         master = launcher.master
         for signal in (master.connected, master.failed, master.lost, master.returned):
             signal.connect(self._show_launch)
-        master.lost.connect(self._tell_lost_master)
+        master.lost.connect(self._ask_about_lost_master)
         master.returned.connect(
             lambda: self.statusBar().showMessage('The ROS master answers again'))
         launcher.states.changed.connect(self._show_states)
         launcher.status_changed.connect(self._show_status)
-        launcher.failed.connect(self._tell)
+        launcher.failed.connect(self._show_message)
         self.new.open_wanted.connect(self._open)
         self.made.open_wanted.connect(self._open_in_editor)
         launcher.recording.finished.connect(launcher.bag.add_recent)
@@ -211,7 +211,7 @@ class LauncherApp(QMainWindow):
 
     def _show_launch(self) -> None:
         launcher = self._launcher
-        reason = launcher.why_not()
+        reason = launcher.blocked_reason()
         self.launch.show_phase(launcher.launch.phase, reason == '', reason)
         pending = launcher.pending()
         self.launch.show_changes(f'Apply: {pending}' if pending else '', pending)
@@ -247,7 +247,7 @@ class LauncherApp(QMainWindow):
     def _show_help(self) -> None:
         KeysDialog(help_text(self._keys), self).open()
 
-    def _tell(self, message: str) -> None:
+    def _show_message(self, message: str) -> None:
         """Show a message; further ones are added to it while it is open."""
         if self._message is None:
             self._message = message_box(self, message)
@@ -260,7 +260,7 @@ class LauncherApp(QMainWindow):
     def _forget_message(self) -> None:
         self._message = None
 
-    def _tell_lost_master(self) -> None:
+    def _ask_about_lost_master(self) -> None:
         self.statusBar().showMessage('The ROS master no longer answers')
         question = ask(
             self, 'The ROS master no longer answers. Running nodes continue, but nothing can be '
@@ -300,7 +300,7 @@ class LauncherApp(QMainWindow):
 
     def _open_in_editor(self, file: str, line: int) -> None:
         self._launcher.tasks.run('editor', lambda: open_in_editor(file, line), None,
-                                 lambda error: self._tell(str(error)))
+                                 lambda error: self._show_message(str(error)))
 
     def _restart_selected(self) -> None:
         name = self.devices.selected_device()

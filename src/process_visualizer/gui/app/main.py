@@ -22,7 +22,7 @@ from process_visualizer.gui.app.uncaught import install_hooks
 from process_visualizer.gui.app.watchdog import watch_if_wanted
 from process_visualizer.gui.models.cell.cell_model import CellModel
 from process_visualizer.gui.toolkit.style import apply_style
-from process_visualizer.health.user_limits import tell_real_time_advice
+from process_visualizer.health.user_limits import give_real_time_advice
 from process_visualizer.rviz.window_geometry import Rectangle, view_rectangle
 
 _NAMED_VALUE = re.compile('[A-Za-z]\\w*:=')
@@ -38,7 +38,7 @@ def main() -> int:
     words = [word for word in sys.argv[1:] if not word.startswith('__')]  # roslaunch's own
     options = _options([word for word in words if not _NAMED_VALUE.match(word)])
     arguments = dict(word.split(':=', 1) for word in words if _NAMED_VALUE.match(word))
-    tell_real_time_advice(print)
+    give_real_time_advice(print)
     app = make_application()
     settings = Settings()
     launcher = Launcher()

@@ -57,9 +57,9 @@ class RosLink(QObject):
     def __init__(self, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
         self.player = PlayerClient(lambda state: self.player_state.emit(_player(state)),
-                                   begins=False)
+                                   follow_now=False)
         self.recorder = BagRecorder(lambda state: self.recorder_state.emit(_recorder(state)),
-                                    begins=False)
+                                    follow_now=False)
         self.warnings = NodeWarnings()
         self._subscribers: List[rospy.Subscriber] = []
         self._marker = PoseMarker(self.pose_dragged.emit)

@@ -25,7 +25,7 @@ from process_visualizer.nodes.robot.robot_messages import ToolPose, deserialize
 from process_visualizer.nodes.robot.tool_study import ToolStudy, describe, values
 from process_visualizer.parameters.robot_parameters import RobotParameters
 
-PATIENCE_S = 5.0  # before something that is missing is told: the other nodes start too
+PATIENCE_S = 5.0  # before missing data is reported: the other nodes start too
 LOOK_PERIOD_S = 1.0
 LOG_PERIOD_S = 30.0
 ABOUT = 'tool frame'

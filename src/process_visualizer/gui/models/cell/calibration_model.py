@@ -90,7 +90,7 @@ class CalibrationModel(QObject):
         return self._has_marker
 
     @property
-    def why_not(self) -> str:
+    def blocked_reason(self) -> str:
         """Why nothing can be moved now; '' if something can."""
         if not self._device:
             return 'No device has a base frame.'
@@ -139,7 +139,7 @@ class CalibrationModel(QObject):
         numbers = [*self.pose.xyz, *self.pose.ypr]
         numbers[index] = value
         self._edit(_pose(numbers))
-        self._tell_marker()
+        self._update_marker()
 
     def take_pose(self, xyz: Vector3, ypr: Vector3) -> None:
         """Accept the pose of the interactive marker, which is not moved again."""
@@ -150,7 +150,7 @@ class CalibrationModel(QObject):
         """Go back to the pose in the file."""
         if self.base is not None and self.is_unsaved:
             self._edit(self.base.pose)
-            self._tell_marker()
+            self._update_marker()
 
     def show_marker(self, is_shown: bool) -> None:
         """Show or hide the marker for dragging the frame in RViz."""
@@ -195,7 +195,7 @@ class CalibrationModel(QObject):
                 lambda: None, lambda error: self._not_moved(name, error))
         self._moves[name].request((self._base(name).frame, pose))
 
-    def _tell_marker(self) -> None:
+    def _update_marker(self) -> None:
         if self.base is not None:
             self.moved.emit(self.base.frame, self.pose)
 

@@ -35,7 +35,7 @@ class LaunchGuard(QObject):
         super().__init__(parent)
         self._tasks, self._launch, self._look = tasks, launch, look
         self._choice: Optional[Choice] = None
-        self._told = ''
+        self._reported = ''
         self._timer = QTimer(self, interval=PERIOD_MS, singleShot=True)
         self._timer.timeout.connect(self._begin_look)
 
@@ -47,7 +47,7 @@ class LaunchGuard(QObject):
     @property
     def is_looking(self) -> bool:
         """Whether it is still unknown if the choice can be launched."""
-        return self._choice is not None and not self._told
+        return self._choice is not None and not self._reported
 
     def launch(self, choice: Choice) -> None:
         """Launch a choice, at once if no node is in the way."""
@@ -65,7 +65,7 @@ class LaunchGuard(QObject):
 
     def cancel(self) -> None:
         """Cancel the launch."""
-        self._choice, self._told = None, ''
+        self._choice, self._reported = None, ''
         self._timer.stop()
         self.settled.emit()
         self.changed.emit()
@@ -83,8 +83,8 @@ class LaunchGuard(QObject):
             self.launch_all_the_same()
             return
         text = mixture_text(choice.mode, others)
-        if text != self._told:
-            self._told = text
+        if text != self._reported:
+            self._reported = text
             self.changed.emit()
             self.asked.emit(text, choice.mode)
         self._timer.start()

@@ -59,11 +59,11 @@ class LaunchModel(QObject):
     def prepare(self, then: Callable[[], None] = lambda: None) -> None:
         """End processes of a crashed launcher, and prepare for fast launching."""
         def on_result(ended: List[int]) -> None:
-            self._tell_cleaned(ended)
+            self._report_clean_up(ended)
             then()
 
         def on_error(error: Exception) -> None:
-            self._tell(error)
+            self._report_failure(error)
             then()
 
         self._tasks.run(_LINE, self._prepare, on_result, on_error)
@@ -84,7 +84,7 @@ class LaunchModel(QObject):
     def restart(self, part: str) -> None:
         """Stop and start one part, if it was launched."""
         if part in self.reports:
-            self._tasks.run(_LINE, lambda: self._launched.restart(part), None, self._tell)
+            self._tasks.run(_LINE, lambda: self._launched.restart(part), None, self._report_failure)
 
     def quit(self) -> None:
         """Stop everything; `stopped` is emitted at the end."""
@@ -148,17 +148,17 @@ class LaunchModel(QObject):
         if isinstance(error, ConfigurationError):
             self.problems_found.emit(list(error.problems))
         else:
-            self._tell(error)
+            self._report_failure(error)
         self.changed.emit()
 
-    def _tell(self, error: Exception) -> None:
+    def _report_failure(self, error: Exception) -> None:
         if not isinstance(error, (OSError, PlanError, OtherCell)):
             raise error
         self.failed.emit(str(error))
 
     def _not_ended(self, error: Exception) -> None:
         self._ended(None)
-        self._tell(error)
+        self._report_failure(error)
 
     def _ended(self, _nothing: object) -> None:
         self.running, self.reports, self.warnings = None, {}, ()
@@ -177,7 +177,7 @@ class LaunchModel(QObject):
             self._look_whether_up()
             self.changed.emit()
 
-    def _tell_cleaned(self, ended: List[int]) -> None:
+    def _report_clean_up(self, ended: List[int]) -> None:
         if ended:
             self.failed.emit(f'A launcher that was not closed properly left {len(ended)} '
                              'processes behind; they have been ended.')

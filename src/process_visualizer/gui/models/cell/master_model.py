@@ -49,7 +49,7 @@ class MasterModel(QObject):
     def connect_to_master(self) -> None:
         """Use the running master, or start one, and become its node."""
         self.is_connecting = True
-        self._tasks.run(_LINE, self._begin, self._take_connection, self._tell)
+        self._tasks.run(_LINE, self._begin, self._take_connection, self._report_failure)
 
     def close(self) -> None:
         """Leave the master, and end it if it was started here; block."""
@@ -91,7 +91,7 @@ class MasterModel(QObject):
     def _set_lost(self, is_lost: bool) -> None:
         self.is_lost, self.is_connected = is_lost, not is_lost
 
-    def _tell(self, error: Exception) -> None:
+    def _report_failure(self, error: Exception) -> None:
         self.is_connecting = False
         if not isinstance(error, (RosMasterError, RosLinkError)):
             raise error

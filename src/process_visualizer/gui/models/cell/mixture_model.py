@@ -25,12 +25,12 @@ class MixtureModel(QObject):
     def __init__(self, tasks: Tasks, own_nodes: Callable[[], Collection[str]],
                  look: Callable[[Choice, Collection[str]], Others] = others_beside,
                  parent: Optional[QObject] = None) -> None:
-        """``own_nodes`` returns the names of the launched ones; ``look`` finds others and blocks."""
+        """``own_nodes`` returns names of launched nodes; ``look`` finds others and blocks."""
         super().__init__(parent)
         self._tasks, self._own_nodes, self._look = tasks, own_nodes, look
         self._choice: Optional[Choice] = None
         self._others: Others = ()
-        self._told: Tuple[str, ...] = ()
+        self._player_sentences: Tuple[str, ...] = ()
         self._timer = QTimer(self, interval=PERIOD_MS)
         self._timer.timeout.connect(self._begin_look)
         self._is_looking = False
@@ -43,7 +43,7 @@ class MixtureModel(QObject):
     @property
     def sentences(self) -> Tuple[str, ...]:
         """Who publishes what; empty if there is no mixture."""
-        return (*described(self._others), *self._told)
+        return (*described(self._others), *self._player_sentences)
 
     def follow(self, choice: Optional[Choice]) -> None:
         """Watch a running choice; None: nothing is running any more."""
@@ -52,15 +52,15 @@ class MixtureModel(QObject):
         self._choice = choice
         if choice is None:
             self._timer.stop()
-            self._others, self._told = (), ()
+            self._others, self._player_sentences = (), ()
             self.changed.emit()
         else:
             self._timer.start()
 
     def take_player(self, sentences: Tuple[str, ...]) -> None:
         """Set what the player reports about other publishers of its topics."""
-        if sentences != self._told and self._choice is not None:
-            self._told = sentences
+        if sentences != self._player_sentences and self._choice is not None:
+            self._player_sentences = sentences
             self.changed.emit()
 
     def _begin_look(self) -> None:
@@ -68,7 +68,7 @@ class MixtureModel(QObject):
         if choice is not None and not self._is_looking:
             self._is_looking = True
             self._tasks.run(LINE, lambda: self._look(choice, own),
-                            lambda others: self._take(choice, others), self._see_nothing)
+                            lambda others: self._take(choice, others), self._keep_result)
 
     def _take(self, choice: Choice, others: Others) -> None:
         self._is_looking = False
@@ -79,7 +79,7 @@ class MixtureModel(QObject):
         if new:
             self.begun.emit()
 
-    def _see_nothing(self, error: Exception) -> None:
+    def _keep_result(self, error: Exception) -> None:
         """Keep the last result: another model reports a master that does not answer."""
         self._is_looking = False
         if not isinstance(error, (rosgraph.MasterException, OSError)):

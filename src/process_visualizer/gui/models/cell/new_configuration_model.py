@@ -24,7 +24,7 @@ class NewConfigurationModel(QObject):
     changed = pyqtSignal()
     made = pyqtSignal(str)
     """The path of a configuration that has been written."""
-    told = pyqtSignal(str)
+    summary_ready = pyqtSignal(str)
     """Its contents, in words."""
     failed = pyqtSignal(str)
 
@@ -55,8 +55,8 @@ class NewConfigurationModel(QObject):
     def _take(self, result: 'tuple[str, str]') -> None:
         path, summary = result
         self._end()
-        self.told.emit(f'{os.path.basename(path)}: {summary}. Its comments say what you need to '
-                       'decide.')
+        self.summary_ready.emit(f'{os.path.basename(path)}: {summary}. Its comments say what you '
+                                'need to decide.')
         self.made.emit(path)
 
     def _fail(self, error: Exception) -> None:

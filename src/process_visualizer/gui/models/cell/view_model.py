@@ -99,13 +99,13 @@ class ViewModel(QObject):
         return _read(views)
 
     def _run(self, work: Callable[[], _Views]) -> None:
-        self._tasks.run(_LINE, work, self._take, self._tell)
+        self._tasks.run(_LINE, work, self._take, self._report_failure)
 
     def _take(self, views: _Views) -> None:
         self._views = views
         self.changed.emit()
 
-    def _tell(self, error: Exception) -> None:
+    def _report_failure(self, error: Exception) -> None:
         if not isinstance(error, (SavedViewError, RvizViewError, OSError)):
             raise error
         self.failed.emit(str(error))

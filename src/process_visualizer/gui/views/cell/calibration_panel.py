@@ -51,7 +51,7 @@ class CalibrationPanel(QWidget):
         self._show_devices()
         self._frame.setText('' if model.base is None else model.base.frame)
         self._fields.show_pose(model.pose)
-        can_move = not model.why_not
+        can_move = not model.blocked_reason
         self._fields.setEnabled(can_move)
         self._marker.setEnabled(can_move)
         self._marker.setChecked(model.has_marker)
@@ -74,8 +74,8 @@ class CalibrationPanel(QWidget):
 
     def _show_state(self) -> None:
         model = self._model
-        self._reason.setText(model.why_not)
-        self._reason.setVisible(bool(model.why_not))
+        self._reason.setText(model.blocked_reason)
+        self._reason.setVisible(bool(model.blocked_reason))
         text = f'As in {self._place()}.' if model.base is not None else ''
         if model.base is not None and model.is_unsaved:
             distance_m, angle_rad = difference(model.pose, model.base.pose)

@@ -31,7 +31,7 @@ class MadeNotice(NoticeFrame):
         close.clicked.connect(self.hide)
         self.add_buttons(edit, close)
         self.hide()
-        model.told.connect(self._text.setText)
+        model.summary_ready.connect(self._text.setText)
         model.made.connect(self._show_made)
 
     def follow(self, path: str) -> None:

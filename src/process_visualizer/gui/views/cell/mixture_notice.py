@@ -11,7 +11,7 @@ from process_visualizer.gui.models.cell.mixture_model import MixtureModel
 from process_visualizer.gui.toolkit.style import BAD
 from process_visualizer.gui.views.parts.notice_frame import NoticeFrame
 
-_MOST_TOLD = 3
+_MOST_SENTENCES = 3
 _MEANING = {
     Mode.PLAYBACK: '{}, in addition to the recording: what you see is a mixture. Stop that node.',
     Mode.REALTIME: '{}, which plays a recording: what you see is a mixture. Stop that player.'}
@@ -29,8 +29,9 @@ class MixtureNotice(NoticeFrame):
     def _show(self) -> None:
         sentences, mode = self._model.sentences, self._model.mode
         if sentences and mode is not None:
-            more = len(sentences) - _MOST_TOLD
-            told = '; '.join(sentences[:_MOST_TOLD]) + (f'; and {more} more' if more > 0 else '')
-            self._text.setText(_MEANING[mode].format(told))
+            more = len(sentences) - _MOST_SENTENCES
+            text = '; '.join(sentences[:_MOST_SENTENCES])
+            text += f'; and {more} more' if more > 0 else ''
+            self._text.setText(_MEANING[mode].format(text))
             self._text.setToolTip('\n'.join(sentences))
         self.setVisible(bool(sentences) and mode is not None)

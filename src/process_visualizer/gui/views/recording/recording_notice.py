@@ -125,10 +125,10 @@ def _finished(bag: FinishedBag, verdict: Optional[BagVerdict]) -> Notice:
     """The tick is the verdict of `cell report`, so that both say the same."""
     parts = f' ({len(bag.files)} files)' if len(bag.files) > 1 else ''
     text = f'{os.path.basename(bag.files[0])}{parts}'
-    told = 'checking whether it is complete…' if verdict is None else verdict.text
-    hint = '\n'.join([*bag.files, told, *bag.problems])
+    judgement = 'checking whether it is complete…' if verdict is None else verdict.text
+    hint = '\n'.join([*bag.files, judgement, *bag.problems])
     if verdict is None or not verdict.is_good:
-        return Notice('' if verdict is None else 'warning', f'{text}: {told}', hint)
+        return Notice('' if verdict is None else 'warning', f'{text}: {judgement}', hint)
     if not bag.problems:
         return Notice('ok', text, hint)
     return Notice('warning', f'{text}: {count_text(len(bag.problems), "problem")}. '
