@@ -41,7 +41,7 @@ def _value_types() -> Iterator[str]:
     yield _pattern_type('substitution', _SUBSTITUTION)
     yield ('  <xs:simpleType name="nothing">\n    <xs:restriction base="xs:token">\n'
            '      <xs:length value="0"/>\n    </xs:restriction>\n  </xs:simpleType>')
-    # Not all validators know which doubles there are: libxml2 takes 0E for one.
+    # Validators disagree on what a double is: libxml2 accepts 0E.
     pattern = f'pattern value={quoteattr(PATTERNS["number"])}'
     for name, facets in _NUMBERS.items():
         lines = ''.join(f'      <xs:{facet}/>\n' for facet in (pattern, *facets))

@@ -53,7 +53,7 @@ class NodeWarnings:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._found: Dict[_About, NodeWarning] = {}
-        self._stated: Dict[str, Deque[str]] = {}  # by node, what is in its log too
+        self._stated: Dict[str, Deque[str]] = {}  # by node, texts that are also in its log
 
     def take_log(self, node: str, severity: Severity, text: str, now_s: float) -> None:
         """Add a line of a node's log; lines that differ only in numbers are one warning."""

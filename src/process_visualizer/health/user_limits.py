@@ -7,7 +7,7 @@ import resource
 from pathlib import Path
 from typing import Callable, Optional
 
-_REAL_TIME_PRIORITY = 10  # more than the least, which joint_proc and the player's sender take
+_REAL_TIME_PRIORITY = 10  # above the lowest, which joint_proc and the player's sender use
 _CAP_SYS_NICE = 23  # the number of the capability in capabilities(7)
 _EFFECTIVE = 'CapEff:'
 _STATUS = Path('/proc/self/status')

@@ -12,7 +12,7 @@ RUN_VARIABLE = 'PROCESS_VISUALIZER_RUN'
 _TERM_TIMEOUT_S = 3.0
 _CHECK_PERIOD_S = 0.05
 _EXEC_S = 0.02  # in which a process has begun to be another program
-_LINUX = ('0', '2')  # the parents of what is no program
+_LINUX = ('0', '2')  # the parents of kernel threads, which are not programs
 
 
 def processes_of_run(run_id: str) -> List[int]:

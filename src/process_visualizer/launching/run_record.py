@@ -35,7 +35,7 @@ class RunRecord:
         owner = {'pid': os.getpid(), 'start_time': start_time(os.getpid()), 'folder': folder}
         written = self._path.with_suffix('.new')
         written.write_text(json.dumps(owner), encoding='utf-8')
-        written.replace(self._path)  # who cleans up meanwhile finds the record whole
+        written.replace(self._path)  # so that a concurrent clean-up finds a complete record
 
     def remove(self) -> None:
         """The run is over and left nothing."""

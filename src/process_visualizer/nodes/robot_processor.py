@@ -227,7 +227,7 @@ class RobotProcessor:
         if self._twist.is_awaited():
             return
         if self._twist.is_recorded and not self._twist.is_known:
-            self._display.hurry()  # an old number must not stand
+            self._display.hurry()  # an old number must not stay
         if self._drawing.is_due(now_s, early_s) and self._markers.get_num_connections() > 0:
             data_s = self._playback.clock.data_time_s(now_s)
             markers = self._display.markers(self._motion(data_s), self._force, data_s, now_s,
@@ -270,7 +270,7 @@ def recorded_joints(parameters: RobotParameters, model: Kinematics) -> Optional[
         return None
     offsets = rospy.get_param('joint_proc/joint_offsets', {})
     usable = {name: float(value) for name, value in offsets.items() if is_number(value)} \
-        if isinstance(offsets, dict) else {}  # joint_proc says what is wrong with them
+        if isinstance(offsets, dict) else {}  # joint_proc reports their problems
     return RecordedJoints(topic, JointMatching(parameters.robot_name, model.joint_names, usable,
                                                parameters.link_prefix))
 

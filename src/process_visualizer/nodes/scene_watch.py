@@ -42,7 +42,7 @@ class SceneWatch:
         self._pulses = Pulses(self._uri)
         self._meanings: Dict[str, Dict[str, str]] = {
             device.name: dict(device.nodes) for device in self._devices}
-        self._ages: Dict[str, Tuple[float, float]] = {}  # age [s], and when it was told
+        self._ages: Dict[str, Tuple[float, float]] = {}  # age [s], and when it was reported
         self._texts, self._calm = Pace(TEXT_PERIOD_S), Pace(CALM_PERIOD_S)
         self._lookups = Pace(LOOKUP_PERIOD_S)
         self._publisher = rospy.Publisher('~marker_array', MarkerArray, queue_size=1, latch=True)

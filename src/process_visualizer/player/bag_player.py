@@ -313,7 +313,7 @@ class BagPlayer:
             f'{os.path.basename(place.filename)}, line {place.lineno}; start it again, and send '
             'the developers this message and the bag')
 
-    # What the engine and the publishers tell, in their threads.
+    # Notifications of the engine and the publishers, in their threads.
 
     def on_jump(self, bag_ns: int) -> None:
         """Note a jump to a bag time [ns], before its scene is published."""

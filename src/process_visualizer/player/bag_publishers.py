@@ -48,7 +48,7 @@ class BagPublishers:
         ``sources`` has for each connection the one whose messages its own replace.
         """
         self._sender = TimedSender()
-        # Before rospy closes its connections: none of them is to be taken for a broken one then.
+        # Before rospy closes its connections: none must be mistaken for a broken one then.
         at_shutdown(self._sender.close)
         self._listener = listener
         self._topics = [TopicPublisher(topic.name, topic.connection, topic.latch, self._sender,

@@ -30,7 +30,7 @@ class SimulatedClock:
         self._period_s = 1.0 / frequency_hz
         self._on_settled = on_settled
         self._publisher = rospy.Publisher('/clock', Clock, queue_size=10, tcp_nodelay=True)
-        self._lock = threading.Lock()  # what is told later must not be published earlier
+        self._lock = threading.Lock()  # later times must not be published earlier
         self._time = SimulatedTime()
         self._settled_s = float('inf')
         self._changed = threading.Event()

@@ -27,7 +27,7 @@ class TimedSender:
         if not self._sender:
             raise OSError('the sender of messages cannot be started')
         end = weakref.finalize(self, self._waiting.timed_sender_delete, self._sender)
-        end.atexit = False  # what is called while Python ends may still use it
+        end.atexit = False  # functions called while Python exits may still use it
         self._closing = threading.RLock()  # a signal may interrupt one call and make another
         self._on_broken: Dict[int, Callable[[], None]] = {}
         self._thread = threading.Thread(target=self._watch, name='broken links', daemon=True)

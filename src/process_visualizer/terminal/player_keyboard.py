@@ -22,7 +22,7 @@ from typing import Any, Callable, Deque, Dict, Iterator, List, Optional, Type
 from process_visualizer.terminal.key_decoder import KeyDecoder
 
 _ESCAPE_MS = 50  # by then the rest of a sequence has come; a lone escape was the key
-_BACKGROUND_MS = 1000  # no signal tells a process that runs already that "fg" has come
+_BACKGROUND_MS = 1000  # no signal tells a running process about "fg"
 
 
 class Keyboard:
@@ -38,7 +38,7 @@ class Keyboard:
         """Keys come from a file descriptor, by default standard input."""
         self._terminal = terminal
         self._saved: Optional[List[Any]] = None  # attributes of the terminal while it is changed
-        self._using = threading.RLock()  # what is read, and how: a line only after its end
+        self._using = threading.RLock()  # for reading and its mode
         self._handlers: Dict[int, Any] = {}
         self._decoder = KeyDecoder()
         self._keys: Deque[str] = deque()
@@ -114,7 +114,7 @@ class Keyboard:
             except OSError as error:
                 if error.errno != errno.EIO:
                     raise
-                return b''  # in the background, as the next look will tell
+                return b''  # in the background, as the next check will show
         if not data:
             self._stopped = True  # the terminal was closed
         return data

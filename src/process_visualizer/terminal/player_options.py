@@ -47,7 +47,7 @@ class PlayerOptions:
     queue_size: int
     quiet: bool
     reindex: bool
-    pauses_beside_others: bool  # else they are told, and it plays on
+    pauses_beside_others: bool  # else they are reported, and it continues
 
 
 def parse_options(arguments: Sequence[str]) -> PlayerOptions:

@@ -11,7 +11,7 @@ from process_visualizer.playback.time_text import format_time
 _BAR_CELLS = 40
 _FEWEST_BAR_CELLS = 8
 _LONGEST_LABEL = 24
-_VISIBLE_SHARE = 0.95  # of the rate: what is kept at or above this is not worth telling
+_VISIBLE_SHARE = 0.95  # of the rate: a higher achieved share is not shown
 
 
 class Symbols(NamedTuple):

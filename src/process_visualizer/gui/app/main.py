@@ -198,4 +198,4 @@ def _remember(app: QApplication, window: LauncherApp, launcher: Launcher,
     settings.store('configuration', launcher.cell.source)
     settings.store('recording', launcher.recording.choices.settings())
     settings.store('bag', launcher.bag.settings())
-    settings.sync()  # another program may take this one's place at once
+    settings.sync()  # another program may replace this one at once

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-_EDGE_SHARE = 0.1  # of the shown time: so far from the edge comes what was out of sight
+_EDGE_SHARE = 0.1  # of the shown time: distance from the edge for a moment that was out of sight
 SHORTEST_S = 1.0
 """The shortest part, so that nobody gets lost between two messages."""
 

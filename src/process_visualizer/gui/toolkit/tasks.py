@@ -86,7 +86,7 @@ class Tasks(QObject):
                 return
             try:
                 outcome = _Outcome(task, task.function(), None)
-            except Exception as error:  # handed to the GUI thread, which tells the operator
+            except Exception as error:  # passed to the GUI thread, which shows it
                 outcome = _Outcome(task, None, error)
             self._ended.emit(outcome)
 

@@ -31,7 +31,7 @@ class Complaints:
         self._book = ComplaintBook()
         self._next_log_s: Dict[str, float] = {}
         self._wake = threading.Event()
-        self._pause = threading.Event()  # nobody sets it: ROS time may stand still
+        self._pause = threading.Event()  # never set; used because ROS time may stop
         self._publisher = rospy.Publisher(DIAGNOSTICS, DiagnosticArray, queue_size=10)
         threading.Thread(target=self._run, name='complaints', daemon=True).start()
 

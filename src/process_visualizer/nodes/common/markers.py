@@ -60,7 +60,7 @@ class Pace:
 
         It may be early by ``early_s``, so that events with about this period are not skipped.
         """
-        # A clock that was set back starts anew.
+        # After a clock was set back, start again.
         if self._next_s - self._period_s <= now_s < self._next_s - early_s:
             return False
         late_s = now_s - self._next_s

@@ -53,7 +53,7 @@ class NewestMessage:
         return self._message
 
     def _class(self, message_type: str) -> Optional[type]:
-        if message_type not in self._classes:  # looking for one that is not there takes long
+        if message_type not in self._classes:  # searching for a missing one takes long
             self._classes[message_type] = roslib.message.get_message_class(message_type)
         return self._classes[message_type]
 

@@ -88,7 +88,7 @@ class NodePulse:
         self._connection.close()
         self._connection = None
         if problem:
-            self._uri = None  # one that was started anew is elsewhere
+            self._uri = None  # a restarted node has another address
         else:
             self._seen = True
         self._note(problem)

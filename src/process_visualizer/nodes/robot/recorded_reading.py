@@ -23,7 +23,7 @@ JOINTS_HZ = 100.0
 _ANSWER_S = 5.0
 _NS = 1e-9
 _SHORTEST = 0.9  # of a period: joint states come unevenly
-_Event = Tuple[float, Callable[[], Optional[ToolPose]]]  # when recorded [s], and what it brings
+_Event = Tuple[float, Callable[[], Optional[ToolPose]]]  # recording time [s], and its pose
 Decoders = Callable[[str], Optional[PoseDecoder]]
 
 
@@ -123,7 +123,7 @@ class RecordedReader:
             try:
                 found = self._joints.decode(joints.type, message, joints.begin_s + recorded_s)
             except ValueError:
-                continue  # joint_proc tells of it when it is played
+                continue  # joint_proc reports it when it is played
             positions.update(found.positions)
             if found.positions and recorded_s >= next_s:
                 next_s = recorded_s + _SHORTEST / JOINTS_HZ

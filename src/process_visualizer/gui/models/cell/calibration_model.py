@@ -174,7 +174,7 @@ class CalibrationModel(QObject):
 
     def _base(self, name: str) -> BaseFrame:
         base = self._devices[name].base
-        assert base is not None  # set_devices takes no others
+        assert base is not None  # set_devices accepts no others
         return base
 
     def _edit(self, pose: Pose) -> None:

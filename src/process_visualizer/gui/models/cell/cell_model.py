@@ -99,7 +99,7 @@ class CellModel(QObject):
         return {'path': self.path, 'arguments': self._arguments}
 
     def _take(self, loaded: _Loaded) -> None:
-        if loaded.path != self.path:  # another file was opened meanwhile
+        if loaded.path != self.path:  # another file was opened in the meantime
             return
         self.is_loading = False
         self.problems = loaded.problems

@@ -78,7 +78,7 @@ class LaunchGuard(QObject):
 
     def _take(self, choice: Choice, others: Others) -> None:
         if choice is not self._choice:
-            return  # it was cancelled meanwhile
+            return  # it was cancelled in the meantime
         if not others:
             self.launch_all_the_same()
             return

@@ -48,7 +48,7 @@ from process_visualizer.playback.time_text import format_time
 
 _FEWEST_LANES = 2  # that are visible, if there are so many
 _FONT_PX = 11
-_PLAYHEAD_REACH, _HOVER_REACH = 10, 110  # px to each side of them that are drawn anew
+_PLAYHEAD_REACH, _HOVER_REACH = 10, 110  # px to each side of them that are redrawn
 _HINT = ('Press to go there, drag to look around, drag A and B to change the loop.\n'
          'Turn the wheel to zoom in (Shift: move), double-click to see all.\n'
          'Home and End: to the ends. Page up and down: from mark to mark. A, B, L: the loop.')

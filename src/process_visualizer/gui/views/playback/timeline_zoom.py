@@ -10,8 +10,8 @@ from process_visualizer.gui.toolkit.shown_time import ShownTime, whole
 BAR_HEIGHT = 10
 _STEP = 1.25
 """One notch of a wheel, or one press of a key, zooms by this factor."""
-_NOTCH = 120  # eighths of a degree: what Qt tells of one notch
-_MOVED_SHARE = 0.15  # of the shown time: so far moves a notch
+_NOTCH = 120  # eighths of a degree, as Qt reports one notch
+_MOVED_SHARE = 0.15  # of the shown time: the movement for a notch
 _PARTS = 1_000_000  # of the recording: the steps of the scroll bar
 
 
