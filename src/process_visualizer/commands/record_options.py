@@ -56,7 +56,7 @@ def record_options(values: argparse.Namespace) -> RecordOptions:
     """Return the parsed options.
 
     Raises:
-        ValueError: they contradict each other, or nothing is to be recorded.
+        ValueError: they contradict each other, or there is nothing to record.
     """
     configs = [word for word in values.words if _is_configuration(word)]
     topics = tuple(word for word in values.words if word not in configs)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Chooses a robot's tool frame; nothing else does."""
+"""Chooses a robot's tool frame, in this one place."""
 from __future__ import annotations
 
 from dataclasses import dataclass
