@@ -73,4 +73,4 @@ def decode(raw: RawMessage, message_class: Optional[Any]) -> Any:
     try:
         return message_class().deserialize(raw.content)
     except genpy.DeserializationError as error:
-        raise ValueError(f'its bytes are not a valid {raw.message_type}: {error}') from error
+        raise ValueError(f'its bytes are not those of {raw.message_type}: {error}') from error
