@@ -198,7 +198,7 @@ def close_while_recording(operator: Operator, folder: Path) -> str:
     before = nodes()
     operator.window.close()
     question = operator.widget('question', QMessageBox)
-    assert 'A recording is being made' in question.text()
+    assert 'A recording is in progress' in question.text()
     question.button(QMessageBox.Cancel).click()
     operator.wait(lambda: recording.elapsed_s > 2.0, 'it goes on')
     assert operator.window.isVisible()
