@@ -51,7 +51,7 @@ class ArrivalRecorder:
         return Answer(int(request_ns), int(answer_ns), success == '1', message)
 
     def finish(self) -> np.ndarray:
-        """Wait until no message comes any more; returns all arrivals.
+        """Wait until no more messages come; return all arrivals.
 
         They are records of ``time_ns`` (``time.monotonic_ns``), the number of the ``topic``, the
         ``size`` in bytes, and the first 64 bytes as ``front``.
@@ -90,5 +90,5 @@ def _program() -> str:
 
 
 def _devel() -> str:
-    """The devel space of the workspace, which stands first in the environment."""
+    """The devel space of the workspace, which is first in the environment."""
     return os.environ['CMAKE_PREFIX_PATH'].split(os.pathsep)[0]

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measures where the velocity's arrow points, against the tool's true motion.
+"""Measures the direction of the velocity's arrow against the tool's true motion.
 
 usage: bench/run arrow_direction [--seconds 20]
 
 Robots like a UR5e and a Panda, with and without hand, move on a known path while their last joint
-turns by 1 rad/s; their drivers report the tool by several conventions. Where the arrow points and
-begins is what RViz would draw 60 times a second. Angles are from the motion at the time that the
-velocity belongs to; in brackets, from that of the moment, which the delay of the velocity adds to.
+turns at 1 rad/s; their drivers report the tool by several conventions. Direction and foot of the
+arrow are computed as RViz would draw them 60 times a second. Angles are measured from the motion at
+the time of the velocity; in brackets, from the motion at the moment of drawing, which includes the
+delay of the velocity.
 """
 from __future__ import annotations
 

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measures how far an arrow is from the tool that it belongs to, in the pictures that RViz draws.
+"""Measures the distance of an arrow from its tool in the pictures that RViz draws.
 
 usage: bench/run arrow_foot [--pictures 60] [--speed 0.5] [--keep FOLDER]
 
 The upper robot moves its tool along a circle; its driver sends 125 times a second. Of its model
 only a ball is drawn, with its centre at the tool, seen from above. A constant force gives an arrow
 of constant length and direction, so the distance from the ball's centre to the arrow's tip is the
-same in every picture, unless the arrow's foot and the tool are drawn at two places. Beside it
-stands an arrow as in the thesis: at the driver's last tool position in the base frame, not locked
-to a frame. Where the tips are when nothing moves is measured first, and what that scatters too.
+same in every picture, unless the arrow's foot and the tool are drawn at different places. Beside
+it is an arrow as in the thesis: at the driver's last tool position in the base frame, not locked
+to a frame. The places of the tips at rest, and their scatter, are measured first.
 """
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def _thesis_arrow(position: np.ndarray) -> Marker:
 
 
 class Feet:
-    """Where tf has the foot of the arrow, seen from the tool, when its marker comes."""
+    """The foot of the arrow in tf, relative to the tool, when its marker arrives."""
 
     def __init__(self) -> None:
         self.distances_m: List[float] = []

@@ -16,7 +16,7 @@ _TIP_PIXELS = 3
 
 
 class Window(NamedTuple):
-    """The part of the screen that is looked at [pixels]."""
+    """The evaluated part of the screen [pixels]."""
 
     left: int
     top: int
@@ -54,15 +54,15 @@ def _pixels(picture: np.ndarray, name: str) -> np.ndarray:
 
 
 def _tip(places: np.ndarray, sign: int) -> np.ndarray:
-    """Where an arrow ends that points along a row of pixels.
+    """The tip of an arrow that points along a row of pixels.
 
-    Along the arrow it is where the last pixels are, and across it the middle of all.
+    Along the arrow it is at the last pixels, across it in the middle of all.
     """
     reach = np.sort(sign * places[:, 0])[-_TIP_PIXELS:].mean()
     return np.array([sign * reach, places[:, 1].mean()])
 
 
 def distances(tips: np.ndarray, standing: np.ndarray) -> Tuple[float, float, float]:
-    """Median, 95th percentile and maximum of the tips' (n, 2) distances from where they stand."""
+    """Median, 95th percentile and maximum of the tips' (n, 2) distances from rest."""
     lengths = np.linalg.norm(tips - standing, axis=1)
     return float(np.median(lengths)), float(np.percentile(lengths, 95)), float(lengths.max())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Robots that move on a known path, and where their arrows point on the screen meanwhile.
+"""Moves robots on a known path, and finds the direction of their arrows on the screen.
 
 The nodes are those that the command `cell` generates, with the models in test/data. A frame of
 the screen is taken 60 times a second: the arrow's marker is drawn with the newest transform, as
@@ -65,7 +65,7 @@ MODELS = (
 
 
 class Convention(NamedTuple):
-    """How a driver reports the tool: as what, turned how, and how far from the model's frame."""
+    """How a driver reports the tool: type, rotation, and distance from the model's frame."""
 
     title: str
     form: str = 'rotation vector'
@@ -90,7 +90,7 @@ CONVENTIONS = (
 
 
 class Result(NamedTuple):
-    """What was drawn: angles [rad] and distances [m] of all frames of the screen."""
+    """The drawing: angles [rad] and distances [m] in all frames of the screen."""
 
     of_velocity: np.ndarray  # from the motion at the time that the velocity belongs to
     of_moment: np.ndarray  # from the motion of the moment
@@ -98,7 +98,7 @@ class Result(NamedTuple):
 
 
 class ToolPath(NamedTuple):
-    """The joints' positions over the time, and so the tool's."""
+    """The positions of the joints over time, and so of the tool."""
 
     model: Model
     kinematics: Kinematics
@@ -191,7 +191,7 @@ def _orientation(form: str, tool: Placement) -> Sequence[float]:
 
 
 class Screen:
-    """What RViz would draw of the velocity's arrow, 60 times a second."""
+    """The velocity's arrow as RViz would draw it, 60 times a second."""
 
     def __init__(self, model: Model, device: str = 'arm') -> None:
         self._model = model
@@ -212,7 +212,7 @@ class Screen:
             subscriber.unregister()
 
     def watch(self, path: ToolPath, offset: Placement, duration_s: float) -> Result:
-        """Compare what is drawn with the path; the arrow of before is forgotten."""
+        """Compare the drawing with the path, without the previous arrow."""
         rows: List[List[float]] = []
         self._arrow = None
         rate, end_s = rospy.Rate(SCREEN_HZ), rospy.get_time() + duration_s
@@ -258,7 +258,7 @@ def _angle(first: Sequence[float], second: Sequence[float]) -> float:
 
 def measure(model: Model, conventions: Sequence[Convention], duration_s: float, folder: Path,
             take: Callable[[Convention, Result], None]) -> None:
-    """Start the nodes of a robot, drive it, and hand on what is drawn with each convention."""
+    """Start the nodes of a robot, drive it, and return the drawing for each convention."""
     path = ToolPath(model, Kinematics((DATA / f'{model.file}.urdf').read_text()),
                     rospy.get_time())
     with _running(model, folder):
@@ -274,7 +274,7 @@ def measure(model: Model, conventions: Sequence[Convention], duration_s: float, 
 
 
 def wait_for_arrow(screen: Screen) -> None:
-    """Wait until what is drawn belongs to what is reported now."""
+    """Wait until the drawing belongs to the present convention."""
     end_s = time.monotonic() + 60.0
     screen._arrow = None
     while screen._arrow is None and time.monotonic() < end_s:

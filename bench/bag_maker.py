@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Writes bags for benchmarks: every message says which one it is, and when each is due is known.
+"""Writes bags for benchmarks: every message has its index and a known due time.
 
 The times are an ideal schedule: message k of a topic at k / rate, and 0.1 ms after that of the
 topic before it. Chunks of 768 KB without compression, as `rosbag record` writes them.

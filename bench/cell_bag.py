@@ -31,7 +31,7 @@ _JOINT_HZ, _FORCE_HZ, _SENSOR_HZ, _IMAGE_HZ = 125, 94, 50, 30
 
 
 def cell_bag(folder: str, length_s: float) -> MadeBag:
-    """Return the bag of so many seconds from the folder; write it if it is not there."""
+    """Return the bag of so many seconds from the folder; write it if it does not exist."""
     cycle = SewingCycle()
     topics: List[BagTopic] = []
     for arm in ARMS:
@@ -68,7 +68,7 @@ def _array_topic(name: str, rate_hz: int, length_s: float,
 
 
 class _Frames:
-    """The Kinect's pictures; colour and depth of one index are asked for one after the other."""
+    """The Kinect's pictures; colour and depth of one index are requested in turn."""
 
     def __init__(self, cycle: SewingCycle) -> None:
         self._cycle = cycle

@@ -101,7 +101,7 @@ def _sample(pid: int) -> Optional[Sample]:
 
 
 def _name(pid: int) -> str:
-    """The node's name from the process' arguments, else its program."""
+    """The node's name from the arguments of the process, or its program."""
     words: List[str] = Path(f'/proc/{pid}/cmdline').read_text().split('\0')
     program = os.path.basename(words[1] if 'python' in words[0] and len(words) > 1 else words[0])
     names = [word[len('__name:='):] for word in words if word.startswith('__name:=')]

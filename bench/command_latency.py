@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How long after a command what it asks for has arrived at a subscriber."""
+"""Computes how long after a command its effect arrives at a subscriber."""
 from __future__ import annotations
 
 import struct
@@ -12,19 +12,19 @@ _STATE_RATE_OFFSET = 32
 
 
 class Seen(NamedTuple):
-    """What has arrived: when [ns], of which topic, and which message of it; all (n,)."""
+    """Arrivals: time [ns], topic, and index of the message; all (n,)."""
 
     times_ns: np.ndarray
     topics: np.ndarray
     indexes: np.ndarray
 
     def between(self, begin_ns: int, end_ns: int) -> 'Seen':
-        """What arrived in a part of the time; the arrivals are in order."""
+        """The arrivals in a part of the time, in order."""
         first, last = np.searchsorted(self.times_ns, [begin_ns, end_ns])
         return Seen(self.times_ns[first:last], self.topics[first:last], self.indexes[first:last])
 
     def first_arrivals(self) -> 'Seen':
-        """What was later in the recording than all before it on its topic: no scene repeated."""
+        """Arrivals later in the recording than all before on their topic: no repeated scene."""
         new = np.zeros(len(self.times_ns), bool)
         for topic in np.unique(self.topics):
             its = self.topics == topic
@@ -37,7 +37,7 @@ def scene_latency_ms(seen: Seen, request_ns: int, expected: Sequence[int]) -> fl
     """Return how long after a seek the last topic's message has arrived [ms]; NaN if one did not.
 
     Args:
-        seen: what arrived from the request to the next one; other messages do not count.
+        seen: arrivals from the request to the next one; other messages do not count.
         expected: index of each topic's last message at or before the position; -1: there is none.
     """
     last_ns = request_ns
@@ -64,7 +64,7 @@ def rate_latency_ms(before: Seen, after: Seen, due_ns: Sequence[np.ndarray], old
     the request and the one after the change meet.
 
     Args:
-        before, after: what arrived while the old and while the new rate held.
+        before, after: arrivals during the old and during the new rate.
         due_ns: for each topic the bag times of its messages.
     """
     old_ns = _line_offset_ns(before, due_ns, old_rate, request_ns)

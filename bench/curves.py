@@ -5,8 +5,8 @@ usage: python3 bench/curves.py [--folder FOLDER]    (in the workspace)
 
 The bags are 20 s of the whole cell with its Kinect (46 MB/s) and an hour of its robots and sensors
 (838 messages a second); they are kept in the folder for the next run. Each is read in a thread,
-as the launcher does it, while the main thread wakes up every millisecond: how late it does is how
-long a window would have been blocked. The file is in the page cache.
+as the launcher does it, while the main thread wakes up every millisecond: its delay is the time
+for which a window would have been blocked. The file is in the page cache.
 """
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measures how long after a process is stopped or killed the scene says so.
+"""Measures how soon the scene says that a process was stopped or killed.
 
 usage: bench/run dead [--pictures FOLDER]
 
-The simulated sewing cell runs with RViz. Each process that draws is stopped (SIGSTOP) and goes on
-again; then each is killed (SIGKILL). Measured is when the words that name it arrive, and when the
-last marker that it has sent goes away.
+The simulated sewing cell runs with RViz. Each process that draws is stopped (SIGSTOP) and
+continued; then each is killed (SIGKILL). The program measures when the words that name it arrive,
+and when its last marker disappears.
 """
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ NODES = {
     '/ur_rt_lower/robot_state_publisher': '', '/ur_rt_lower/joint_proc': '',
     '/sewing_machine/sewing_machine': '/sewing_machine/marker_array',
     '/camera/camera_nodelet_manager': '', '/kinect/depth_proc': ''}
-"""What is stopped, and where it publishes markers."""
+"""The stopped nodes, and their topics of markers."""
 _TIMEOUT_S = 10.0
 _SHARE_OVER_S = 5.0
 _PICTURE_AFTER_S = 1.5  # RViz needs a moment on a busy machine

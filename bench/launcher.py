@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The launcher with the simulated cell: how long a launch takes, and what the window costs.
+"""The launcher with the simulated cell: time to launch, and cost of the window.
 
 usage: bench/run launcher [--runs 3]
 
 From the click on "Launch nodes" to RViz having every display OK, and, while a Kinect bag of 20 s is
-played (46 MB/s), the share of a core that the window's process takes and how long its GUI thread
-was blocked at most (with what it waited for a processor, and without).
+played (46 MB/s), the share of a core that the window's process takes and the longest block of its
+GUI thread (with and without the wait for a processor).
 """
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def _options() -> argparse.Namespace:
 
 
 def _launch(launcher: Launcher, window: LauncherApp) -> float:
-    """Launch, wait until all is drawn, quit; returns the time of the first part [s]."""
+    """Launch, wait until everything is drawn, quit; return the time of the first part [s]."""
     displays: List[bool] = []
     connection = launcher.link.displays.connect(
         lambda found: displays.append(all(it.level == 0 for it in found)))
@@ -105,7 +105,7 @@ def _quit(launcher: Launcher, window: LauncherApp) -> None:
 
 
 def _until(condition: Callable[[], bool], timeout_s: float) -> None:
-    """Let the window live until a condition holds; raises TimeoutError."""
+    """Process events until a condition is true; raise TimeoutError otherwise."""
     loop, timer = QEventLoop(), QTimer()
     deadline = time.monotonic() + timeout_s
     timer.timeout.connect(lambda: loop.quit() if condition() or time.monotonic() > deadline

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where the messages of the made bags say which one of their topic they are."""
+"""The index of a message within its topic, in the messages of the made bags."""
 from __future__ import annotations
 
 import struct
@@ -9,7 +9,7 @@ import numpy as np
 
 
 class _Place(NamedTuple):
-    """The index stands in the bytes at ``offset`` as a number of ``kind``, in steps of ``step``."""
+    """The index is in the bytes at ``offset`` as a number of ``kind``, in steps of ``step``."""
 
     offset: int
     kind: str
@@ -55,5 +55,5 @@ def feed_rate_message(index: int) -> bytes:
 
 
 def text_message(index: int, size: int) -> bytes:
-    """A std_msgs/String of so many bytes, at least 12."""
+    """A std_msgs/String of this many bytes, at least 12."""
     return struct.pack('<I', size - 4) + f'{index:08d}'.encode().ljust(size - 4, b'.')

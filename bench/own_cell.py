@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measures where the arrows of the cell in scripts/own_cell point, against the tools' true motion.
+"""Measures the direction of the arrows in scripts/own_cell against the tools' true motion.
 
 usage: bench/run own_cell FOLDER [--seconds 20]
 
-The packages ur_description and franka_description are below the folder. Angles are from the motion
-at the time that the velocity belongs to; in brackets, from that of the moment.
+The packages ur_description and franka_description are below the folder. Angles are measured from
+the motion at the time of the velocity; in brackets, from that at the moment of drawing.
 """
 from __future__ import annotations
 

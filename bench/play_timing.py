@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Plays the sewing cell's bag with `rosbag play` and with bag_player: who keeps time better?
+"""Plays the sewing cell's bag with `rosbag play` and with bag_player: which one keeps time better?
 
 usage: bench/run play_timing [--rounds 2] [--rates 1,0.25,4] [--folder FOLDER] [--no-rviz]
                              [--together] [--busy N]
@@ -10,9 +10,9 @@ message arrives. The schedule error of a message is its arrival minus the time w
 its time in the bag divided by the rate, plus one offset for the whole run (see schedule_error.py).
 The table has percentiles of its size over all rounds. On a virtual machine, a run in which the host
 took time is repeated (see stolen_time.py); with ``--together`` the players do not take turns but
-play at the same time, each with a master and a subscriber of its own, so that what the host takes
-is taken from both. With ``--busy`` other programs compute at the same time. The last part plays
-at 1x while the whole cell runs in playback mode with RViz on the screen.
+play at the same time, each with a master and a subscriber of its own, so that the host disturbs
+both equally. With ``--busy`` other programs compute at the same time. The last part plays at 1x
+while the whole cell runs in playback mode with RViz on the screen.
 """
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def _compare(bag: MadeBag, rate: float, options: argparse.Namespace, title: str,
 
 
 def _play_all(bag: MadeBag, players: Sequence[str], rate: float) -> Dict[str, List[TopicError]]:
-    """Let players play at the same time, if they are several."""
+    """Let several players play at the same time."""
     if len(players) == 1:
         return {players[0]: _play(bag, players[0], rate)}
     with ProcessPoolExecutor(len(players)) as processes:
@@ -99,7 +99,7 @@ def _play_all(bag: MadeBag, players: Sequence[str], rate: float) -> Dict[str, Li
 
 
 def _play_apart(folder: str, player: str, rate: float) -> List[TopicError]:
-    """Play the bag in a folder, with a master of one's own; in a process of its own."""
+    """Play the bag in a folder, with a separate master and process."""
     os.environ['ROS_MASTER_URI'] = f'http://127.0.0.1:{_free_port()}'
     os.environ['ROS_HOME'] = tempfile.mkdtemp(dir=os.environ['ROS_HOME'])
     with ros_master():
@@ -144,7 +144,7 @@ def _by_topic(bag: MadeBag, arrivals: np.ndarray) -> Sequence[TopicArrivals]:
 
 @contextlib.contextmanager
 def _busy(count: int) -> Iterator[None]:
-    """So many programs that compute without a pause."""
+    """A number of programs that compute without a pause."""
     programs = [subprocess.Popen([sys.executable, '-c', 'while True: pass']) for _ in range(count)]
     try:
         yield
@@ -156,7 +156,7 @@ def _busy(count: int) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _cell_with_rviz(bag: MadeBag) -> Iterator[None]:
-    """The cell in playback mode, once RViz has drawn everything that is in the bag."""
+    """The cell in playback mode, once RViz has drawn everything in the bag."""
     folder = os.path.join(os.environ['ROS_HOME'], 'play_timing')
     subprocess.run(['rosrun', 'process_visualizer', 'cell', 'generate', _CELL, '--mode',
                     'playback', '--output', folder], check=True, stdout=subprocess.DEVNULL)

@@ -14,7 +14,7 @@ from process_visualizer.nodes.view_picture import wait_for_master
 
 PEER, OURS = 'rosbag play', 'process_visualizer'
 ORDINARY = 'process_visualizer as an ordinary user'
-"""Who may not have real-time priority; root may, unless the capability is taken away."""
+"""The player without real-time priority; root gives up its capability for that."""
 _PLAYER = ['rosrun', 'process_visualizer', 'bag_player']
 COMMANDS: Dict[str, List[str]] = {
     PEER: ['rosrun', 'rosbag', 'play'], OURS: _PLAYER,
@@ -34,7 +34,7 @@ def ros_master() -> Iterator[None]:
 
 @contextlib.contextmanager
 def playing(player: str, bag: Path, options: Sequence[str]) -> Iterator['subprocess.Popen[bytes]']:
-    """A player that plays a bag; its keyboard is there, but nobody types."""
+    """A player that plays a bag; it has a keyboard, on which nobody types."""
     command = [*COMMANDS[player], '-q', *options, str(bag)]
     with _ended(subprocess.Popen(command, stdin=subprocess.PIPE,
                                  stdout=subprocess.DEVNULL)) as process:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Commands the player at random, and compares what is seen with a scan of the recording.
+"""Commands the player at random, and compares the scene with a scan of the recording.
 
 usage: bench/run random_commands [--commands 2000] [--seed 1] [--seconds 10] [--folder FOLDER]
 
@@ -44,7 +44,7 @@ Command = Tuple[str, Callable[[], Any]]
 
 
 class Result(NamedTuple):
-    """How many commands of each kind were given, and what came of them."""
+    """How many commands of each kind were given, and their results."""
 
     given: Dict[str, int]
     compared: int
@@ -53,14 +53,14 @@ class Result(NamedTuple):
 
 
 class Services:
-    """The player's services; each call has a connection of its own, for any thread."""
+    """The player's services; each call has its own connection, for any thread."""
 
     def __init__(self) -> None:
         """Wait for the player."""
         rospy.wait_for_service('/bag_player/step', _LONGEST_S)
 
     def call(self, name: str, service: Any = Trigger, *values: Any) -> None:
-        """Call one; that it refuses what cannot be done is as it should be.
+        """Call a service; it may refuse a command that is not possible.
 
         Raises:
             rospy.ServiceException: there is no answer.
@@ -82,11 +82,11 @@ class RandomCommands:
         self._weights = [6, 2, 0.5, 4, 2, 4, 2, 3, 3, 4]
 
     def next(self) -> Command:
-        """Return the name of a command and what gives it."""
+        """Return the name of a command and the function that gives it."""
         return self._random.choices(self._kinds, self._weights)[0]()
 
     def ending(self) -> List[Command]:
-        """Return commands that end play: a pause, or steps while messages are under way."""
+        """Return commands that end playback: a pause, or steps during playback."""
         if self._random.random() < 0.5:
             return [('pause', lambda: self._services.call('pause'))]
         return [self._time_step() for _ in range(self._random.randint(1, 4))]
@@ -142,7 +142,7 @@ class Session:
         self._counting = threading.Lock()
 
     def run(self, count: int) -> Result:
-        """Give so many commands.
+        """Give a number of commands.
 
         Raises:
             RuntimeError, rospy.ServiceException: the player does not answer any more.

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Records, plays the recording, and records that: has the second bag the same messages?
+"""Records, plays the recording, records that, and compares the messages of the two bags.
 
 usage: bench/run record_again [--seconds 30] [--cameras 1]
 
-Messages are compared byte by byte; "more" are those that the second bag has behind them (a player
+Messages are compared byte by byte; "more" are those that the second bag has after them (a player
 may show the last messages again when it ends). The spacing of a topic is the time from one message
 to the next; the table says by how much it differs between the bags.
 """
@@ -53,7 +53,7 @@ def _options() -> argparse.Namespace:
 
 
 def _record(path: str, topics: List[str], publisher: List[str]) -> None:
-    """Record what a program publishes from its start to its end."""
+    """Record everything that a program publishes."""
     recorder = OwnRecorder(path, topics)
     recorder.start()
     subprocess.run(publisher, check=True, stdout=subprocess.DEVNULL, stdin=subprocess.DEVNULL)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Compares what is published with what is recorded, by bag_recorder and by `rosbag record`.
+"""Compares published with recorded messages, for bag_recorder and for `rosbag record`.
 
 usage: bench/run record_loss [--seconds 60] [--cameras 1 2 3] [--no-rviz]
 
@@ -80,7 +80,7 @@ def _rviz() -> 'subprocess.Popen[bytes]':
 
 
 def _compare(cameras: int, seconds: int) -> int:
-    """Run both recorders with the same load; return 1 if the own one lost a message."""
+    """Run both recorders with the same load; return 1 if our own lost a message."""
     recorders: List[Recorder] = [OwnRecorder, RosbagRecord]
     results = [_run(recorder, cameras, seconds) for recorder in recorders]
     own, other = results

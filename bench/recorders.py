@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The recorders that are compared: each is started, records the topics given, and is stopped."""
+"""The compared recorders: each is started, records the given topics, and is stopped."""
 from __future__ import annotations
 
 import os
@@ -51,7 +51,7 @@ class OwnRecorder:
 
 
 class RosbagRecord:
-    """`rosbag record`; it says nothing about when it is ready: the load waits for subscribers."""
+    """`rosbag record`; it does not report when it is ready, so the load waits."""
 
     name = 'rosbag record'
 
@@ -96,7 +96,7 @@ def topics_of_load(cameras: int) -> List[str]:
 
 
 def load_program() -> str:
-    """Build the load, which is no part of the ordinary build, and return its path."""
+    """Build the load, which is not part of the ordinary build, and return its path."""
     devel = os.environ['CMAKE_PREFIX_PATH'].split(':')[0]
     subprocess.run(['cmake', '--build', os.path.join(os.path.dirname(devel), 'build'), '--target',
                     'record_load'], check=True, stdout=subprocess.DEVNULL)

@@ -4,9 +4,9 @@
 usage: bench/run robots [1 2 5 10 20] [--seconds 20]
 
 Each robot has its joint and robot processors and its robot_state_publisher. Their drivers and the
-stopwatch are one C++ program (bench/robots_driver.cpp), which has real-time priority where that is
-allowed, as real drivers do not compete with what they drive. Shares are of one core; the host's
-share is of a virtual machine's time (see stolen_time.py).
+stopwatch are one C++ program (bench/robots_driver.cpp), which has real-time priority if that is
+allowed, as real drivers do not compete with the programs under test. Shares are of one core; the
+host's share is of a virtual machine's time (see stolen_time.py).
 """
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Makes a bag of large images beside small topics; each message says which one it is.
+"""Makes a bag of large images and small topics; each message has its index.
 
 Images of 2.5 MB at 30 Hz (75 MB/s), arrays at 125 Hz, transforms at 50 Hz, markers of 60 kB at
 10 Hz and texts at 5 Hz. No two messages have the same time.
@@ -25,7 +25,7 @@ _MARKER = Marker(type=Marker.LINE_LIST, points=[Point()] * 2500)
 
 
 def scene_bag(folder: str, length_s: float) -> MadeBag:
-    """Return the bag of so many seconds from the folder; write it if it is not there."""
+    """Return the bag of so many seconds from the folder; write it if it does not exist."""
     topics = [BagTopic('/image', 30, Image, partial(_stamped, _IMAGE, _IMAGE)),
               BagTopic('/array', 125, Float32MultiArray,
                        lambda index, _time_ns: array_message(index, [1.0] * 6)),

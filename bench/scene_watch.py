@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a subscriber of all topics of a made bag sees, compared with a scan of the bag."""
+"""Compares what a subscriber of all topics of a made bag receives with a scan of the bag."""
 from __future__ import annotations
 
 import struct
@@ -39,7 +39,7 @@ class SceneWatch:
         """Wait for a state of a wall time or later.
 
         Raises:
-            RuntimeError: none came.
+            RuntimeError: there was none.
         """
         def is_later() -> bool:
             return self._state is not None and self._state.stamp >= stamp
@@ -51,7 +51,7 @@ class SceneWatch:
             return self._state
 
     def scene_since(self, position_s: float, timeout_s: float) -> Optional[float]:
-        """Wait for the scene at a position; return since when it is seen [s, monotonic]."""
+        """Wait for the scene at a position; return when it was complete [s, monotonic]."""
         expected = self.scanned(position_s)
         with self._changed:
             if not self._changed.wait_for(lambda: self._seen == expected, timeout_s):
@@ -59,7 +59,7 @@ class SceneWatch:
             return max(self._since_s)
 
     def differences(self, position_s: float, quiet_s: float) -> List[str]:
-        """Return what is not as at a position, once nothing has come for a time."""
+        """Return the differences from the scene at a position, once nothing arrives any more."""
         with self._changed:
             while True:
                 rest_s = self._came_s + quiet_s - time.monotonic()
@@ -94,7 +94,7 @@ class SceneWatch:
 
 
 def _removes(data: bytes) -> bool:
-    """Tell whether the first marker of an array removes all."""
+    """Whether the first marker of an array removes all."""
     frame = _text_end(data, 16)
     action, = struct.unpack_from('<i', data, _text_end(data, frame) + 8)
     return bool(action == Marker.DELETEALL)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How far messages arrive from the time when the bag's schedule wants them."""
+"""Computes how far messages arrive from the time in the schedule of the bag."""
 from __future__ import annotations
 
 from typing import List, NamedTuple, Sequence
@@ -30,7 +30,7 @@ class TopicError(NamedTuple):
     disordered: int
 
     def percentile(self, percent: float) -> float:
-        """A percentile of the distances without their signs [ms]; NaN if nothing came."""
+        """A percentile of the absolute distances [ms]; NaN if nothing arrived."""
         if not len(self.errors_ms):
             return float('nan')
         return float(np.percentile(np.abs(self.errors_ms), percent))
@@ -40,10 +40,10 @@ def schedule_errors(topics: Sequence[TopicArrivals], reference: Sequence[int],
                     rate: float) -> List[TopicError]:
     """Return the errors of every topic in a run.
 
-    A player may begin when it likes: one offset, common to all topics, is the median over the
+    A player may begin at any time: one offset, common to all topics, is the median over the
     messages of the reference topics. Common, so that a topic that always comes late has an error;
-    a median, so that a stall does not shift the others; and of small messages only, because the
-    transfer of an image takes time that is no player's choice.
+    a median, so that a stall does not shift the others; and of small messages only, because no
+    player can shorten the transfer of an image.
     """
     begin_ns = min(topic.bag_times_ns[0] for topic in topics)
     lateness = [topic.arrivals_ns - topic.due_ns(rate) - (topic.bag_times_ns[0] - begin_ns) / rate

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How fast bag_player obeys: seeks while paused, pause and change of rate while playing.
+"""Measures how fast bag_player reacts: to seeks while paused, pauses and changes of rate.
 
 usage: bench/run seek [--seeks 200] [--commands 50] [--folder FOLDER]
 
@@ -161,7 +161,7 @@ def _session(bag: MadeBag, commands: List[str]) -> Session:
 
 
 def _at_random_time(recorder: ArrivalRecorder, command: str) -> Answer:
-    """Give what the last command has caused time to arrive, and keep no step with the images."""
+    """Let the effects of the last command arrive; the delay is random relative to the images."""
     time.sleep(random.uniform(_PERIOD_S, _LONGEST_PERIOD_S))
     answer = recorder.call(command)
     if not answer.success:
@@ -170,7 +170,7 @@ def _at_random_time(recorder: ArrivalRecorder, command: str) -> Answer:
 
 
 def _wait_until(holds: Callable[[], bool], timeout_s: float) -> None:
-    """Look ten times a second: a subscriber is not told of its connections."""
+    """Check ten times a second, as a subscriber is not notified of its connections."""
     deadline = time.monotonic() + timeout_s
     while not holds():
         if time.monotonic() > deadline:
@@ -179,7 +179,7 @@ def _wait_until(holds: Callable[[], bool], timeout_s: float) -> None:
 
 
 def _print(what: str, bag: str, latencies_ms: List[float], aim_ms: float = float('inf')) -> None:
-    """A row; what has failed counts as infinitely late."""
+    """Print a row; failures count as infinitely late."""
     values = np.array(latencies_ms)
     failed = int(np.isnan(values).sum())
     ordered = np.sort(np.where(np.isnan(values), np.inf, values))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How much time a virtual machine's host gave to others: measurements of milliseconds need none."""
+"""Measures the time that a virtual machine's host took, which spoils short measurements."""
 from __future__ import annotations
 
 import os
@@ -12,7 +12,7 @@ _TRIES = 8
 
 
 class CpuTime(NamedTuple):
-    """Time of all processors since the start of the machine [s]: all there was, and stolen."""
+    """Time of all processors since the start of the machine [s]: total, and stolen."""
 
     total_s: float
     stolen_s: float
@@ -26,7 +26,7 @@ def cpu_time() -> CpuTime:
 
 
 def with_share_stolen(run: Callable[[], Result]) -> Tuple[Result, float]:
-    """Return what a run gives and the share of the time that the host took meanwhile."""
+    """Return the result of a run and the share of the time that the host took during it."""
     before = cpu_time()
     result = run()
     after = cpu_time()
@@ -34,9 +34,9 @@ def with_share_stolen(run: Callable[[], Result]) -> Tuple[Result, float]:
 
 
 def undisturbed(run: Callable[[], Result]) -> Tuple[Result, float]:
-    """Return the first run in which the host took next to nothing, or the best of some, as above.
+    """Return the first run in which the host took almost nothing, or the best of some, as above.
 
-    What is compared must be treated alike: each run of each of them goes through this.
+    Compared programs must be treated alike: use this for each run of each of them.
     """
     tries = []
     for _ in range(_TRIES):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The thesis' figures 6.14, 6.16 and 6.17 with what this system measured.
+"""Plots the thesis' figures 6.14, 6.16 and 6.17 with measurements of this system.
 
-The figures themselves are pictures, from which nothing is read off: beside the curves stand the
+The figures themselves are pictures, from which no values are read: beside the curves are the
 numbers of table 6.2 and of the text.
 """
 from __future__ import annotations
@@ -50,8 +50,8 @@ def _component(title: str, stream: Stream, number: int, axis: str, color: str,
 def _difference(live: Stream, played: Stream) -> str:
     """Say whether the same numbers came in the same order.
 
-    Live, what was just recorded first and last is known by its time only, so that one message
-    more or less may stand at the ends.
+    Live, the first and last recorded messages are known only by their time, so that there may be
+    one message more or less at the ends.
     """
     for shift in sorted(range(-_MOST_SHIFT, _MOST_SHIFT + 1), key=abs):
         ones, others = live.values[max(shift, 0):], played.values[max(-shift, 0):]

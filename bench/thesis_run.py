@@ -27,14 +27,14 @@ _LATE_S = 60.0  # by which a player that cannot keep up may be late at the end
 
 
 class Stream(NamedTuple):
-    """Messages of a topic: when each came (n,) [s], and its numbers (n, k); k is 0 of some."""
+    """Messages of a topic: arrival times (n,) [s] and numbers (n, k); k may be 0."""
 
     time_s: np.ndarray
     values: np.ndarray
 
     @property
     def rate_hz(self) -> float:
-        """Messages per second from the first to the last; 0 of less than two."""
+        """Messages per second from the first to the last; 0 for less than two."""
         return rate_hz(self.time_s)
 
     def since(self, begin_s: float) -> 'Stream':
@@ -47,12 +47,12 @@ class Stream(NamedTuple):
 
 
 class ThesisRun(NamedTuple):
-    """All topics of the cell with so many images a second.
+    """All topics of the cell at a rate of images.
 
     ``published`` and ``played`` are what a subscriber received, its times since the first message
     of the recording or of play. ``recorded`` are the times in the bag (n,) [s], ``velocity`` the
     velocities of the lower tool while it was played: x y z [m/s] at their stamps. ``dropped`` is
-    how many played messages some subscriber was too slow for, as the player says.
+    how many played messages the player dropped for slow subscribers.
     """
 
     image_hz: int
@@ -64,12 +64,12 @@ class ThesisRun(NamedTuple):
 
 
 def rate_hz(time_s: np.ndarray) -> float:
-    """Messages per second from the first to the last of times (n,) [s]; 0 of less than two."""
+    """Messages per second from the first to the last of times (n,) [s]; 0 for less than two."""
     return (len(time_s) - 1) / float(time_s[-1] - time_s[0]) if len(time_s) > 1 else 0.0
 
 
 def thesis_run(image_hz: int, seconds: float, rviz: bool, folder: Path) -> ThesisRun:
-    """Record the cell for so many seconds, play it, and forget the bag."""
+    """Record the cell for some seconds, play the bag, and delete it."""
     topics = [topic for topic in TOPICS if image_hz or '/camera/' not in topic]
     bag = str(folder / f'thesis_{image_hz}.bag')
     options = [] if rviz else ['--no-rviz']
@@ -95,7 +95,7 @@ def thesis_run(image_hz: int, seconds: float, rviz: bool, folder: Path) -> Thesi
 
 def _record(bag: str, topics: Sequence[str], seconds: float, options: Sequence[str]
             ) -> Dict[str, Stream]:
-    """Run the cell and record it; return what a subscriber received meanwhile, at wall times."""
+    """Run and record the cell; return what a subscriber received, at wall times."""
     folder, name = os.path.split(bag)
     with ArrivalRecorder(topics, f'{bag}.arrivals') as subscriber:
         with running_cell(*options):
@@ -114,7 +114,7 @@ def _record(bag: str, topics: Sequence[str], seconds: float, options: Sequence[s
 
 
 def _play(bag: str, topics: Sequence[str]) -> 'tuple[Dict[str, Stream], Stream, int]':
-    """Play from the beginning to the end; return what came, its times since play began."""
+    """Play from the beginning to the end; return the arrivals, with times since play began."""
     player = PlayerClient()
     player.wait_until_ready(_TIMEOUT_S)
     player.pause()
@@ -154,7 +154,7 @@ def _velocity(messages: Sequence[TwistStamped]) -> Stream:
 
 
 def streams(arrivals: np.ndarray, topics: Sequence[str]) -> Dict[str, Stream]:
-    """What arrived by topic, at monotonic times; the numbers of tool frames and forces."""
+    """The arrivals by topic, at monotonic times; the numbers of tool frames and forces."""
     found = {}
     for number, topic in enumerate(topics):
         its = arrivals[arrivals['topic'] == number]
@@ -175,9 +175,9 @@ def _recorded_times(bag: str, topics: Sequence[str]) -> Dict[str, np.ndarray]:
 
 
 def window(stream: Stream, times_s: np.ndarray) -> Stream:
-    """What came between the first and the last of times (n,) [s], both included.
+    """The messages between the first and the last of times (n,) [s], both included.
 
-    A message comes to two subscribers at two times, which differ by less than ``_EDGE_S``.
+    A message reaches two subscribers at different times, at most ``_EDGE_S`` apart.
     """
     inside = ((stream.time_s >= times_s[0] - _EDGE_S) & (stream.time_s <= times_s[-1] + _EDGE_S))
     return Stream(stream.time_s[inside], stream.values[inside])

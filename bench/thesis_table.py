@@ -4,7 +4,7 @@
 usage: bench/run thesis_table [--seconds 30] [--rates 30 10 0] [--plots FOLDER] [--rviz]
 
 For each number of images a second the simulated cell runs as `cell run` starts it, with all devices
-(at 0 without the Kinect), and is recorded for so many seconds by its own recorder. Then the cell
+(at 0 without the Kinect), and is recorded for the given time by its own recorder. Then the cell
 runs in playback mode with the same devices, and its player plays the recording once. A subscriber
 in C++ with all recorded topics notes when each message comes, live and played. A rate is the number
 of messages less one over the time from the first to the last. The machine's host takes time of a

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the thesis (R. Bilit, NTNU 2012) says of rates and times in its section 6.4.1.
+"""Rates and times in section 6.4.1 of the thesis (R. Bilit, NTNU 2012).
 
-Its figures are pictures; of them only what table 6.2 and the text say is here.
+Its figures are pictures; only the numbers of table 6.2 and of the text are here.
 """
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ _PERCENTS = (50.0, 99.0, 100.0)
 
 def print_table(title: str, names: Sequence[str], errors: Mapping[str, Sequence[TopicError]],
                 aim: float) -> None:
-    """Print the errors of each player, and the ratio of the 99th percentiles with its aim.
+    """Print the errors of each player, and the ratio of the 99th percentiles with its goal.
 
     Args:
         names: of the topics.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Plays messages of mixed sizes: do those of each topic come in the order of the recording?
+"""Plays messages of mixed sizes: do those of each topic arrive in the order of the recording?
 
 usage: bench/run topic_order [--messages 100000] [--rates=1,-1,16,-16] [--folder FOLDER]
 
@@ -34,7 +34,7 @@ _QUEUE = 100_000
 
 
 class Order(NamedTuple):
-    """What came of all topics in one run."""
+    """The arrivals of all topics in one run."""
 
     rate: float
     messages: int  # of the bag
@@ -44,7 +44,7 @@ class Order(NamedTuple):
 
 
 def mixed_bag(folder: str, messages: int) -> MadeBag:
-    """Return the bag with about so many messages from the folder; write it if it is not there."""
+    """Return the bag with about so many messages from the folder; write it if it does not exist."""
     length_s = messages / (_TOPIC_HZ * len(_TOPICS))
     topics = [BagTopic(name, _TOPIC_HZ, String, partial(_content, name)) for name in _TOPICS]
     return made_bag(Path(folder) / f'mixed_{messages}.bag', topics, length_s)
@@ -58,7 +58,7 @@ def _content(topic: str, index: int, _time_ns: int) -> bytes:
 
 
 def played(bag: MadeBag, rate: float, folder: str) -> Order:
-    """Play a bag from end to end, and see what comes; there is a master."""
+    """Play a bag from end to end, and return the arrivals; needs a master."""
     names = [topic.name for topic in bag.topics]
     with ArrivalRecorder(names, os.path.join(folder, 'arrivals')) as recorder:
         begin_s = time.monotonic()

@@ -5,17 +5,17 @@ usage: bench/run velocity [--rates 0.25 1 -1 4] [--paused 200] [--seconds 22] [-
                           [--plot FILE.png]
 
 The simulated cell runs as `cell run` starts it, without RViz, and is recorded. Then the cell runs
-in playback mode with the same devices, and the player plays at each rate; then it goes to random
-positions and stands there, by seeking, by single steps, and by pausing while it plays. Beside the
-estimate stands what the thesis computes from the same messages: the difference of two positions
-over the time between their arrivals (equation 5.1, figure 6.15).
+in playback mode with the same devices, and the player plays at each rate; then it pauses at random
+positions, reached by seeking, by single steps, and by pausing during playback. Beside the estimate
+is the result of the thesis from the same messages: the difference of two positions over the time
+between their arrivals (equation 5.1, figure 6.15).
 
-An estimate is compared with the truth at its stamp; the delay is how long after that it came.
+An estimate is compared with the truth at its stamp; the delay is the time from then to its arrival.
 Errors are lengths of vectors, as shares of the largest speed. A false zero is a speed that shows no
-arrow while the tool moves with 20 mm/s or more; a spike is an error above 6 % of the peak, three
-times the noise that is allowed. The simulator's positions have no noise: all of it is the times'.
-It is what an estimate differs from the slope of the true positions in its window by; its RMS is
-printed, and the largest one as a multiple of that.
+arrow while the tool moves at 20 mm/s or more; a spike is an error above 6 % of the peak, three
+times the permitted noise. The simulator's positions have no noise: all of it comes from the times.
+It is the difference between the estimate and the slope of the true positions in its window; its
+RMS is printed, and the largest one as a multiple of that.
 """
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ _ZERO_M_PER_S, _MOVING_M_PER_S, _SPIKE_PERCENT = 0.002, 0.02, 6.0
 
 
 class Run(NamedTuple):
-    """What came: poses (n, 4) and velocities (n, 5) with wall times [s], and the player's states.
+    """The arrivals: poses (n, 4), velocities (n, 5) with wall times [s], the player's states.
 
     A pose is its arrival and x y z; a velocity is its stamp, its arrival, and x y z.
     """
@@ -93,7 +93,7 @@ class Series(NamedTuple):
     smooth: np.ndarray  # the truth as the slope over a window that begins half of it before
 
     def at(self, times_s: np.ndarray) -> np.ndarray:
-        """Velocities (n, 3) [m/s] at other times (n,) [s], on straight lines between those."""
+        """Velocities (n, 3) [m/s] at other times (n,) [s], interpolated linearly."""
         return np.column_stack([np.interp(times_s, self.time_s, axis) for axis in self.value.T])
 
     def noise(self) -> str:
@@ -140,7 +140,7 @@ def _options() -> argparse.Namespace:
 
 @contextmanager
 def running(*command: str) -> Iterator['subprocess.Popen[bytes]']:
-    """Run a program meanwhile, and interrupt it then."""
+    """Run a program in a ``with``, and interrupt it at the end."""
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, start_new_session=True)
     try:
         yield process
@@ -151,7 +151,7 @@ def running(*command: str) -> Iterator['subprocess.Popen[bytes]']:
 
 @contextmanager
 def running_cell(*options: str) -> Iterator[None]:
-    """Run the simulated cell until every node is there."""
+    """Run the simulated cell in a ``with``, once every node has registered."""
     config = Path(__file__).parents[1] / 'sewing_cell' / 'devices' / 'simulated.xml'
     with running('rosrun', 'process_visualizer', 'cell', 'run', str(config), '--no-rviz',
                  *options):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Velocities at positions at which playback stands, however it came there."""
+"""Measures velocities at positions at which playback is paused, reached in several ways."""
 from __future__ import annotations
 
 import time
@@ -25,7 +25,7 @@ TIMEOUT_S = 20.0
 
 
 class Standing(NamedTuple):
-    """What there was WITHIN_S after a command that ended at a position [s of the recording].
+    """The display WITHIN_S after a command that ended at a position [s of the recording].
 
     The velocity that was published (3,) [m/s] and how long after the command [s] it came first,
     and the number in RViz [m/s]; None where there is none.
@@ -38,7 +38,7 @@ class Standing(NamedTuple):
 
 
 class Watch:
-    """What comes of the velocity, with its time of arrival, and the player's states."""
+    """The arriving velocities with their times, and the player's states."""
 
     def __init__(self) -> None:
         self._velocities: List[Tuple[float, np.ndarray]] = []
@@ -49,7 +49,7 @@ class Watch:
         rospy.Subscriber(STATE, PlayerState, self._states.append, tcp_nodelay=True)
 
     def after(self, name: str, service: type, *request: Any) -> Standing:
-        """Give a command to the player that stands afterwards, and look."""
+        """Give a command after which the player is paused, and look."""
         self._velocities.clear()
         begin_s = time.monotonic()
         command(name, service, *request)
@@ -80,14 +80,14 @@ class Watch:
 
 
 def command(name: str, service: type, *request: Any) -> None:
-    """Call a service of the player; raises RuntimeError where it refuses."""
+    """Call a service of the player; raise RuntimeError if it refuses."""
     answer = rospy.ServiceProxy(f'/bag_player/{name}', service)(*request)
     if not answer.success:
         raise RuntimeError(f'/bag_player/{name}: {answer.message}')
 
 
 def standings(count: int) -> Dict[str, List[Standing]]:
-    """Return what there is at so many positions that were reached in each way."""
+    """Return the display at a number of positions, reached in each way."""
     watch = Watch()
     duration_s = rospy.wait_for_message(STATE, PlayerState, TIMEOUT_S).duration
     positions_s = np.random.default_rng(4).uniform(0.5, duration_s - 0.5, count).tolist()
@@ -129,9 +129,9 @@ def curve_of(bag: str) -> Callable[[float], float]:
 
 
 class Comparison(NamedTuple):
-    """What velocities at positions are compared with; the simulation began at ``begin_s``.
+    """The reference for velocities at positions; the simulation began at ``begin_s``.
 
-    ``played`` returns the velocities (n, 3) [m/s] that were there at times of the simulation (n,)
+    ``played`` returns the velocities (n, 3) [m/s] shown at times of the simulation (n,)
     [s] when it was played at 1x. Errors are shares of the largest speed.
     """
 
@@ -147,7 +147,7 @@ class Comparison(NamedTuple):
 
 
 def report(found: Dict[str, List[Standing]], bag: str, comparison: Comparison) -> None:
-    """Print a row for each way to come to a position."""
+    """Print a row for each way to reach a position."""
     curve = curve_of(bag)
     print(f'\n| paused after | positions | none after {WITHIN_S:g} s | RMS, % | '
           'at 1x there: RMS, % | largest, % | another number in RViz | from the curve: largest, '

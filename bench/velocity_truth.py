@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the simulator knows of its lower robot: positions and velocities without any doubt."""
+"""The true positions and velocities of the lower robot in the simulator."""
 from __future__ import annotations
 
 from collections import Counter
@@ -17,10 +17,10 @@ _NODES = 41  # of a mean over a window
 
 
 class Truth:
-    """The simulator's velocities, and its beginning as the positions tell it."""
+    """The simulator's velocities, and its beginning, from the positions."""
 
     def __init__(self, seconds: float) -> None:
-        """Take the length of the simulation that is known [s]."""
+        """``seconds`` is the known duration of the simulation."""
         self._cycle = SewingCycle('good', SEED)
         times_s = np.arange(0, seconds, PERIOD_S)
         keys = _keys(self._cycle.tool_frame(LOWER, times_s)[:, :3])
@@ -35,7 +35,7 @@ class Truth:
     def slope(self, times_s: np.ndarray, window_s: float) -> np.ndarray:
         """Least-squares slopes (n, 3) [m/s] of the true positions in windows around times (n,) [s].
 
-        A slope is a mean of the velocity whose weights are those of a parabola over the window.
+        A slope is a mean of the velocity, weighted by a parabola over the window.
         """
         places = np.linspace(-1.0, 1.0, _NODES)
         weights = (1.0 - places ** 2) / (1.0 - places ** 2).sum()
@@ -45,7 +45,7 @@ class Truth:
         return slope
 
     def begin_s(self, arrival_s: np.ndarray, positions: np.ndarray) -> float:
-        """The time [s] at which the simulation began, by the poses (n, 3) that were fastest."""
+        """The time [s] at which the simulation began, from the fastest poses (n, 3)."""
         offsets = [time_s - self._times[key] for time_s, key in zip(arrival_s, _keys(positions))
                    if key in self._times]
         return float(np.percentile(offsets, _LEAST_DELAY_PERCENTILE))

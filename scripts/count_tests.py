@@ -3,8 +3,8 @@
 
     count_tests.py FOLDER [STEP …]
 
-The steps are the parts of ./run_tests that failed. One without a failed test, as a checker or a
-program that died before it told about its tests, counts as a failure of its own.
+The steps are the parts of ./run_tests that failed. One without a failed test, such as a checker or
+a program that died before it reported its tests, counts as a failure itself.
 """
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from typing import List, NamedTuple, Sequence
 from xml.etree import ElementTree
 
 _WRAPPER = 'rostest-'
-"""The beginning of the files by which rostest tells whether a test's program ran at all."""
+"""The beginning of the files in which rostest reports whether a test's program ran at all."""
 
 _MESSAGE_LINES = 25
 
 
 class Case(NamedTuple):
-    """A test, what became of it (passed, failed or skipped), and what was said of a failure."""
+    """A test, its result (passed, failed or skipped), and the message of a failure."""
 
     name: str
     outcome: str
@@ -29,7 +29,7 @@ class Case(NamedTuple):
 
 
 def cases_in(path: Path) -> List[Case]:
-    """The tests in a JUnit file; that a program ran is none."""
+    """The tests in a JUnit file, without the entries about programs that ran."""
     try:
         root = ElementTree.parse(path).getroot()
     except ElementTree.ParseError:
@@ -55,14 +55,14 @@ def _outcome(case: ElementTree.Element) -> str:
 
 
 def _message(case: ElementTree.Element) -> str:
-    """The end of what was said of a failure; its beginning is in the output of the test."""
+    """The end of the message of a failure; its beginning is in the output of the test."""
     said = [it for it in case if it.tag in ('failure', 'error')]
     texts = [f'{it.get("message") or ""}\n{it.text or ""}' for it in said]
     return '\n'.join('\n'.join(text.strip().splitlines()[-_MESSAGE_LINES:]) for text in texts)
 
 
 def _failures_without_case(root: ElementTree.Element, cases: Sequence[Case]) -> List[Case]:
-    """What a suite counts but has no case for: what unittest has for a failed setUpClass."""
+    """Failures that a suite counts without a case, as unittest does for a failed setUpClass."""
     suites = [root] if root.tag == 'testsuite' else root.findall('testsuite')
     counted = sum(int(suite.get(kind) or 0) for suite in suites for kind in ('errors', 'failures'))
     names = [suite.get('name') or '' for suite in suites]
@@ -70,7 +70,7 @@ def _failures_without_case(root: ElementTree.Element, cases: Sequence[Case]) -> 
 
 
 def main() -> int:
-    """Print the names of what failed and the line that counts; returns the exit code."""
+    """Print the names of failed tests and the line of counts; return the exit code."""
     folder, steps = Path(sys.argv[1]), sys.argv[2:]
     files = [cases_in(path) for path in sorted(folder.rglob('*.xml'))]
     for case in [case for cases in files for case in failures_in(cases)]:

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Writes all meshes: make_meshes.py [FOLDER], by default the repository.
 
-Those that any cell can use go to ``meshes``, the others to ``sewing_cell/meshes``. They are of our
-own making. The same sources always give the same files, byte by byte.
+Those that any cell can use go to ``meshes``, the others to ``sewing_cell/meshes``. We made them
+ourselves. The same sources always give the same files, byte by byte.
 """
 
 from __future__ import annotations

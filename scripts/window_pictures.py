@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Drives the launcher through all that an operator sees, and takes a picture of each state.
+"""Drives the launcher through all its states, and takes a picture of each.
 
 usage: window_pictures.py CONFIG FOLDER    (started by take_window_pictures)
 """
@@ -53,13 +53,13 @@ class Photographer:
         self._playback(bag)
 
     def close(self) -> None:
-        """End all that was started."""
+        """End everything that was started."""
         self.window.leave()
         self._until(lambda: not self.window.isVisible(), 60.0)
         self.launcher.close()
 
     def _use_title_bar(self) -> None:
-        """Nobody draws title bars on a virtual screen."""
+        """Leave room for a title bar, which a virtual screen does not draw."""
         view = self.launcher.view
         assert view.window is not None
         view.window = replace(view.window, height=view.window.height + TITLE_BAR_PX)
@@ -125,7 +125,7 @@ class Photographer:
         device.topLevelItem(3).setExpanded(False)
 
     def _problems(self) -> None:
-        """A file that was changed while it was open, with mistakes."""
+        """Show a file that was changed while it was open, with mistakes."""
         config, cell = Path(self._config), self.launcher.cell
         good = broken = config.read_text(encoding='utf-8')
         for right, wrong in _TYPOS:
@@ -177,7 +177,7 @@ class Photographer:
         self._until(lambda: self.launcher.launch.is_idle, 90.0)
 
     def _picture(self, name: str, whole: bool = False) -> None:
-        """Save what is on the screen: all of it, or what belongs to the window."""
+        """Save a picture of the whole screen, or of the window."""
         self._pause(0.3)
         dialog = next((it for it in self.window.findChildren(QDialog) if it.isVisible()), None)
         shown = dialog if dialog is not None else self.window
@@ -207,7 +207,7 @@ class Photographer:
         loop.exec_()
 
     def _until(self, condition: Callable[[], bool], timeout_s: float) -> None:
-        """Let the window live until a condition holds; raises TimeoutError."""
+        """Process events until a condition is true; raise TimeoutError otherwise."""
         loop, timer, end = QEventLoop(), QTimer(), QTimer()
         end.setSingleShot(True)
         end.timeout.connect(loop.quit)

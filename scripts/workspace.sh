@@ -45,13 +45,13 @@ install_python() {
   local stamp="$venv/installed.txt"
   cmp -s "$repository/requirements/python.txt" "$stamp" && return
   echo "installing Python packages into $venv"
-  # Not anew: other programs that run meanwhile would miss the system's packages for a moment.
+  # Not recreated: running programs would miss the packages of the system for a moment.
   [ -x "$venv/bin/pip" ] || /usr/bin/python3 -m venv --system-site-packages "$venv"
   "$venv/bin/pip" install -q -r "$repository/requirements/python.txt"
   cp "$repository/requirements/python.txt" "$stamp"
 }
 
-# What the build depends on, its options here too; Python modules are used from the source tree.
+# The dependencies of the build, including its options here; Python modules are used in place.
 build_inputs() {
   (cd "$repository" && find scripts/workspace.sh CMakeLists.txt package.xml setup.py cmake \
     compatibility env-hooks include msg nodes \
@@ -68,7 +68,7 @@ build() {
   mkdir -p "$workspace/src"
   ln -sfn "$repository" "$workspace/src/process_visualizer"
   local log="$workspace/build.log"
-  # Catkin's older versions know Python by the first name, those since Debian 13 by the second.
+  # Older versions of catkin use the first name for Python, those since Debian 13 the second.
   # Debian 11's cmake-extras has a GMock that is found at the first configuration only.
   if ! (cd "$workspace" && catkin_make -DPYTHON_EXECUTABLE="$venv/bin/python3" \
         -DPython_EXECUTABLE="$venv/bin/python3" -DCMAKE_DISABLE_FIND_PACKAGE_GMock=TRUE \
@@ -89,7 +89,7 @@ load() {
   set -u
 }
 
-# What the environment says of the network of ROS: prepare clears it, with all that ROS has set.
+# The network settings of ROS: prepare clears them, with all other variables of ROS.
 keep_network() {
   named_master=${ROS_MASTER_URI:-}
   named_hostname=${ROS_HOSTNAME:-}
@@ -102,7 +102,7 @@ restore_network() {
   [ -z "$named_ip" ] || export ROS_IP=$named_ip
 }
 
-# Installs and builds under a lock, so that two calls at once do not disturb each other.
+# Installs and builds under a lock, so that concurrent calls do not disturb each other.
 prepare() {
   unset "${!ROS_@}" CMAKE_PREFIX_PATH PYTHONPATH
   export PATH="/usr/bin:/bin:/usr/sbin:/sbin:$PATH"

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Plays one driver of the cell in docs/own_cell.md: its topics, names and frames.
+"""Simulates one driver of the cell in docs/own_cell.md: its topics, names and frames.
 
 usage: drivers.py ur5e|panda|camera|oven     (started by drivers.launch)
 
@@ -73,7 +73,7 @@ class UniversalRobotsDriver:
         self._wrench = rospy.Publisher('wrench', WrenchStamped, queue_size=10)
 
     def send(self, now: rospy.Time) -> None:
-        """Send what holds now."""
+        """Send the present state."""
         positions = sweep(UR_JOINTS, now.to_sec())
         tool = self._model.placement('tool0', 'base_link', positions)
         assert tool is not None
@@ -98,7 +98,7 @@ class FrankaDriver:
                                        queue_size=10)
 
     def send(self, now: rospy.Time) -> None:
-        """Send what holds now."""
+        """Send the present state."""
         arm = sweep(PANDA_JOINTS, now.to_sec())
         self._arm_joints.publish(joint_state(Header(stamp=now), arm))
         self._joints.publish(joint_state(Header(stamp=now), {**arm, **FINGERS}))
@@ -126,7 +126,7 @@ class Camera:
                                     row_step=16 * len(cloud), data=cloud.tobytes(), is_dense=True)
 
     def send(self, now: rospy.Time) -> None:
-        """Send what the camera sees."""
+        """Send the image of the camera."""
         self._message.header = Header(stamp=now, frame_id='camera_depth_optical_frame')
         self._points.publish(self._message)
 
@@ -159,7 +159,7 @@ DRIVERS = {'ur5e': UniversalRobotsDriver, 'panda': FrankaDriver, 'camera': Camer
 
 
 def main() -> None:
-    """Send what a driver would until the program ends, when the topics are closed."""
+    """Send what a driver would send until the program ends, when the topics are closed."""
     name = rospy.myargv()[1]
     rospy.init_node(name)
     driver = DRIVERS[name]()

@@ -198,7 +198,7 @@ def close_while_recording(operator: Operator, folder: Path) -> str:
     before = nodes()
     operator.window.close()
     question = operator.widget('question', QMessageBox)
-    assert 'A recording is being made' in question.text()
+    assert 'A recording is in progress' in question.text()
     question.button(QMessageBox.Cancel).click()
     operator.wait(lambda: recording.elapsed_s > 2.0, 'it goes on')
     assert operator.window.isVisible()
@@ -269,10 +269,10 @@ def bag_is_deleted(operator: Operator, path: str) -> None:
 def the_master_hangs(operator: Operator) -> None:
     """The window lives, and knows when the master answers again."""
     os.kill(master(), signal.SIGSTOP)
-    wait_for_question(operator, 'The ROS master does not answer any more')
-    assert operator.text('status').endswith('The ROS master does not answer any more')
+    wait_for_question(operator, 'The ROS master no longer answers')
+    assert operator.text('status').endswith('The ROS master no longer answers')
     status_bar = operator.window.statusBar()
-    assert status_bar.currentMessage() == 'The ROS master does not answer any more'
+    assert status_bar.currentMessage() == 'The ROS master no longer answers'
     operator.widget('question', QMessageBox).button(QMessageBox.Cancel).click()
     for is_chosen in (False, True):
         operator.click_check_box(devices(operator), devices(operator).topLevelItem(1))
@@ -299,7 +299,7 @@ def wait_for_question(operator: Operator, text: str) -> None:
 
 def the_master_is_killed(operator: Operator) -> None:
     os.kill(master(), signal.SIGKILL)
-    wait_for_question(operator, 'The ROS master does not answer any more')
+    wait_for_question(operator, 'The ROS master no longer answers')
     operator.click('yes')
     operator.wait(lambda: not operator.window.isVisible(), 'the nodes have ended', LAUNCH_S)
     assert operator.window.restarts

@@ -192,11 +192,11 @@ def pause_and_play(operator: Operator, player: Player) -> None:
 def step(operator: Operator, player: Player) -> None:
     before = player.next().position_s
     operator.click('step_forward')
-    after = player.wait(lambda it: it.position_s > before, 'a step forward')
+    after = player.wait(lambda it: it.position_s > before, 'one step forward')
     assert after.paused and after.position_s - before < 0.1
     operator.wait(lambda: abs(shown_position_s(operator) - after.position_s) < 0.001, 'its time')
     operator.press(Qt.Key_Left)
-    back = player.wait(lambda it: it.position_s < after.position_s, 'a step back')
+    back = player.wait(lambda it: it.position_s < after.position_s, 'one step back')
     operator.wait(lambda: abs(shown_position_s(operator) - back.position_s) < 0.001, 'its time')
 
 

@@ -35,7 +35,7 @@ CELL = """<visualizer>
   </device>
 </visualizer>
 """
-ZERO_TEXT = 'its quaternion is zero, which is no rotation'
+ZERO_TEXT = 'its quaternion is zero, which is not a rotation'
 
 
 class Driver:
@@ -121,7 +121,7 @@ def told(operator: Operator) -> str:
 
 def launch(operator: Operator, config: Path) -> None:
     operator.launcher.cell.open(str(config))
-    operator.wait(lambda: operator.launcher.why_not() == '', 'it can be launched')
+    operator.wait(lambda: operator.launcher.blocked_reason() == '', 'it can be launched')
     operator.click('launch')
     operator.wait(lambda: '/arm/robot_proc' in nodes() and operator.launcher.launch.is_running,
                   'all is up', LAUNCH_S)

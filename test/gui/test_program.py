@@ -120,7 +120,7 @@ def starts_again_after_more_was_killed(around: Surroundings, start: Start, folde
             os.kill(int(line.split()[0]), signal.SIGKILL)
     assert any('simulator' in line for line in around.processes())
     again = start(gui(str(around.config), '--launch'))
-    wait_until(lambda: again.says('A launcher that did not end properly had left'), 'it says so',
+    wait_until(lambda: again.says('A launcher that was not closed properly left'), 'it says so',
                instead=lambda: again.lines)
     wait_until_launched(around, again)
     assert sum('__name:=simulator' in line for line in around.processes()) == 1
@@ -170,7 +170,7 @@ def test_port_of_the_master_is_taken(around: Surroundings, start: Start) -> None
         other.bind(('localhost', around.port))
         other.listen()
         program = start(gui(str(around.config), '--launch'))
-        wait_until(lambda: program.says('something that is no ROS master listens at '
+        wait_until(lambda: program.says('something other than a ROS master listens at '
                                         f'{around.uri}'), 'it says so',
                    instead=lambda: program.lines)
         assert program.process.poll() is None

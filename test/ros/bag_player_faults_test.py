@@ -194,7 +194,7 @@ class BagPlayerFaultsTest(unittest.TestCase):
         bag.write_bytes(content)
         code, output = played(str(bag))
         self.assertEqual(code, NOT_ALL)
-        _, told, summary = output.partition('bag_player: not everything has been played')
+        _, told, summary = output.partition('bag_player: not everything was played')
         self.assertTrue(told, output)
         self.assertRegex(summary, r'/tcf: \d+ of 126 messages could not be played')
         self.assertIn('a chunk cannot be read: decompression (bz2) fails', summary)

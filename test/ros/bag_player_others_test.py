@@ -86,7 +86,7 @@ class BagPlayerOthersTest(unittest.TestCase):
                 self.assertFalse(state.paused, 'it was told already')
             player.wait_for_state(lambda it: not it.others, 'nobody else')
             player.process.terminate()
-            self.assertIn('/tcf is published by /driver, beside the recording: stop it',
+            self.assertIn('/tcf is published by /driver, in addition to the recording: stop it',
                           player.wait()[1])
 
     def test_who_was_killed_is_nobody(self) -> None:
@@ -110,7 +110,7 @@ class BagPlayerOthersTest(unittest.TestCase):
         with Driver('/tcf'), Player(self.bag) as player:
             code, output = player.wait()
         self.assertEqual(code, 0, output)
-        self.assertIn('/tcf is published by /driver, beside the recording', output)
+        self.assertIn('/tcf is published by /driver, in addition to the recording', output)
         self.assertNotIn('paused', output)
 
 

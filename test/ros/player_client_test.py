@@ -83,7 +83,7 @@ class PlayerClientTest(unittest.TestCase):
         client = self.client(node='/nobody')
         with self.assertRaisesRegex(PlayerUnreachable, 'nobody/play does not answer'):
             client.play()
-        with self.assertRaisesRegex(PlayerUnreachable, 'does not run; start it'):
+        with self.assertRaisesRegex(PlayerUnreachable, 'is not running; start it'):
             client.wait_until_ready(0.1)
 
     def test_a_new_player_is_found_without_an_error(self) -> None:

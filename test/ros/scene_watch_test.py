@@ -82,7 +82,7 @@ class SceneWatchTest(unittest.TestCase):
         finally:
             other.send_signal(signal.SIGINT)
             other.wait(20)
-        wait_until(lambda: self._says('r', 'has ended, what it showed is old'), 'the end')
+        wait_until(lambda: self._says('r', 'has ended, what it showed is out of date'), 'the end')
 
     def test_cloud_that_comes_no_more(self) -> None:
         clouds = rospy.Publisher('/c/cloud', PointCloud2, queue_size=1)

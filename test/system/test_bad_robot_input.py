@@ -188,7 +188,7 @@ class TestWhileOneCellRuns:
         with sending_all(ros_environment, *GOOD_DATA,
                          ('/loose/tcf', ARRAY, array(0.5, 0, 0.2, 0, 0, 0)),
                          ('/loose/ft', ARRAY, array(0, 0, 20))):
-            run.wait_for_line('loose: what /loose/ft brings is not drawn, as tf does not '
+            run.wait_for_line('loose: the data of /loose/ft is not drawn, as tf does not '
                               'connect the frame loose/force with loose/link0')
             assert_alive(run, ros_environment)
         assert 'arm: what' not in run.text[before:]

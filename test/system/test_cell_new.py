@@ -70,7 +70,7 @@ def is_the_cell_that_runs(environment: Dict[str, str], config: str, path: Path) 
     made = run_command(environment, CELL, 'new', '-o', str(path))
     assert '2 robots, 1 depth sensor, 2 other devices' in made.stdout
     text = path.read_text(encoding='utf-8')
-    assert 'from the cell that runs at' in text
+    assert 'from the cell running at' in text
     devices = Path(config).read_text(encoding='utf-8').partition('<visualizer')[2]
     assert text.partition('<visualizer')[2] == devices
 

@@ -94,7 +94,7 @@ def test_a_driver_that_starts_while_it_plays_is_told(start, bag, write_config, r
     run = run_cell(write_config(DEVICE), '--no-rviz', '--mode', 'playback', '--bag', bag)
     run.wait_for_line('/bag_player: running')
     start(sys.executable, '-c', DRIVER)
-    run.wait_for_line('/oven/heat is published by /oven_driver, beside the recording')
+    run.wait_for_line('/oven/heat is published by /oven_driver, in addition to the recording')
     run.wait_for_line('playback is paused')
     assert run.signal_and_wait(signal.SIGINT) == 0
 

@@ -79,7 +79,7 @@ def test_a_second_cell_is_refused_beside_the_first(run_cell, write_config):
     first.wait_for_line('/scene_watch: running')
     second = run_cell(config, '--no-rviz')
     assert second.wait() == 1
-    assert 'another cell runs already on the master' in second.text
+    assert 'another cell is already running on the master' in second.text
     assert 'Traceback' not in second.text
     assert first.signal_and_wait(signal.SIGINT) == 0
     assert 'shutting down' not in first.text and 'died' not in first.text
@@ -106,7 +106,7 @@ def test_a_respawned_node_is_reported(run_cell, write_config):
 def test_a_broken_configuration_starts_nothing(run_cell, write_config, mark):
     run = run_cell(write_config('<device type="robt" name="a" />'), '--no-rviz')
     assert run.wait() == 1
-    assert 'cell.xml:1: <device>: attribute "type": "robt" is not possible; did you mean ' \
+    assert 'cell.xml:1: <device>: attribute "type": "robt" is not a valid value; did you mean ' \
            '"robot"?' in run.text
     assert 'starting' not in run.text and 'Traceback' not in run.text
     assert wait_until_alone(mark, SOON_S) == []

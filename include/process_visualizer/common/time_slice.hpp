@@ -5,9 +5,9 @@
 
 namespace process_visualizer {
 
-/// Of a thread that must run at once when it wakes up, and never runs for long.
+/// For a thread that must run at once when it wakes up, and never runs for long.
 constexpr std::chrono::nanoseconds kShortSlice = std::chrono::microseconds(100);
-/// Of threads whose work can wait: whoever has shorter slices need not wait for them.
+/// For threads whose work can wait: threads with shorter slices need not wait for them.
 constexpr std::chrono::nanoseconds kLongSlice = std::chrono::milliseconds(10);
 
 /// Sets the time slices of the calling thread, and of those that it starts. They change no
@@ -15,9 +15,9 @@ constexpr std::chrono::nanoseconds kLongSlice = std::chrono::milliseconds(10);
 /// wakes up take the place of one with longer slices. Needs no privileges.
 void takeSlices(std::chrono::nanoseconds slice);
 
-/// Lets the calling thread run before all that have no real-time priority, where the user may do
-/// that (`rtprio` in limits.conf(5), or root): for a thread that never runs for long. Returns
-/// whether it is so.
+/// Lets the calling thread run before all without real-time priority, if the user is allowed to
+/// (`rtprio` in limits.conf(5), or root): for a thread that never runs for long. Returns whether
+/// it has the priority.
 bool takeRealTimePriority();
 
 }  // namespace process_visualizer

@@ -7,18 +7,18 @@
 
 namespace process_visualizer::joints {
 
-/// What is wrong with the messages of a topic, for as long as it holds: until good messages come
-/// and no bad one has come for some time. As ComplaintBook of the Python nodes.
+/// A problem with the messages of a topic, for as long as it lasts: until good messages come and
+/// no bad one has come for some time. Like ComplaintBook of the Python nodes.
 class Complaint {
  public:
   using Time = std::chrono::steady_clock::time_point;
 
-  /// Takes a bad message.
+  /// Notes a bad message.
   void add(const std::string& text, Time now);
-  /// Takes note of a good message.
+  /// Notes a good message.
   void noteGood() { has_good_ = true; }
   bool holds(Time now) const;
-  /// Begins anew, when it does not hold any more.
+  /// Starts again, when the problem is over.
   void clear() { count_ = 0; }
 
   const std::string& text() const { return text_; }

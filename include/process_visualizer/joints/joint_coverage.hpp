@@ -8,19 +8,19 @@
 
 namespace process_visualizer::joints {
 
-/// Notices joints of a robot that no message tells about, such as those of a gripper whose states
-/// come on another topic. What they move cannot be drawn.
+/// Notices joints of a robot that are in no message, such as those of a gripper whose states
+/// come on another topic. The links that they move cannot be drawn.
 class JointCoverage {
  public:
   using Clock = std::chrono::steady_clock;
 
   explicit JointCoverage(const std::vector<std::string>& joint_names);
 
-  /// Takes the joints that a message tells about.
+  /// Notes the joints in a message.
   void add(const std::vector<std::string>& names, Clock::time_point now);
 
-  /// Returns what is wrong: joints that no message has told about since the first one came, some
-  /// seconds ago. Several senders may share a topic, each with a part of the joints.
+  /// Returns the problem: joints that have been in no message since the first one, some seconds
+  /// ago. Several senders may share a topic, each with a part of the joints.
   std::string problem(Clock::time_point now) const;
 
  private:

@@ -14,17 +14,17 @@ struct JointPositions {
   std::vector<double> positions;
 };
 
-/// A message has joints of other robots only.
+/// A message has only joints of other robots.
 struct ForeignJoints : std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
 
-/// Says which measured position belongs to which joint of a robot.
+/// Finds the measured position of each joint of a robot.
 class JointMatching {
  public:
   /// \param robot_name a driver's name 'elbow' also stands for the joint 'robot_name/elbow'
   /// \param joint_names the robot's joints, in the order of a message without names
-  /// \param offsets [rad or m], by the joints' names: added to what is measured
+  /// \param offsets [rad or m], by the joints' names: added to the measured positions
   /// \param prefix a driver's name 'left_elbow' also stands for the joint 'elbow' with 'left_'
   /// \throws std::invalid_argument an offset is not that of a joint
   JointMatching(const std::string& robot_name, std::vector<std::string> joint_names,
@@ -34,7 +34,7 @@ class JointMatching {
   const std::vector<std::string>& jointNames() const { return joint_names_; }
 
   /// Returns the positions of those joints of the robot that a message has.
-  /// \throws ForeignJoints none of them is one of the robot
+  /// \throws ForeignJoints none of them is a joint of the robot
   /// \throws std::invalid_argument they do not fit the joints, or are not finite; says why
   JointPositions match(const JointPositions& measured) const;
 

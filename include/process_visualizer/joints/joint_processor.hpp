@@ -21,8 +21,8 @@ namespace process_visualizer::joints {
 struct JointParameters {
   std::string robot_name;
   std::string topic;
-  std::string message_type;  ///< package/Type; empty: what the topic turns out to carry
-  double rate_hz;            ///< at most
+  std::string message_type;  ///< package/Type; empty: the type found on the topic
+  double rate_hz;            ///< maximum
 };
 
 /// Publishes a robot's joint states for robot_state_publisher, at most at a rate; the last one
@@ -32,10 +32,10 @@ struct JointParameters {
 /// nothing. Drivers that send faster than a screen shows would otherwise cost each robot's state
 /// publisher, and the master, which that asks at every state.
 ///
-/// A message that cannot be used is left out with a throttled warning, which stands on /diagnostics
-/// for as long as it holds; without one if it has joints of other robots only, while those of this
-/// one come on the same topic. While ROS time stands still or goes back (simulated time), the
-/// states are published nevertheless, with a warning too.
+/// A message that cannot be used is left out with a throttled warning, which is on /diagnostics
+/// as long as the problem lasts; without a warning if it has only joints of other robots, while
+/// those of this one come on the same topic. While ROS time does not advance or goes back
+/// (simulated time), the states are published nevertheless, also with a warning.
 class JointProcessor {
  public:
   JointProcessor(JointParameters parameters, JointMatching matching);
@@ -76,7 +76,7 @@ class JointProcessor {
   TimeWatch time_watch_;
 };
 
-/// Returns the only field of interest of a joint message's bytes.
+/// Returns the only relevant field of a joint message's bytes.
 /// \throws std::invalid_argument the type is not one of those that carry joints
 /// \throws std::exception the bytes are not of that type
 JointPositions decodeJoints(const std::string& type, const RawMessage& message);

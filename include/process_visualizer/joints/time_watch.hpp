@@ -7,14 +7,14 @@
 
 namespace process_visualizer::joints {
 
-/// Notices that ROS time stands still or goes back, which simulated time can do.
+/// Notices that ROS time does not advance or goes back, which simulated time can do.
 class TimeWatch {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// Returns what is wrong with ROS time, or was some seconds ago; nothing if it goes on.
+  /// Returns the problem of ROS time, now or some seconds ago; nothing if it advances normally.
   /// \param ros_s the present ROS time [s]
-  /// \param now the present time of a clock that always goes on
+  /// \param now the present time of a clock that always advances
   std::string problem(double ros_s, Clock::time_point now);
 
  private:

@@ -9,11 +9,11 @@
 
 namespace process_visualizer::sender {
 
-/// When the next work of each numbered item may be done. What is due is found without a look at
-/// the rest. Times are of the monotonic clock, in nanoseconds.
+/// The time of the next work of each numbered item. Due items are found without a look at the
+/// rest. Times are of the monotonic clock, in nanoseconds.
 class Agenda {
  public:
-  /// Sets an item's time; `Wakeup::kNever` takes it off. Of two items with one time, the one with
+  /// Sets an item's time; `Wakeup::kNever` removes it. Of two items with one time, the one with
   /// the lower rank comes first.
   void set(int item, std::int64_t time_ns, std::uint64_t rank = 0);
   /// The earliest time; `Wakeup::kNever` if there is nothing to do.

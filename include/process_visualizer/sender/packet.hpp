@@ -6,10 +6,10 @@
 
 namespace process_visualizer::sender {
 
-/// A message as TCPROS wants it on the wire: its length (uint32, little-endian), then its bytes.
+/// A message in the format of TCPROS: its length (uint32, little-endian), then its bytes.
 class Packet {
  public:
-  Packet() = default;  ///< no message: what a topic's source latches after it is nothing
+  Packet() = default;  ///< no message: ends the latching of a topic's source
   Packet(const char* message, std::size_t size);
 
   bool hasMessage() const { return size_ > 0; }

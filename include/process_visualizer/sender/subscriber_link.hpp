@@ -11,20 +11,20 @@
 
 namespace process_visualizer::sender {
 
-/// How much may wait for a subscriber that is slower than the messages come.
+/// How much may wait for a subscriber that is slower than the messages.
 struct QueueLimits {
   std::size_t packets;
   std::size_t bytes;
 };
 
-/// The connection to one subscriber. It never waits: what does not go waits in a queue, and when
-/// that is full its oldest packet is dropped, and counted. One packet always has room, whatever
-/// its size. For one thread.
+/// The connection to one subscriber. It never waits: what cannot be sent waits in a queue;
+/// when that is full, its oldest packet is dropped and counted. One packet always has room,
+/// whatever its size. For one thread.
 class SubscriberLink {
  public:
   enum class State { kIdle, kReady, kBlocked, kBroken };
 
-  /// Takes a duplicate of a connected socket, so that its number stays what it is.
+  /// Uses a duplicate of a connected socket, so that its number stays the same.
   /// @throws std::system_error if there is no such socket.
   SubscriberLink(int socket, const QueueLimits& limits);
   ~SubscriberLink();
@@ -35,11 +35,11 @@ class SubscriberLink {
   void add(PacketPtr packet, std::int64_t due_ns);
   /// When the next part may be written; `Wakeup::kNever` if there is none, or the link is blocked.
   std::int64_t nextWrite() const;
-  /// Writes the next part, and with it what else may be written: a system call costs more than
-  /// the bytes of a small message.
+  /// Writes the next part, together with everything else that may be written: a system call costs
+  /// more than the bytes of a small message.
   State write(std::int64_t now_ns);
   void markBroken();
-  /// The subscriber takes something again.
+  /// The subscriber accepts data again.
   void markWritable();
 
   State state() const { return state_; }

@@ -16,12 +16,12 @@
 
 namespace process_visualizer::sender {
 
-/// Sends messages to the subscribers of topics at times given before, in a thread of its own.
+/// Sends messages to the subscribers of topics at times given before, in its own thread.
 /// Times are of the monotonic clock, in nanoseconds. May be used by several threads.
 ///
-/// The packets of a topic go in the order in which they were given: none is begun before the one
-/// before it is due, however large it is. A packet that has been begun is finished, and one that
-/// was given at once goes: neither these nor what was given before them is taken back.
+/// The packets of a topic are sent in the order in which they were given: none is begun before its
+/// predecessor is due, however large it is. A packet that has been begun is finished, and one that
+/// was due at once is sent: neither these nor earlier ones are withdrawn.
 class TimedSender {
  public:
   /// @throws std::system_error if the system has no more descriptors.
@@ -39,18 +39,18 @@ class TimedSender {
   void removeLink(int link);
 
   /// Sends a packet so that it arrives at a time, but not before those given before it.
-  /// One without a message is for new subscribers only: they get nothing of the source any more.
+  /// One without a message is for new subscribers only: they get nothing more of the source.
   void send(int topic, int source, std::int64_t due_ns, PacketPtr packet);
-  /// Takes back what is due after a time, and returns how many packets: the last ones given. What
-  /// stays is begun or was given at once, or is due not later than such a packet. What has been
-  /// begun is due a few milliseconds later at most.
+  /// Withdraws packets due after a time, and returns how many: the last ones given. Those that stay
+  /// have been begun or were due at once, or are due no later than such a packet. A packet that
+  /// has been begun is due at most a few milliseconds later.
   std::size_t revoke(std::int64_t after_ns);
 
-  /// Packets of a topic that have been begun, whether or not somebody listens.
+  /// Packets of a topic that have been begun, with or without subscribers.
   std::size_t sent(int topic) const;
   /// Packets that slow subscribers did not get.
   std::size_t dropped() const;
-  /// Waits until everything has gone to everybody; returns whether it has.
+  /// Waits until everything has been sent to all subscribers; returns whether it has.
   bool waitUntilSent(double timeout_s);
   /// Waits for a subscriber that has gone away and returns its number; -1 after `close`.
   int waitForBroken();
@@ -75,7 +75,7 @@ class TimedSender {
     std::vector<Latched> latched = {};  ///< one of each source, in the order of sending
     std::vector<int> links = {};
     std::deque<Scheduled> scheduled = {};  ///< not begun, in the order of giving
-    std::int64_t begun_due_ns = 0;         ///< when the packet is due that was begun last
+    std::int64_t begun_due_ns = 0;         ///< due time of the packet that was begun last
     std::size_t sent = 0;
   };
 
@@ -102,8 +102,8 @@ class TimedSender {
   Agenda to_write_;                 ///< links, by when their next part may be written
   std::size_t waiting_ = 0;         ///< packets that have not been begun
   std::uint64_t given_ = 0;         ///< packets
-  std::int64_t last_due_ns_ = 0;    ///< when the packet is due that was given last
-  std::int64_t kept_until_ns_ = 0;  ///< what is due until then is not taken back
+  std::int64_t last_due_ns_ = 0;    ///< due time of the packet that was given last
+  std::int64_t kept_until_ns_ = 0;  ///< packets due until then are not withdrawn
   std::unordered_map<int, std::unique_ptr<SubscriberLink>> links_;
   std::deque<int> broken_;
   int busy_ = 0;  ///< links that have something to send

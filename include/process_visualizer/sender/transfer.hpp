@@ -6,9 +6,10 @@
 
 namespace process_visualizer::sender {
 
-/// When which part of a packet is written. A subscriber has a message once its last byte has come:
-/// so a large one is sent in slices before it is due, and only its last byte waits. It arrives in
-/// time, and small messages between the slices do not wait for it. Times are in nanoseconds.
+/// The times at which parts of a packet are written. A subscriber has a message once its last byte
+/// has come: so a large one is sent in slices before it is due, and only its last byte waits. It
+/// arrives on time, and small messages between the slices do not wait for it. Times are in
+/// nanoseconds.
 class Transfer {
  public:
   Transfer(std::size_t size, std::int64_t due_ns);

@@ -6,12 +6,12 @@
 
 namespace process_visualizer::sender {
 
-/// What ends a thread's wait: a time, another thread, or a socket.
+/// Ends a thread's wait: at a time, by another thread, or by a socket.
 class Wakeup {
  public:
   struct Event {
     int number;   ///< by which the socket was added
-    bool broken;  ///< the other side has gone away; else it takes something again
+    bool broken;  ///< the other side has gone away; otherwise it accepts data again
   };
   static constexpr std::int64_t kNever = INT64_MAX;
 
@@ -26,8 +26,8 @@ class Wakeup {
   void watchWritable(int socket, int number, bool watch);
   void remove(int socket);
 
-  /// Ends the wait, or the next one. For any thread; all else is for the thread that waits or
-  /// for one that holds its lock.
+  /// Ends the wait, or the next one. For any thread; everything else is for the waiting
+  /// thread or for one that holds its lock.
   void ring();
   /// Waits until a time of the monotonic clock [ns]; returns what happened to sockets.
   std::vector<Event> waitUntil(std::int64_t time_ns);

@@ -57,7 +57,7 @@ def driver_config(data_skip: int = 0) -> Config:
 
 
 def driver_description() -> ConfigDescription:
-    """What the driver's parameters mean and their limits."""
+    """The meaning of the driver's parameters, and their limits."""
     parameters = [
         ParamDescription(name="data_skip", type="int", description="Frames to skip"),
         ParamDescription(

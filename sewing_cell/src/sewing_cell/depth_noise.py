@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a Kinect makes of true depths: disparity steps, noise, and holes.
+"""Adds the errors of a Kinect to true depths: disparity steps, noise, and holes.
 
 Its disparity has steps of 1/8 pixel at a focal length of 580 px and a baseline of 75 mm, so that
 a step is Z^2 * 2.87e-3 m: 1 cm at 1.9 m (Khoshelham and Elberink 2012, Sensors 12, eq. 5 and 10).
@@ -29,7 +29,7 @@ def stepped(depth_m: np.ndarray) -> np.ndarray:
 
 
 def shadow(depth_m: np.ndarray) -> np.ndarray:
-    """Where the projector's light does not reach: beside near things, shape of ``depth_m``."""
+    """Pixels without light of the projector: beside near objects; shape of ``depth_m``."""
     disparity = _FOCAL_LENGTH_PX * _BASELINE_M / depth_m
     hidden = np.zeros(depth_m.shape, dtype=bool)
     widest = int(np.ptp(disparity)) + 1

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where things stand in the simulated sewing cell: frame ``world``, z up, lengths in m."""
+"""Places of the objects in the simulated sewing cell: frame ``world``, z up, lengths in m."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What stands still in the Kinect's view, as boxes in ``world``, and its picture from above."""
+"""The static objects in the Kinect's view, as boxes in ``world``, and their picture from above."""
 
 from __future__ import annotations
 

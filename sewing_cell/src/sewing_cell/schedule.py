@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What happens when in one sewing cycle."""
+"""The schedule of one sewing cycle."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ _DRIFT_OF_OTHER_COVER = 0.25
 
 @dataclass(frozen=True)
 class Fault:
-    """What goes wrong in a poor seam: arrays over the cycles."""
+    """The errors of a poor seam: arrays over the cycles."""
 
     start_s: np.ndarray
     drift: np.ndarray
@@ -63,7 +63,7 @@ class Steering:
         return disturbance + self.correction(cycle, time_s).value
 
     def fault_level(self, cycle: np.ndarray, time_s: np.ndarray) -> np.ndarray:
-        """How far a poor seam has gone wrong, 0 to 1 (for the worse of the covers)."""
+        """How bad a poor seam is, 0 to 1 (for the worse of the covers)."""
         return np.abs(self._drift(cycle, time_s).value) / _DRIFT
 
     def _wander(self, cycle: np.ndarray, time_s: np.ndarray, lag_s: float) -> Course:

@@ -24,8 +24,8 @@ def read_arguments(root: Element, given: Mapping[str, str],
             continue
         name = str(parsed.values['name'])
         if name in values:
-            problems.add(element.location, 'arg', f'the argument "{name}" exists already; '
-                                                  'choose another name')
+            problems.add(element.location, 'arg', f'the argument "{name}" already exists; choose '
+                                                  'another name')
         values[name] = _value(parsed, given, problems) if parsed.sound else None
     return values
 
@@ -49,7 +49,7 @@ def report_unknown(given: Mapping[str, str], root: Element, place: Optional[Pars
                    problems: ProblemList) -> None:
     """Report values for arguments that a file does not declare.
 
-    ``place`` is the ``<include>`` they come from; None for those of a command line.
+    ``place`` is the ``<include>`` that gives them; None for those of a command line.
     """
     declared = [element.attributes.get('name', '') for element in root.children
                 if element.tag == 'arg']

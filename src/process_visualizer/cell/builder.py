@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Builds the model from elements that were read."""
+"""Builds the model from the elements of a file."""
 from __future__ import annotations
 
 import os
@@ -60,14 +60,14 @@ def build_device(parsed: Parsed, global_frame: str) -> Device:
 
 
 def _device_type(parsed: Parsed) -> DeviceType:
-    """Its type; where that is wrong the one that was probably meant."""
+    """Its type; if that is wrong, the one that was probably meant."""
     types = [one.value for one in DeviceType]
     found = parsed.values['type'] or nearest(parsed.given.get('type', ''), types)
     return DeviceType(found or DeviceType.OTHER.value)
 
 
 def build_roslaunch_element(parsed: Parsed) -> RoslaunchElement:
-    """An element that is handed on to roslaunch, its substitution arguments resolved."""
+    """An element that is passed on to roslaunch, with its substitution arguments resolved."""
     attributes = {name: text for name, text in parsed.given.items() if name not in CONDITIONS}
     return RoslaunchElement(parsed.tag, attributes, parsed.text, parsed.location)
 
@@ -142,7 +142,7 @@ def _passed_arguments(parsed: Parsed) -> Tuple[Tuple[str, str], ...]:
 
 
 def absolute_topic(namespace: str, name: str) -> str:
-    """The name with its namespace, from the root."""
+    """The absolute name of a topic, with its namespace."""
     return '/' + '/'.join(part.strip('/') for part in (namespace, name) if part.strip('/'))
 
 
@@ -196,5 +196,5 @@ def _color_scale(values: Dict[str, Any]) -> Optional[ColorScale]:
 
 
 def build_machines(machines: Iterable[Parsed]) -> Tuple[RoslaunchElement, ...]:
-    """The sound ``<machine>`` elements of a configuration."""
+    """The correct ``<machine>`` elements of a configuration."""
     return tuple(build_roslaunch_element(machine) for machine in machines if machine.sound)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What differs between two versions of a configuration."""
+"""The differences between two versions of a configuration."""
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, is_dataclass
@@ -13,7 +13,7 @@ from process_visualizer.cell.model import Cell
 class Changes:
     """Names of devices in the order of the configuration (``removed``: of the old one).
 
-    ``cell_changed`` tells of what belongs to no device: the global frame and the machines.
+    ``cell_changed`` is about what belongs to no device: the global frame and the machines.
     """
 
     added: Tuple[str, ...]
@@ -27,10 +27,10 @@ class Changes:
 
 
 def changes(old: Cell, new: Cell) -> Changes:
-    """Compare what the configurations say, wherever in a file it stands.
+    """Compare the contents of two configurations, whatever their place in the files.
 
-    What models and launch files contain is not looked at; a part of a plan (``Part.digest``) knows
-    that, too.
+    The contents of models and launch files are not compared; a part of a plan includes them
+    (``Part.digest``).
     """
     before = {device.name: device for device in old.devices}
     after = {device.name: device for device in new.devices}

@@ -10,7 +10,7 @@ from process_visualizer.cell.model import Display, Property
 
 
 def check_display(display: Display, problems: ProblemList) -> None:
-    """Whether type, topic, properties and children of a display fit together."""
+    """Check that type, topic, properties and children of a display fit together."""
     display_type = DISPLAY_TYPES[display.type]
     what = f'a display of type "{display.type}"'
     if display_type.needs_topic and display.topic is None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The display types of RViz 1.14: the key of their topic and what they are given by default.
+"""The display types of RViz 1.14: the key of their topic and their default properties.
 
 Facts from the RViz sources (noetic-devel); a key that is missing in a file keeps RViz's default.
 """
@@ -11,7 +11,7 @@ from typing import Any, Dict, Optional
 
 @dataclass(frozen=True)
 class DisplayType:
-    """An RViz display: ``default_topic`` is below the device's name; None where none exists.
+    """An RViz display: ``default_topic`` is below the device's name; None if there is no default.
 
     ``device_names`` are further properties whose values are names below the device's name.
     """

@@ -17,11 +17,11 @@ from process_visualizer.cell.xml_reader import Element
 class Parsed:
     """An element with its typed values.
 
-    ``readable`` is False when its own attributes are wrong, ``sound`` also when something below
-    it is. ``values`` has every attribute of the tag: of a wrong one the default, and None for one
-    that has none. It is ``complete`` if it has all that it needs, so that further problems can be
-    found. ``given`` has the substituted text of those that stand in the file, ``wrong`` the names
-    of those that have no such value.
+    ``readable`` is False when its own attributes are wrong, ``sound`` also when something below it
+    is wrong. ``values`` has every attribute of the tag: for a wrong one the default, or None if
+    there is none. It is ``complete`` if nothing required is missing, so that further problems can
+    be found. ``given`` has the substituted text of the attributes in the file, ``wrong`` the names
+    of those that have no valid value.
     """
 
     tag: str
@@ -52,9 +52,9 @@ class ElementReader:
         self._problems = problems
 
     def read(self, element: Element, tag: Optional[Tag] = None) -> Optional[Parsed]:
-        """The element with all below it, or None when its condition (if, unless) drops it.
+        """The element with its descendants, or None when its condition (if, unless) drops it.
 
-        ``tag`` is its description; that of its name without it.
+        ``tag`` is its description; by default the one of its name.
         """
         before = len(self._problems)
         tag = tag or TAGS[element.tag]
@@ -131,12 +131,12 @@ class ElementReader:
             if read is None:
                 continue
             if child.tag in tag.single and any(it.tag == child.tag for it in parsed.children):
-                self._problem(child, f'stands more than once in <{element.tag}>; keep one')
+                self._problem(child, f'occurs more than once in <{element.tag}>; keep one')
             parsed.children.append(read)
 
     def _unknown_child(self, child: Element, parent: Element, tag: Tag) -> None:
         if not tag.children:
-            self._problem(child, f'<{parent.tag}> takes no elements; remove it')
+            self._problem(child, f'<{parent.tag}> cannot contain elements; remove it')
         elif child.tag in TAGS:
             self._problem(child, f'is not allowed in <{parent.tag}>; '
                           + 'expected one of: ' + ', '.join(sorted(tag.children)))
@@ -158,6 +158,6 @@ def _is_complete(parsed: Parsed, tag: Tag) -> bool:
 def _convert(attribute: Attribute, text: str) -> Any:
     value = CONVERTERS[attribute.kind](text)
     if attribute.choices and value not in attribute.choices:
-        raise ValueError(f'{quoted(text)} is not possible; '
+        raise ValueError(f'{quoted(text)} is not a valid value; '
                          + advice(str(value), attribute.choices))
     return value

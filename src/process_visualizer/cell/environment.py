@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a cell needs on this computer: packages, models, launch files, executables, files."""
+"""Checks what a cell needs on this computer: packages, models, launch files, executables."""
 from __future__ import annotations
 
 import os
@@ -25,10 +25,10 @@ from process_visualizer.cell.suggestions import missing_file, nearest
 
 def check_environment(cell: Cell, mode: Optional[Mode] = None,
                       devices: Optional[Iterable[str]] = None) -> List[Problem]:
-    """Everything that the devices name and that is not there, in the order of the file.
+    """Everything that the devices name and that does not exist, in the order of the file.
 
-    ``mode`` leaves out what starts in the other mode only; ``devices`` are names, all of them
-    without it (KeyError for an unknown one). Nodes on other machines are not looked for.
+    ``mode`` leaves out what starts only in the other mode; ``devices`` are names, by default all
+    of them (KeyError for an unknown one). Nodes on other machines are not checked.
     """
     chosen = cell.devices if devices is None else [cell.device(name) for name in devices]
     check = _Check(mode)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Problems of a configuration file, each with the place where it stands."""
+"""Problems of a configuration file, each with its place."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -9,13 +9,13 @@ _LONGEST_QUOTE = 60
 
 
 def shortened(text: str, longest: int = _LONGEST_QUOTE) -> str:
-    """The text on one line, cut where it is too long to be read in a message."""
+    """The text on one line, cut if it is too long for a message."""
     line = ' '.join(text[:4 * longest].split())
     return line if len(line) <= longest else line[:longest - 1] + '…'
 
 
 def quoted(text: str) -> str:
-    """The text in quotation marks, as messages show what stands in the file."""
+    """The text in quotation marks, as messages show the content of a file."""
     blanks = ' ' * min(len(text), _LONGEST_QUOTE)
     return f'"{shortened(text) or blanks}"'
 
@@ -33,7 +33,7 @@ class Location:
 
 @dataclass(frozen=True, order=True)
 class Problem:
-    """One thing that is wrong, where it stands, and what to write instead."""
+    """One problem, its place, and what to write instead."""
 
     location: Location
     element: str
@@ -63,7 +63,7 @@ class ProblemList:
         return len(self._problems)
 
     def begin_file(self, file: str) -> None:
-        """Note that a file is read now: the problems of earlier ones are listed first."""
+        """Note that a file is being read: the problems of earlier files are listed first."""
         self._files.append(file)
 
     def add(self, location: Location, element: str, message: str) -> None:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The configuration language as a table: which tags there are, and what each may hold.
+"""The configuration language as a table: the tags, and what each may contain.
 
-The parser, the XML schema and the reference in the documentation are all made from it.
+The parser, the XML schema and the reference in the documentation are generated from it.
 """
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MESSAGE_TYPES: Mapping[str, Tuple[str, ...]] = {
     'force_sensor': (FLOAT_ARRAY, WRENCH_STAMPED),
     'pointcloud': ('sensor_msgs/PointCloud2',),
 }
-"""What a topic with a function may carry."""
+"""The message types of topics with a function."""
 
 
 @dataclass(frozen=True)
@@ -44,9 +44,9 @@ class Attribute:
 class Tag:
     """An element: its attributes and children.
 
-    ``single`` children may stand once only. Of the attributes ``alternatives`` only one may be
-    given, and one must be if ``needs_alternative``. Text is refused unless ``text``.
-    ``variants`` are children that mean something else here than in ``TAGS``.
+    ``single`` children may occur only once. Of the attributes ``alternatives`` only one may be
+    given, and one must be given if ``needs_alternative``. Text is refused unless ``text``.
+    ``variants`` are children with another meaning than in ``TAGS``.
     """
 
     help: str
@@ -62,7 +62,7 @@ class Tag:
         """The description of a child.
 
         Raises:
-            KeyError: it is not a tag at all.
+            KeyError: there is no such tag.
         """
         return self.variants[name] if name in self.variants else TAGS[name]
 
@@ -77,19 +77,19 @@ def _optional(kind: str, text: str, default: Optional[str] = None,
 
 
 CONDITIONS = ('if', 'unless')
-"""Attributes that decide whether an element counts at all."""
+"""Attributes that decide whether an element is used at all."""
 
 _CONDITION = {
     'if': _optional('boolean', 'use the element only if this is true'),
     'unless': _optional('boolean', 'use the element only if this is false'),
 }
-_IFSTATE = _optional('choice', 'start in this mode only; without it in both',
+_IFSTATE = _optional('choice', 'start only in this mode; default: in both',
                      choices=('realtime', 'playback'))
-_YAW_PITCH_ROLL = "yaw pitch roll in rad, intrinsic z-y'-x'', whatever its name says"
+_YAW_PITCH_ROLL = "yaw pitch roll in rad, intrinsic z-y'-x'', despite its name"
 _POSE = {
     'xyz': _optional('vector', 'position in m', '0 0 0'),
     'rpy': _optional('vector', _YAW_PITCH_ROLL, '0 0 0'),
-    'ypr': _optional('vector', 'the plain name of the same; write one of the two'),
+    'ypr': _optional('vector', 'the same under its proper name; give only one of the two'),
 }
 
 PASSED_ARGUMENT = Tag(
@@ -117,7 +117,7 @@ _STRUCTURE: Dict[str, Tag] = {
         children=('arg',), variants={'arg': PASSED_ARGUMENT}),
     'device': Tag(
         'A device of the cell.',
-        {'type': _required('choice', 'what it is', ('robot', 'depth_sensor', 'other')),
+        {'type': _required('choice', 'type of the device', ('robot', 'depth_sensor', 'other')),
          'name': _required('name', 'its name, and the namespace of its nodes'),
          **_CONDITION},
         children=('base', 'model', 'tool', 'node', 'launch', 'topic', 'rviz', 'force', 'arrow',
@@ -129,11 +129,11 @@ _STRUCTURE: Dict[str, Tag] = {
         alternatives=('rpy', 'ypr')),
     'model': Tag(
         'The model of the device: a URDF or xacro file; `<arg>` elements are for the latter.',
-        {'pkg': _optional('package', 'package that holds the file; without it, the folder of this '
-                                     'file does'),
+        {'pkg': _optional('package', 'package that contains the file; default: the folder of this '
+                                     'configuration'),
          'path': _required('path', 'path below the package or folder; ends in .urdf or .xacro'),
-         'prefix': _optional('frame', 'what the names of its links begin with then, such as '
-                                      '`left_`; keeps two robots of one model apart')},
+         'prefix': _optional('frame', 'put before the names of its links, such as `left_`; '
+                                      'distinguishes two robots of one model')},
         children=('arg',), variants={'arg': PASSED_ARGUMENT}),
     'tool': Tag(
         "The robot's tool frame, where its arrows begin; without it a link of the model is chosen.",
@@ -143,7 +143,7 @@ _STRUCTURE: Dict[str, Tag] = {
         alternatives=('rpy', 'ypr')),
     'force': Tag(
         'The frame of the force sensor; without it the tool frame is used.',
-        {'parentframe': _required('frame', 'frame it is posed in, such as the tool frame'),
+        {'parentframe': _required('frame', 'frame in which it is posed, such as the tool frame'),
          'frame': _required('frame', 'name of the force frame'),
          'xyz': _required('vector', 'position in m'),
          'rpy': _optional('vector', f'{_YAW_PITCH_ROLL}; required (or `ypr`)'),
@@ -151,8 +151,8 @@ _STRUCTURE: Dict[str, Tag] = {
         alternatives=('rpy', 'ypr'), needs_alternative=True),
     'roi': Tag(
         "The box that a depth sensor's cloud is cropped to.",
-        {'frame': _optional('frame', 'frame the box is aligned with; the global frame without '
-                                     'it'),
+        {'frame': _optional('frame', 'frame with which the box is aligned; default: the global '
+                                     'frame'),
          'xyz': _optional('vector', 'centre of the box in m', '0 0 0'),
          'size': _required('size', 'edge lengths of the box in m')}),
 }
@@ -163,13 +163,13 @@ _PROCESSES: Dict[str, Tag] = {
         {'pkg': _required('package', 'package of the node'),
          'type': _required('executable', 'its executable'),
          'name': _required('name', 'name of the node, without a namespace'),
-         'ns': _optional('namespace', "namespace; the device's name without it"),
+         'ns': _optional('namespace', "namespace; default: the device's name"),
          'args': _optional('command_line', 'arguments of the executable'),
          'output': _optional('choice', 'where its output goes', 'screen', ('screen', 'log')),
          'ifstate': _IFSTATE,
-         'machine': _optional('text', 'name of the `<machine>` to run on; this one without it'),
+         'machine': _optional('text', 'name of the `<machine>` to run on; default: this computer'),
          'respawn': _optional('boolean', 'start the node again when it exits', 'False'),
-         'respawn_delay': _optional('length', 'seconds to wait before that', '0'),
+         'respawn_delay': _optional('length', 'seconds to wait before the restart', '0'),
          'required': _optional('boolean', 'stop everything when the node exits', 'False'),
          'launch-prefix': _optional('command_line', 'words to put before the command'),
          'clear_params': _optional('boolean', "delete the node's parameters first", 'False'),
@@ -179,15 +179,15 @@ _PROCESSES: Dict[str, Tag] = {
     'launch': Tag(
         'A launch file to include with the device.',
         {'pkg': _required('package', 'package of the launch file'),
-         'type': _required('path', "the file's name, looked for in the package's folder "
+         'type': _required('path', "name of the file, searched for in the package's folder "
                                    '`launch` and in the package'),
          'ifstate': _IFSTATE, **_CONDITION},
         children=('arg',), variants={'arg': PASSED_ARGUMENT}),
     'param': Tag(
-        'A parameter, as in roslaunch; below a device in its namespace.',
+        "A parameter, as in roslaunch; under a device in the device's namespace.",
         {'name': _required('resource', 'name of the parameter'),
          'value': _optional('text', 'its value'),
-         'type': _optional('choice', 'type of the value; guessed without it',
+         'type': _optional('choice', 'type of the value; guessed by default',
                            choices=('auto', 'str', 'string', 'int', 'double', 'bool', 'boolean',
                                     'yaml')),
          'textfile': _optional('text', 'file whose text is the value'),
@@ -197,7 +197,7 @@ _PROCESSES: Dict[str, Tag] = {
     'rosparam': Tag(
         'Parameters in YAML, as in roslaunch.',
         {'command': _optional('choice', 'what to do', 'load', ('load', 'dump', 'delete')),
-         'file': _optional('text', 'YAML file; without it the text of the element'),
+         'file': _optional('text', 'YAML file; default: the text of the element'),
          'param': _optional('resource', 'name of the parameter'),
          'ns': _optional('namespace', 'namespace of the parameters'),
          'subst_value': _optional('boolean', 'resolve `$(…)` in the YAML too', 'False'),
@@ -226,28 +226,26 @@ _PROCESSES: Dict[str, Tag] = {
 
 _DRAWN: Dict[str, Tag] = {
     'topic': Tag(
-        'A topic of the device: what its driver publishes.',
+        'A topic that the driver of the device publishes.',
         {'name': _required('name', 'name of the topic, without a namespace'),
          'ns': _optional('namespace', 'namespace of the topic', ''),
-         'type': _optional('choice', 'what the topic is used for beside being recorded',
+         'type': _optional('choice', 'what the topic is used for besides recording',
                            choices=tuple(MESSAGE_TYPES)),
-         'msg': _optional('message', 'message type; without it what the topic turns out to '
-                                     'carry'),
-         'frame': _optional('frame', 'with `msg="tf2_msgs/TFMessage"`: which frame of tf the tool '
-                                     'is; without it the tool frame (see `<tool>`)'),
-         'parentframe': _optional('frame', 'frame that poses or forces are given in, where the '
-                                           'messages name none; without it the base frame, and '
-                                           'the force frame'),
+         'msg': _optional('message', 'message type; default: the type found on the topic'),
+         'frame': _optional('frame', 'with `msg="tf2_msgs/TFMessage"`: the frame of tf that is '
+                                     'the tool; default: the tool frame (see `<tool>`)'),
+         'parentframe': _optional('frame', 'frame of poses or forces if the messages name none; '
+                                           'default: the base frame or the force frame'),
          'record': _optional('boolean', 'whether the topic is recorded', 'True')}),
     'rviz': Tag(
         'An RViz display of the device.',
         {'type': _required('choice', 'display type of RViz', sorted(DISPLAY_TYPES)),
-         'topic': _optional('topic', 'topic or parameter it shows; without it the default of '
-                                     'the type, below the name of the device'),
+         'topic': _optional('topic', 'topic or parameter to show; default: that of the type, in '
+                                     'the namespace of the device'),
          'name': _optional('text', 'name in the list of displays')},
         children=('property', 'rviz')),
     'property': Tag(
-        'A property of the display, named as in RViz; may hold further ones.',
+        'A property of the display, named as in RViz; may contain other properties.',
         {'name': _required('text', 'name of the property'),
          'value': _optional('text', 'its value; colours are `r; g; b` from 0 to 255')},
         children=('property',)),
@@ -266,12 +264,12 @@ _DRAWN: Dict[str, Tag] = {
          'frame': _required('frame', 'frame whose origin is the foot of the arrow'),
          'axis': _optional('axis', 'direction in that frame: `x`, `-z`, or three numbers', 'x'),
          'color': _optional('color', 'as for `<arrow>`', 'orange'),
-         'unit': _optional('text', 'unit to write behind the value', ''),
+         'unit': _optional('text', 'unit to write after the value', ''),
          'scale': _optional('number', 'length in m per unit of the value', '1'),
-         'max': _optional('positive', 'longest length in m; the value beside it stays true'),
+         'max': _optional('positive', 'longest length in m; the number beside it is not limited'),
          'offset': _optional('number', 'value (setpoint) at which the arrow has no length', '0'),
-         'offset_param': _optional('resource', 'parameter that holds the offset, read live; '
-                                               '`offset` counts until it is set'),
+         'offset_param': _optional('resource', 'parameter that holds the offset and may change at '
+                                               'any time; `offset` is used until it is set'),
          'low': _optional('number', 'below this value the arrow has the warning colour'),
          'high': _optional('number', 'above this value the arrow has the warning colour'),
          'warning_color': _optional('color', 'the warning colour', 'red'),
@@ -279,7 +277,7 @@ _DRAWN: Dict[str, Tag] = {
                                             'there it fades to `end_color`'),
          'color_end': _optional('number', 'value from which it has its `end_color`'),
          'end_color': _optional('color', 'the other end of the colour scale'),
-         'label': _optional('text', 'text before the value; the name of the topic without it')}),
+         'label': _optional('text', 'text before the value; default: the name of the topic')}),
 }
 
 ROOT = 'visualizer'

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The cell as data: what a configuration file says, with all defaults filled in.
+"""The cell as data: the content of a configuration file, with all defaults filled in.
 
 Lengths are in m, angles in rad.
 Frame names have no leading slash; topic names are absolute.
@@ -24,7 +24,7 @@ class Mode(Enum):
 
 
 class DeviceType(Enum):
-    """What a device is; decides which nodes and displays it gets by default."""
+    """The type of a device; decides which nodes and displays it gets by default."""
 
     ROBOT = 'robot'
     DEPTH_SENSOR = 'depth_sensor'
@@ -32,7 +32,7 @@ class DeviceType(Enum):
 
 
 class TopicFunction(Enum):
-    """What a topic is used for, beside being recorded."""
+    """The use of a topic, besides recording."""
 
     JOINT_STATES = 'joint_states'
     TOOL_CENTER_FRAME = 'tool_center_frame'
@@ -84,7 +84,8 @@ class Tool:
 class Model:
     """A URDF or xacro file of a package; without a package the path is absolute.
 
-    ``arguments`` are names and values for a xacro file, ``prefix`` is what links' names get.
+    ``arguments`` are names and values for a xacro file, ``prefix`` is put before the names of
+    links.
     """
 
     package: str
@@ -154,7 +155,7 @@ class Property:
 
 @dataclass(frozen=True)
 class Display:
-    """An RViz display; ``topic`` is None where the type's default holds."""
+    """An RViz display; ``topic`` is None if it is the default of the type."""
 
     type: str
     name: Optional[str]
@@ -168,7 +169,7 @@ class Display:
 class Arrow:
     """How an arrow is drawn: ``scale`` in m per m/s or m per N, length limits in m.
 
-    What is None keeps the default of the quantity.
+    None stands for the default of the quantity.
     """
 
     quantity: str
@@ -229,7 +230,7 @@ class RegionOfInterest:
 
 @dataclass(frozen=True)
 class Device:
-    """A device of the cell with all that belongs to it."""
+    """A device of the cell with everything that belongs to it."""
 
     type: DeviceType
     name: str

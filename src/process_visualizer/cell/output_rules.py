@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the program itself publishes must not be named as what a driver publishes."""
+"""Topics of the program itself must not be named as topics of a driver."""
 from __future__ import annotations
 
 from typing import Sequence
@@ -10,15 +10,16 @@ from process_visualizer.cell.outputs import outputs
 
 
 def check_outputs(devices: Sequence[Device], problems: ProblemList) -> None:
-    """Report topics that are outputs: a node would take its own for a driver's.
+    """Report topics that are outputs: a node would mistake its own messages for a driver's.
 
-    Nor are they recorded: in playback the nodes compute them again, beside the recorded ones.
+    They are not recorded either: in playback the nodes compute them again.
     """
     owners = outputs(devices)
     for device in devices:
         for topic in device.topics:
             owner = owners.get(topic.name)
             if owner is not None:
-                problems.add(topic.location, 'topic', f'"{topic.name}" is what the program '
-                             f'publishes for the device "{owner}"; name the topic of its driver, '
-                             'and if that is called so, give the device another name')
+                problems.add(topic.location, 'topic', f'"{topic.name}" is published by the '
+                                                      f'program itself for the device "{owner}"; '
+                                                      'name the topic of its driver, or rename '
+                                                      'the device if that topic has this name')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the nodes of the program publish for devices (thesis, appendix D.2)."""
+"""The topics that the nodes of the program publish for devices (thesis, appendix D.2)."""
 from __future__ import annotations
 
 from typing import Dict, Iterable, Tuple
@@ -12,7 +12,7 @@ _OUTPUTS: Dict[DeviceType, Tuple[str, ...]] = {
     DeviceType.ROBOT: ROBOT_OUTPUTS,
     DeviceType.DEPTH_SENSOR: ('points', 'points_age'),
     DeviceType.OTHER: ()}
-"""Topics below the name of a device."""
+"""Topics in the namespace of a device."""
 
 
 def outputs(devices: Iterable[Device]) -> Dict[str, str]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Writes poses of base frames and tools into the configuration file, and takes them back."""
+"""Writes poses of base frames and tools into the configuration file, and reverts them."""
 from __future__ import annotations
 
 import hashlib
@@ -21,7 +21,7 @@ _WORD = re.compile(r'\S+')
 
 
 class PoseEditError(ValueError):
-    """A pose that is not written; the text says where, why, and what to do."""
+    """A pose was not written; the text says where, why, and what to do."""
 
 
 class SavedPose(NamedTuple):
@@ -36,21 +36,20 @@ class PoseEditor:
     """Edits the files of a configuration that has just been parsed.
 
     Only numbers change in a file, and <tool> is added: comments, layout, quotes, encoding and line
-    ends stay.
-    A file that somebody else has changed meanwhile is not touched.
+    ends stay. A file that has been changed in the meantime is not touched.
     """
 
     def __init__(self, cell: Cell) -> None:
-        """Take the cell, right after it was parsed.
+        """``cell`` must have been parsed just now.
 
         Raises:
-            PoseEditError: a file cannot be read any more.
+            PoseEditError: a file can no longer be read.
         """
         self._cell = cell
         self._digests = {os.path.abspath(file): _digest(_read(file)) for file in cell.files}
 
     def save(self, device: str, pose: Pose) -> Optional[SavedPose]:
-        """Write the pose of a device's base frame; None if the file says that already.
+        """Write the pose of a device's base frame; None if the file already has it.
 
         Raises:
             KeyError: there is no such device.
@@ -79,7 +78,7 @@ class PoseEditor:
         shared = [it.name for it in self._cell.devices if it.location == here]
         if found.tool is not None or len(tags) != 1 or len(shared) != 1:
             raise PoseEditError(f'{here}: the device "{device}" has a <tool>, or its start tag is '
-                                'that of several devices; edit it by hand')
+                                'shared by several devices; edit it by hand')
         try:
             return self._save(here.file, data, with_tool(data, tags[0], frame, pose))
         except ValueError as error:
@@ -91,14 +90,14 @@ class PoseEditor:
         return saved
 
     def revert(self, saved: SavedPose) -> None:
-        """Make a file what it was before it was saved; the backup is gone then.
+        """Restore a file as it was before it was saved, and remove the backup.
 
         Raises:
             PoseEditError: the file has been changed since, or the backup cannot be read.
         """
         if _digest(_read(saved.file)) != saved.digest:
             raise PoseEditError(f'{saved.file}: has been changed since the pose was saved; '
-                                f'what it was before is in {saved.backup}')
+                                f'the previous version is in {saved.backup}')
         before = _read(saved.backup)
         _write(saved.file, before)
         os.remove(saved.backup)
@@ -119,7 +118,7 @@ class PoseEditor:
         return data
 
     def _tag(self, device: str, base: BaseFrame, data: bytes) -> StartTag:
-        """The start tag of a base, which is that of no other device."""
+        """The start tag of a base that is not shared with another device."""
         here = base.location
         tags = [tag for tag in start_tags(data) if (tag.tag, tag.line) == ('base', here.line)]
         if len(tags) > 1:
@@ -128,7 +127,7 @@ class PoseEditor:
                 raise PoseEditError(f'{here}: the line has several <base>; put each on a line of '
                                     'its own')
         elif len(sharing := self._sharing(here)) > 1:
-            raise PoseEditError(f'{here}: this <base> is that of {" and ".join(sharing)}, as the '
+            raise PoseEditError(f'{here}: this <base> is shared by {" and ".join(sharing)}, as the '
                                 'file is included more than once; edit it by hand')
         return tags[0]
 
@@ -138,16 +137,16 @@ class PoseEditor:
 
 
 def with_pose(data: bytes, tag: StartTag, pose: Pose) -> bytes:
-    """Return a document with another pose in a ``<base>``; all other bytes stay.
+    """Return a document with a new pose in a ``<base>``; all other bytes stay.
 
-    Numbers that are the same, rounded to DECIMALS, stay as they are written; an attribute that is
-    not there is written only if it is not zero.
+    Numbers that are equal when rounded to DECIMALS are left as written; a missing attribute is
+    added only if it is not zero.
 
     Raises:
         ValueError: the pose cannot be written there; the text says why.
     """
     if not all(map(math.isfinite, (*pose.xyz, *pose.ypr))):
-        raise ValueError('a pose takes finite numbers')
+        raise ValueError('a pose needs finite numbers')
     angles = 'rpy' if 'rpy' in tag.attributes else 'ypr'
     written = tag_text(data, tag)
     edits = {name: _edited(tag, written, name, vector)
@@ -160,13 +159,13 @@ def with_pose(data: bytes, tag: StartTag, pose: Pose) -> bytes:
 
 
 def _edited(tag: StartTag, written: TagText, name: str, vector: Vector3) -> str:
-    """The new text of an attribute; empty if it is not there and not needed."""
+    """The new text of an attribute; empty if it is missing and not needed."""
     value = tag.attributes.get(name)
     new = [number_text(part) for part in vector]
     if value is None:
         return '' if new == ['0', '0', '0'] else ' '.join(new)
     if '$(' in value:
-        raise ValueError(f'{name}={quoted(value)} is made of a substitution argument; change '
+        raise ValueError(f'{name}={quoted(value)} comes from a substitution argument; change '
                          'that, or write numbers in its place')
     raw = written.text[slice(*written.values[name])]
     if raw.split() != value.split() or len(raw.split()) != 3:
@@ -192,7 +191,7 @@ def _with_values(written: TagText, edits: Dict[str, str]) -> str:
 
 
 def _check(before: bytes, after: bytes, tag: StartTag, edits: Dict[str, str]) -> None:
-    """Whatever a file may look like, only the attributes may have changed."""
+    """Make sure that only the attributes have changed, whatever the file looks like."""
     if len(start_tags(before)) != len(start_tags(after)):
         raise ValueError('it cannot be changed without other changes; edit it by hand')
     for old, new in zip(start_tags(before), start_tags(after)):
@@ -235,7 +234,7 @@ def _write_backup(path: str, data: bytes) -> str:
 
 
 def _write(path: str, data: bytes) -> None:
-    """Replace a file (not a link to it) all at once; its permissions stay."""
+    """Replace a file (not a link to it) in one step; its permissions stay."""
     real = os.path.realpath(path)
     folder, name = os.path.split(real)
     try:

@@ -21,7 +21,7 @@ _KINDS: Dict[str, str] = {
 
 
 def updated_reference(text: str) -> str:
-    """The text with every block between ``<!-- begin X -->`` and ``<!-- end X -->`` made anew.
+    """The text with every block between ``<!-- begin X -->`` and ``<!-- end X -->`` replaced.
 
     ``X`` is a tag, ``display_types`` or ``message_types``; raises KeyError for another.
     """
@@ -33,7 +33,7 @@ def block(name: str) -> str:
     if name == 'display_types':
         return _display_types()
     if name == 'message_types':
-        return _table(('`type` of the topic', 'what it may carry'),
+        return _table(('`type` of the topic', 'possible message types'),
                       [(f'`{function}`', ', '.join(f'`{it}`' for it in types))
                        for function, types in MESSAGE_TYPES.items()])
     parts = [_tag(name, TAGS[name])]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Rules of the elements that are handed on to roslaunch, which would refuse them only later."""
+"""Rules of the elements that are passed on to roslaunch, which would refuse them only later."""
 from __future__ import annotations
 
 from typing import Callable, Dict, Iterable, List, Tuple
@@ -22,13 +22,13 @@ _VALUE_TYPES: Dict[str, Tuple[Callable[[str], object], str]] = {
 
 def check_machines(machines: Iterable[Parsed], devices: Iterable[Parsed],
                    problems: ProblemList) -> None:
-    """Machines have names of their own, and nodes run on machines that are declared."""
+    """Check that names of machines are unique, and that nodes run on declared machines."""
     names: List[str] = []
     for machine in machines:
         name = machine.values['name']
         if name in names:
-            problems.add(machine.location, 'machine', f'a machine named {quoted(name)} exists '
-                                                      'already; choose another name')
+            problems.add(machine.location, 'machine', f'a machine named {quoted(name)} already '
+                                                      'exists; choose another name')
         names += [name] if name else []
     for node in (child for device in devices for child in device.all('node')):
         name = node.values['machine']
@@ -38,7 +38,7 @@ def check_machines(machines: Iterable[Parsed], devices: Iterable[Parsed],
 
 
 def check_node(node: Node, problems: ProblemList) -> None:
-    """Attributes and parameters of a node fit together."""
+    """Check that attributes and parameters of a node fit together."""
     if all(boolean(node.attributes.get(name, 'False')) for name in ('respawn', 'required')):
         problems.add(node.location, 'node', '"respawn" and "required" cannot both be True; '
                                             'keep one')
@@ -47,7 +47,7 @@ def check_node(node: Node, problems: ProblemList) -> None:
 
 
 def check_parameter(element: RoslaunchElement, problems: ProblemList) -> None:
-    """The value of a ``<param>`` has its type; a ``<rosparam>`` holds YAML."""
+    """Check that the value of a ``<param>`` has its type, and that a ``<rosparam>`` is YAML."""
     if element.tag == 'param':
         _check_param(element, problems)
     elif element.tag == 'rosparam':
@@ -65,8 +65,8 @@ def _check_param(element: RoslaunchElement, problems: ProblemList) -> None:
     try:
         convert(value)
     except ValueError:
-        problems.add(element.location, 'param', f'{quoted(value)} is not {what}, as the type '
-                                                f'"{value_type}" says')
+        problems.add(element.location, 'param', f'{quoted(value)} is not {what}, which the type '
+                                                f'"{value_type}" requires')
 
 
 def _check_rosparam(element: RoslaunchElement, problems: ProblemList) -> None:
@@ -76,7 +76,7 @@ def _check_rosparam(element: RoslaunchElement, problems: ProblemList) -> None:
         problems.add(element.location, 'rosparam', 'the attribute "file" is missing; dump writes '
                                                    'to a file')
     if command == 'delete' and file is not None:
-        problems.add(element.location, 'rosparam', 'delete takes no file; remove the attribute '
+        problems.add(element.location, 'rosparam', 'delete needs no file; remove the attribute '
                                                    '"file"')
     if command == 'load' and file is None:
         value = _check_yaml(element.text, element, problems)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Rules that concern several elements of a configuration at once."""
+"""Rules about several elements of a configuration."""
 from __future__ import annotations
 
 from typing import Callable, Dict, Iterable, List, Sequence, Tuple
@@ -41,7 +41,7 @@ _PROGRAM_NODES = (PACKAGE, CELL_FRAMES, SCENE_WATCH, BAG_PLAYER, BAG_RECORDER, R
 
 def check_devices(parsed_devices: Sequence[Parsed], global_frame: str,
                   problems: ProblemList) -> None:
-    """Names and frames that must be unique among all devices, and arguments in each launch."""
+    """Check that names and frames are unique in the cell, and arguments in each launch."""
     names = [(str(parsed.values['name']), parsed.location, 'device')
              for parsed in parsed_devices if parsed.values.get('name')]
     _report_duplicates(names, 'a device named "{}"', problems)
@@ -61,7 +61,7 @@ def check_devices(parsed_devices: Sequence[Parsed], global_frame: str,
 
 
 def check_node_names(devices: Sequence[Device], problems: ProblemList) -> None:
-    """Node names that must be unique in the whole system, whatever is chosen."""
+    """Check that node names are unique in the whole system, whichever devices are chosen."""
     seen: Dict[str, List[Node]] = {}
     for device in devices:
         reserved = _reserved_names(device)
@@ -72,8 +72,8 @@ def check_node_names(devices: Sequence[Device], problems: ProblemList) -> None:
                                                     'itself; choose another name')
             for other in seen.setdefault(name, []):
                 if node.mode is None or other.mode is None or node.mode is other.mode:
-                    problems.add(node.location, 'node', f'a node named "{name}" exists already '
-                                 f'({other.location}); choose another name')
+                    problems.add(node.location, 'node', f'a node named "{name}" already exists '
+                                                        f'({other.location}); choose another name')
                     break
             seen[name].append(node)
 
@@ -92,9 +92,9 @@ def _reserved_names(device: Device) -> List[str]:
 
 
 def check_device(device: Device, parsed: Parsed, problems: ProblemList) -> None:
-    """Everything that must fit together within one device.
+    """Check that the elements of one device fit together.
 
-    What could not be read of it is no further problem.
+    What could not be read has been reported already.
     """
     rules: List[Callable[[Device, ProblemList], None]] = [
         _check_model_file_name, _check_force, _check_topics, _check_arrows]
@@ -118,7 +118,7 @@ def _report_duplicates(items: Iterable[Tuple[str, Location, str]], what: str,
     for name, location, element in items:
         if name in first:
             problems.add(location, element, what.format(name)
-                         + f' exists already ({first[name]}); choose another name')
+                         + f' already exists ({first[name]}); choose another name')
         first.setdefault(name, location)
 
 
@@ -179,7 +179,7 @@ def _check_topics_of_type(device: Device, problems: ProblemList) -> None:
 
 
 def _check_message_of_wrong_type(topic: Parsed, problems: ProblemList) -> None:
-    """What a topic carries must suit the type that was probably meant."""
+    """Check that the message type suits the function that was probably meant."""
     given, message = topic.given.get('type'), topic.values['msg']
     meant = nearest(given or '', MESSAGE_TYPES)
     if topic.values['type'] is None and meant is not None and message is not None \
@@ -217,11 +217,11 @@ def _check_arrows(device: Device, problems: ProblemList) -> None:
         if arrow.minimum_m is not None and arrow.maximum_m is not None \
                 and arrow.minimum_m > arrow.maximum_m:
             problems.add(arrow.location, 'arrow', f'min ({arrow.minimum_m}) is greater than max '
-                                                  f'({arrow.maximum_m}); exchange them')
+                                                  f'({arrow.maximum_m}); swap them')
 
 
 def _check_variable(parsed: Parsed, problems: ProblemList) -> None:
-    """The attributes of a ``<variable>`` that go together."""
+    """Check the attributes of a ``<variable>`` that depend on each other."""
     values = parsed.values
     scale = {name: values.get(name) for name in ('color_begin', 'color_end', 'end_color')}
     missing = [name for name in scale if name not in parsed.given]
@@ -234,4 +234,4 @@ def _check_variable(parsed: Parsed, problems: ProblemList) -> None:
     low, high = values.get('low'), values.get('high')
     if low is not None and high is not None and low > high:
         problems.add(parsed.location, 'variable', f'low ({low}) is greater than high ({high}); '
-                                                  'exchange them')
+                                                  'swap them')

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The configuration language as an XML schema (XSD 1.0), for editors and validators.
 
-Made from the table ``language`` alone. The schema accepts whatever the parser accepts, save
-nonsense inside an element that its ``if`` or ``unless`` drops. It refuses less, since it cannot see
-other files, the values of ``$(…)``, or what belongs together.
+It is generated only from the table ``language``. The schema accepts whatever the parser accepts,
+except for nonsense inside an element that ``if`` or ``unless`` drops. It refuses less, since it
+cannot check other files, the values of ``$(…)``, or relations between elements.
 """
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ def schema_text() -> str:
 
 
 def _value_types() -> Iterator[str]:
-    """One simple type for each kind of attribute; every value may hold a ``$(…)`` instead."""
+    """One simple type for each kind of attribute; every value may also be a ``$(…)``."""
     yield _pattern_type('substitution', _SUBSTITUTION)
     yield ('  <xs:simpleType name="nothing">\n    <xs:restriction base="xs:token">\n'
            '      <xs:length value="0"/>\n    </xs:restriction>\n  </xs:simpleType>')
-    # Not all validators know which doubles there are: libxml2 takes 0E for one.
+    # Validators disagree on what a double is: libxml2 accepts 0E.
     pattern = f'pattern value={quoteattr(PATTERNS["number"])}'
     for name, facets in _NUMBERS.items():
         lines = ''.join(f'      <xs:{facet}/>\n' for facet in (pattern, *facets))
@@ -125,8 +125,8 @@ def _child(name: str, type_name: str) -> Iterator[str]:
 def _single_children(tag: Tag) -> str:
     """Constraints that allow one child of a kind.
 
-    XSD 1.0 cannot count children that stand in any order; but those that are empty have equal
-    text, which must be unique. Of others only the parser finds a second one.
+    XSD 1.0 cannot count children in arbitrary order; but empty ones have equal text, which can be
+    required to be unique. A second one of the others is found only by the parser.
     """
     return ''.join(f'        <xs:unique name="single_{child}">\n'
                    f'          <xs:selector xpath="{child}"/>\n'

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where start tags and their attributes stand in the bytes of an XML file."""
+"""Finds start tags and their attributes in the bytes of an XML file."""
 from __future__ import annotations
 
 import codecs
@@ -16,7 +16,7 @@ _ATTRIBUTE = re.compile(r'\s+([^\s=/>]+)\s*=\s*("[^"]*"|\'[^\']*\')')
 class StartTag(NamedTuple):
     """A start tag: its values as XML has them, its line (from 1), and the byte it begins at.
 
-    ``parent`` are the attributes of the element around it.
+    ``parent`` are the attributes of the enclosing element.
     """
 
     tag: str
@@ -27,9 +27,9 @@ class StartTag(NamedTuple):
 
 
 class TagText(NamedTuple):
-    """The characters from a start tag on: of each value, begin and end between its quotes.
+    """The text from a start tag on, with begin and end of each value between its quotes.
 
-    ``end`` is behind the last attribute, where another one can be written.
+    ``end`` is the place after the last attribute, where another one can be written.
     """
 
     text: str
@@ -77,12 +77,12 @@ def tag_text(data: bytes, tag: StartTag) -> TagText:
     """Return a start tag as it is written.
 
     Raises:
-        ValueError: it cannot be told apart from its bytes.
+        ValueError: its parts cannot be found in the bytes.
     """
     text = data[tag.offset:].decode(encoding_of(data))
     name = _NAME.match(text)
     if name is None:
-        raise ValueError('no start tag is found where it should be')
+        raise ValueError('there is no start tag where one is expected')
     values: Dict[str, Tuple[int, int]] = {}
     end = name.end()
     attribute = _ATTRIBUTE.match(text, end)
@@ -91,5 +91,5 @@ def tag_text(data: bytes, tag: StartTag) -> TagText:
         values[attribute.group(1)] = begin + 1, end - 1
         attribute = _ATTRIBUTE.match(text, end)
     if values.keys() != tag.attributes.keys():
-        raise ValueError('its attributes cannot be told apart')
+        raise ValueError('its attributes cannot be distinguished')
     return TagText(text, values, end)

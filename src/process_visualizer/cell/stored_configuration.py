@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A configuration as one text, as it is stored in every recording, and back to files."""
+"""Converts a configuration to one text, which every recording has, and back to files."""
 from __future__ import annotations
 
 import json
@@ -21,7 +21,7 @@ class StoredConfiguration(NamedTuple):
 def configuration_text(cell: Cell) -> str:
     """Return a cell's files, with models beside them, and its arguments as JSON in ASCII.
 
-    What is not UTF-8 in a file is kept as it is (as lone surrogates).
+    Bytes of a file that are not UTF-8 are kept (as lone surrogates).
 
     Raises:
         OSError: a file cannot be read.
@@ -32,40 +32,40 @@ def configuration_text(cell: Cell) -> str:
 
 
 def _models_beside(cell: Cell) -> List[str]:
-    """The models that are in no package, but below the folder of a configuration."""
+    """The models in the folder of a configuration instead of a package."""
     models = [device.model for device in cell.devices if device.model is not None]
     return [model.path for model in models if not model.package and os.path.isfile(model.path)]
 
 
 def stored_configuration(value: Dict[str, Any]) -> StoredConfiguration:
-    """Return what `configuration_text` has written, from its JSON.
+    """Return the configuration in the JSON of `configuration_text`.
 
     Raises:
-        ValueError: that is not it.
+        ValueError: the JSON has another content.
     """
     files = {os.path.abspath(path): text for path, text in _texts(value, 'files').items()}
     if not isinstance(value.get('file'), str) or os.path.abspath(value['file']) not in files:
-        raise ValueError('"file" is none of its files')
+        raise ValueError('"file" is not one of its files')
     for path, text in files.items():
         text.encode('utf-8', 'surrogateescape')
         if not os.fsencode(path) or '\0' in path:
-            raise ValueError('the name of a file has a zero byte')
+            raise ValueError('the name of a file contains a zero byte')
     return StoredConfiguration(os.path.abspath(value['file']), files, _texts(value, 'arguments'))
 
 
 def _texts(value: Dict[str, Any], name: str) -> Dict[str, str]:
-    """The texts by name that stand under a name."""
+    """The texts by name in one member of the JSON."""
     found = value.get(name)
     if not isinstance(found, dict) or not all(isinstance(it, str) for it in found.values()):
-        raise ValueError(f'"{name}" are no texts by their names')
+        raise ValueError(f'"{name}" does not map names to texts')
     return found
 
 
 def write_configuration(configuration: StoredConfiguration, folder: str) -> str:
-    """Write the files into a folder, as they lay beside each other; return the first one's path.
+    """Write the files into a folder, in their former layout; return the path of the first.
 
     Raises:
-        FileExistsError: there is such a file already.
+        FileExistsError: a file exists already.
         OSError: a file cannot be written.
     """
     top = os.path.commonpath([os.path.dirname(file) for file in configuration.files])

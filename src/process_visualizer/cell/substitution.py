@@ -17,7 +17,7 @@ _NESTED = re.compile(r'\$\([^)]*\$\(')
 _UNFINISHED = re.compile(r'\$\([^)]*\Z')
 _ALLOWED = ('find', 'env', 'optenv', 'arg', 'dirname')
 _LONGEST = 65_536
-"""Characters of a value; without a limit, arguments made of arguments could fill the memory."""
+"""Most characters of a value; without a limit, nested arguments could fill the memory."""
 
 
 Arguments = Mapping[str, Optional[str]]
@@ -25,11 +25,11 @@ Arguments = Mapping[str, Optional[str]]
 
 
 class UnresolvedArgumentError(ValueError):
-    """A value is made of an argument that has none; that was reported already."""
+    """A value depends on an argument without a value, which was reported already."""
 
 
 def substitute(text: str, arguments: Arguments, file: str) -> str:
-    """``text`` with every ``$(…)`` replaced; ``file`` is where it stands, for ``$(dirname)``.
+    """``text`` with every ``$(…)`` replaced; ``file`` contains it, for ``$(dirname)``.
 
     Raises:
         ValueError: a command is unknown or cannot be resolved. ``$(eval)`` is refused: a
@@ -54,7 +54,7 @@ def _check_commands(text: str) -> None:
     if _UNFINISHED.search(text):
         raise ValueError(f'{quoted(text)}: the ")" that ends "$(" is missing')
     if _NESTED.search(text):
-        raise ValueError(f'{quoted(text)}: "$(" cannot stand inside of "$("; use an <arg>')
+        raise ValueError(f'{quoted(text)}: "$(" cannot be nested in "$("; use an <arg>')
     for command, _ in _COMMAND.findall(text):
         if command not in _ALLOWED:
             raise ValueError(f'{quoted(f"$({command} …)")} cannot be used here; '
@@ -76,7 +76,7 @@ def _check_length(text: str, arguments: Mapping[str, str]) -> None:
 
 
 def package_advice(package: str, packages: Optional[rospkg.RosPack] = None) -> str:
-    """What to do about a package that is not there; ``packages`` saves looking them up again."""
+    """What to do about a missing package; ``packages`` avoids repeated searches."""
     name = nearest(package, (packages or rospkg.RosPack()).list())
     meant = f'did you mean "{name}"? Otherwise ' if name else ''
     return f'there is no package "{package}"; {meant}install it or source the workspace that has it'

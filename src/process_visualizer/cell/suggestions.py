@@ -10,14 +10,14 @@ _LIKENESS = 0.6
 
 
 def nearest(word: str, names: Iterable[str]) -> Optional[str]:
-    """The name most like ``word`` (upper and lower case count alike), or None."""
+    """The name most similar to ``word`` (ignoring case), or None."""
     by_lower_case = {name.lower(): name for name in names}
     found = difflib.get_close_matches(word.lower(), list(by_lower_case), n=1, cutoff=_LIKENESS)
     return by_lower_case[found[0]] if found else None
 
 
 def advice(word: str, names: Iterable[str]) -> str:
-    """What to write instead of ``word``: the nearest name, or else all of them."""
+    """What to write instead of ``word``: the nearest name, or otherwise all of them."""
     known = sorted(names)
     name = nearest(word, known)
     if name is not None:
@@ -26,7 +26,7 @@ def advice(word: str, names: Iterable[str]) -> str:
 
 
 def missing_file(path: str) -> str:
-    """That there is no such file, and what to name instead."""
+    """A message that the file does not exist, and what to name instead."""
     file = Path(path)
     if not file.parent.is_dir():
         return f'there is no file "{file}", nor its folder; check the path'

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Writes the element <tool> of a robot into the text of a configuration; all else stays."""
+"""Writes the element <tool> of a robot into the text of a configuration."""
 from __future__ import annotations
 
 import re
@@ -27,7 +27,7 @@ def tool_element(frame: str, pose: Pose) -> str:
 
 
 def with_tool(data: bytes, device: StartTag, frame: str, pose: Pose) -> bytes:
-    """Return a document with a <tool> as the first element of a device, which has none.
+    """Return a document with a <tool> as the first element of a device that has none.
 
     Raises:
         ValueError: it cannot be written there; the text says why.
@@ -49,7 +49,7 @@ def with_tool(data: bytes, device: StartTag, frame: str, pose: Pose) -> bytes:
 
 
 def _own_line(before: str, after: str, element: str) -> str:
-    """Return the element on a line of its own, as far indented as what follows."""
+    """Return the element on a separate line, indented like the next one."""
     indent, child = _INDENT.search(before), _CHILD.match(after)
     if indent is None:
         return element
@@ -59,7 +59,7 @@ def _own_line(before: str, after: str, element: str) -> str:
 
 
 def _check(before: List[StartTag], after: List[StartTag], device: StartTag, frame: str) -> None:
-    """Whatever a file may look like, only the element may be new."""
+    """Make sure that only the element is new, whatever the file looks like."""
     index = [it.offset for it in before].index(device.offset) + 1
     added, others = after[index], [*after[:index], *after[index + 1:]]
     if (added.tag, added.attributes.get('frame'), added.parent) != ('tool', frame,

@@ -213,7 +213,7 @@ def field(text: str) -> str:
 
 
 def _words(text: str) -> List[str]:
-    """What stands between XML's white space (Python's would split at exotic spaces too)."""
+    """The words between XML's white space (Python would also split at exotic spaces)."""
     return [word for word in re.split(f'[{_BLANKS}]+', text) if word]
 
 

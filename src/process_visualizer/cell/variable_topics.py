@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The topics of variables belong to a device's topics: they are recorded and played."""
+"""Adds the topics of variables to a device's topics, to be recorded and played."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -12,7 +12,7 @@ from process_visualizer.cell.outputs import outputs
 def with_variable_topics(devices: Iterable[Device]) -> Tuple[Device, ...]:
     """Return the devices with the topics of their variables that no <topic> names.
 
-    What the program publishes itself is not among them, as it is not recorded.
+    Topics that the program itself publishes are left out, as they are not recorded.
     """
     found = tuple(devices)
     taken = {topic.name for device in found for topic in device.topics} | set(outputs(found))

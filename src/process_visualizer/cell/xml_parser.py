@@ -19,7 +19,7 @@ from process_visualizer.cell.variable_topics import with_variable_topics
 from process_visualizer.cell.xml_reader import Element, read_xml
 
 _MOST_FILES = 100
-"""Included files; without a limit, files that include each other twice multiply for ever."""
+"""Limit of included files; files that include each other twice would multiply for ever."""
 
 
 class XmlParser:
@@ -42,10 +42,10 @@ class XmlParser:
         return cell
 
     def read(self, path: str) -> Tuple[Cell, ProblemList]:
-        """The cell as far as it can be understood, in which more may be wrong, and the problems.
+        """The cell as far as it could be read, which may have further errors, and the problems.
 
         Raises:
-            ConfigurationError: the file is no configuration at all.
+            ConfigurationError: the file is not a configuration at all.
         """
         problems = ProblemList()
         root = _read_root(path)
@@ -128,8 +128,8 @@ class _Reading:
         if self.frame is None:
             self.frame = frame
         elif frame not in (None, self.frame):
-            self._problems.add(root.location, ROOT, f'the global frame is "{self.frame}" already, '
-                                                    f'not "{frame}"; write the same')
+            self._problems.add(root.location, ROOT, f'the global frame is already "{self.frame}", '
+                                                    f'not "{frame}"; write the same name')
 
     def _include(self, parsed: Parsed, chain: Tuple[str, ...]) -> None:
         folder = os.path.dirname(chain[-1])
@@ -147,7 +147,7 @@ class _Reading:
         self.read(root, passed_arguments(parsed, self._problems), chain + (path,), parsed)
 
     def _refusal(self, path: str, chain: Tuple[str, ...]) -> str:
-        """Why the file cannot be included; nothing when it can."""
+        """The reason why the file cannot be included; empty if it can."""
         if os.path.realpath(path) in map(os.path.realpath, chain):
             return 'includes itself: ' + ' -> '.join(chain + (path,))
         if self._includes > _MOST_FILES:

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads an XML file into elements that know their line.
+"""Reads an XML file into elements with their lines.
 
 Only data is read: a document type declaration, and with it every entity that a file could
 define, is refused, so that neither a local file nor the network nor an expanding entity
-("billion laughs") is ever touched. So that no file can exhaust the program, size and depth are
-limited far above anything that a cell needs.
+("billion laughs") is ever touched. Size and depth are limited, far above anything that a cell
+needs, so that no file can exhaust the program.
 """
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from process_visualizer.cell.suggestions import missing_file
 _LARGEST_FILE_BYTES = 10_000_000
 _DEEPEST = 50
 _SCHEMA_ATTRIBUTES = ('xmlns:xsi', 'xsi:noNamespaceSchemaLocation')
-"""What editors use to find the schema; it says nothing about the cell."""
+"""Editors find the schema with these; they say nothing about the cell."""
 
 
 @dataclass
@@ -34,7 +34,7 @@ class Element:
 
 
 class _RefusedError(Exception):
-    """The file has something that is well-formed XML and still not allowed."""
+    """The file has well-formed XML that is not allowed."""
 
 
 class _TreeBuilder:
@@ -111,7 +111,7 @@ def _read_bytes(path: str) -> bytes:
         if file.exists() and not file.is_file():
             raise _error(Location(path, 1), 'is not a regular file; name an XML file')
         if file.exists() and file.stat().st_size > _LARGEST_FILE_BYTES:
-            raise _error(Location(path, 1), 'is larger than 10 MB; this is no configuration')
+            raise _error(Location(path, 1), 'is larger than 10 MB; this is not a configuration')
         return file.read_bytes()
     except FileNotFoundError:
         raise _error(Location(path, 1), missing_file(path)) from None

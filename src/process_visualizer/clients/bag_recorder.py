@@ -38,14 +38,14 @@ class BagRecorder:
     """
 
     def __init__(self, on_state: Optional[Callable[[RecorderState], None]] = None,
-                 node: str = _NODE, begins: bool = True) -> None:
+                 node: str = _NODE, follow_now: bool = True) -> None:
         """Follow the state, from now or from ``begin`` on."""
         self._node = node
         self._follower: StateFollower[RecorderState] = StateFollower(
-            f'{node}/state', RecorderState, on_state, begins)
+            f'{node}/state', RecorderState, on_state, follow_now)
 
     def begin(self) -> None:
-        """Begin to follow the state, if that was left for later; waits for the master."""
+        """Begin to follow the state, if the constructor did not; waits for the master."""
         self._follower.begin()
 
     @property
@@ -54,19 +54,19 @@ class BagRecorder:
         return self._follower.state
 
     def close(self) -> None:
-        """Stop following the state; the recorder goes on."""
+        """Stop following the state; the recorder keeps running."""
         self._follower.close()
 
     def wait_until_ready(self, timeout_s: float) -> None:
         """Wait until the recorder runs.
 
         Raises:
-            RecorderError: it does not after the timeout.
+            RecorderError: it is not running after the timeout.
         """
         try:
             rospy.wait_for_service(f'{self._node}/start', timeout_s)
         except rospy.ROSException as error:
-            raise RecorderUnreachable(f'{self._node} does not run; start it with '
+            raise RecorderUnreachable(f'{self._node} is not running; start it with '
                                       '"rosrun process_visualizer bag_recorder"') from error
 
     def wait_for(self, condition: Callable[[RecorderState], bool],
@@ -78,15 +78,15 @@ class BagRecorder:
         """Start a recording; return its path when every topic with a publisher is connected.
 
         Raises:
-            RecorderError: nothing is recorded.
+            RecorderError: no recording has started.
         """
         return str(self._call('start', StartRecording, request_of(options)).path)
 
     def save_recent(self, options: RecordingOptions) -> str:
-        """Write what is in memory (or its last ``recent_s``) into a bag; return its path.
+        """Write the messages in memory (or the last ``recent_s``) into a bag; return its path.
 
         Raises:
-            RecorderError: it is not written.
+            RecorderError: it cannot be written.
         """
         return str(self._call('save_recent', StartRecording, request_of(options)).path)
 
@@ -104,7 +104,7 @@ class BagRecorder:
         """Write a labelled moment, now, into the recording or into the memory.
 
         Raises:
-            RecorderError: there is neither.
+            RecorderError: neither is possible.
         """
         self._call('mark', Mark, label)
 

@@ -21,11 +21,11 @@ _LAST_OFFERED = 'set_loop'
 
 
 class PlayerError(Exception):
-    """What the player refused, changing nothing; the text says why."""
+    """The player refused a command and changed nothing; the text says why."""
 
 
 class PlayerUnreachable(PlayerError):
-    """The player, or the master that knows its address, is not there."""
+    """The player, or the master that knows its address, cannot be reached."""
 
 
 class PlayerClient:
@@ -33,24 +33,24 @@ class PlayerClient:
 
     Every method waits for the player's answer, so call them off the GUI thread, and returns it as
     a text for the user. Connections are kept, for scrubbing, and opened again when the player has
-    been restarted. All commands raise PlayerError, with the player's reason, for what cannot be
-    met, and PlayerUnreachable. ``on_state`` is called from rospy's thread.
+    been restarted. All commands raise PlayerError, with the player's reason, if they cannot be
+    carried out, and PlayerUnreachable. ``on_state`` is called from rospy's thread.
     """
 
     def __init__(self, on_state: Optional[Callable[[PlayerState], None]] = None,
-                 node: str = _NODE, timeout_s: float = 10.0, begins: bool = True) -> None:
+                 node: str = _NODE, timeout_s: float = 10.0, follow_now: bool = True) -> None:
         """Follow the state, from now or from ``begin`` on.
 
-        A player that does not answer within the timeout is given up.
+        A call to a player that does not answer within the timeout fails.
         """
         self._node = node
         self._services = {name: ServiceConnection(f'{node}/{name}', service, timeout_s)
                           for name, service in _SERVICES.items()}
         self._follower: StateFollower[PlayerState] = StateFollower(
-            f'{node}/state', PlayerState, on_state, begins)
+            f'{node}/state', PlayerState, on_state, follow_now)
 
     def begin(self) -> None:
-        """Begin to follow the state, if that was left for later; waits for the master."""
+        """Begin to follow the state, if the constructor did not; waits for the master."""
         self._follower.begin()
 
     @property
@@ -59,7 +59,7 @@ class PlayerClient:
         return self._follower.state
 
     def close(self) -> None:
-        """Stop following the state and close the connections; the player goes on."""
+        """Stop following the state and close the connections; the player keeps running."""
         self._follower.close()
         for service in self._services.values():
             service.close()
@@ -68,12 +68,12 @@ class PlayerClient:
         """Wait until the player runs.
 
         Raises:
-            PlayerUnreachable: it does not after the timeout.
+            PlayerUnreachable: it is not running after the timeout.
         """
         try:
             rospy.wait_for_service(f'{self._node}/{_LAST_OFFERED}', timeout_s)
         except rospy.ROSException as error:
-            raise PlayerUnreachable(f'{self._node} does not run; start it with '
+            raise PlayerUnreachable(f'{self._node} is not running; start it with '
                                     '"rosrun process_visualizer bag_player FILE"') from error
 
     def wait_for(self, condition: Callable[[PlayerState], bool],
@@ -82,11 +82,11 @@ class PlayerClient:
         return self._follower.wait_for(condition, timeout_s)
 
     def play(self) -> str:
-        """Play on; from the end, where nothing is left, start over."""
+        """Continue to play; at the end, start over."""
         return self._call('play')
 
     def pause(self) -> str:
-        """Stand still."""
+        """Pause."""
         return self._call('pause')
 
     def toggle_paused(self) -> str:
@@ -94,11 +94,11 @@ class PlayerClient:
         return self._call('toggle_paused')
 
     def stop(self) -> str:
-        """Stand still at the beginning."""
+        """Go to the beginning and pause there."""
         return self._call('stop')
 
     def seek(self, position_s: float) -> str:
-        """Go to a position [s from the beginning], at most to the nearer end; play on or pause."""
+        """Go to a position [s from the beginning], limited to its ends; keep playing or pausing."""
         return self._call('seek', position_s)
 
     def set_rate(self, rate: float) -> str:
@@ -110,7 +110,7 @@ class PlayerClient:
         return self._call('step', count, topic, duration_s)
 
     def set_loop(self, loop: bool, begin_s: float = 0.0, end_s: float = 0.0) -> str:
-        """Repeat what is between two positions [s], all if both are 0; or no more."""
+        """Repeat the part between two positions [s], all if both are 0; or stop repeating."""
         return self._call('set_loop', loop, begin_s, end_s)
 
     def _call(self, name: str, *request: object) -> str:

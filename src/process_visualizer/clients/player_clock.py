@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Follows the player, so that nodes know what time it is in the recording."""
+"""Follows the player, so that nodes know the time in the recording."""
 from __future__ import annotations
 
 import rospy
@@ -10,10 +10,10 @@ from process_visualizer.ros_names import PLAYER_STATE_TOPIC
 
 
 class PlaybackFollower:
-    """Keeps a clock of playback up to date; in real time nothing comes, and it costs nothing."""
+    """Keeps a clock of playback up to date; costs nothing in real-time mode."""
 
     def __init__(self) -> None:
-        """Subscribe the player's state."""
+        """Subscribe to the player's state."""
         self.clock = PlaybackClock()
         rospy.Subscriber(PLAYER_STATE_TOPIC, PlayerState, self._receive, tcp_nodelay=True)
 

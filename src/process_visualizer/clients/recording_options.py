@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How a recording is made, and how the recorder says no."""
+"""How a recording is made, and the errors of the recorder."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -7,21 +7,21 @@ from typing import Tuple
 
 
 class RecorderError(Exception):
-    """What the recorder refused or could not do; the text says why, and what to do."""
+    """The recorder refused or could not do something; the text says why, and what to do."""
 
 
 class RecorderUnreachable(RecorderError):
-    """The recorder, or the master that knows its address, is not there."""
+    """The recorder, or the master that knows its address, cannot be reached."""
 
 
 @dataclass(frozen=True)
 class RecordingOptions:
-    """How a recording is made; what is left out keeps the recorder's parameters.
+    """How a recording is made; by default with the recorder's parameters.
 
-    The bag is called ``NAME.bag``, without a name ``PREFIX_DATE.bag`` or ``DATE.bag`` (local date
-    and time). What matches one of the ``patterns`` (regular expressions for whole names), and none
-    that is ``excluded``, is recorded as soon as it is published. ``recent_s`` begins the bag with
-    the last seconds that the recorder has in memory.
+    The bag is named ``NAME.bag``, without a name ``PREFIX_DATE.bag`` or ``DATE.bag`` (local date
+    and time). Topics that match one of the ``patterns`` (regular expressions for whole names), and
+    none of ``excluded``, are recorded as soon as they are published. With ``recent_s`` the bag
+    begins with the last seconds that the recorder has in memory.
     """
 
     topics: Tuple[str, ...] = ()

@@ -17,9 +17,9 @@ _NODE = f'/{RVIZ}'
 
 
 class _SendFilePath:
-    """The service rviz/SendFilePath: what goes over the wire is a text, and a truth value.
+    """The service rviz/SendFilePath: a text is sent, and a truth value returned.
 
-    RViz's own Python module cannot be used, for it loads all of RViz.
+    RViz's own Python module cannot be used, because it loads all of RViz.
     """
 
     _md5sum = '92f17244ff295b327b62c307fafe751b'
@@ -28,32 +28,32 @@ class _SendFilePath:
 
 
 class RvizViewError(Exception):
-    """RViz has not done what it should with its view; says why."""
+    """RViz could not write or read its view; says why."""
 
 
 class RvizView:
-    """Has a running RViz write or read its view. The methods block."""
+    """Lets a running RViz write or read its view. The methods block."""
 
     def __init__(self, node: str = _NODE, timeout_s: float = 10.0) -> None:
-        """Take RViz's name, and how long an answer may take."""
+        """``node`` is the name of RViz; ``timeout_s`` is for each answer."""
         self._node = node
         self._save, self._load, self._load_before = (
             ServiceConnection(f'{node}/{name}', _SendFilePath, timeout_s)
             for name in ('save_config', 'load_config_discarding_changes', 'load_config'))
 
     def save(self, path: str) -> None:
-        """Write what RViz shows now, camera and all, into a file (absolute path).
+        """Write the present view of RViz, with its camera, into a file (absolute path).
 
         Raises:
-            RvizViewError: RViz does not answer, or cannot do it.
+            RvizViewError: RViz does not answer, or fails.
         """
         self._call([self._save], path, 'cannot write its view to')
 
     def load(self, path: str) -> None:
-        """Show what a file says (absolute path).
+        """Show the view in a file (absolute path).
 
-        RViz before 1.14.5 has only the second service, which discards changes there, too; later it
-        asks the user.
+        RViz before 1.14.5 has only the second service, which discards changes in that version;
+        later ones ask the user.
 
         Raises:
             RvizViewError: RViz does not answer, or cannot read the file.
@@ -75,7 +75,7 @@ class RvizView:
 
 
 def _first_offered(services: Sequence[ServiceConnection], path: str) -> Any:
-    """The answer of the first service that there is."""
+    """The answer of the first service that exists."""
     for service in services[:-1]:
         try:
             return service.call(path)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A kept connection to a service, that notices when the node hangs or has been restarted."""
+"""A persistent connection to a service, which notices when the node hangs or has restarted."""
 from __future__ import annotations
 
 import http.client
@@ -34,18 +34,18 @@ class ServiceMissing(ServiceUnreachable):
 
 
 class _Gone(Exception):
-    """The node has closed the connection; it does not run any more."""
+    """The node has closed the connection; it is no longer running."""
 
 
 class ServiceConnection:
-    """Calls one service, again and again, over one connection. May be used by several threads.
+    """Calls one service repeatedly over one connection. May be used by several threads.
 
     rospy's own proxy either asks the master for the address at each call, or waits for ever for a
     node that hangs and fails once after each restart.
     """
 
     def __init__(self, name: str, service: Type[Any], timeout_s: float = 10.0) -> None:
-        """Take the global name, the generated class, and how long an answer may take."""
+        """``name`` is global, ``service`` a generated class; ``timeout_s`` is for each answer."""
         self._name = name
         self._service = service
         self._timeout_s = timeout_s
@@ -57,7 +57,8 @@ class ServiceConnection:
 
         Raises:
             ServiceMissing: no node offers the service.
-            ServiceUnreachable: there is none; only where it came too late was something done.
+            ServiceUnreachable: there is no answer; the request was carried out only if the answer
+            came too late.
         """
         data = _serialised(self._service._request_class(*request))
         with self._lock:
@@ -77,7 +78,7 @@ class ServiceConnection:
             self._disconnect()
 
     def _exchanged(self, data: bytes) -> bytes:
-        """The answer's bytes; a node that has gone is looked for once more."""
+        """The bytes of the answer; a node that has gone is looked up once more."""
         if self._socket is not None:
             try:
                 return _exchange(self._socket, data)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The state that a node publishes: the last one, and waiting for one."""
+"""Follows the state that a node publishes, and waits for a certain one."""
 from __future__ import annotations
 
 import threading
@@ -14,14 +14,15 @@ class StateFollower(Generic[State]):
     """Follows a topic in an initialised rospy node; ``on_state`` is called in rospy's thread."""
 
     def __init__(self, topic: str, message_class: Type[Any],
-                 on_state: Optional[Callable[[State], None]] = None, begins: bool = True) -> None:
+                 on_state: Optional[Callable[[State], None]] = None,
+                 follow_now: bool = True) -> None:
         """Subscribe, or wait for ``begin``: it asks the master, and waits for the answer."""
         self._topic, self._message_class = topic, message_class
         self._on_state = on_state
         self._state: Optional[State] = None
         self._changed = threading.Condition()
         self._subscriber: Optional[rospy.Subscriber] = None
-        if begins:
+        if follow_now:
             self.begin()
 
     def begin(self) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Looks at a system that runs: listens to all topics for a moment, and reads its parameters."""
+"""Looks at a running system: listens to all topics for a moment, and reads its parameters."""
 from __future__ import annotations
 
 import threading
@@ -31,7 +31,7 @@ from process_visualizer.launching.ros_api import is_registered
 from process_visualizer.ros_names import BAG_RECORDER, STATIC_TF_TOPIC, TF_TOPIC
 
 LOOK_S = 3.0
-"""So long it is listened to the topics."""
+"""How long the topics are listened to [s]."""
 _MOST_MESSAGES, _LARGE_BYTES = 100, 100_000
 _FRAME_TOPICS = (TF_TOPIC, STATIC_TF_TOPIC)
 _DESCRIPTION = 'robot_description'
@@ -40,32 +40,32 @@ _CONFIGURATION = f'{_RECORDER}/configuration'
 
 
 def from_system() -> NewConfiguration:
-    """Return a configuration for what runs; this process must be a node.
+    """Return a configuration for what is running; this process must be a node.
 
-    Where a cell runs it is that cell's configuration.
+    If a cell is running, it is the configuration of that cell.
 
     Raises:
-        ValueError: nothing runs that belongs into one, or the master has gone.
+        ValueError: nothing is running that belongs in one, or the master has gone.
     """
     try:
         master = rosgraph.Master(rospy.get_name())
         seen, stored = look_at_system(master), running_configuration(master)
         return new_configuration(seen) if stored is None else _of_stored(stored, seen)
     except (rosgraph.MasterException, ConnectionError) as error:
-        raise ValueError(f'the ROS master does not answer any more: {error}') from error
+        raise ValueError(f'the ROS master no longer answers: {error}') from error
 
 
 def _of_stored(stored: StoredConfiguration, seen: Seen) -> NewConfiguration:
-    """The configuration of the cell that runs; if that cannot be used, what is seen beside it."""
+    """The configuration of the running cell; if that cannot be used, one for its other topics."""
     try:
-        return of_stored(stored, seen, f'the cell that runs at {rosgraph.get_master_uri()}')
+        return of_stored(stored, seen, f'the cell running at {rosgraph.get_master_uri()}')
     except (ConfigurationError, ValueError, OSError) as error:
-        remark = f'The configuration of the cell that runs is not used: {error}'
+        remark = f'The configuration of the running cell is not used: {error}'
         return new_configuration(replace(seen, remarks=(remark, *seen.remarks)))
 
 
 def running_configuration(master: rosgraph.Master) -> Optional[StoredConfiguration]:
-    """Return the configuration of the cell that runs, which its recorder has, or None.
+    """Return the configuration of the running cell, which its recorder has, or None.
 
     Raises:
         rosgraph.MasterException, OSError: the master does not answer.
@@ -79,7 +79,7 @@ def running_configuration(master: rosgraph.Master) -> Optional[StoredConfigurati
 
 
 def look_at_system(master: rosgraph.Master, look_s: float = LOOK_S) -> Seen:
-    """Return what runs; this process must be a node.
+    """Return what is running; this process must be a node.
 
     Raises:
         rosgraph.MasterException, OSError: the master does not answer.
@@ -93,8 +93,9 @@ def look_at_system(master: rosgraph.Master, look_s: float = LOOK_S) -> Seen:
     silent = [it for it in known if it.name in wanted - names - set(_FRAME_TOPICS)]
     descriptions = {it.namespace: it for it in (*seen_descriptions(sources),
                                                 *_descriptions(master))}
-    return Seen(f'what runs at {master.master_uri}', (*heard, *silent), seen_transforms(sources),
-                tuple(descriptions.values()), _remarks(silent), is_moment=True)
+    return Seen(f'what is running at {master.master_uri}', (*heard, *silent),
+                seen_transforms(sources), tuple(descriptions.values()), _remarks(silent),
+                is_moment=True)
 
 
 def _published(master: rosgraph.Master) -> List[SeenTopic]:
@@ -116,8 +117,9 @@ def _remarks(silent: Iterable[SeenTopic]) -> Tuple[str, ...]:
     names = [it.name for it in silent]
     if not names:
         return ()
-    return (f'Nothing came within {LOOK_S:g} s on {", ".join(names)}: whether they hold variables '
-            'is not known.',)
+    return (f'Nothing was received within {LOOK_S:g} s on {", ".join(names)}: whether they hold '
+            'variables '
+            'is unknown.',)
 
 
 class _Listener:
@@ -143,7 +145,7 @@ class _Listener:
                     for (topic, node), messages in self._messages.items()]
 
     def _wait(self, look_s: float, subscribers: Dict[str, rospy.Subscriber]) -> None:
-        """Wait; what sends large messages is listened to for one of them only."""
+        """Wait; of topics with large messages, listen to only one message."""
         end_s = time.monotonic() + look_s
         while True:
             with self._changed:

@@ -28,7 +28,7 @@ def execute_bag_command(options: argparse.Namespace) -> int:
     """Run one of the commands; return its exit code.
 
     Raises:
-        BagError: a bag cannot be read, or what belongs beside it not be written.
+        BagError: a bag cannot be read, or a file beside it cannot be written.
         ValueError: a mark is not within its bag.
         OSError: a file of a configuration cannot be written.
     """
@@ -41,12 +41,12 @@ def execute_bag_command(options: argparse.Namespace) -> int:
 
 def _add_bags(command: argparse.ArgumentParser) -> None:
     command.add_argument('bags', metavar='BAG', nargs='+',
-                         help='the bag; several are the parts of one recording')
+                         help='the bag, or all parts of one recording')
 
 
 def _add_report_options(command: argparse.ArgumentParser) -> None:
     _add_bags(command)
-    command.add_argument('--json', action='store_true', help='for programs')
+    command.add_argument('--json', action='store_true', help='output for programs')
 
 
 def _report(options: argparse.Namespace) -> int:
@@ -109,12 +109,12 @@ class _Command(NamedTuple):
 
 
 _COMMANDS: Dict[str, _Command] = {
-    'report': _Command('say what is in a bag and whether it is complete; exit code 2 if it is '
+    'report': _Command('report what is in a bag and whether it is complete; exit code 2 if it is '
                        'empty or something is known to be missing',
                        _add_report_options, _report),
     'mark': _Command('label a moment of a finished bag, in a file beside it',
                      _add_mark_options, _mark),
-    'reindex': _Command('make a bag of what a killed recorder left, in a copy beside it',
+    'reindex': _Command('make a bag from the file that a killed recorder left, as a copy beside it',
                         _add_reindex_options, _reindex),
     'configuration': _Command('write the configuration that a bag was recorded with',
                               _add_configuration_options, _configuration),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command ``cell check``: everything that is wrong with a configuration, at once."""
+"""The command ``cell check``: all problems of a configuration at once."""
 from __future__ import annotations
 
 import sys
@@ -25,7 +25,7 @@ from process_visualizer.rviz.view_rules import view_warnings
 
 
 class Findings(NamedTuple):
-    """The cell as far as it can be understood, what stops it, and what should be looked at."""
+    """The cell as far as it could be read, its errors and its warnings."""
 
     cell: Cell
     problems: List[Problem]
@@ -33,10 +33,10 @@ class Findings(NamedTuple):
 
 
 def check(path: str, arguments: Mapping[str, str]) -> int:
-    """Print everything that is wrong with a configuration; 1 if it cannot be used, else 0.
+    """Print all problems of a configuration; return 1 if it cannot be used, otherwise 0.
 
     Raises:
-        ConfigurationError: the file is no configuration at all.
+        ConfigurationError: the file is not a configuration at all.
     """
     cell, problems, warnings = find_problems(path, arguments)
     for line in [*map(str, problems), *map(_warning, warnings)]:
@@ -48,12 +48,12 @@ def check(path: str, arguments: Mapping[str, str]) -> int:
 
 
 def find_problems(path: str, arguments: Mapping[str, str]) -> Findings:
-    """What is wrong with the file, on this machine, and with the models, all of it at once.
+    """Find all problems of the file, on this machine, and of the models.
 
-    What one of them has found is not told again by the next.
+    A problem is reported only once.
 
     Raises:
-        ConfigurationError: the file is no configuration at all.
+        ConfigurationError: the file is not a configuration at all.
     """
     cell, found = XmlParser(arguments).read(path)
     found.extend(check_environment(cell))
@@ -66,7 +66,7 @@ def find_problems(path: str, arguments: Mapping[str, str]) -> Findings:
 
 def _warnings(cell: Cell, descriptions: Mapping[str, RobotDescription],
               known: Set[Tuple[Location, str]]) -> List[Problem]:
-    """What is only missing for a device, where there is no problem already."""
+    """What devices lack, if they have no problem already."""
     inspected = [inspect_launch_files(Choice(cell, mode, cell.devices)) for mode in Mode]
     published = static_frames(_nodes(cell, inspected))
     warnings: Dict[Problem, None] = dict.fromkeys(
@@ -114,7 +114,7 @@ def _places(problems: Iterable[Problem]) -> Set[Tuple[Location, str]]:
 
 
 def _warning(problem: Problem) -> str:
-    """Its line, from which one sees that the configuration can be used nevertheless."""
+    """Its line, which shows that the configuration can still be used."""
     return str(replace(problem, message=f'warning: {problem.message}'))
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command ``cell``: what the window does with configurations and bags, without a window."""
+"""The command ``cell``: functions of the window for configurations and bags, without a window."""
 from __future__ import annotations
 
 import argparse
@@ -36,7 +36,7 @@ _COMMANDS = {
     'show': 'list devices, nodes and topics',
     'generate': 'write the launch file, the RViz file and the models',
     'run': 'generate, start everything, and stop all of it on Ctrl-C',
-    'new': 'write a configuration for what runs, or for what a bag holds',
+    'new': 'write a configuration for what is running, or for the contents of a bag',
     'record': "record the devices' topics, or others, until Ctrl-C, then report",
 }
 
@@ -78,7 +78,7 @@ def _parser() -> argparse.ArgumentParser:
         command.add_argument('args', metavar='NAME:=VALUE', nargs='*',
                              help='values for the <arg> elements of the configuration')
         if name != 'check':
-            command.add_argument('--devices', metavar='A,B', help='the devices; all without it')
+            command.add_argument('--devices', metavar='A,B', help='the devices (default: all)')
         if name in ('generate', 'run'):
             _add_run_options(command)
     add_bag_commands(commands)
@@ -145,13 +145,13 @@ def _choice(cell: Cell, options: argparse.Namespace) -> Choice:
             raise ValueError(f'there is no file "{bag}"')
         bag = os.path.abspath(bag)
         if '$(' in bag or not bag.isprintable():
-            raise ValueError(f'roslaunch cannot hand on the path {bag!a}; rename it')
+            raise ValueError(f'roslaunch cannot pass on the path {bag!a}; rename it')
     rviz = RvizStart.NONE if options.no_rviz else RvizStart.REQUIRED
     return Choice(cell, mode, choose_devices(cell, _names(options.devices)), rviz, bag)
 
 
 def _plan(choice: Choice) -> Plan:
-    """The plan; what the machine lacks for the choice is an error before anything starts."""
+    """The plan; anything missing on this machine is an error before anything starts."""
     problems = check_environment(choice.cell, choice.mode,
                                  [device.name for device in choice.devices])
     if problems:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command ``cell new``: a configuration from what runs, or from a bag."""
+"""The command ``cell new``: a configuration from what is running, or from a bag."""
 from __future__ import annotations
 
 import argparse
@@ -16,10 +16,10 @@ DEFAULT_FILE = 'cell.xml'
 def add_new_options(command: argparse.ArgumentParser) -> None:
     """Add the options of ``cell new``."""
     command.add_argument('bags', metavar='BAG', nargs='*',
-                         help='look into this recording instead of at what runs')
+                         help='use this recording instead of what is running')
     command.add_argument('-o', '--output', metavar='FILE', default=DEFAULT_FILE,
                          help=f'the file to write ({DEFAULT_FILE})')
-    command.add_argument('--force', action='store_true', help='overwrite what is there')
+    command.add_argument('--force', action='store_true', help='overwrite an existing file')
 
 
 def execute_new(options: argparse.Namespace) -> int:
@@ -28,7 +28,7 @@ def execute_new(options: argparse.Namespace) -> int:
     Raises:
         BagError: a bag cannot be read.
         ValueError: nothing was seen, or there is no master.
-        OSError: a file is there already, or cannot be written.
+        OSError: the file exists already, or cannot be written.
     """
     if options.bags:
         new = from_bags(options.bags)
@@ -42,7 +42,7 @@ def execute_new(options: argparse.Namespace) -> int:
         raise FileExistsError(f'{error}; --force overwrites it') from error
     for path in paths:
         print(path)
-    print(f'{new.summary}; look at its comments, then: '
+    print(f'{new.summary}; read its comments, then: '
           f'rosrun process_visualizer cell check {options.output}')
     return 0
 

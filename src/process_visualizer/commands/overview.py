@@ -60,7 +60,7 @@ def _mode(mode: 'Mode | None') -> str:
 
 def _frames(topic: Topic, device: Device,
             descriptions: Mapping[str, RobotDescription]) -> Tuple[str, ...]:
-    """Which frames the values are those of, as far as the configuration says it."""
+    """The frames of the values, if the configuration says them."""
     if topic.message_type == TF_MESSAGE and topic.function is TopicFunction.TOOL_CENTER_FRAME:
         base, frame = pose_frames(device, descriptions.get(device.name))
         return (f'{frame} in {base}',)

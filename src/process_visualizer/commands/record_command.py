@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command ``cell record``: a recorder of its own, started, watched and stopped again."""
+"""The command ``cell record``: starts a recorder, watches it and stops it."""
 from __future__ import annotations
 
 import dataclasses
@@ -36,7 +36,7 @@ _STATE_TIMEOUT_S = 1.0  # states come twice a second; none come of a recorder th
 
 
 def record(cell: Optional[Cell], devices: Sequence[Device], options: RecordOptions) -> int:
-    """Record until SIGINT or SIGTERM or what the options say, then report; return the exit code.
+    """Record until SIGINT, SIGTERM or the limit, then report; return the exit code.
 
     Raises:
         OSError: the configuration cannot be read.
@@ -61,14 +61,14 @@ def record(cell: Optional[Cell], devices: Sequence[Device], options: RecordOptio
 
 
 class _Recording:
-    """One recording by a recorder of its own; what the operator has to know is told at once."""
+    """One recording by its own recorder; reports to the operator at once what matters."""
 
     def __init__(self, node: str, process: 'subprocess.Popen[bytes]',
                  options: RecordOptions) -> None:
         self._process = process
         self._wanted = options
         self._end = threading.Event()
-        self._told = 0  # problems
+        self._reported_problems = 0
         self._ended = False  # by itself
         self._files: List[str] = []
         self._recorder = BagRecorder(self._take_state, node)
@@ -84,7 +84,7 @@ class _Recording:
             return 1
         path = self._recorder.start(options)
         self._files = [path]
-        self._tell(f'recording {path}')
+        self._print(f'recording {path}')
         if self._wanted.duration_s:
             rospy.Timer(rospy.Duration.from_sec(self._wanted.duration_s),
                         lambda _: self._end.set(), oneshot=True)
@@ -92,29 +92,29 @@ class _Recording:
         return self._finish()
 
     def _wait_for_time(self) -> None:
-        """Where the time is simulated, wait for the first one: a message before it has none."""
+        """If time is simulated, wait for the first one: messages before it have none."""
         if not rospy.get_param('/use_sim_time', False):
             return
-        self._tell('waiting for the first time on /clock, as the time is simulated')
+        self._print('waiting for the first message on /clock, as the time is simulated')
         while not self._end.is_set() and self._recorder.wait_for(
                 lambda state: not state.stamp.is_zero(), _STATE_TIMEOUT_S) is None:
             pass
 
-    def _tell(self, text: str) -> None:
+    def _print(self, text: str) -> None:
         if not self._wanted.is_quiet:
             print(text, flush=True)
 
     def _finish(self) -> int:
         if self._process.poll() is not None:
             raise RecorderError('the recorder has died; "rosrun process_visualizer cell reindex '
-                                f'{self._files[-1]}.active" makes a bag of what it has written')
+                                f'{self._files[-1]}.active" makes a bag from what it has written')
         ended = self._ended
         with Recording(self._files if ended else self._stop()) as recording:
-            self._tell(as_text(make_report(recording)))
+            self._print(as_text(make_report(recording)))
         return 1 if ended else 0
 
     def _stop(self) -> List[str]:
-        """Stop by the service or, if the master is gone with it, by a signal; return the bags."""
+        """Stop by the service or, if the master is gone, by a signal; return the bags."""
         try:
             return self._recorder.stop()
         except RecorderUnreachable:
@@ -123,10 +123,10 @@ class _Recording:
             return self._files
 
     def _take_state(self, state: RecorderState) -> None:
-        new = min(state.problem_count - self._told, len(state.problems))
+        new = min(state.problem_count - self._reported_problems, len(state.problems))
         for problem in state.problems[len(state.problems) - new:]:
             print(problem, file=sys.stderr, flush=True)
-        self._told = state.problem_count
+        self._reported_problems = state.problem_count
         if state.files:
             self._files = list(state.files)
             self._ended = state.state == RecorderState.IDLE

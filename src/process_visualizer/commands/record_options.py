@@ -18,17 +18,17 @@ _NOT_OFFERED = {
                        "recorder's memory (the service ~save_recent)",
     ('-l', '--limit'): 'end a recording with --duration or --size',
     ('--chunksize',): 'a chunk has 1 MB, or what arrives in half a second',
-    ('--udp',): 'nothing would tell what is lost on the way',
-    ('-p', '--publish'): 'the topic ~state of the recorder tells when it records',
+    ('--udp',): 'messages lost on the way would go unnoticed',
+    ('-p', '--publish'): 'the topic ~state of the recorder says when it records',
 }
 
 
 @dataclass(frozen=True)
 class RecordOptions:
-    """What is recorded, and until when.
+    """What to record, and until when.
 
-    ``recording`` has what is named on the command line; the topics of the configuration's devices
-    and of a node come in addition.
+    ``recording`` has the topics of the command line; those of the configuration's devices and of a
+    node are added.
     """
 
     config: Optional[str]  # the configuration file
@@ -53,10 +53,10 @@ def add_record_options(command: argparse.ArgumentParser) -> None:
 
 
 def record_options(values: argparse.Namespace) -> RecordOptions:
-    """Return what was asked for.
+    """Return the parsed options.
 
     Raises:
-        ValueError: that does not go together, or is nothing.
+        ValueError: they contradict each other, or there is nothing to record.
     """
     configs = [word for word in values.words if _is_configuration(word)]
     topics = tuple(word for word in values.words if word not in configs)
@@ -69,7 +69,7 @@ def record_options(values: argparse.Namespace) -> RecordOptions:
 
 
 class _NotOffered(argparse.Action):
-    """Says what to do instead."""
+    """Names the alternative instead of ignoring an option."""
 
     def __call__(self, parser: argparse.ArgumentParser, namespace: argparse.Namespace,
                  values: Any, option_string: Optional[str] = None) -> None:
@@ -79,28 +79,28 @@ class _NotOffered(argparse.Action):
 
 def _add_choice(group: 'argparse._ArgumentGroup') -> None:
     group.add_argument('--devices', metavar='A,B',
-                       help='the devices of the configuration; all without it')
+                       help='the devices of the configuration (default: all)')
     group.add_argument('-a', '--all', action='store_true',
-                       help='all topics, those too that are published later')
+                       help='all topics, including those published later')
     group.add_argument('-e', '--regex', action='store_true',
                        help='the topics are regular expressions for whole names')
     group.add_argument('-x', '--exclude', metavar='REGEX', default='',
-                       help='without these, after -a or -e')
+                       help='except these, after -a or -e')
     group.add_argument('--node', default='', help='the topics that a node subscribes to now')
 
 
 def _add_file(group: 'argparse._ArgumentGroup') -> None:
     group.add_argument('--folder', default='.', help='created if there is none')
     group.add_argument('-o', '--output-prefix', '--prefix', dest='prefix', default='',
-                       help='the bag is called PREFIX_DATE.bag')
+                       help='the bag is named PREFIX_DATE.bag')
     group.add_argument('-O', '--output-name', '--name', dest='name', default='',
                        help='or NAME.bag; never overwrites')
     group.add_argument('--lz4', action='store_true', help='compress')
-    group.add_argument('-q', '--quiet', action='store_true', help='tell problems only')
+    group.add_argument('-q', '--quiet', action='store_true', help='report only problems')
     group.add_argument('-b', '--buffsize', metavar='MB', type=_count,
                        help='memory between network and disk (default: 512; 0: no limit)')
-    group.add_argument('--tcpnodelay', action='store_true', help='always so')
-    group.add_argument('--repeat-latched', action='store_true', help='always so')
+    group.add_argument('--tcpnodelay', action='store_true', help='always on')
+    group.add_argument('--repeat-latched', action='store_true', help='always on')
 
 
 def _add_end(group: 'argparse._ArgumentGroup') -> None:
@@ -109,7 +109,7 @@ def _add_end(group: 'argparse._ArgumentGroup') -> None:
     group.add_argument('--size', metavar='MB', type=_count, default=0,
                        help='end at about this size')
     group.add_argument('--split', action='store_true',
-                       help='begin a new file then, instead of ending')
+                       help='begin a new file at this limit instead of ending')
     group.add_argument('--split-mb', type=_count, default=0, metavar='MB',
                        help='the same as --split --size MB')
     group.add_argument('--split-s', type=_duration_s, default=0.0, metavar='S',
@@ -124,7 +124,7 @@ def _check(values: argparse.Namespace, configs: List[str], topics: Tuple[str, ..
     if len(configs) > 1:
         raise ValueError(f'one configuration is recorded at a time, not {" and ".join(configs)}')
     if not (configs or topics or values.all or values.node):
-        raise ValueError('nothing is chosen; name a configuration file or topics, or write -a')
+        raise ValueError('nothing to record; name a configuration file or topics, or write -a')
     if values.devices is not None and not configs:
         raise ValueError('--devices needs the configuration file that has them')
     if values.exclude and not (values.all or values.regex):
@@ -147,7 +147,7 @@ def _recording(values: argparse.Namespace, topics: Tuple[str, ...]) -> Recording
 
 
 def queue_parameter(queue_mb: int) -> str:
-    """Return what the recorder is started with for a queue of this size [MB]; 0: no limit."""
+    """Return the parameter of the recorder for a queue of this size [MB]; 0: no limit."""
     return f'_queue_megabytes:={min(queue_mb, _WITHOUT_LIMIT_MB) or _WITHOUT_LIMIT_MB}'
 
 

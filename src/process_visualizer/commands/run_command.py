@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""``cell run``: starts a plan, tells what its nodes do, and stops everything at the end."""
+"""``cell run``: starts a plan, reports the states of its nodes, stops everything at the end."""
 from __future__ import annotations
 
 import shutil
@@ -14,14 +14,14 @@ from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.plan import LAUNCH_FILE, Plan, write_plan
 from process_visualizer.health.mixed_sources import explanation, others_beside
 from process_visualizer.health.other_publishers import Others, PublisherWatch
-from process_visualizer.health.user_limits import tell_real_time_advice
+from process_visualizer.health.user_limits import give_real_time_advice
 from process_visualizer.launching.node_state import NodeReport, NodeState
 from process_visualizer.launching.other_cell import refuse_other_cell
 from process_visualizer.launching.run import Run
 from process_visualizer.launching.run_record import clean_up_crashed_runs, new_run_folder
 
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-"""The last one only where nohup does not want it to be ignored."""
+"""The last one only if nohup does not ask to ignore it."""
 
 
 class StopRequested(Exception):
@@ -29,18 +29,18 @@ class StopRequested(Exception):
 
 
 def run_plan(plan: Plan, folder: Optional[str], choice: Choice) -> int:
-    """Write the plan into the folder (a temporary one without it), run it; the exit code.
+    """Write the plan into the folder (default: a temporary one), run it; return the exit code.
 
-    ``choice`` is what the plan was made of.
+    ``choice`` is what the plan was made from.
 
     Raises:
-        OtherCell: another cell runs on the master.
+        OtherCell: another cell is running on the master.
     """
     ended = clean_up_crashed_runs()
     if ended:
         print(f'ended {len(ended)} processes that a crashed run had left')
     refuse_other_cell()
-    tell_real_time_advice(print)
+    give_real_time_advice(print)
     output = folder or new_run_folder()
     write_plan(plan, output)
     code = _run(f'{output}/{LAUNCH_FILE}', choice)
@@ -63,7 +63,7 @@ class _Reporter:
             self._print(line)
 
     def others(self, mode: Mode, others: Others) -> None:
-        """Tell who is mixed with what is shown."""
+        """Report nodes that are mixed with what is shown."""
         if others:
             self._print(f'[WARN] {explanation(mode, others)}')
 
@@ -98,7 +98,7 @@ def _run(launch_file: str, choice: Choice) -> int:
 
 
 def raise_stop_once(_number: int, _frame: Optional[FrameType]) -> None:
-    """Handle a signal; what comes after it is ignored, so that the end is not interrupted."""
+    """Handle a signal; later ones are ignored, so that the end is not interrupted."""
     for number in _STOP_SIGNALS:
         signal.signal(number, signal.SIG_IGN)
     raise StopRequested

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Robot descriptions: xacro is expanded, urdfdom checks, extents and tool frames (pure)."""
+"""Robot descriptions: expands xacro, checks with urdfdom, finds extents and tool frames (pure)."""

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Gives the links of a URDF other names, so that two robots of one model can be in one tf tree."""
+"""Renames the links of a URDF, so that two robots of one model can be in one tf tree."""
 from __future__ import annotations
 
 from xml.etree import ElementTree
 
 _LINKS = (('link', 'name'), ('joint/parent', 'link'), ('joint/child', 'link'),
           ('gazebo', 'reference'), ('sensor/parent', 'link'))
-"""Where a URDF names links, below its root: elements and their attributes."""
+"""The elements below the root of a URDF that name links, and their attributes."""
 
 
 def rename_links(robot: ElementTree.Element, prefix: str) -> None:

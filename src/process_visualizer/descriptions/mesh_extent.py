@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How large the mesh in a file is: STL, Collada and OBJ, as far as that needs no graphics."""
+"""Measures the mesh in a file (STL, Collada or OBJ), without graphics."""
 from __future__ import annotations
 
 import functools
@@ -18,7 +18,8 @@ _IDENTITY = np.eye(4)
 def mesh_corners(path: str) -> Optional[np.ndarray]:
     """The lowest and the highest corner (2, 3) of a mesh, in the units of its file.
 
-    A Collada file's own unit counts, so these are m. None if the file cannot be read or understood.
+    The unit of a Collada file is applied, so its corners are in m. None if the file cannot be read
+    or understood.
     """
     try:
         return _corners(path, os.stat(path).st_mtime_ns)
@@ -40,7 +41,7 @@ def _corners(path: str, _changed_ns: int) -> Optional[np.ndarray]:
 
 
 def _stl(path: str) -> np.ndarray:
-    """Vertices of an STL file, in which a binary one is known by its size."""
+    """Vertices of an STL file; a binary one is recognised by its size."""
     with open(path, 'rb') as file:
         content = file.read()
     if len(content) >= _STL_HEADER_BYTES:
@@ -58,7 +59,7 @@ def _obj(path: str) -> np.ndarray:
 
 
 def _numbered_lines(content: bytes, word: bytes) -> np.ndarray:
-    """The three numbers of each line that begins with a word."""
+    """The three numbers of each line that begins with a given word."""
     lines = (line.split() for line in content.splitlines())
     rows = [[float(number) for number in words[1:4]] for words in lines
             if len(words) > 3 and words[0] == word]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where the geometry of a robot's or a machine's model is, and where its tool can get."""
+"""Finds where the geometry of a robot's or machine's model is, and where its tool can reach."""
 from __future__ import annotations
 
 import itertools
@@ -18,11 +18,11 @@ from process_visualizer.motion.kinematics import Kinematics, Placement
 from process_visualizer.motion.rotations import matrix_from_quaternion, matrix_from_ypr
 
 _SAMPLES = 120
-"""Postures that are tried: their tool positions fill what an arm reaches but for its very rim."""
+"""Number of postures tried: their tool positions fill the reach of an arm except for its rim."""
 _TURN_RAD = math.pi
-"""Joints without limits, and those that turn further, are tried up to half a turn."""
+"""Joints without limits, or with wider ones, are tried up to half a turn."""
 _THROUGH = 0.1
-"""How much of a model may be behind its base plane (a plate, a cable) of one that stands on it."""
+"""The share of a model standing on its base plane that may be behind it (a plate, a cable)."""
 _CORNERS = np.array(list(itertools.product((0.0, 1.0), repeat=3)))
 
 
@@ -30,10 +30,10 @@ class ModelExtent:
     """The space of one model, in the frame of its root link, in m."""
 
     def __init__(self, urdf: str, packages: Optional[rospkg.RosPack] = None) -> None:
-        """Read a checked URDF; ``packages`` saves looking up those of meshes again.
+        """Read a checked URDF; ``packages`` avoids looking up those of meshes again.
 
         Raises:
-            ValueError: a number in it is none.
+            ValueError: it has an invalid number.
         """
         self._packages = packages or rospkg.RosPack()
         self._body: Optional[np.ndarray] = None
@@ -46,11 +46,11 @@ class ModelExtent:
         self.root_link = next((link for link in self._kinematics.links if link not in children), '')
 
     def place(self, link: str) -> Optional[Placement]:
-        """Where a link is at the default joint positions: zero, or the middle where zero is not."""
+        """The pose of a link at the default joint positions: zero if possible, or the middle."""
         return self._kinematics.placement(link, self.root_link, self.positions)
 
     def body(self) -> np.ndarray:
-        """Corners (n, 3) of what is drawn, or else of what collides, at the default positions."""
+        """Corners (n, 3) of the visual, or else collision, geometry at the default positions."""
         if self._body is None:
             self._body = self._corners()
         return self._body
@@ -67,7 +67,7 @@ class ModelExtent:
     def reach(self, tool: str) -> np.ndarray:
         """Positions (n, 3) of a link in postures all over the joints' ranges.
 
-        An arm that stands on its base plane does not reach through that.
+        An arm that stands on its base plane does not reach through it.
         """
         chance = random.Random(1)  # the same picture each time
         found: List[Tuple[float, float, float]] = []
@@ -78,12 +78,12 @@ class ModelExtent:
             if place is not None:
                 found.append(place.position)
         points = np.array(found, dtype=float).reshape(-1, 3)
-        return points[points[:, 2] >= 0.0] if self._stands() else points
+        return points[points[:, 2] >= 0.0] if self._stands_on_base() else points
 
     def _has_joints(self) -> bool:
         return any(joint.get('type') != 'fixed' for joint in self._root.findall('joint'))
 
-    def _stands(self) -> bool:
+    def _stands_on_base(self) -> bool:
         body = self.body()
         return bool(len(body)) and bool(
             -body[:, 2].min() <= _THROUGH * np.ptp(body, axis=0).max())
@@ -118,7 +118,7 @@ class ModelExtent:
         return None if half is None else np.array([-half(), half()])
 
     def _mesh_path(self, uri: str) -> str:
-        """The path of a mesh; the empty one where it is in a package that is not there."""
+        """The path of a mesh; empty if its package does not exist."""
         scheme, separator, rest = uri.partition('://')
         if not separator:
             return uri

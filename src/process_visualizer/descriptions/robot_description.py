@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Robot descriptions: xacro is expanded, and urdfdom checks the result."""
+"""Robot descriptions: expands xacro, and lets urdfdom check the result."""
 from __future__ import annotations
 
 import os
@@ -50,7 +50,7 @@ class RobotDescription:
         return [child for child in self.links if self.parents.get(child) == link]
 
     def ancestors(self, link: str) -> List[str]:
-        """The links from the parent of this one to the root; ends where they begin to repeat."""
+        """The links from the parent of this one to the root; ends where they would repeat."""
         found: Dict[str, None] = {}
         parent = self.parents.get(link)
         while parent is not None and parent not in found:
@@ -63,7 +63,7 @@ def model_path(model: Model) -> str:
     """The absolute path of a model file.
 
     Raises:
-        ModelError: it is not there.
+        ModelError: the file does not exist.
     """
     if not model.package:
         if not os.path.isfile(model.path):
@@ -84,10 +84,10 @@ def load_robot_description(path: str, arguments: Tuple[Tuple[str, str], ...] = (
                            prefix: str = '') -> RobotDescription:
     """The description in a URDF or xacro file.
 
-    ``arguments`` are values for ``<xacro:arg>``; the names of links get the ``prefix``.
+    ``arguments`` are values for ``<xacro:arg>``; ``prefix`` is put before the names of links.
 
     Raises:
-        ModelError: it cannot be read, or is no robot description; names the file.
+        ModelError: it cannot be read, or is not a robot description; names the file.
     """
     text = _expand(path, arguments) if path.endswith('.xacro') else _read(path)
     try:
@@ -136,7 +136,7 @@ def _check_with_urdfdom(path: str, text: str) -> None:
 
 
 def _check_tree(path: str, description: RobotDescription, root: ElementTree.Element) -> None:
-    """Find what urdfdom lets pass: unnamed links, a second parent, links in a circle."""
+    """Check what urdfdom does not: unnamed links, a second parent, links in a circle."""
     if '' in description.links:
         raise ModelError(f'{path}: not a valid URDF: a link has no name')
     children = [child.get('link', '') for child in root.findall('joint/child')]
@@ -178,7 +178,7 @@ def describe_device(device: Device) -> Optional[RobotDescription]:
     """The checked description of a device's model, or None.
 
     Raises:
-        ModelError: it cannot be read, or is no robot description.
+        ModelError: it cannot be read, or is not a robot description.
     """
     if device.model is None:
         return None
@@ -191,12 +191,12 @@ def describe_device(device: Device) -> Optional[RobotDescription]:
 def _check_base_frame(device: Device, description: RobotDescription) -> None:
     if device.base is not None and device.base.frame != description.root_link:
         raise ModelError(f'the base frame "{device.base.frame}" is not the root link of the '
-                         f'model, which is "{description.root_link}"; write that in <base>')
+                         f'model, which is "{description.root_link}"; write this name in <base>')
 
 
 def describe_devices(devices: Tuple[Device, ...]
                      ) -> Tuple[Dict[str, RobotDescription], List[Problem]]:
-    """The descriptions by device name, and what is wrong with the others."""
+    """The descriptions by device name, and the problems of the others."""
     descriptions: Dict[str, RobotDescription] = {}
     problems: List[Problem] = []
     owners: Dict[str, str] = {}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A robot's base frame, and the transform that is the pose of its tool, where tf brings it."""
+"""A robot's base frame, and the transform that is the pose of its tool, if it comes from tf."""
 from __future__ import annotations
 
 from typing import Optional, Tuple

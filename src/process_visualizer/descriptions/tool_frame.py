@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which frame is a robot's tool frame: the one place where it is chosen."""
+"""Chooses a robot's tool frame, in this one place."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from process_visualizer.motion.frame_names import default_tool_frame
 
 _NAMES = ('tool', 'tcp', 'tool_center_point', 'tool_tip', 'tool0', 'end_effector', 'eef', 'ee',
           'hand', 'gripper', 'flange')
-"""What tool frames are called, the one nearest to the work first."""
+"""Names of tool frames, the one nearest to the workpiece first."""
 _ENDINGS = ('_link', '_frame')
 
 
@@ -19,8 +19,8 @@ _ENDINGS = ('_link', '_frame')
 class ToolFrame:
     """A robot's tool frame.
 
-    ``frame`` is its name in tf. It has the ``pose`` in ``parent``, a link of the model where there
-    is one, and is the same as that where the pose is zero. ``reason`` says why it is that one.
+    ``frame`` is its name in tf. It has the ``pose`` in ``parent``, a link of the model if there is
+    one, and is equal to the parent if the pose is zero. ``reason`` says why it was chosen.
     """
 
     frame: str
@@ -30,7 +30,7 @@ class ToolFrame:
 
 
 def tool_frame(device: Device, description: Optional[RobotDescription]) -> ToolFrame:
-    """The tool frame of a robot: the configured one, else the one that its model suggests."""
+    """The tool frame of a robot: the configured one, otherwise the one that its model suggests."""
     if device.tool is not None:
         moved = device.tool.pose != Pose()
         return ToolFrame(f'{device.name}/tool_center_frame' if moved else device.tool.frame,
@@ -47,7 +47,7 @@ def tool_frame(device: Device, description: Optional[RobotDescription]) -> ToolF
 
 
 def tool_name_rank(frame: str) -> Optional[int]:
-    """Return how far from the work a frame with that name is, 0 for a tool; None for no tool."""
+    """Return how far from the workpiece a frame of this name is, 0 for a tool; None for others."""
     return next((rank for rank, name in enumerate(_NAMES) if _is_called(frame, name)), None)
 
 
@@ -56,7 +56,7 @@ def _as_it_is(frame: str, reason: str) -> ToolFrame:
 
 
 def _of_model(description: RobotDescription) -> ToolFrame:
-    """The link with the name of a tool, else the end of the arm; never one only for collisions."""
+    """The link with the name of a tool, or the end of the arm; never one only for collisions."""
     links = [link for link in description.links if link not in description.collision_only]
     for name in _NAMES:
         named = [link for link in links if _is_called(link, name)]
@@ -68,7 +68,7 @@ def _of_model(description: RobotDescription) -> ToolFrame:
 
 
 def _is_called(link: str, name: str) -> bool:
-    """Tell whether a link has this name behind a namespace or a prefix, as in ``left_tool0``."""
+    """Whether a link has this name after a namespace or a prefix, as in ``left_tool0``."""
     word = link.split('/')[-1].lower()
     for ending in _ENDINGS:
         word = word[:-len(ending)] if word.endswith(ending) else word
@@ -80,7 +80,7 @@ def _deepest(description: RobotDescription, links: List[str]) -> str:
 
 
 def _flange(description: RobotDescription, link: str) -> str:
-    """Follow the bare frames behind the last link that is drawn, as long as there is one only."""
+    """Follow frames without geometry after the last drawn link, while there is only one."""
     while True:
         children = [child for child in description.children(link)
                     if child not in description.collision_only]

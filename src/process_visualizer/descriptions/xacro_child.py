@@ -3,7 +3,7 @@
 
 usage: python3 -m process_visualizer.descriptions.xacro_child FILE [NAME:=VALUE …]
 
-It is a process of its own because xacro keeps its state in its module.
+It is a separate process because xacro keeps its state in its module.
 """
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from process_visualizer.descriptions.xacro_place import XacroPlace, place_in_fil
 
 _ARGUMENT = re.compile(r'''<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)|'''
                        r'''\$\(arg\s+([^)\s]+)|\barg\(\s*["']([^"']+)''')
-"""An argument where a file declares it, or asks for it."""
+"""An argument in the place where a file declares or uses it."""
 
 
 def main(arguments: List[str]) -> int:
-    """Print the text of an expanded file, or the reason why there is none."""
+    """Print the text of an expanded file, or the reason for the failure."""
     path, given = arguments[0], arguments[1:]
     mappings = dict(argument.split(':=', 1) for argument in given)
     with redirect_stdout(sys.stderr):  # what a file prints is not the result
@@ -56,26 +56,26 @@ def _result(path: str, mappings: Dict[str, str]) -> Mapping[str, Any]:
 
 
 def _unused(mappings: Mapping[str, str], files: List[str]) -> Dict[str, List[str]]:
-    """Return arguments that no file speaks of, each with those that the files take."""
+    """Return arguments that no file mentions, each with those that the files have."""
     texts = [Path(file).read_text(encoding='utf-8', errors='replace') for file in files]
     known = {name for text in texts for names in _ARGUMENT.findall(text) for name in names if name}
     return {name: sorted(known) for name in mappings if name not in known}
 
 
 def _missing_package(error: Exception) -> str:
-    """Return the name of the package that was not found, if that is what is wrong, else ''."""
+    """Return the name of the package that was not found; '' if that is not the problem."""
     cause = getattr(error, 'exc', None)  # xacro's own errors carry the one that they wrap
     return str(cause.args[0]) if isinstance(cause, rospkg.ResourceNotFound) else ''
 
 
 def _missing_argument(error: Exception) -> str:
-    """Return the name of the argument that has no value, if that is what is wrong, else ''."""
+    """Return the name of the argument without a value; '' if that is not the problem."""
     cause: Any = getattr(error, 'exc', None)
     return str(cause.args[0]) if type(cause).__name__ == 'ArgException' else ''
 
 
 def _place(xacro: Any, path: str, error: Exception) -> XacroPlace:
-    """Return where xacro stopped: in the innermost macro's file, else the file included last."""
+    """Return where xacro stopped: in the innermost macro's file, or the last included file."""
     files = [file for file in (xacro.filestack or [path]) if file is not None] or [path]
     if isinstance(error, ExpatError):
         return XacroPlace(files[-1], error.lineno)

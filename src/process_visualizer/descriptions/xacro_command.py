@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command xacro for launch files, where ROS brings none (see compatibility/xacro)."""
+"""The command xacro for launch files, if ROS has none (see compatibility/xacro)."""
 from __future__ import annotations
 
 import sys
@@ -8,7 +8,7 @@ from process_visualizer.descriptions.xacro_module import import_xacro, xacro_ver
 
 
 def main() -> None:
-    """Do what xacro does with the command line; where that fails, say which xacro it was."""
+    """Run xacro with the command line; if it fails, say which xacro it was."""
     try:
         xacro = import_xacro()
     except ImportError:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Expands xacro files, with the xacro of ROS 1 or, where there is none, xacro 2."""
+"""Expands xacro files, with the xacro of ROS 1 or, if there is none, xacro 2."""
 from __future__ import annotations
 
 import json
@@ -46,7 +46,7 @@ def _reason(result: Mapping[str, Any]) -> str:
 
 
 def _unused(name: str, known: Sequence[str]) -> str:
-    return f'it takes no argument "{name}"; ' + (advice(name, known) if known else 'leave it out')
+    return f'it has no argument "{name}"; ' + (advice(name, known) if known else 'leave it out')
 
 
 def _run(path: str, mappings: Mapping[str, str]) -> Dict[str, Any]:
@@ -60,6 +60,6 @@ def _run(path: str, mappings: Mapping[str, str]) -> Dict[str, Any]:
     try:
         result: Dict[str, Any] = json.loads(done.stdout)
     except ValueError:
-        raise XacroError(f'{path}: xacro ended with status {done.returncode}; what it said '
-                         'stands in the terminal') from None
+        raise XacroError(f'{path}: xacro ended with status {done.returncode}; see its output in '
+                         'the terminal') from None
     return result

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Imports xacro, whichever there is, so that it finds packages of ROS 1.
+"""Imports the installed xacro, so that it finds packages of ROS 1.
 
 Noetic's xacro 1.14 finds packages by rospkg. Elsewhere xacro comes from PyPI, whose 2.x reads the
-same files but asks the package index of ROS 2; here it gets an index that holds those of ROS 1.
+same files but asks the package index of ROS 2; here it gets an index with those of ROS 1.
 """
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def import_xacro() -> Any:
 
 
 def xacro_version(xacro: Any) -> str:
-    """Return which xacro it is: its version, if that is known, and its folder."""
+    """Return the version of xacro, if known, and its folder."""
     folder = os.path.dirname(xacro.__file__)
     try:
         return f'xacro {metadata.version("xacro")} in {folder}'

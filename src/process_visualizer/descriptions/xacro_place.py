@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where in the files an element of xacro stands, which xacro itself does not know."""
+"""Finds the place of an element of xacro in the files, which xacro itself does not know."""
 from __future__ import annotations
 
 from typing import Any, Dict, List, NamedTuple, Optional, Sequence
@@ -8,7 +8,7 @@ from xml.parsers import expat
 
 
 class XacroPlace(NamedTuple):
-    """A file, and the line in it where that is known, else 0."""
+    """A file, and the line in it if known, otherwise 0."""
 
     file: str
     line: int
@@ -22,10 +22,10 @@ class _StartTag(NamedTuple):
 
 def place_in_files(element: Optional[minidom.Element], files: Sequence[str],
                    default: str) -> XacroPlace:
-    """Return where an element stands, in the first of some files that has just one like it.
+    """Return the place of an element, in the first of some files that has just one like it.
 
-    xacro writes values over expressions as it goes on; so an attribute is the same as one in a
-    file if that holds an expression. Without such a place it is the ``default`` file.
+    xacro replaces expressions by values; so an attribute matches any expression in a file.
+    If there is no such place, return the ``default`` file.
     """
     if element is not None:
         for file in files:
@@ -46,7 +46,7 @@ def _is_like(element: minidom.Element, tag: _StartTag) -> bool:
 
 
 def _start_tags(file: str) -> List[_StartTag]:
-    """Return the start tags of a file; of one that cannot be read, as far as that goes."""
+    """Return the start tags of a file; if it cannot be read, those up to the error."""
     tags: List[_StartTag] = []
     parser = expat.ParserCreate()
 

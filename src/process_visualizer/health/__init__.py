@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What an operator is told of devices, nodes and topics that run (no Qt)."""
+"""The states of running devices, nodes and topics for the operator (no Qt)."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What an operator is told about a device: its nodes and its topics in one line."""
+"""The state of a device for the operator: its nodes and topics in one line."""
 from __future__ import annotations
 
 import signal
@@ -16,7 +16,7 @@ from process_visualizer.launching.part_report import PartReport, PartState
 
 
 class Level(IntEnum):
-    """How good a state is; the higher, the more it asks for attention."""
+    """How serious a state is; the higher, the more attention it needs."""
 
     OFF = 0
     GOOD = 1
@@ -26,7 +26,7 @@ class Level(IntEnum):
 
 
 class Line(NamedTuple):
-    """A state in words; ``short`` is for where there is little room, if ``text`` is long."""
+    """A state in words; ``short`` is for places with little room, if ``text`` is long."""
 
     level: Level
     text: str
@@ -39,7 +39,7 @@ _OFF = Line(Level.OFF, '')
 class DeviceState(NamedTuple):
     """The state of a device, and of its nodes and topics by their names.
 
-    ``warnings`` are what its nodes complain of now.
+    ``warnings`` are the present warnings of its nodes.
     """
 
     summary: Line
@@ -51,10 +51,10 @@ class DeviceState(NamedTuple):
 def device_state(device: Device, report: Optional[PartReport],
                  lines: Mapping[str, Line], warnings: Tuple[NodeWarning, ...] = ()
                  ) -> DeviceState:
-    """Return the state of a device; ``report`` is None while it does not run.
+    """Return the state of a device; ``report`` is None while it is not running.
 
-    ``lines`` are those of topics, see ``live_line`` and ``recorded_line``; ``warnings`` may be
-    those of other devices too.
+    ``lines`` are those of topics, see ``live_line`` and ``recorded_line``; ``warnings`` may
+    include those of other devices.
     """
     if report is None or report.state is PartState.STOPPED:
         return DeviceState(_OFF, {}, {topic.name: _OFF for topic in device.topics})
@@ -78,7 +78,7 @@ def node_line(node: NodeReport) -> Line:
 
 
 def _warned(line: Line, warnings: Tuple[NodeWarning, ...]) -> Line:
-    """Return the state of a node, and how much it complains of."""
+    """Return the state of a node, with the number of its warnings."""
     if not warnings or line.level is not Level.GOOD:
         return line
     return Line(_level(warnings), f'{line.text}, {counted(warnings)}')
@@ -90,7 +90,7 @@ def _level(warnings: Tuple[NodeWarning, ...]) -> Level:
 
 
 def _end(exit_code: Optional[int]) -> str:
-    """How a process has ended; a negative code is a signal."""
+    """How a process ended; a negative code is a signal."""
     if exit_code is not None and exit_code < 0:
         try:
             return f'killed by {signal.Signals(-exit_code).name}'
@@ -109,7 +109,7 @@ def live_line(activity: TopicActivity) -> Line:
 
 
 def recorded_line(topic: CatalogueTopic, is_played: bool) -> Line:
-    """Return what a recording has of a topic, however fast it is played."""
+    """Return the state of a recorded topic, independent of the playback rate."""
     if not is_played:
         return Line(Level.OFF, 'not played')  # not wanted, or the player says why not
     return Line(Level.GOOD, recorded_rate_text(topic))
@@ -170,5 +170,5 @@ def _more(count: int) -> str:
 
 
 def worst(lines: Tuple[Line, ...]) -> Line:
-    """Return the line that asks most for attention."""
+    """Return the line that needs most attention."""
     return max(lines, key=lambda line: line.level, default=_OFF)

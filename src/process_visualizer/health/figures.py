@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Figures as the operator reads them."""
+"""Formats figures for the operator."""
 from __future__ import annotations
 
 _THIN = '\u2009'
@@ -19,7 +19,7 @@ def size_text(size_bytes: float) -> str:
 
 
 def count_text(count: int, thing: str = '') -> str:
-    """Return a count with its thing in the plural where that fits, such as 18 230 messages."""
+    """Return a count with its noun, in the plural if necessary, such as 18 230 messages."""
     number = f'{count:,}'.replace(',', _THIN)
     return f'{number} {thing}{"" if count == 1 else "s"}' if thing else number
 
@@ -54,5 +54,5 @@ def rate_text(rate_hz: float) -> str:
 
 
 def live_rate_text(rate_hz: float, silence_s: float) -> str:
-    """Return the rate of a topic, or when its last message came where it sends none now."""
+    """Return the rate of a topic, or when its last message came if it sends none now."""
     return rate_text(rate_hz) if rate_hz > 0.0 else f'last {long_time_text(silence_s)} ago'

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Live data and recordings at once, which would be shown as one: who does that."""
+"""Finds nodes that would mix live data and recordings in one display."""
 from __future__ import annotations
 
 from typing import Collection, List, Tuple
@@ -19,14 +19,14 @@ from process_visualizer.health.other_publishers import (
 
 
 class MixedSources(Exception):
-    """What is to be launched would be mixed with what others publish; says who, and what to do."""
+    """A launch would be mixed with the topics of other nodes; says which, and what to do."""
 
 
 def others_before(choice: Choice) -> Others:
-    """Return who would be mixed with a choice that is about to be launched.
+    """Return the nodes that would be mixed with a choice that is about to be launched.
 
-    That is whoever publishes the devices' topics before a recording is played on them; in
-    real-time mode only players, as drivers may be started by anybody. Without a master nobody.
+    In playback these are all publishers of the devices' topics; in real-time mode only players, as
+    anybody may start drivers. Without a master there are none.
     """
     topics = _topics(choice.devices)
     try:
@@ -39,9 +39,9 @@ def others_before(choice: Choice) -> Others:
 
 
 def others_beside(choice: Choice, own: Collection[str]) -> Others:
-    """Return who is mixed with a choice that runs with nodes of its own.
+    """Return the nodes that are mixed with a running choice, which has its own nodes.
 
-    In playback the player itself looks at its topics, but for those that several nodes share:
+    In playback the player itself watches its topics, except those that several nodes share:
     it does not know which of them belong to the cell.
 
     Raises:
@@ -54,14 +54,14 @@ def others_beside(choice: Choice, own: Collection[str]) -> Others:
 
 
 def refuse_mixture(choice: Choice) -> None:
-    """Raise MixedSources if a choice would be mixed with what others publish."""
+    """Raise MixedSources if a choice would be mixed with topics of other nodes."""
     others = others_before(choice)
     if others:
         raise MixedSources(explanation(choice.mode, others))
 
 
 def mixture_text(mode: Mode, others: Others) -> str:
-    """Return who publishes, and what would be seen, as a sentence without its full stop."""
+    """Return who publishes, and what one would see, as a sentence without its full stop."""
     who = '; '.join(described(others))
     if mode is Mode.REALTIME:
         return f'{who}, which plays a recording: it would be shown as if it happened now'
@@ -71,7 +71,7 @@ def mixture_text(mode: Mode, others: Others) -> str:
 def explanation(mode: Mode, others: Others) -> str:
     """Return who publishes, and what to do about it, for a terminal."""
     advice = 'Stop that player first' if mode is Mode.REALTIME else (
-        'Stop what publishes it first, or play the recording under other names, with '
+        'Stop that node first, or play the recording under other names, with '
         '"bag_player FILE --prefix /recorded"')
     return f'{mixture_text(mode, others)}. {advice}'
 

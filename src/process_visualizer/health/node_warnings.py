@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the nodes of a cell complain of now, from their logs and from /diagnostics."""
+"""The present warnings of the nodes of a cell, from their logs and from /diagnostics."""
 from __future__ import annotations
 
 import math
@@ -11,7 +11,7 @@ from enum import IntEnum
 from typing import Collection, Deque, Dict, Mapping, Set, Tuple
 
 LOG_S = 20.0
-"""A line of a log that was not repeated for so long does not hold any more: most are throttled."""
+"""A log line counts for this time unless it is repeated: most are throttled."""
 STATE_S = 5.0
 """A state on /diagnostics is repeated every second or more often."""
 _MOST_TEXTS = 20
@@ -28,9 +28,9 @@ class Severity(IntEnum):
 
 @dataclass(frozen=True)
 class NodeWarning:
-    """A warning or error of a node that holds now; times are those of time.monotonic() [s].
+    """A present warning or error of a node; times are those of time.monotonic() [s].
 
-    ``count`` is of log lines, or of messages where the node counts them; 0: it is not known.
+    ``count`` is the number of log lines, or of messages if the node counts them; 0: unknown.
     ``values`` are for programs.
     """
 
@@ -46,17 +46,17 @@ class NodeWarning:
 class NodeWarnings:
     """Collects what nodes say; any thread may call it.
 
-    A node is who is connected, not who a message says that it is: what a player plays of a
-    recorded log is nobody's warning.
+    A node is identified by its connection, not by the content of a message: a recorded log that a
+    player plays is not a warning.
     """
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._found: Dict[_About, NodeWarning] = {}
-        self._stated: Dict[str, Deque[str]] = {}  # by node, what is in its log too
+        self._stated: Dict[str, Deque[str]] = {}  # by node, texts that are also in its log
 
     def take_log(self, node: str, severity: Severity, text: str, now_s: float) -> None:
-        """Take a line of a node's log; those that differ in numbers only are one."""
+        """Add a line of a node's log; lines that differ only in numbers are one warning."""
         about = node, 'log', _NUMBER.sub('#', text)
         with self._lock:
             if any(text.endswith(stated) for stated in self._stated.get(node, ())):
@@ -69,7 +69,7 @@ class NodeWarnings:
 
     def take_state(self, node: str, name: str, severity: 'Severity | None', text: str,
                    now_s: float, values: Mapping[str, str]) -> None:
-        """Take a state of something (its name) that a node tells; None: all is well with it."""
+        """Set the state of something (its name) as a node reports it; None: no problem."""
         about = node, 'state', name
         with self._lock:
             if severity is None:
@@ -83,19 +83,19 @@ class NodeWarnings:
             self._remember(node, text)
 
     def present(self, now_s: float) -> Tuple[NodeWarning, ...]:
-        """Return what holds now, the worst first, then the oldest."""
+        """Return the present warnings, the worst first, then the oldest."""
         with self._lock:
             self._found = {about: it for about, it in self._found.items()
                            if now_s - it.last_s <= (LOG_S if about[1] == 'log' else STATE_S)}
             return tuple(sorted(self._found.values(), key=lambda it: (-it.severity, it.since_s)))
 
     def forget(self) -> None:
-        """Forget everything: other nodes will run."""
+        """Forget everything, as other nodes will run."""
         with self._lock:
             self._found, self._stated = {}, {}
 
     def _remember(self, node: str, text: str) -> None:
-        """What a node tells as a state stands in its log too: it is one and the same."""
+        """A state of a node is also in its log: both are one warning."""
         stated = self._stated.setdefault(node, deque(maxlen=_MOST_TEXTS))
         if text not in stated:
             stated.append(text)
@@ -104,7 +104,7 @@ class NodeWarnings:
             del self._found[about]
 
     def _make_room(self, node: str) -> None:
-        """Keep only the newest of a node that says something else each time."""
+        """Keep only the newest warnings of a node whose texts always differ."""
         own = [about for about in self._found if about[:2] == (node, 'log')]
         if len(own) >= _MOST_TEXTS:
             del self._found[min(own, key=lambda about: self._found[about].last_s)]
@@ -116,7 +116,7 @@ def by_node(warnings: Collection[NodeWarning], nodes: Set[str]) -> Tuple[NodeWar
 
 
 def counted(warnings: Collection[NodeWarning]) -> str:
-    """Return how many there are in words, such as ``1 error, 2 warnings``; empty for none."""
+    """Return their number in words, such as ``1 error, 2 warnings``; empty for none."""
     words = []
     for severity in (Severity.ERROR, Severity.WARNING):
         count = sum(it.severity is severity for it in warnings)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Who else publishes the topics of a recording that is played, or of devices that run."""
+"""Finds other publishers of the topics of a played recording, or of running devices."""
 from __future__ import annotations
 
 import threading
@@ -12,12 +12,12 @@ from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_TOPIC
 
 SHARED_TOPICS = frozenset({TF_TOPIC, STATIC_TF_TOPIC, '/rosout', '/rosout_agg', '/clock',
                            '/diagnostics', '/diagnostics_agg', '/statistics'})
-"""Several publishers are normal here."""
+"""Topics on which several publishers are normal."""
 PERIOD_S = 0.5
-"""So often a watch looks."""
+"""How often a watch looks [s]."""
 _MOST_NAMED = 2
 _PLAYER_SERVICES = ({'pause_playback'}, {'seek', 'set_loop', 'set_rate'})
-"""What a node offers under its name that plays a recording: of rosbag play, of bag_player."""
+"""Services in the namespace of a player of recordings: of rosbag play, of bag_player."""
 
 
 class OtherPublisher(NamedTuple):
@@ -35,7 +35,7 @@ _SystemState = List[List[Tuple[str, List[str]]]]
 
 
 def other_publishers(topics: Collection[str], own: Collection[str] = ()) -> Others:
-    """Return who publishes topics, but the own nodes; who does not answer has ended.
+    """Return the publishers of topics, except our own nodes and those that do not answer.
 
     Raises:
         rosgraph.MasterException, OSError: the master does not answer.
@@ -44,7 +44,7 @@ def other_publishers(topics: Collection[str], own: Collection[str] = ()) -> Othe
 
 
 def publishing_players(topics: Collection[str]) -> Others:
-    """Return which players of recordings publish topics, known by the services that they offer.
+    """Return the players of recordings that publish topics, recognised by their services.
 
     Raises:
         rosgraph.MasterException, OSError: the master does not answer.
@@ -63,17 +63,17 @@ def described(others: Iterable[OtherPublisher]) -> List[str]:
 
 
 class PublisherWatch:
-    """Looks again and again who else publishes, in a thread, from ``begin`` to ``close``."""
+    """Looks for other publishers repeatedly, in a thread, from ``begin`` to ``close``."""
 
     def __init__(self, look: Callable[[], Others], on_change: Callable[[Others], None]) -> None:
-        """``on_change`` is told all that there are now, whenever they are not those before."""
+        """``on_change`` is called with all present ones whenever they have changed."""
         self._look, self._on_change = look, on_change
         self._known: Others = ()
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run, name='watch publishers', daemon=True)
 
     def look(self) -> None:
-        """Look once, in the calling thread, before beginning.
+        """Look once, in the calling thread, before ``begin``.
 
         Raises:
             rosgraph.MasterException, OSError: the master does not answer.
@@ -81,11 +81,11 @@ class PublisherWatch:
         self._take(self._look())
 
     def begin(self) -> None:
-        """Look from now on."""
+        """Start looking."""
         self._thread.start()
 
     def close(self) -> None:
-        """Look no more; a look that is under way may still end."""
+        """Stop looking; a look in progress may still finish."""
         self._closed.set()
 
     def _run(self) -> None:

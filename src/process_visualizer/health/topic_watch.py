@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which topics are silent for longer than usual, from what the recorder counts."""
+"""Finds topics that are silent for longer than usual, from the counts of the recorder."""
 from __future__ import annotations
 
 from typing import Dict, NamedTuple, Optional
 
 _LEAST_SILENCE_S = 1.0
 _INTERVALS = 5.0
-"""So many usual intervals without a message are unusual."""
+"""A silence of this many usual intervals is unusual."""
 _PAUSE_FACTOR = 2.0
 _LONGEST_PAUSE_S = 10.0
 """A longer silence that ended was an outage; a shorter one may belong to the topic."""
@@ -15,7 +15,7 @@ _LEAST_MESSAGES = 10
 
 
 class TopicActivity(NamedTuple):
-    """What a topic does: rate in Hz over the last second, silence in s (None: nothing came)."""
+    """Activity of a topic: rate in Hz over the last second, silence in s (None: no message)."""
 
     rate_hz: float
     silence_s: Optional[float]
@@ -23,14 +23,14 @@ class TopicActivity(NamedTuple):
 
 
 class TopicWatch:
-    """Learns what is usual for each topic, and tells what is not."""
+    """Learns what is usual for each topic, and finds what is not."""
 
     def __init__(self) -> None:
         self._usual: Dict[str, _Usual] = {}
 
     def update(self, topic: str, rate_hz: float, silence_s: Optional[float],
                messages: int) -> TopicActivity:
-        """Take what was counted just now, with the number of messages so far, and judge it."""
+        """Judge the present counts, with the number of messages so far."""
         if silence_s is None:
             return TopicActivity(rate_hz, None, False)
         usual = self._usual.setdefault(topic, _Usual())

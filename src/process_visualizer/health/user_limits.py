@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the system lets the programs of this user do."""
+"""Limits that the system sets for the programs of this user."""
 from __future__ import annotations
 
 import getpass
@@ -7,31 +7,31 @@ import resource
 from pathlib import Path
 from typing import Callable, Optional
 
-_REAL_TIME_PRIORITY = 10  # more than the least, which joint_proc and the player's sender take
+_REAL_TIME_PRIORITY = 10  # above the lowest, which joint_proc and the player's sender use
 _CAP_SYS_NICE = 23  # the number of the capability in capabilities(7)
 _EFFECTIVE = 'CapEff:'
 _STATUS = Path('/proc/self/status')
 
 
-def tell_real_time_advice(tell: Callable[[str], None]) -> None:
-    """Tell a user without real-time priority what it would improve."""
+def give_real_time_advice(print_line: Callable[[str], None]) -> None:
+    """Print what real-time priority would improve for a user without it."""
     advice = real_time_advice()
     if advice is not None:
-        tell(advice)
+        print_line(advice)
 
 
 def real_time_advice() -> Optional[str]:
-    """Return what a user without real-time priority would gain by it; None for one who has it."""
+    """Return what real-time priority would improve for the user; None if it is allowed."""
     if may_have_real_time_priority(_STATUS.read_text(encoding='utf-8'),
                                    resource.getrlimit(resource.RLIMIT_RTPRIO)[0]):
         return None
-    return ('without real-time priority, what is shown and played may be late while the machine is '
+    return ('without real-time priority, display and playback may be late while the machine is '
             f'busy; the line "{getpass.getuser()} - rtprio {_REAL_TIME_PRIORITY}" in '
             '/etc/security/limits.conf allows it after the next login')
 
 
 def may_have_real_time_priority(status: str, limit: int) -> bool:
-    """Tell from a process's /proc/PID/status and RLIMIT_RTPRIO whether it may take it."""
+    """Whether a process may have it, from its /proc/PID/status and RLIMIT_RTPRIO."""
     masks = [line.split()[1] for line in status.splitlines() if line.startswith(_EFFECTIVE)]
     has_capability = any(int(mask, 16) >> _CAP_SYS_NICE & 1 for mask in masks)
     return has_capability or limit == resource.RLIM_INFINITY or limit > 0

@@ -10,7 +10,7 @@ from typing import IO, Optional
 
 
 class ForkedProcess:
-    """Takes the reading ends of the pipes for output and status; ``pid`` is its process id.
+    """Made from the reading ends of the pipes for output and status; ``pid`` is its process id.
 
     Raises:
         ChildProcessError: the server has not started it.
@@ -49,7 +49,7 @@ class ForkedProcess:
         self.send_signal(signal.SIGKILL)
 
     def _follow(self) -> None:
-        """The status is closed by its end and by nothing else: its nodes do not inherit it."""
+        """The status pipe is closed only when it ends: its nodes do not inherit it."""
         with self._status as status:
             for line in status:
                 self._code = int(line)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A cell in parts, each of which can be restarted while the others go on."""
+"""A cell in parts, each of which can be restarted while the others keep running."""
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
@@ -13,21 +13,21 @@ from process_visualizer.launching.run_record import clean_up_crashed_runs
 
 
 class LaunchedCell:
-    """Runs a roslaunch for each part of a plan; a ROS master must be there.
+    """Runs a roslaunch for each part of a plan; needs a running ROS master.
 
-    The methods block; call them in one thread. ``on_change`` is called in others, for one part
-    never twice at the same time, and must not wait for a method of this object.
+    The methods block; call them in one thread. ``on_change`` is called in other threads, for one
+    part never twice at the same time, and must not wait for a method of this object.
     """
 
     def __init__(self, folder: str, on_change: OnChange) -> None:
-        """``folder`` is where the plan's files and the logs of the parts are written."""
+        """``folder`` receives the plan's files and the logs of the parts."""
         self._folder = folder
         self._on_change = on_change
         self._forks = RoslaunchForks()
         self._parts: Dict[str, LaunchedPart] = {}
 
     def prepare(self) -> List[int]:
-        """Load roslaunch ahead, so that starting is faster; ends what a crashed run has left.
+        """Load roslaunch ahead, so that starting is faster; end what a crashed run has left.
 
         Returns the ids of the processes that were ended.
         """
@@ -36,9 +36,9 @@ class LaunchedCell:
         return ended
 
     def start(self, plan: Plan) -> None:
-        """Start all parts, after stopping what is there.
+        """Start all parts, after stopping those that run.
 
-        Returns when they are being started; ``on_change`` tells the rest, failures too.
+        Returns while they are being started; ``on_change`` reports the rest, including failures.
 
         Raises:
             PlanError: the files cannot be written.
@@ -47,13 +47,14 @@ class LaunchedCell:
         self.change(plan)
 
     def differing(self, plan: Plan) -> List[str]:
-        """The parts that are up, or have failed, and that the plan has no more or otherwise."""
+        """The parts that are up, or have failed, and that the plan changes or no longer has."""
         return [name for name, part in self._parts.items() if part.part != plan.parts.get(name)]
 
     def change(self, plan: Plan, keep: Collection[str] = ()) -> List[str]:
-        """Stop what is gone, start anew what differs, and start what is new; the rest goes on.
+        """Stop removed parts, restart those that differ, start new ones; the rest keeps running.
 
-        Parts to ``keep`` go on as they are. Returns the names of the parts that were started.
+        Parts to ``keep`` keep running as they are. Returns the names of the parts that were
+        started.
 
         Raises:
             PlanError: the files cannot be written; nothing has changed then.
@@ -78,7 +79,7 @@ class LaunchedCell:
             launched.start(launched.part, self._folder)
 
     def stop(self) -> None:
-        """Stop everything at the same time; returns when nothing is left."""
+        """Stop everything at the same time; return when nothing is left."""
         try:
             self._stop(list(self._parts))
         finally:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One part of a launched cell: a roslaunch of its own, and what is known about it."""
+"""One part of a launched cell: its own roslaunch, and what is known about it."""
 from __future__ import annotations
 
 import threading
@@ -31,7 +31,7 @@ class LaunchedPart:
 
     @property
     def part(self) -> Optional[Part]:
-        """What was started last."""
+        """The part that was started last."""
         return self._part
 
     @property
@@ -41,7 +41,7 @@ class LaunchedPart:
             return self._report
 
     def start(self, part: Part, folder: str) -> None:
-        """Start what is written in a file of the folder; what goes wrong is reported."""
+        """Start a launch file of the folder; failures are reported."""
         self._part = part
         self._tail = LogTail()
         self._change(lambda report: report.starting(part.nodes))
@@ -55,7 +55,7 @@ class LaunchedPart:
             self._change(lambda report: report.failed(reason))
 
     def stop(self) -> None:
-        """Stop it, and all that it has left if it has failed."""
+        """Stop it, and everything that it has left if it has failed."""
         self._change(lambda report: report.stopping())
         if self._run is not None:
             self._run.stop()
@@ -87,5 +87,5 @@ class LaunchedPart:
 
 
 def _nodes_of_type(nodes: Mapping[str, str], package_and_type: str) -> 'list[str]':
-    """roslaunch names a node that it cannot start by what it should run."""
+    """roslaunch names a node that it cannot start by its executable."""
     return [name for name, type_name in nodes.items() if type_name == package_and_type]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The last lines of what a process has written."""
+"""The last lines of the output of a process."""
 from __future__ import annotations
 
 from collections import deque
@@ -19,7 +19,7 @@ class LogTail:
         self._lines: Deque[str] = deque(maxlen=TAIL_LINES)
 
     def add(self, line: str) -> None:
-        """Take a line."""
+        """Append a line."""
         self._lines.append(line)
 
     def lines(self) -> Tuple[str, ...]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The state of a launched node, and which change may follow which."""
+"""The state of a launched node, and which changes are possible."""
 from __future__ import annotations
 
 from dataclasses import dataclass, replace

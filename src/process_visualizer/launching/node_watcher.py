@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Follows the nodes of roslaunch: its output tells starts and ends, the master the rest."""
+"""Follows the nodes of roslaunch: its output shows starts and ends, the master the rest."""
 from __future__ import annotations
 
 import threading
@@ -26,8 +26,8 @@ OnLine = Callable[[str], None]
 class NodeWatcher:
     """Calls ``on_report`` at every change of a node's state and ``on_line`` with every line.
 
-    ``watch`` reads the output in the calling thread until it ends; the master is asked in a
-    thread of its own, and only while a node is starting.
+    ``watch`` reads the output in the calling thread until it ends; the master is asked in another
+    thread, and only while a node is starting.
     """
 
     def __init__(self, on_report: OnReport, on_line: OnLine) -> None:
@@ -88,7 +88,7 @@ class NodeWatcher:
         return self._change(name, lambda report: report.exited(exit_code, self._tail.lines()))
 
     def _take_required_exit(self, line: str) -> None:
-        """The exit code of a required process stands in a line of its own."""
+        """The exit code of a required process is on a separate line."""
         code = exit_code_in(line)
         if code is None and 'process has finished cleanly' in line:
             code = 0
@@ -97,7 +97,7 @@ class NodeWatcher:
             self._required = None
 
     def _take_log_file(self, line: str) -> None:
-        """roslaunch says in the next line where a node that has ended has written."""
+        """The next line of roslaunch names the log file of a node that has ended."""
         path, name, self._ended_last = stdout_file_in(line), self._ended_last, None
         if path is None or name is None:
             self._tail.add(line)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The state of a launched part, and which change may follow which."""
+"""The state of a launched part, and which changes are possible."""
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
@@ -13,7 +13,7 @@ class PartState(Enum):
     """``STARTING`` until no node is starting any more, then ``RUNNING``, whatever nodes do.
 
     ``FAILED`` if its roslaunch has ended by itself; ``STOPPED`` if it was stopped, or if all of
-    its nodes have ended as they should.
+    its nodes have ended normally.
     """
 
     STARTING = 'starting'
@@ -58,7 +58,7 @@ class PartReport:
         return replace(begun, nodes=tuple(NodeReport(name) for name in nodes))
 
     def node_changed(self, node: NodeReport) -> 'PartReport':
-        """A node has something new to report; a part that is not up takes no notice."""
+        """A node reports a change; ignored by a part that is not up."""
         if self.state not in (PartState.STARTING, PartState.RUNNING):
             return self
         nodes: Dict[str, NodeReport] = {known.name: known for known in self.nodes}
@@ -66,12 +66,12 @@ class PartReport:
         return replace(self, nodes=tuple(nodes.values()))._up_if_complete()
 
     def launched(self) -> 'PartReport':
-        """All there was to launch has been launched."""
+        """Everything has been launched."""
         return self._up_if_complete()
 
     def ended(self, exit_code: int, log_tail: Tuple[str, ...] = (),
               required: Optional[NodeReport] = None) -> 'PartReport':
-        """Its roslaunch has ended; unless that was asked for, it has done so by itself."""
+        """Its roslaunch has ended, by itself unless it was being stopped."""
         if self.state not in (PartState.STARTING, PartState.RUNNING):
             return self
         if exit_code == 0 and required is None and not self.nodes:
@@ -86,7 +86,7 @@ class PartReport:
         return replace(self._become(PartState.FAILED), reason=reason)
 
     def stopping(self) -> 'PartReport':
-        """It is being stopped; one that has ended meanwhile stays as it is."""
+        """It is being stopped; if it has already ended, its state stays."""
         return self if self.state is PartState.STOPPED else self._become(PartState.STOPPING)
 
     def stopped(self) -> 'PartReport':

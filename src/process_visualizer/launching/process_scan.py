@@ -12,18 +12,18 @@ RUN_VARIABLE = 'PROCESS_VISUALIZER_RUN'
 _TERM_TIMEOUT_S = 3.0
 _CHECK_PERIOD_S = 0.05
 _EXEC_S = 0.02  # in which a process has begun to be another program
-_LINUX = ('0', '2')  # the parents of what is no program
+_LINUX = ('0', '2')  # the parents of kernel threads, which are not programs
 
 
 def processes_of_run(run_id: str) -> List[int]:
-    """The process ids whose environment carries the run's mark, this process excepted."""
+    """The ids of processes with the run's mark in their environment, except this process."""
     mark = f'{RUN_VARIABLE}={run_id}'.encode()
     pids = [int(path.name) for path in Path('/proc').iterdir() if path.name.isdigit()]
     return [pid for pid in pids if pid != os.getpid() and mark in _environment(pid).split(b'\0')]
 
 
 def _environment(pid: int) -> bytes:
-    """The environment of a process; empty if it has ended, or belongs to somebody else or Linux.
+    """The environment of a process; empty if it has ended, or belongs to another user or Linux.
 
     While a process executes another program it has none for a moment.
     """
@@ -40,14 +40,14 @@ def _environment(pid: int) -> bytes:
 
 
 def _stat(pid: int) -> List[str]:
-    """The fields of a process behind its name: state, parent's id, …; see proc(5)."""
+    """The fields of a process after its name: state, parent's id, …; see proc(5)."""
     return Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
 
 
 def start_time(pid: int) -> Optional[str]:
-    """When the process started, in the kernel's ticks; tells it from a later one of that id.
+    """When the process started, in the kernel's ticks, unlike any later one with that id.
 
-    None if there is none, or if it has ended and its parent has not asked for its exit code yet.
+    None if there is none, or if it has ended and its parent has not read its exit code yet.
     """
     try:
         fields = _stat(pid)
@@ -57,7 +57,7 @@ def start_time(pid: int) -> Optional[str]:
 
 
 def end_processes(run_id: str) -> List[int]:
-    """End what is left of a run, with SIGTERM and after 3 s with SIGKILL; returns the ids."""
+    """End the processes of a run, with SIGTERM and after 3 s with SIGKILL; return their ids."""
     ended: List[int] = []
 
     def end_more() -> bool:
@@ -74,7 +74,7 @@ def end_processes(run_id: str) -> List[int]:
 
 
 def wait_until_gone(run_id: str, timeout_s: float) -> bool:
-    """Wait for the end of all processes of a run; they are not our children, so look at them."""
+    """Wait for the end of all processes of a run, by polling, as they are not our children."""
     return _wait_for(lambda: not processes_of_run(run_id), timeout_s)
 
 

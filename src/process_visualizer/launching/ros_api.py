@@ -16,20 +16,21 @@ def process_id_at(uri: str) -> int:
     """The process id of the master or node at an address.
 
     Raises:
-        OSError, HTTPException, xmlrpc.client.Error: nothing, or something else, answers within 3 s.
-        ValueError: the answer is none of a master or node.
+        OSError, HTTPException, xmlrpc.client.Error: nothing, or another program, answers within 3
+        s.
+        ValueError: the answer is not that of a master or node.
     """
     with ServerProxy(uri, transport=_Transport()) as server:
         answer: Any = server.getPid(CALLER_ID)
     if not isinstance(answer, list) or len(answer) != 3 or answer[0] != 1:
-        raise ValueError(f'{uri} is no ROS master or node')
+        raise ValueError(f'{uri} is not a ROS master or node')
     return int(answer[2])
 
 
 def is_registered(name: str) -> bool:
-    """Whether the master knows a node of that name, and the node answers; no master knows none.
+    """Whether the master knows a node of that name and the node answers; False without a master.
 
-    The master goes on knowing a node that has ended without a farewell, and one that still has a
+    The master still knows a node that has ended without unregistering, and one that has a
     parameter in its cache.
     """
     try:

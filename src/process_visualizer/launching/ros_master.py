@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The ROS master: the one that is there, or one of our own."""
+"""The ROS master: the one that is running, or one of our own."""
 from __future__ import annotations
 
 import shutil
@@ -45,18 +45,18 @@ class RosMaster:
         return self._uri
 
     def is_online(self) -> bool:
-        """Whether it answers; takes 3 s at most."""
+        """Whether it answers; takes at most 3 s."""
         return self.process_id() is not None
 
     def process_id(self) -> Optional[int]:
-        """Its process id, or None if it does not answer; takes 3 s at most."""
+        """Its process id, or None if it does not answer; takes at most 3 s."""
         try:
             return process_id_at(self._uri)
         except (OSError, HTTPException, XmlRpcError, ValueError):
             return None
 
     def check(self) -> None:
-        """Raise RosMasterError unless it answers, or could be started here; takes 3 s at most."""
+        """Raise RosMasterError unless it answers, or could be started here; takes at most 3 s."""
         self._is_there()
 
     def ensure(self) -> bool:
@@ -93,7 +93,7 @@ class RosMaster:
             if isinstance(error, ConnectionRefusedError):
                 return False
         raise RosMasterError(
-            f'something that is no ROS master listens at {self._uri}; end it, or set '
+            f'something other than a ROS master listens at {self._uri}; stop it, or set '
             'ROS_MASTER_URI to another port')
 
     def _host(self) -> str:
@@ -103,7 +103,7 @@ class RosMaster:
         except ValueError:
             host = port = None
         if not host or not port:
-            raise RosMasterError(f'ROS_MASTER_URI is "{self._uri}"; it must be like '
+            raise RosMasterError(f'ROS_MASTER_URI is "{self._uri}"; it must look like '
                                  'http://localhost:11311')
         return host
 
@@ -135,7 +135,7 @@ class RosMaster:
 
 
 def _read(process: RoslaunchProcess, tail: LogTail, started: threading.Event) -> None:
-    """Read the output to its end; ``started`` is set when the master is up, or never will be."""
+    """Read the output to its end; ``started`` is set when the master is up, or has failed."""
     for line in process.output:
         text = plain(line)
         tail.add(text)

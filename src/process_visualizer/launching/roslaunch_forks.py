@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Starts roslaunch faster than a command can: as forks of a program that has it loaded."""
+"""Starts roslaunch faster than a command can: as forks of a program that has loaded it."""
 from __future__ import annotations
 
 import array
@@ -21,8 +21,9 @@ _END_TIMEOUT_S = 5.0
 class RoslaunchForks:
     """The server; it is started when it is first needed, or again if it has ended.
 
-    The environment of the server, and so of each roslaunch, carries the mark of a record, that of
-    a roslaunch's nodes the mark given to ``start``. It ends with this process, however that ends.
+    The environment of the server, and so of each roslaunch, has the mark of a record; that of a
+    roslaunch's nodes has the mark given to ``start``. The server ends when this process ends, for
+    whatever reason.
     """
 
     def __init__(self) -> None:
@@ -31,7 +32,7 @@ class RoslaunchForks:
         self._requests: Optional[socket.socket] = None
 
     def prepare(self) -> None:
-        """Start the server if it does not run; returns before it has loaded anything."""
+        """Start the server if it is not running; return before it has loaded anything."""
         if self._server is not None and self._server.poll() is None:
             return
         self.close()
@@ -50,7 +51,7 @@ class RoslaunchForks:
     def start(self, arguments: List[str], environment: Mapping[str, str]) -> ForkedProcess:
         """Start a roslaunch.
 
-        Of the command's arguments only the last counts, the launch file. There must be a master.
+        Of the command's arguments only the last is used, the launch file. Needs a running master.
 
         Raises:
             ChildProcessError: it cannot be started.
@@ -71,7 +72,7 @@ class RoslaunchForks:
         return ForkedProcess(output[0], status[0])
 
     def close(self) -> None:
-        """End the server and what it has forked, if that still runs."""
+        """End the server and everything it has forked."""
         if self._server is None or self._requests is None:
             return
         self._requests.close()
@@ -96,7 +97,7 @@ def _close(descriptors: List[int]) -> None:
 
 
 def _write(descriptor: int, text: str) -> None:
-    """Write and close; the reader may be gone, which shows when its answer is read."""
+    """Write and close; the reader may be gone, which is noticed when its answer is read."""
     try:
         with os.fdopen(descriptor, 'w', encoding='utf-8') as file:
             file.write(text)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Understands what roslaunch writes about its processes (ros_comm 1.14 to 1.16)."""
+"""Parses what roslaunch writes about its processes (ros_comm 1.14 to 1.16)."""
 from __future__ import annotations
 
 import re
@@ -19,10 +19,10 @@ _EXIT_CODE = re.compile(r'process has died \[pid \d+, exit code (?P<code>-?\d+)'
 
 @dataclass(frozen=True)
 class ProcessEvent:
-    """What a line says of a process; ``name`` is the node's absolute name.
+    """The message of a line about a process; ``name`` is the node's absolute name.
 
     ``kind`` is started, exited, required_died or cannot_launch (then ``name`` is package/type).
-    ``rest`` is what the node has written before roslaunch had ended the line about its start.
+    ``rest`` is what the node wrote before roslaunch ended the line about its start.
     """
 
     kind: str
@@ -38,7 +38,7 @@ def plain(line: str) -> str:
 
 
 def parse_line(line: str) -> Optional[ProcessEvent]:
-    """The event that a plain line tells of, or None."""
+    """The event that a plain line reports, or None."""
     match = _STARTED.search(line)
     if match:
         return ProcessEvent('started', '/' + match['name'], rest=line[match.end():])
@@ -58,7 +58,7 @@ def parse_line(line: str) -> Optional[ProcessEvent]:
 
 
 def stdout_file_in(line: str) -> Optional[str]:
-    """Where a node with output to the log has written, by the line that follows its end."""
+    """The file of a node with output to the log, from the line that follows its end."""
     match = _LOG_FILE.fullmatch(line)
     return f'{match["path"]}-stdout.log' if match else None
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs roslaunch as a child in a session of its own."""
+"""Runs roslaunch as a child in its own session."""
 from __future__ import annotations
 
 import os
@@ -17,7 +17,7 @@ _SIGTERM_TIMEOUT_S = 5.0
 
 Child = Union['subprocess.Popen[str]', ForkedProcess]
 Start = Callable[[List[str], Mapping[str, str]], Child]
-"""Starts roslaunch with arguments and an environment, in a session of its own."""
+"""Starts roslaunch with arguments and an environment, in its own session."""
 
 
 def start_roslaunch(arguments: List[str], environment: Mapping[str, str]) -> Child:
@@ -44,7 +44,7 @@ class RoslaunchProcess:
 
     @property
     def output(self) -> IO[str]:
-        """What roslaunch and the nodes with output to the screen write."""
+        """The output of roslaunch and of the nodes with output to the screen."""
         assert self._process.stdout is not None
         return self._process.stdout
 
@@ -57,7 +57,7 @@ class RoslaunchProcess:
         return self._process.wait()
 
     def stop(self) -> List[int]:
-        """Stop roslaunch and everything it started; returns the ids of orphans it had left."""
+        """Stop roslaunch and everything it started; return the ids of remaining orphans."""
         for number, timeout_s in ((signal.SIGINT, _SIGINT_TIMEOUT_S),
                                   (signal.SIGTERM, _SIGTERM_TIMEOUT_S)):
             if self._ends_on(number, timeout_s):
@@ -78,6 +78,6 @@ class RoslaunchProcess:
 
 
 def dying_with_parent() -> List[str]:
-    """The command that makes the kernel interrupt a process when its parent dies, if there is."""
+    """The command that lets the kernel interrupt a process when its parent dies, if any."""
     setpriv = shutil.which('setpriv')
     return [setpriv, '--pdeathsig', 'INT', '--'] if setpriv else []

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A program that forks a roslaunch for each request.
 
-Half of what roslaunch takes to start is the loading of its modules; here they are loaded once. The
-rest is spent on two processes that find out versions for the parameters of roscore, which a part
-of a cell has no use for.
+Half of the start of roslaunch is spent on loading its modules; here they are loaded once. The rest
+is spent on two processes that find out versions for the parameters of roscore, which a part of a
+cell does not need.
 Requests come over the socket whose descriptor is the first argument: a byte with three descriptors
 (see ``forked_process``). The program ends when the other end of the socket is closed, and the
 kernel then interrupts every roslaunch that still runs.
@@ -58,7 +58,7 @@ def _next_request(requests: socket.socket) -> List[int]:
 
 
 def _fork() -> int:
-    """Fork; where the machine has no room for a process, the closed descriptors tell the client."""
+    """Fork; if the machine cannot start a process, the client sees the closed descriptors."""
     try:
         return os.fork()
     except OSError as error:
@@ -67,7 +67,7 @@ def _fork() -> int:
 
 
 def _become_roslaunch(request: int, output: int, status: int) -> None:
-    """Run roslaunch in a session of its own; its process id and exit code go to ``status``."""
+    """Run roslaunch in its own session; its process id and exit code go to ``status``."""
     os.setsid()
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)
     _end_with_parent()
@@ -84,7 +84,7 @@ def _become_roslaunch(request: int, output: int, status: int) -> None:
 
 
 def _launch(launch_file: str) -> int:
-    """Do what the command roslaunch does with a file; returns its exit code."""
+    """Launch a file as the command roslaunch does; return its exit code."""
     try:
         if not rosgraph.is_master_online():
             raise RLException(f'there is no ROS master at {rosgraph.get_master_uri()}')
@@ -100,7 +100,7 @@ def _launch(launch_file: str) -> int:
 
 
 class _Parent(ROSLaunchParent):
-    """Loads its file without roscore's: that belongs to the master, which is there."""
+    """Loads its file without roscore's: that belongs to the master, which is already running."""
 
     def _load_config(self) -> None:
         self.config = ROSLaunchConfig()
@@ -115,7 +115,7 @@ class _Parent(ROSLaunchParent):
 
 
 def _end_with_parent() -> None:
-    """Have the kernel interrupt this process when the server ends."""
+    """Let the kernel interrupt this process when the server ends."""
     server = os.getppid()
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGINT)
     if os.getppid() != server:

@@ -21,7 +21,7 @@ _LAST_LINES_TIMEOUT_S = 1.0
 
 
 class Run:
-    """Runs a launch file; reports come in a thread of the run, never in the caller's.
+    """Runs a launch file; reports come in a thread of the run, never in the caller's thread.
 
     Start it in a thread that lives as long as the program does (the main thread): the kernel
     interrupts roslaunch when the thread that started it ends. ``on_end`` is called after the last
@@ -35,7 +35,7 @@ class Run:
         """Start it; ``log_file`` is written beside the launch file.
 
         Raises:
-            OSError: the log cannot be written, or roslaunch not be started.
+            OSError: the log cannot be written, or roslaunch cannot be started.
         """
         self.log_path = Path(launch_file).with_name(log_file)
         self._log = self.log_path.open('w', encoding='utf-8', errors='replace')
@@ -63,7 +63,7 @@ class Run:
             raise
 
     def wait(self, timeout_s: Optional[float] = None) -> bool:
-        """Wait for the end of roslaunch; True when it has ended."""
+        """Wait for the end of roslaunch; return True if it has ended."""
         return self._ended.wait(timeout_s)
 
     def reports(self) -> List[NodeReport]:
@@ -77,11 +77,11 @@ class Run:
 
     @property
     def failed_required(self) -> Optional[NodeReport]:
-        """The required node whose end ended the run."""
+        """The required node that ended the run by exiting."""
         return self._watcher.failed_required
 
     def stop(self) -> List[int]:
-        """Stop everything; returns the ids of processes that roslaunch had left behind."""
+        """Stop everything; return the ids of processes that roslaunch left behind."""
         orphans = self._process.stop()
         for thread in self._threads:
             thread.join()
@@ -91,7 +91,7 @@ class Run:
         return orphans
 
     def _wait_for_end(self) -> None:
-        """The end of roslaunch, not of its output: nodes that it leaves hold that open."""
+        """The end of roslaunch, not of its output, which nodes left behind keep open."""
         code = self._process.wait()
         self._threads[0].join(_LAST_LINES_TIMEOUT_S)
         self._ended.set()
@@ -103,11 +103,11 @@ class Run:
             self._write_log(line)
 
     def _write_log(self, line: str) -> None:
-        """A full disk must not stop the reading: roslaunch would block on its pipe."""
+        """A full disk must not stop the reading, or roslaunch would block on its pipe."""
         try:
             self._log.write(line + '\n')
             self._log.flush()
         except OSError as error:
             self._log_works = False
             self._on_line(f'[ERROR] {self.log_path} cannot be written: {error.strerror}; the run '
-                          'goes on without its log')
+                          'continues without a log')

@@ -35,7 +35,7 @@ class RunRecord:
         owner = {'pid': os.getpid(), 'start_time': start_time(os.getpid()), 'folder': folder}
         written = self._path.with_suffix('.new')
         written.write_text(json.dumps(owner), encoding='utf-8')
-        written.replace(self._path)  # who cleans up meanwhile finds the record whole
+        written.replace(self._path)  # so that a concurrent clean-up finds a complete record
 
     def remove(self) -> None:
         """The run is over and left nothing."""
@@ -43,7 +43,7 @@ class RunRecord:
 
 
 def clean_up_crashed_runs() -> List[int]:
-    """End the processes of runs whose owner is gone, and remove their folders; returns the ids."""
+    """End the processes of runs without an owner, and remove their folders; return the ids."""
     ended: List[int] = []
     for path in sorted(_folder().glob('*.json')):
         owner = _owner(path)
@@ -72,7 +72,7 @@ def _lives(owner: Dict[str, Any]) -> bool:
 
 
 def _remove_run_folder(owner: Dict[str, Any]) -> None:
-    """Only what looks like one: nobody's folder shall be lost by a record changed by hand."""
+    """Only if it looks like one: a record changed by hand must not delete other folders."""
     folder = str(owner.get('folder') or '')
     if os.path.basename(folder).startswith(_FOLDER_PREFIX):
         shutil.rmtree(folder, ignore_errors=True)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The depth data processor (thesis section 5.4): stamps a depth sensor's clouds with the present.
 
-RViz discards what is old, such as the clouds of a recording. The clouds pass through as the bytes
-that came over the wire; only the header at their front is written anew.
+RViz discards old data, such as the clouds of a recording. The clouds pass through as the received
+bytes; only their header is rewritten.
 """
 from __future__ import annotations
 
@@ -36,18 +36,19 @@ def restamp(message: bytes, stamp: rospy.Time) -> tuple[bytes, memoryview]:
         ValueError: the message is shorter than its header.
     """
     if len(message) < _HEADER.size:
-        raise ValueError(f'{len(message)} bytes are no message with a header')
+        raise ValueError(f'{len(message)} bytes are not a message with a header')
     seq, _, _, length = _HEADER.unpack_from(message)
     end = _HEADER.size + length
     if len(message) < end:
-        raise ValueError(f'{len(message)} bytes are no message with a frame_id of {length} bytes')
+        raise ValueError(f'{len(message)} bytes are not a message with a frame_id of {length} '
+                         'bytes')
     frame_id = message[_HEADER.size:end].lstrip(b'/')
     return (_HEADER.pack(seq, stamp.secs, stamp.nsecs, len(frame_id)) + frame_id,
             memoryview(message)[end:])
 
 
 class SerializedPointCloud2(rospy.AnyMsg):
-    """A sensor_msgs/PointCloud2 that is published as the bytes it was received as."""
+    """A sensor_msgs/PointCloud2 that is published with the bytes as received."""
 
     _type: ClassVar[str] = PointCloud2._type
     _md5sum: ClassVar[str] = PointCloud2._md5sum
@@ -70,7 +71,7 @@ class SerializedPointCloud2(rospy.AnyMsg):
 class DepthProcessor:
     """Republishes the clouds on ``~input`` on ``points``, stamped with the time of their arrival.
 
-    ``points_age`` says how old the last one is [s]; while playback is paused it does not age.
+    ``points_age`` is the age of the last one [s]; while playback is paused it does not grow.
 
     The private parameter ``~topic`` names another input topic.
     """
@@ -114,7 +115,7 @@ class DepthProcessor:
 
     def _report_silence(self, _event: rospy.timer.TimerEvent) -> None:
         if not self._received:
-            self._complaints.state(self._topic, f'No cloud has come on {self._topic} yet')
+            self._complaints.state(self._topic, f'No cloud has been received on {self._topic} yet')
 
     def _complain(self, problem: str) -> None:
         self._complaints.add(self._topic, problem, is_error=True)

@@ -18,7 +18,7 @@ from process_visualizer.srv import SetFrame, SetFrameRequest, SetFrameResponse
 
 
 class FramePublisher:
-    """Publishes the frames, latched and all in one message, and moves them by a service."""
+    """Publishes the frames, latched and all in one message, and moves them with a service."""
 
     def __init__(self, tree: FrameTree) -> None:
         """Advertise, and publish the frames."""

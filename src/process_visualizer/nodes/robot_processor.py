@@ -38,7 +38,7 @@ from process_visualizer.ros_names import ROBOT_PROC, TF_MESSAGE
 
 ABOUT_RECORDING = 'recorded velocity'
 LOG_PERIOD_S = 30.0
-PATIENCE_S = 2.0  # before something that is missing is told: static transforms may come later
+PATIENCE_S = 2.0  # before missing data is reported: static transforms may come later
 TICK_S = 0.1
 CHAIN_S = 1.0  # within which all transforms of a chain come
 
@@ -47,14 +47,14 @@ class RobotProcessor:
     """Republishes a robot's measurements as standard messages and shows them (thesis section 5.3).
 
     Each quantity whose topic is configured: the tool's velocity as TwistStamped in the base frame,
-    stamped with the time it belongs to; the force as WrenchStamped in the force frame; arrows and
-    numbers for RViz. Joint states are published by joint_proc, in C++, so that nothing that is
-    drawn can hold them up.
+    stamped with its own time; the force as WrenchStamped in the force frame; arrows and
+    numbers for RViz. Joint states are published by joint_proc, in C++, so that drawing cannot
+    delay them.
 
-    What a screen shows is published no faster than a screen can show it: with the message that
-    brings it, so that it is not late, or with the next tick of a slow timer, which also notices
-    that nothing comes any more. While playback is paused, what belongs to the position is shown
-    as soon as the player has said which one that is.
+    Markers are published no faster than a screen can show them: with the message that changes
+    them, so that they are not late, or with the next tick of a slow timer, which also notices when
+    data stops. While playback is paused, the state at the position is shown as soon as the player
+    has reported the position.
     """
 
     def __init__(self, parameters: RobotParameters) -> None:
@@ -108,7 +108,7 @@ class RobotProcessor:
                         WRENCH_DECODERS, self._on_wrench)
 
     def _on_joints(self, message: Any) -> None:
-        """Draw with the joint states that move the robot on the screen: arrows turn with it."""
+        """Draw with the joint states that move the drawn robot: arrows turn with it."""
         now_s = rospy.get_time()
         self._base_frames.take_joints(message._buff)
         with self._lock:
@@ -116,11 +116,11 @@ class RobotProcessor:
             self._joints_s = now_s
             self._tool.take_joints(message._buff)
             self._came_s = time.time()
-            if not self._stands():
+            if not self._shows_position():
                 self._draw(now_s, early_s=0.5 / self._parameters.marker_rate_hz)
 
     def _joints_age_s(self, data_s: float) -> Optional[float]:
-        """Return since when no joint states come; None if none came or will come."""
+        """Return how long no joint states have come; None if there are none."""
         if self._joints_time_s is None or not self._parameters.joint_states.name:
             return None
         return max(data_s - self._joints_time_s, 0.0)
@@ -131,22 +131,23 @@ class RobotProcessor:
             self._twist.add(pose, now_s)
             self._pose, self._pose_time_s = pose, self._playback.clock.data_time_s(now_s)
             self._came_s = time.time()
-            if not self._stands():  # else the player's next state says to which position it belongs
+            if not self._shows_position():  # else the player's next state has its position
                 self._publish_velocity()
                 self._draw_data(now_s)
         if self._twist.doubts_stamps:
-            raise DoubtfulMessage('its stamp is not later than the one before; until the stamps go '
-                                  'on, the velocity is computed from the times of arrival')
+            raise DoubtfulMessage('its stamp is not later than the previous one; until the stamps '
+                                  'advance again, the velocity is computed from the times of '
+                                  'arrival')
 
     def _on_static(self) -> None:
         if self._recorded is not None:
             self._recorded.forget()
 
     def _on_playback(self) -> None:
-        """While paused, show what belongs to a position, and again when its pose comes again."""
+        """While paused, show the state at a position, and again when its pose comes again."""
         with self._lock:
             state = self._playback.clock.state
-            if state is None or not self._stands() or not self._twist.is_known:
+            if state is None or not self._shows_position() or not self._twist.is_known:
                 return
             moment, (shown, shown_came_s) = (state.segment, state.position_s), self._shown_paused
             comes_again = shown_came_s < self._came_s <= state.stamp_s  # and was sent since then
@@ -157,8 +158,8 @@ class RobotProcessor:
                 self._publish_velocity()
                 self._draw(rospy.get_time())
 
-    def _stands(self) -> bool:
-        """Tell whether what is shown is that of a recording at a position."""
+    def _shows_position(self) -> bool:
+        """Whether the display shows a recording at a position."""
         state = self._playback.clock.state
         return state is not None and state.paused and self._twist.is_recorded
 
@@ -208,7 +209,7 @@ class RobotProcessor:
             self._draw(now_s)
 
     def _look_at_recording(self) -> None:
-        """Complain where the recording lacks what a velocity at a position needs."""
+        """Complain if the recording lacks data for a velocity at a position."""
         problem = '' if self._recorded is None else self._recorded.problem
         if self._patience.is_over(bool(problem), time.monotonic()):
             self._complaints.state(ABOUT_RECORDING, 'no velocity is shown, as the recording does '
@@ -218,16 +219,16 @@ class RobotProcessor:
             self._complaints.end(ABOUT_RECORDING)
 
     def _draw_data(self, now_s: float) -> None:
-        """Draw what came, unless joint states come, with which it is drawn."""
+        """Draw received data, unless it is drawn together with joint states."""
         if not 0.0 <= now_s - self._joints_s < TICK_S:
             self._draw(now_s)
 
     def _draw(self, now_s: float, early_s: float = 0.0) -> None:
-        """Publish the markers if it is time for them and somebody looks."""
+        """Publish the markers if it is time and there are subscribers."""
         if self._twist.is_awaited():
             return
         if self._twist.is_recorded and not self._twist.is_known:
-            self._display.hurry()  # an old number must not stand
+            self._display.hurry()  # an old number must not stay
         if self._drawing.is_due(now_s, early_s) and self._markers.get_num_connections() > 0:
             data_s = self._playback.clock.data_time_s(now_s)
             markers = self._display.markers(self._motion(data_s), self._force, data_s, now_s,
@@ -250,7 +251,7 @@ class RobotProcessor:
 
 
 def robot_model(complaints: Complaints) -> Kinematics:
-    """Return the robot's model, the parameter robot_description; an empty one without it."""
+    """Return the robot's model, the parameter robot_description; an empty one by default."""
     text = rospy.get_param('robot_description', '<robot />')
     try:
         return Kinematics(text)
@@ -261,7 +262,7 @@ def robot_model(complaints: Complaints) -> Kinematics:
 
 
 def recorded_joints(parameters: RobotParameters, model: Kinematics) -> Optional[RecordedJoints]:
-    """Return what is recorded of the robot's joints; None where no topic brings them.
+    """Return the recorded joints of the robot; None if they have no topic.
 
     Offsets are those of the robot's joint_proc.
     """

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Says in the scene which device is not drawn any more, or is old, as a process has ended or hangs.
+"""Says in the scene which device is no longer up to date, as a process has ended or hangs.
 
-What stands for data goes away by itself when nobody draws it anew (``markers.LIFETIME_S``). A
-robot that is not moved any more and a cloud stay in the picture: only words can say that they are
-old. So every process that draws is asked a few times a second whether it is there.
+Markers of data disappear by themselves if they are not redrawn (``markers.LIFETIME_S``). A
+robot that no longer moves and a cloud stay in the picture: only words can say that they are
+old. So every process that draws is asked a few times a second whether it is alive.
 """
 from __future__ import annotations
 
@@ -29,21 +29,21 @@ CALM_PERIOD_S = 1.0  # RViz has something to show, also when the frames come aft
 LOOKUP_PERIOD_S = 2.0
 AMBER = (1.0, 0.7, 0.1, 1.0)
 HEIGHT_M = 0.06
-OTHERS_MEANING = 'what it showed is old'
+OTHERS_MEANING = 'what it showed is out of date'
 
 
 class SceneWatch:
-    """Asks the nodes of all devices whether they are there, and writes what is wrong."""
+    """Asks the nodes of all devices whether they are alive, and writes the problems."""
 
     def __init__(self, parameters: SceneParameters) -> None:
-        """Advertise, and subscribe the ages of clouds."""
+        """Advertise, and subscribe to the ages of clouds."""
         self._frame, self._devices = parameters.frame, parameters.devices
         self._stale_after_s = parameters.stale_after_s
         self._master = rosgraph.Master(rospy.get_name())
         self._pulses = Pulses(self._uri)
         self._meanings: Dict[str, Dict[str, str]] = {
             device.name: dict(device.nodes) for device in self._devices}
-        self._ages: Dict[str, Tuple[float, float]] = {}  # age [s], and when it was told
+        self._ages: Dict[str, Tuple[float, float]] = {}  # age [s], and when it was reported
         self._texts, self._calm = Pace(TEXT_PERIOD_S), Pace(CALM_PERIOD_S)
         self._lookups = Pace(LOOKUP_PERIOD_S)
         self._publisher = rospy.Publisher('~marker_array', MarkerArray, queue_size=1, latch=True)
@@ -63,7 +63,7 @@ class SceneWatch:
                 self._publish(problems)
 
     def problems(self) -> Dict[str, List[str]]:
-        """Return what is wrong now, by the devices' names."""
+        """Return the present problems by device name."""
         found = {device.name: self._problems(device.name) for device in self._devices}
         return {name: problems for name, problems in found.items() if problems}
 
@@ -84,7 +84,7 @@ class SceneWatch:
             for device in self._devices if device.name in problems)]))
 
     def _look_up_publishers(self) -> None:
-        """Watch who publishes what RViz shows, besides the nodes that are known."""
+        """Watch the publishers of displayed topics, besides the known nodes."""
         try:
             publishers = dict(self._master.getSystemState()[0])
         except (rosgraph.MasterException, OSError) as error:

@@ -46,7 +46,7 @@ class Variable:
 
     def __init__(self, complaints: Complaints, parameters: VariableParameters,
                  source: NewestMessage, foot: Vector = (0.0, 0.0, 0.0)) -> None:
-        """Take where to complain, the topic, and the arrow's foot [m]."""
+        """``foot`` of the arrow is in m."""
         self._complaints = complaints
         self._parameters = parameters
         self._source = source
@@ -59,7 +59,7 @@ class Variable:
         self._name = f'{parameters.topic} {parameters.field}'
 
     def sample(self) -> VectorSample:
-        """Return the arrow [m] of now; no length before the first value."""
+        """Return the present arrow [m]; without length before the first value."""
         self._update()
         parameters = self._parameters
         if self._value is None:
@@ -69,7 +69,7 @@ class Variable:
         return VectorSample(vector, parameters.frame, self._time_s, self._foot)
 
     def style(self) -> ArrowStyle:
-        """Return the style of the arrow of now, whose vector is in metres already."""
+        """Return the present style of the arrow, whose vector is already in metres."""
         colors = self._parameters.colors
         color = colors.color if self._value is None else colors.of(self._value)
         return ArrowStyle(self._parameters.label, 'm', 3, scale_m=1.0, min_m=SHORTEST_ARROW_M,
@@ -77,7 +77,7 @@ class Variable:
                           diameter_m=DIAMETER_M)
 
     def text(self, age_s: float, stale_after_s: float) -> str:
-        """Return the last value, or since when there is none."""
+        """Return the last value, or how long there has been none."""
         parameters = self._parameters
         if self._value is None:
             return f'{parameters.label} no data'.lstrip()
@@ -151,7 +151,7 @@ class VariableProcessor:
 def marker_namespaces(variables: Sequence[VariableParameters]) -> List[str]:
     """Return a namespace of markers for each variable, all different: 'variable/LABEL'.
 
-    Others publish in the device's marker_array too, such as a robot's 'force'.
+    Other nodes also publish on the device's marker_array, such as a robot's 'force'.
     """
     names = [f'variable/{variable.label or variable.topic.strip("/")}' for variable in variables]
     counts = Counter(names)
@@ -160,10 +160,10 @@ def marker_namespaces(variables: Sequence[VariableParameters]) -> List[str]:
 
 
 def text_places(parameters: VariablesParameters, vectors: Sequence[Vector]) -> List[TextPlace]:
-    """Return where each variable's text stands: texts in one frame are lines of one block.
+    """Return the place of each variable's text: texts in one frame are lines of one block.
 
     Args:
-        parameters: with the place of the texts, if they have one of their own.
+        parameters: with the place of the texts, if it is configured.
         vectors: the arrow of each variable, (3,) [m] in its frame.
     """
     frames = [parameters.text_frame or variable.frame for variable in parameters.variables]

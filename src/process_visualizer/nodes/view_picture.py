@@ -40,7 +40,7 @@ class ViewWatcher:
             return self._changed.wait_for(lambda: self._frames_when_ok is not None, timeout_s)
 
     def problems(self) -> List[str]:
-        """What is not OK, one line for each display."""
+        """The displays that are not OK, one line for each."""
         with self._changed:
             if self._report is None:
                 return [f'nothing was received on {DISPLAY_STATUS_TOPIC}: is RViz running '

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The player: publishes a recording, with services to move freely in its time."""
+"""The player: publishes a recording, with services for moving freely in time."""
 from __future__ import annotations
 
 import os
@@ -41,11 +41,11 @@ from process_visualizer.player.topic_reading import TopicReadingService
 
 DRAIN_S = 5.0
 HEAD_START_NS = 50_000_000
-"""Too short to be noticed, and enough to have the first messages ready when they are due."""
+"""Too short to be noticed, but enough to have the first messages ready when they are due."""
 SIGNALS_S = 0.5  # how long the main thread waits at most before it looks at signals
 REPEAT_S = 2.0
-"""While paused the scene is published again after so long: what has started meanwhile, or has lost
-it, need not subscribe topics of the player itself (a robot's model follows its /tf)."""
+"""Period [s] of publishing the scene while paused, for nodes that have started in the meantime
+or lost it, without subscribing to the player (a robot's model follows its /tf)."""
 
 
 class NothingToPlay(Exception):
@@ -53,7 +53,7 @@ class NothingToPlay(Exception):
 
 
 class PlaybackFailed(Exception):
-    """The thread that publishes has ended by a fault of the program; the text says where."""
+    """The publishing thread has ended because of a fault of the program; the text says where."""
 
 
 class PlayerSettings(NamedTuple):
@@ -98,7 +98,7 @@ class BagPlayer:
         self._playback = Playback(recording, self._timeline, self._publishers, settings.restamp,
                                   course=_course(self._timeline, settings))
         self._stays = settings.keep_alive
-        self._told = PlaybackClock()  # of what the states have said
+        self._published_states = PlaybackClock()
         self._control_rate(settings)
         self._clock = (SimulatedClock(self._timeline, settings.clock_hz,
                                       self._playback.repeat_scene)
@@ -131,7 +131,7 @@ class BagPlayer:
         return not (self._left_out_topics or self._playback.left_out or any(gaps))
 
     def summary(self) -> Tuple[str, ...]:
-        """Return as lines what was not played so far, and what did not arrive."""
+        """Return what was not played so far, and what did not arrive, as lines."""
         index, left_out = self._recording.index, self._playback.left_out
         recorded = {topic: len(index.positions_of(index.connections_of(topic)))
                     for topic in left_out}
@@ -141,7 +141,7 @@ class BagPlayer:
         """Set the rate, where to begin (None: at the beginning, backwards at the end), the loop.
 
         Raises:
-            CommandRefused: what is left is too short for a loop.
+            CommandRefused: the rest is too short for a loop.
             NothingToPlay: nothing is left.
         """
         self.control.set_rate(rate)
@@ -163,7 +163,7 @@ class BagPlayer:
             return not self._quitting
 
     def start(self, paused: bool) -> None:
-        """Begin to publish, playing or paused; paused too where a command has said so already."""
+        """Begin to publish, playing or paused; also paused if a command has requested it."""
         self._playback.prepare()
         if not (paused or self.control.stands):
             self._timeline.begin()
@@ -171,22 +171,22 @@ class BagPlayer:
         self._started = True
 
     def wait(self) -> None:
-        """Wait until the node is shut down or told to quit, or the end, where it does not stay.
+        """Wait until the node is shut down or told to quit, or for the end, unless it stays there.
 
         Raises:
-            PlaybackFailed: nothing is published any more.
+            PlaybackFailed: publishing has failed.
         """
         with self._changed:
             while not (self._quitting or (self._finished and not self._stays)):
                 # a signal just before the wait is handled only after it
                 self._changed.wait(SIGNALS_S)
                 self._repeat_while_paused()
-                self.tell_problems()
+                self.print_problems()
         if self._failure is not None:
             raise self._failure
 
-    def tell_problems(self) -> None:
-        """Tell on the terminal what has gone wrong since this was done last."""
+    def print_problems(self) -> None:
+        """Print problems since the last call on the terminal."""
         for problem in self.problems[self._told_problems:]:
             rospy.logwarn(problem)
             self._told_problems += 1
@@ -198,14 +198,14 @@ class BagPlayer:
             self._changed.notify_all()
 
     def progress(self) -> Progress:
-        """Return where playback is."""
+        """Return the position of playback."""
         status = self.control.status()
         return Progress(status.position_s, status.duration_s, status.rate, status.achieved_rate,
                         status.paused, status.loop, self.dropped,
                         self._mark(status.position_s))
 
     def close(self) -> None:
-        """End: what was published is still sent, if that does not take too long."""
+        """End; published messages are still sent, if that does not take too long."""
         self._watch.close()
         self._services.close()
         self._reading.close()
@@ -220,9 +220,9 @@ class BagPlayer:
         self._publishers.close()
 
     def state_message(self) -> PlayerState:
-        """Return what the player does now."""
+        """Return the present state of the player."""
         status, offset_ns = self.control.status(), _wall_offset_ns()
-        self._told.add(PlaybackState(
+        self._published_states.add(PlaybackState(
             (status.monotonic_ns + offset_ns) / NS_PER_S, status.position_s, status.rate,
             status.paused, status.segment, (status.since_ns + offset_ns) / NS_PER_S))
         begin_s, end_s = status.loop or (0.0, 0.0)
@@ -261,18 +261,19 @@ class BagPlayer:
         return problems + conflicts
 
     def _watch_others(self, choice: TopicChoice) -> PublisherWatch:
-        """Also of what was asked for by name and is not in the recording, but may be shown."""
+        """Also watch topics chosen by name that are not in the recording, but may be shown."""
         names = {topic.name for topic in self._topics} | set(choice.named())
         topics, own = sorted(names - SHARED_TOPICS), {rospy.get_name()}
         return PublisherWatch(lambda: other_publishers(topics, own), self._take_others)
 
     def _take_others(self, others: Others) -> None:
-        """Tell who has begun to publish what is played, and stand still, if that is wanted."""
+        """Report new publishers of played topics, and pause, if that is wanted."""
         new = [it for it in others if it not in self._others]
         self._others = others
         pauses = bool(new) and self._pauses_beside_others
         for sentence in described(new):
-            rospy.logwarn(f'{sentence}, beside the recording: stop it, or play under other names '
+            rospy.logwarn(f'{sentence}, in addition to the recording: stop it, or play under '
+                          'other names '
                           f'(-p PREFIX){"; playback is paused" if pauses else ""}')
         if pauses:
             self.control.pause()
@@ -286,7 +287,7 @@ class BagPlayer:
 
     def _played_at(self, stamp_ns: int) -> Optional[int]:
         """The bag time [ns] that was played at a wall time; None before a jump."""
-        time = self._told.bag_time(stamp_ns / NS_PER_S)
+        time = self._published_states.bag_time(stamp_ns / NS_PER_S)
         if time is None or time.segment != self._timeline.basis.segment:
             return None
         return self._bag_ns(time.time_s)
@@ -309,19 +310,19 @@ class BagPlayer:
         place = traceback.extract_tb(error.__traceback__)[-1]
         return PlaybackFailed(
             f'playback has failed at {self.control.status().position_s:.3f} s: {error!r} in '
-            f'{os.path.basename(place.filename)}, line {place.lineno}; start it again, and tell '
-            'the developers, with the bag')
+            f'{os.path.basename(place.filename)}, line {place.lineno}; start it again, and send '
+            'the developers this message and the bag')
 
-    # What the engine and the publishers tell, in their threads.
+    # Notifications of the engine and the publishers, in their threads.
 
     def on_jump(self, bag_ns: int) -> None:
-        """Take note of a jump to a bag time [ns], before its scene is published."""
+        """Note a jump to a bag time [ns], before its scene is published."""
         if self._clock is not None:
             self._clock.jump(bag_ns)
         self._state.update()
 
     def on_finish(self) -> bool:
-        """Take note that play has reached its end; return whether nothing is to follow."""
+        """Note that play has reached its end; return whether nothing follows."""
         self._state.update()
         with self._changed:
             self._finished = True
@@ -329,7 +330,7 @@ class BagPlayer:
         return not self._stays
 
     def on_subscribe(self) -> None:
-        """Take note of a new subscriber; while paused, it is to see the scene at once."""
+        """Note a new subscriber; while paused, it receives the scene at once."""
         with self._changed:
             self._changed.notify_all()
         if self._timeline.basis.paused and self._started:
@@ -337,7 +338,7 @@ class BagPlayer:
 
 
 def _marks(recording: Recording) -> Tuple[List[Mark], List[str]]:
-    """The marks, and what of them cannot be read; before topics are chosen."""
+    """The marks, and which of them cannot be read; before topics are chosen."""
     try:
         return read_marks(recording), [str(gap) for gap in recording.damage]
     except BagError as error:
@@ -360,7 +361,7 @@ def _course(timeline: Timeline, settings: PlayerSettings) -> Course:
 
 
 def _wall_offset_ns() -> int:
-    """Return what wall times are more than monotonic ones [ns], not disturbed by other threads."""
+    """Return the difference of wall and monotonic time [ns], not disturbed by other threads."""
     readings = []
     for _ in range(3):
         before_ns, wall_ns, after_ns = time.monotonic_ns(), time.time_ns(), time.monotonic_ns()

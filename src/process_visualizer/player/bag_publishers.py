@@ -13,10 +13,10 @@ from process_visualizer.player.topic_publisher import TopicPublisher
 
 
 class PublishedTopic(NamedTuple):
-    """A topic as it is published: name, what its first connection says, which ones it has.
+    """A published topic: its name, header of its first connection, all its connections.
 
-    Static transforms are latched, as all later subscribers need them, even where a bag that was
-    written by another tool than a recorder does not say so.
+    Static transforms are latched, as all later subscribers need them, even if a bag that was not
+    written by a recorder does not say so.
     """
 
     name: str
@@ -26,16 +26,16 @@ class PublishedTopic(NamedTuple):
 
 
 class PlaybackListener(Protocol):
-    """Who is told what happens, in the threads in which it happens."""
+    """Is notified of events, in the threads in which they happen."""
 
     def on_jump(self, bag_ns: int) -> None:
-        """Take note of a jump to a bag time [ns], before its scene is published."""
+        """Note a jump to a bag time [ns], before its scene is published."""
 
     def on_finish(self) -> bool:
-        """Take note that play has reached its end; return whether nothing is to follow."""
+        """Note that play has reached its end; return whether nothing follows."""
 
     def on_subscribe(self) -> None:
-        """Take note of a new subscriber."""
+        """Note a new subscriber."""
 
 
 class BagPublishers:
@@ -43,12 +43,12 @@ class BagPublishers:
 
     def __init__(self, topics: Sequence[PublishedTopic], sources: Sequence[int], queue_size: int,
                  listener: PlaybackListener) -> None:
-        """Advertise the topics; tell a listener what happens.
+        """Advertise the topics; notify a listener of events.
 
         ``sources`` has for each connection the one whose messages its own replace.
         """
         self._sender = TimedSender()
-        # Before rospy closes its connections: none of them is to be taken for a broken one then.
+        # Before rospy closes its connections: none must be mistaken for a broken one then.
         at_shutdown(self._sender.close)
         self._listener = listener
         self._topics = [TopicPublisher(topic.name, topic.connection, topic.latch, self._sender,
@@ -64,12 +64,12 @@ class BagPublishers:
 
     @property
     def published(self) -> Dict[str, int]:
-        """How many messages of each topic have been sent, whether or not somebody listens."""
+        """How many messages of each topic have been sent, with or without subscribers."""
         return {topic.name: topic.published for topic in self._topics}
 
     @property
     def all_subscribed(self) -> bool:
-        """Tell whether every topic has a subscriber."""
+        """Whether every topic has a subscriber."""
         return all(topic.subscriber_count for topic in self._topics)
 
     def publish(self, connection: int, pieces: List[Data], due_ns: int) -> None:
@@ -81,35 +81,35 @@ class BagPublishers:
         self._by_number[connection].withdraw(self._sources[connection], due_ns)
 
     def revoke(self, after_ns: int) -> int:
-        """Take back what is due after a monotonic time [ns] and not sent; return how many."""
+        """Withdraw unsent messages due after a monotonic time [ns]; return how many."""
         return self._sender.revoke(after_ns)
 
     def jump(self, bag_ns: int) -> None:
-        """Tell of a jump to a bag time [ns]; its scene follows."""
+        """Announce a jump to a bag time [ns]; its scene follows."""
         self._listener.on_jump(bag_ns)
 
     def finish(self) -> bool:
-        """Tell that play has reached its end; return whether nothing is to follow."""
+        """Announce that play has reached its end; return whether nothing follows."""
         return self._listener.on_finish()
 
     def wait_until_sent(self, timeout_s: float) -> bool:
-        """Wait until all that was published has gone; return False if it took too long."""
+        """Wait until everything published has been sent; return False if it took too long."""
         return self._sender.wait_until_sent(timeout_s)
 
     def close(self) -> None:
         """Send nothing more; the connections end with the node.
 
         Subscribers by an older rospy connect again at once, of which rospy would warn in a node
-        that goes on without the topic.
+        that continues without the topic.
         """
         self._sender.close()
 
 
 def published_topics(connections: Sequence[Connection], name_of: Callable[[str], Optional[str]]
                      ) -> Tuple[List[PublishedTopic], List[str]]:
-    """Return what to publish, and as texts what cannot be: a topic has only one type.
+    """Return the topics to publish, and as texts what cannot be: a topic has only one type.
 
-    ``name_of`` gives the name under which a topic is published, None where it is not chosen.
+    ``name_of`` gives the name under which a topic is published, None if it is not chosen.
     """
     topics: Dict[str, PublishedTopic] = {}
     problems = []

@@ -42,7 +42,7 @@ class PlayerServices:
         ]
 
     def close(self) -> None:
-        """Stop offering them."""
+        """Shut the services down."""
         for service in self._services:
             service.shutdown()
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Publishes what the player does: at least ten times a second, and at once after a command."""
+"""Publishes the state of the player: at least ten times a second, and after each command."""
 from __future__ import annotations
 
 import threading
@@ -17,7 +17,7 @@ class StatePublisher:
     """A thread that publishes ~state, latched, and keeps the parameter of the rate up to date."""
 
     def __init__(self, state: Callable[[], PlayerState]) -> None:
-        """Take what makes the message."""
+        """``state`` returns the message."""
         self._state = state
         self._publisher = rospy.Publisher('~state', PlayerState, latch=True, queue_size=10,
                                           tcp_nodelay=True)
@@ -52,7 +52,7 @@ class StatePublisher:
             rospy.logdebug('the state is not published: %s', error)
 
     def _follow_rate(self, rate: float) -> None:
-        """For nodes that read it; the position comes with ~state only."""
+        """For nodes that read it; the position is only in ~state."""
         if rate == self._rate:
             return
         try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Follows the topic of a node by which playback waits until that node has come so far."""
+"""Follows the topic of a node, so that playback can wait for that node."""
 from __future__ import annotations
 
 import re
@@ -19,7 +19,7 @@ class RateControl:
 
     def __init__(self, topic: str, bag_ns_of: Callable[[int], Optional[int]],
                  heard: Callable[[int], None]) -> None:
-        """Subscribe.
+        """Subscribe to the topic.
 
         Args:
             topic: its global name.
@@ -43,5 +43,5 @@ class RateControl:
 
 
 def begins_with_header(definition: str) -> bool:
-    """Tell whether the first field of a message definition is a header."""
+    """Whether the first field of a message definition is a header."""
     return _BEGINS_WITH_HEADER.match(definition) is not None

@@ -17,10 +17,10 @@ SETTLING_S = 0.3
 
 
 class SimulatedClock:
-    """A thread of its own, so that the clock goes on under load, and stands still when paused.
+    """A separate thread, so that the clock runs under load, and stands still when paused.
 
-    RViz and tf2 throw away what they have when time jumps back, some time after they have been
-    told; what they are sent before that is lost. ``on_settled`` is called when that is over.
+    When time jumps back, RViz and tf2 discard their data, some time after they receive the jump;
+    messages sent before that are lost. ``on_settled`` is called when that is over.
     """
 
     def __init__(self, timeline: Timeline, frequency_hz: float,
@@ -30,7 +30,7 @@ class SimulatedClock:
         self._period_s = 1.0 / frequency_hz
         self._on_settled = on_settled
         self._publisher = rospy.Publisher('/clock', Clock, queue_size=10, tcp_nodelay=True)
-        self._lock = threading.Lock()  # what is told later must not be published earlier
+        self._lock = threading.Lock()  # later times must not be published earlier
         self._time = SimulatedTime()
         self._settled_s = float('inf')
         self._changed = threading.Event()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Sends messages to subscribers at their times, by a thread that Python cannot hold up."""
+"""Sends messages to subscribers on time, in a thread that Python cannot delay."""
 from __future__ import annotations
 
 import ctypes
@@ -19,7 +19,7 @@ class TimedSender:
         """Load the library and start the thread.
 
         Raises:
-            OSError: the library is not there, or the system has no more descriptors.
+            OSError: the library is missing, or the system has no more descriptors.
         """
         self._quick = _declared(ctypes.PyDLL(LIBRARY))  # keeps Python's lock: too short to give up
         self._waiting = _declared(ctypes.CDLL(LIBRARY))
@@ -27,7 +27,7 @@ class TimedSender:
         if not self._sender:
             raise OSError('the sender of messages cannot be started')
         end = weakref.finalize(self, self._waiting.timed_sender_delete, self._sender)
-        end.atexit = False  # what is called while Python ends may still use it
+        end.atexit = False  # functions called while Python exits may still use it
         self._closing = threading.RLock()  # a signal may interrupt one call and make another
         self._on_broken: Dict[int, Callable[[], None]] = {}
         self._thread = threading.Thread(target=self._watch, name='broken links', daemon=True)
@@ -35,15 +35,15 @@ class TimedSender:
 
     @property
     def dropped(self) -> int:
-        """How many messages slow subscribers did not get."""
+        """Messages that slow subscribers did not get."""
         return int(self._quick.timed_sender_dropped(self._sender))
 
     def sent(self, topic: int) -> int:
-        """Return how many messages of a topic have been sent, whether or not somebody listens."""
+        """Return how many messages of a topic have been sent, with or without subscribers."""
         return int(self._quick.timed_sender_sent(self._sender, topic))
 
     def add_topic(self, latch: bool, queue_size: int, queue_bytes: int) -> int:
-        """Return the number of a new topic, given what may wait for each of its subscribers."""
+        """Return the number of a new topic, given the queue size of each of its subscribers."""
         return int(self._quick.timed_sender_add_topic(self._sender, latch, queue_size, queue_bytes))
 
     def add_link(self, topic: int, socket: int, on_broken: Callable[[], None]) -> int:
@@ -71,19 +71,19 @@ class TimedSender:
         self._quick.timed_sender_send(self._sender, topic, source, due_ns, data, len(data))
 
     def withdraw(self, topic: int, source: int, due_ns: int) -> None:
-        """Latch nothing of a topic's source any more, from a monotonic time [ns] on."""
+        """Stop latching messages of a topic's source, from a monotonic time [ns] on."""
         self._quick.timed_sender_withdraw(self._sender, topic, source, due_ns)
 
     def revoke(self, after_ns: int) -> int:
-        """Take back what is due after a time [ns] and not sent yet; return how many messages."""
+        """Withdraw unsent messages due after a time [ns]; return how many."""
         return int(self._quick.timed_sender_revoke(self._sender, after_ns))
 
     def wait_until_sent(self, timeout_s: float) -> bool:
-        """Wait until all has gone; return False if it took too long."""
+        """Wait until everything has been sent; return False if it took too long."""
         return bool(self._waiting.timed_sender_wait_until_sent(self._sender, timeout_s))
 
     def close(self) -> None:
-        """End the threads; what is queued is not sent, nor is what comes afterwards."""
+        """End the threads; queued and later messages are not sent."""
         with self._closing:
             self._waiting.timed_sender_close(self._sender)
         self._thread.join()
@@ -99,7 +99,7 @@ class TimedSender:
 
 
 def take_long_slices() -> None:
-    """Let others run at once when they wake up, the sender and subscribers above all.
+    """Let other threads run at once when they wake up, above all the sender and subscribers.
 
     This is for the calling thread and those that it starts; see time_slice.hpp.
     """

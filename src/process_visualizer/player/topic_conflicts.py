@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Finds topics that somebody else publishes with another type or definition."""
+"""Finds topics that another node publishes with another type or definition."""
 from __future__ import annotations
 
 import http.client
@@ -23,9 +23,9 @@ _ANY = '*'
 
 
 def without_conflicts(topics: Sequence[PublishedTopic]) -> Tuple[List[PublishedTopic], List[str]]:
-    """Return the topics that can be published beside what runs, and as texts why others cannot.
+    """Return the topics that can be published beside other nodes, and why others cannot.
 
-    Publishers are asked themselves: the master remembers types of publishers that have gone.
+    The publishers themselves are asked: the master remembers types of those that have gone.
 
     Raises:
         rosgraph.MasterException: the master cannot be reached.
@@ -59,7 +59,7 @@ def _conflict(topic: PublishedTopic, nodes: Sequence[str], master: rosgraph.Mast
 
 
 def _publisher_header(topic: str, node: str, master: rosgraph.Master) -> Dict[str, str]:
-    """What a publisher says when asked as a subscriber would; nothing if it does not answer."""
+    """The header that a publisher sends to a subscriber; empty if it does not answer."""
     try:
         node_api: Any = ServerProxy(master.lookupNode(node), _ImpatientTransport())
         _, _, protocol = node_api.requestTopic(rospy.get_name(), topic, [['TCPROS']])
@@ -77,7 +77,7 @@ def _publisher_header(topic: str, node: str, master: rosgraph.Master) -> Dict[st
 
 
 class _ImpatientTransport(Transport):
-    """Gives a node up that does not answer: it may have been killed."""
+    """Gives up on a node that does not answer: it may have been killed."""
 
     def make_connection(self, host: Any) -> http.client.HTTPConnection:
         connection = super().make_connection(host)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Publishes recorded messages of one topic: bytes as they are, never waiting for a subscriber."""
+"""Publishes recorded messages of one topic: unchanged bytes, never waiting for a subscriber."""
 from __future__ import annotations
 
 import sys
@@ -20,13 +20,13 @@ UNLIMITED = sys.maxsize
 class TopicPublisher(rospy.SubscribeListener):
     """A topic with the type and definition that its connection in the bag has.
 
-    rospy does everything but the sending: it would wait for the slowest subscriber, or let a
-    thread for each subscriber drop messages without saying so.
+    rospy does everything except sending: it would wait for the slowest subscriber, or drop
+    messages silently, with a thread for each subscriber.
     """
 
     def __init__(self, name: str, connection: Connection, latch: bool, sender: TimedSender,
                  queue_size: int, on_subscribe: Callable[[], None]) -> None:
-        """Advertise a topic; a queue of 0 messages is one without a limit.
+        """Advertise a topic; a queue of 0 messages has no limit.
 
         Raises:
             rospy.ROSException: the master cannot be reached, or the name is not allowed.
@@ -50,7 +50,7 @@ class TopicPublisher(rospy.SubscribeListener):
 
     @property
     def published(self) -> int:
-        """How many messages have been sent, whether or not somebody listens."""
+        """How many messages have been sent, with or without subscribers."""
         return self._sender.sent(self._topic)
 
     def publish(self, source: int, pieces: List[Data], due_ns: int) -> None:
@@ -58,7 +58,7 @@ class TopicPublisher(rospy.SubscribeListener):
         self._sender.send(self._topic, source, pieces, due_ns)
 
     def withdraw(self, source: int, due_ns: int) -> None:
-        """Latch nothing of a source any more, from a time on [ns]."""
+        """Stop latching messages of a source, from a time on [ns]."""
         self._sender.withdraw(self._topic, source, due_ns)
 
     def peer_subscribe(self, topic_name: str, topic_publish: Callable[..., Any],
@@ -92,9 +92,9 @@ def _descriptor(connection: Any) -> int:
 
 
 def message_class(connection: Connection) -> Type[rospy.AnyMsg]:
-    """Return a class by which rospy says to subscribers what the connection in the bag says.
+    """Return a class with which rospy announces to subscribers the connection in the bag.
 
-    The definition is only passed on; nothing is made of it.
+    The definition is only passed on, not parsed.
     """
     return type('RecordedMessage', (rospy.AnyMsg,), {
         '__slots__': (), '_type': connection.type, '_md5sum': connection.md5sum,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The player's service that reads the recording, for nodes that need what is around a position."""
+"""The service for reading the recording, for nodes that need messages around a position."""
 from __future__ import annotations
 
 from typing import Dict, Sequence
@@ -32,7 +32,7 @@ class TopicReadingService:
         self._service = rospy.Service('~read', ReadTopic, self._read)
 
     def close(self) -> None:
-        """Stop offering it."""
+        """Shut the service down."""
         self._service.shutdown()
 
     def _read(self, request: ReadTopicRequest) -> ReadTopicResponse:
@@ -40,7 +40,7 @@ class TopicReadingService:
         if topic is None:
             return ReadTopicResponse(success=False, message=f'{request.topic} is not played')
         if not -_FARTHEST_S < request.begin <= request.end < _FARTHEST_S:
-            return ReadTopicResponse(success=False, message='begin and end are to be positions in '
+            return ReadTopicResponse(success=False, message='begin and end must be positions in '
                                      f's, not {request.begin} and {request.end}')
         return self._answer(topic, topic_messages(
             self._recording, topic.numbers, self._bag_ns(request.begin),

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The report on a recording: what is in it and what is missing (pure)."""
+"""The report on a recording: its contents and what is missing (pure)."""

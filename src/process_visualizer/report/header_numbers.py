@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The sequence numbers in the headers of many messages at once."""
+"""Reads the sequence numbers in the headers of many messages at once."""
 from __future__ import annotations
 
 import numpy as np
@@ -40,7 +40,7 @@ def begins_with_header(connection: Connection) -> bool:
 
 
 def _numbers_in(batch: RecordBatch) -> np.ndarray:
-    """The numbers of the records of a batch: header and data stand behind their lengths."""
+    """The numbers of the records of a batch: header and data follow their lengths."""
     header_size = _u32_at(batch, batch.begin, batch.end)
     data = batch.begin + 2 * _U32 + header_size
     data_size = _u32_at(batch, data - _U32, batch.end)
@@ -49,7 +49,7 @@ def _numbers_in(batch: RecordBatch) -> np.ndarray:
 
 
 def _u32_at(batch: RecordBatch, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """The numbers (int64) at some bytes, -1 where they do not end in time."""
+    """The numbers (int64) at some offsets, -1 where the data ends too early."""
     fits = begin + _U32 <= end
     at = np.where(fits, begin, 0)[:, np.newaxis] + np.arange(_U32)
     padded = np.concatenate((batch.buffer, np.zeros(_U32, np.uint8)))

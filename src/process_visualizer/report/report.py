@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The report on a recording: what is in it, what is missing, and whether it is complete."""
+"""The report on a recording: its contents, what is missing, and whether it is complete."""
 from __future__ import annotations
 
 from enum import Enum
@@ -25,11 +25,11 @@ from process_visualizer.ros_names import OWN_TOPICS
 _LEAST_JUMP_S = 0.1
 _END_OF_TIME_S = 1 << 32  # of ROS
 _RARE = 0.1
-"""A publisher that leaves numbers out more often than this does not count one by one."""
+"""A publisher that skips numbers more often than this does not number all its messages."""
 
 
 class Completeness(Enum):
-    """What is known of whether all is there."""
+    """What is known about completeness."""
 
     COMPLETE = 'complete'
     INCOMPLETE = 'not complete'
@@ -47,10 +47,10 @@ class ClockJump(NamedTuple):
 class TopicReport(NamedTuple):
     """A topic of a recording.
 
-    ``largest_interval_s`` begins at ``largest_interval_ns`` [since the epoch]. ``gaps`` are what
-    can be seen in its messages; what of it is known to be a loss is ``lost``: messages that never
-    reached the recorder. ``dropped`` is what it received and could not write, None where it left
-    no account.
+    ``largest_interval_s`` begins at ``largest_interval_ns`` [since the epoch]. ``gaps`` can be
+    seen in its messages; ``lost`` counts the known losses among them: messages that never reached
+    the recorder. ``dropped`` counts messages that it received and could not write, None without an
+    account.
     """
 
     topic: str
@@ -78,9 +78,9 @@ class Report(NamedTuple):
 
     @property
     def completeness(self) -> Completeness:
-        """Whether all is there, from what is known: the account, and what can be read.
+        """Whether it is complete, as far as the account and the readable parts show.
 
-        Gaps count only where they are losses: a foreign bag may be one of a throttled topic.
+        Gaps count only if they are losses: a foreign bag may have a throttled topic.
         """
         if self.unreadable or any(it.lost or it.dropped for it in self.topics):
             return Completeness.INCOMPLETE
@@ -90,7 +90,7 @@ class Report(NamedTuple):
 
     @property
     def is_good(self) -> bool:
-        """Whether there is something in it and nothing is known to be missing."""
+        """Whether it has messages and nothing is known to be missing."""
         return self.completeness in (Completeness.COMPLETE, Completeness.UNKNOWN)
 
 
@@ -113,7 +113,7 @@ def make_report(recording: Recording) -> Report:
 
 
 def _topics(recording: Recording, account: Optional[Dict[str, Any]]) -> List[str]:
-    """The devices' topics in order, with those that were recorded though nothing came."""
+    """The devices' topics in order, including recorded ones without messages."""
     topics = {connection.topic for connection in recording.index.connections}
     topics.update(_accounted(account))
     return sorted(topic for topic in topics if not topic.startswith(OWN_TOPICS))
@@ -138,14 +138,14 @@ def _topic_report(recording: Recording, topic: str, sequence: np.ndarray,
 
 
 def _publishers(connections: Sequence[Connection]) -> np.ndarray:
-    """Return a number (int64) for the node of each connection: one that starts anew is the same."""
+    """Return a number (int64) for the node of each connection; a restarted node keeps it."""
     nodes: Dict[str, int] = {}
     return np.array([nodes.setdefault(it.caller_id or f'unknown {number}', len(nodes))
                      for number, it in enumerate(connections)], np.int64)
 
 
 def _lost(gaps: Tuple[StreamGap, ...], message_count: int) -> int:
-    """How many messages never arrived: where numbers are left out now and then, not as a habit.
+    """How many messages never arrived: where numbers are missing now and then, not all the time.
 
     A topic that comes through a throttle has the numbers of its source.
     """
@@ -168,7 +168,7 @@ def _accounted(account: Optional[Dict[str, Any]]) -> Dict[str, Any]:
 
 
 def _clock_jumps(recording: Recording, account: Optional[Dict[str, Any]]) -> Tuple[ClockJump, ...]:
-    """What the recorder noticed; of other recorders' bags, where the times go back."""
+    """Jumps that the recorder noticed; in other recorders' bags, where the times go back."""
     if account is not None:
         jumps = account.get('clock_jumps')
         noticed = map(_clock_jump, jumps if isinstance(jumps, list) else ())
@@ -180,7 +180,7 @@ def _clock_jumps(recording: Recording, account: Optional[Dict[str, Any]]) -> Tup
 
 
 def _clock_jump(value: Any) -> Optional[ClockJump]:
-    """A jump from the account, None if it is none."""
+    """A jump from the account, None if it is not one."""
     try:
         time_s, seconds = finite_number(value['time']), finite_number(value['seconds'])
     except (KeyError, TypeError, ValueError):

@@ -8,20 +8,20 @@ import numpy as np
 
 GAP_FACTOR = 3.0
 _LEAST_MESSAGES = 10
-"""With fewer it is not known which interval is usual."""
+"""With fewer messages the usual interval is not known."""
 _CATCH_UP_S = 5.0
 _CATCH_UP_INTERVALS = 20.0
-"""How long messages may take to come late, whichever is longer."""
+"""How late messages may come, whichever is longer."""
 _LEAST_MISSING = 1.5
 _SPAN_MESSAGES = 100
 
 
 class StreamGap(NamedTuple):
-    """A place where numbers are left out, or where the messages paused.
+    """A place where sequence numbers are missing, or where the messages paused.
 
-    ``begin_ns`` is the time of the last message before [ns since the epoch]; ``missing`` is how
-    many numbers are left out (``is_numbered``), else about how many messages would have come at
-    the usual rate.
+    ``begin_ns`` is the time of the last message before [ns since the epoch]; ``missing`` is the
+    number of missing sequence numbers (``is_numbered``), otherwise about how many messages would
+    have come at the usual rate.
     """
 
     begin_ns: int
@@ -45,10 +45,10 @@ class Stream(NamedTuple):
 def find_gaps(stream: Stream) -> Tuple[StreamGap, ...]:
     """Return the gaps of a stream in the order of time: those of each of its publishers.
 
-    Messages of a publisher whose numbers grow show by them what is missing. Elsewhere an interval
+    If the numbers of a publisher grow, they show what is missing. Otherwise an interval
     of more than three times the publisher's usual one (the median) is a gap, unless the messages
-    only come late: a busy computer hands out many at once, and no message is missing some seconds
-    later.
+    are only late: a busy computer delivers many at once, and some seconds later no message is
+    missing.
     """
     found: List[StreamGap] = []
     for publisher in np.unique(stream.publisher):
@@ -88,7 +88,7 @@ def _steps(numbers: np.ndarray) -> np.ndarray:
 
 
 def _missing_behind(time_ns: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """About how many messages (float) are missing behind some, that do not come late either."""
+    """About how many messages (float) are missing after each, and do not come late either."""
     usual_ns = usual_interval_ns(time_ns)
     catch_up_ns = max(_CATCH_UP_S * 1e9, _CATCH_UP_INTERVALS * usual_ns)
     # how far each message is behind a stream without gaps; what comes late is not, in the end
@@ -125,7 +125,7 @@ def largest_interval(time_ns: np.ndarray) -> Tuple[float, int]:
 
 
 def backward_jumps(time_ns: np.ndarray, least_s: float) -> List[Tuple[int, float]]:
-    """Return the jumps of a clock: times as they were written, that go back by more than a limit.
+    """Return the jumps of a clock, at which written times go back by more than a limit.
 
     Each is the time after it [ns] and how far it went [s, negative].
     """

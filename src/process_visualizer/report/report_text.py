@@ -15,11 +15,11 @@ _KNOWN = {
     Completeness.INCOMPLETE: 'not complete',
     Completeness.UNKNOWN: 'nothing is known to be missing (its recorder left no account of what it '
                           'dropped)',
-    Completeness.EMPTY: 'empty: it holds no message'}
+    Completeness.EMPTY: 'empty: it holds no messages'}
 
 
 def verdict(report: Report) -> str:
-    """Return in one line whether the recording is complete, else how much is missing."""
+    """Return in one line whether the recording is complete, or how much is missing."""
     known = ': '.join([_KNOWN[report.completeness], *filter(None, ['; '.join(_missing(report))])])
     return '; '.join([known, *_silent(report)])
 
@@ -41,11 +41,11 @@ def _missing(report: Report) -> List[str]:
 
 def _silent(report: Report) -> List[str]:
     topics = [topic.topic for topic in report.topics if not topic.message_count]
-    return ['nothing came on ' + ', '.join(topics)] if topics else []
+    return ['nothing was received on ' + ', '.join(topics)] if topics else []
 
 
 def as_text(report: Report) -> str:
-    """Return the report as lines of text; times count from the recording's begin."""
+    """Return the report as lines of text; times are relative to the beginning of the recording."""
     duration_s = (report.end_ns - report.begin_ns) / 1e9
     begin = time.strftime('%Y-%m-%d %H:%M:%S', time.localtime(report.begin_ns / 1e9))
     lines = [*report.files, f'begin {begin}, duration {duration_s:.1f} s', '', *_table(report), '']
@@ -73,7 +73,7 @@ def as_json(report: Report) -> str:
 
 
 def _as_bool(completeness: Completeness) -> Optional[bool]:
-    """Whether all is there; None where that is not known."""
+    """Whether it is complete; None if that is unknown."""
     return None if completeness is Completeness.UNKNOWN else completeness is Completeness.COMPLETE
 
 
@@ -116,10 +116,10 @@ def _gap_line(topic: TopicReport, gap: StreamGap, begin_ns: int) -> str:
         return f'{where}: no message (about {gap.missing} at its usual rate)'
     if topic.lost:
         return f'{where}: {gap.missing} lost'
-    return f'{where}: {gap.missing} numbers left out (lost, or left out by the publisher)'
+    return f'{where}: {gap.missing} sequence numbers missing (lost, or skipped by the publisher)'
 
 
 def _clock(offset_ns: int) -> str:
-    """A time from the begin as m:ss.mmm."""
+    """A time since the beginning as m:ss.mmm."""
     minutes, rest_ms = divmod(round(offset_ns / 1e6), 60_000)
     return f'{minutes}:{rest_ms / 1e3:06.3f}'

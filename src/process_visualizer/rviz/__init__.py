@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What RViz shows: camera, displays, the operator's saved views (pure)."""
+"""The contents of RViz: camera, displays, the operator's saved views (pure)."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where RViz's camera stands so that the whole cell is in view."""
+"""Places RViz's camera so that the whole cell is in view."""
 from __future__ import annotations
 
 import math
@@ -13,7 +13,7 @@ FIELD_OF_VIEW_RAD = math.pi / 4
 """From the upper to the lower edge of RViz's picture."""
 _MARGIN = 1.08
 _BEFORE, _SMALLEST_M = 0.1, 0.1
-"""How far the camera is from the nearest point at least: of the whole size, and in m."""
+"""Least distance of the camera from the nearest point: of the whole size, and in m."""
 _HALVINGS = 40
 _GRID_CELLS = 12
 _GRID_STEPS = (1.0, 2.0, 5.0, 10.0)
@@ -22,9 +22,9 @@ _GRID_STEPS = (1.0, 2.0, 5.0, 10.0)
 def camera_pose(points: np.ndarray, view: Mapping[str, Any], aspect: float) -> Dict[str, Any]:
     """Focal point and distance (m) of an orbiting camera that sees all points, in RViz's terms.
 
-    The camera stands as close as it can. ``points`` (n, 3) are in m in the global frame, ``view``
+    The camera is as close as possible. ``points`` (n, 3) are in m in the global frame, ``view``
     has the angles ``Pitch`` and ``Yaw`` from which it looks, and ``aspect`` is the width of the
-    picture by its height. Without points the result is empty and the default view stays.
+    picture by its height. Without points the result is empty and the default view is kept.
     """
     if not len(points):
         return {}
@@ -41,7 +41,7 @@ def camera_pose(points: np.ndarray, view: Mapping[str, Any], aspect: float) -> D
 
 
 def seen_points(points: np.ndarray, view: Mapping[str, Any], aspect: float) -> np.ndarray:
-    """Which of the points (n, 3) are in the picture of an orbiting camera, in RViz's terms."""
+    """Which of the points (n, 3) an orbiting camera sees, in RViz's terms."""
     focus = view.get('Focal Point') or {}
     axes = camera_axes(float(view.get('Pitch', 0.0)), float(view.get('Yaw', 0.0)))
     place = np.array([float(focus.get(axis, 0.0)) for axis in 'XYZ'])
@@ -53,14 +53,14 @@ def seen_points(points: np.ndarray, view: Mapping[str, Any], aspect: float) -> n
 def camera_axes(pitch: float, yaw: float) -> np.ndarray:
     """The directions (3, 3) to the right, up and to the camera, as columns in the global frame.
 
-    RViz's orbiting camera stands, seen from its focal point, in the direction of the angles.
+    Seen from its focal point, RViz's orbiting camera is in the direction of the angles.
     """
     turned = matrix_from_ypr((yaw, -pitch, 0.0))
     return np.column_stack([turned[:, 1], turned[:, 2], turned[:, 0]])
 
 
 def _nearest(across: np.ndarray, back: np.ndarray, slope: float) -> float:
-    """How far back a camera sees all points between two lines of a slope, at least.
+    """The least distance back at which a camera sees all points between two lines of a slope.
 
     A point is seen from x if ``|across - x| <= slope * (camera - back)``; the camera is as near as
     possible where the bounds that the two lines are for x meet.
@@ -70,7 +70,7 @@ def _nearest(across: np.ndarray, back: np.ndarray, slope: float) -> float:
 
 
 def _middle(across: np.ndarray, depth: np.ndarray) -> float:
-    """From where points at some depths reach as far to one side of the picture as to the other."""
+    """The place from which points at some depths reach equally far to both sides of the picture."""
     low, high = float(across.min()), float(across.max())
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which RViz displays a device gets: those of its type, and those its configuration adds."""
+"""The RViz displays of a device: those of its type, and those its configuration adds."""
 from __future__ import annotations
 
 import copy
@@ -64,7 +64,7 @@ def _config(display: Display, device: Device) -> DisplayConfig:
 
 
 def _frame_states(frames: Any) -> Any:
-    """RViz takes a frame for switched off unless its state is a mapping with the key "Value"."""
+    """RViz regards a frame as switched off unless its state is a mapping with the key "Value"."""
     if not isinstance(frames, dict):
         return frames
     return {name: state if isinstance(state, dict) or name == 'All Enabled' else {'Value': state}
@@ -79,7 +79,7 @@ def display_topic(display: Display, device: Device) -> str:
 
 
 def property_value(item: Property) -> Any:
-    """The value in YAML's terms (number, true/false, text), or a mapping of what is below it."""
+    """The value in YAML's terms (number, true/false, text), or a mapping of its properties."""
     if not item.children:
         return _scalar(item.value)
     below = {child.name: property_value(child) for child in item.children}
@@ -87,7 +87,7 @@ def property_value(item: Property) -> Any:
 
 
 def _scalar(text: Optional[str]) -> Any:
-    """A number or truth value where the text is plainly one; all else stays as it is written."""
+    """A number or truth value if the text is clearly one; otherwise the text."""
     word = (text or '').lower()
     if word in ('true', 'false'):
         return word == 'true'

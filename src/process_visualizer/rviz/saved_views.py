@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The operator's own views of a choice of devices, by the names he gave them."""
+"""The operator's own views of a choice of devices, by name."""
 from __future__ import annotations
 
 import hashlib
@@ -24,11 +24,11 @@ class SavedViewError(Exception):
 class SavedViews:
     """The views for some devices of a configuration, as copies of RViz's own files.
 
-    They lie in ``~/.ros/process_visualizer/views``, in a folder for each set of devices.
+    They are in ``~/.ros/process_visualizer/views``, in a folder for each set of devices.
     """
 
     def __init__(self, configuration: str, devices: Iterable[str]) -> None:
-        """``configuration`` is the path of the file, ``devices`` are the names of the chosen."""
+        """``configuration`` is the path of the file, ``devices`` are the chosen names."""
         path = os.path.abspath(configuration)
         key = hashlib.sha256('\0'.join([path, *sorted(devices)]).encode('utf-8', 'surrogateescape'))
         self.folder = (Path(rospkg.get_ros_home()) / 'process_visualizer' / 'views'
@@ -39,7 +39,7 @@ class SavedViews:
         return sorted(unquote(path.stem) for path in self.folder.glob(f'*{_ENDING}'))
 
     def save(self, name: str, rviz_file: str) -> None:
-        """Keep a copy of a file that RViz has written, and choose it; replaces one of that name.
+        """Keep a copy of a file written by RViz, and choose it; replaces one of that name.
 
         Raises:
             SavedViewError: it cannot be written, or the file is not one of RViz's.
@@ -67,7 +67,7 @@ class SavedViews:
                                  'generated view is used') from None
 
     def remove(self, name: str) -> None:
-        """Forget a view.
+        """Delete a view.
 
         Raises:
             SavedViewError: it cannot be removed.
@@ -80,7 +80,7 @@ class SavedViews:
             self.choose(None)
 
     def choose(self, name: Optional[str]) -> None:
-        """Which view the next launch begins with; None is the generated one.
+        """Choose the view of the next launch; None is the generated one.
 
         Raises:
             SavedViewError: it cannot be written.
@@ -95,7 +95,7 @@ class SavedViews:
                                  f'{_reason(error)}') from None
 
     def chosen(self) -> Optional[str]:
-        """The name that was chosen, or None if there is none, or no such view any more."""
+        """The chosen name, or None if there is none, or the view no longer exists."""
         try:
             name = (self.folder / _CHOSEN_FILE).read_bytes().decode('utf-8', 'surrogatepass')
         except (OSError, UnicodeDecodeError):
@@ -103,13 +103,13 @@ class SavedViews:
         return name if self._path(name).is_file() else None
 
     def _path(self, name: str) -> Path:
-        """Its file; characters that a file's name cannot have, and dots, are written otherwise."""
+        """Its file; characters not allowed in file names, and dots, are encoded."""
         return self.folder / (quote(name, safe=' ', errors='surrogatepass').replace('.', '%2E')
                               + _ENDING)
 
 
 def _write_whole(path: Path, content: bytes) -> None:
-    """Write beside its place first, so that a full disk leaves what was there."""
+    """Write to another file first, so that a full disk keeps the old one."""
     handle, new = tempfile.mkstemp(dir=path.parent)
     try:
         with os.fdopen(handle, 'wb') as file:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Brings a view that the operator has saved together with the generated one."""
+"""Combines a view that the operator has saved with the generated one."""
 from __future__ import annotations
 
 import copy
@@ -13,11 +13,11 @@ _GENERATED_KEYS = ('Class', 'Name', 'Displays')
 
 
 def merged_view(generated: Mapping[str, Any], saved: Mapping[str, Any]) -> ViewConfig:
-    """The saved view, with all displays of the generated one, its topics and its global frame.
+    """The saved view with the displays, topics and global frame of the generated one.
 
-    What the operator can set in RViz is his: the camera, colours, what is switched off, displays
-    he added, panels. What the configuration says stays: which displays there are for its devices,
-    and what they show. Both are contents of ``.rviz`` files.
+    The operator's settings in RViz are kept: camera, colours, what is switched off, added
+    displays, panels. The configuration decides which displays its devices have, and what they
+    show. Both are contents of ``.rviz`` files.
     """
     result: ViewConfig = copy.deepcopy({**generated, **saved})
     ours, his = _mapping(generated, _MANAGER), _mapping(saved, _MANAGER)
@@ -56,7 +56,7 @@ def _topic_key(display: ViewConfig) -> str:
 
 
 def _mapping(config: Mapping[str, Any], key: str) -> Dict[str, Any]:
-    """What is below a key; nothing if a hand has written something else there."""
+    """The mapping below a key; empty if a file edited by hand has something else there."""
     value = config.get(key)
     return value if isinstance(value, dict) else {}
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whether a view that the operator has saved still shows the cell."""
+"""Checks that a view that the operator has saved still shows the cell."""
 from __future__ import annotations
 
 from typing import Any, List, Mapping, Optional
@@ -16,10 +16,10 @@ _ORBITS = ('rviz/Orbit', 'rviz/XYOrbit')
 
 def view_warnings(cell: Cell, name: str, content: Mapping[str, Any],
                   extent: Mapping[str, np.ndarray]) -> List[Problem]:
-    """Devices of which nothing is in the picture of a saved view.
+    """Warnings about devices that are not visible in a saved view.
 
     ``content`` is that of its file, ``extent`` has points (n, 3) around each device. Only orbiting
-    cameras in the global frame are looked at: where others look is not known before RViz runs.
+    cameras in the global frame are checked: the view of others is unknown before RViz runs.
     """
     view = _orbit(cell, content)
     if view is None:
@@ -27,7 +27,7 @@ def view_warnings(cell: Cell, name: str, content: Mapping[str, Any],
     window = content.get('Window Geometry') or {}
     aspect = scene_aspect(window.get('Width', 1), window.get('Height', 1))
     return [Problem(device.location, 'device',
-                    f'nothing of "{device.name}" is in the picture of the chosen view "{name}"; '
+                    f'"{device.name}" is not visible in the chosen view "{name}"; '
                     'move the camera in RViz and save it again, or choose the generated view')
             for device in cell.devices
             if len(extent.get(device.name, ()))

@@ -9,17 +9,17 @@ TITLE_BAR_PX = 32
 """Room for the title bar, which a window's height does not include."""
 _SMALLEST_WIDTH_PX = 640
 _WIDTH_FOR_DISPLAYS_PX = 1300
-"""From here on there is room for the list of displays beside the scene."""
+"""From this width on there is room for the list of displays beside the scene."""
 _DISPLAYS_PX, _DOCK_EDGES_PX, _BARS_PX = 345, 30, 90
-"""What the list of displays, the docks' edges, and menu, tool and status bar take of a window."""
+"""Size of the list of displays, the docks' edges, and menu, tool and status bar in a window."""
 _STATE_WITHOUT_DISPLAYS = (
     '000000ff00000000fd00000001000000000000012c00000360fc0200000001fb0000001000440069007300700'
     '06c0061007900730000000024000003600000005e00ffffff00000474000003600000000400000004000000080'
     '0000008fc0000000100000002000000010000000a0054006f006f006c00730100000000ffffffff00000000000'
     '00000')
-"""What Qt writes (QMainWindow.saveState) of a window with RViz's tool bar and, at the left, hidden
-displays, 300 pixels wide. RViz hides docks when it reads "Hide Left Dock", but only if they
-can be seen, and before its window opens none can: so the state has to hide them."""
+"""State that Qt writes (QMainWindow.saveState) for a window with RViz's tool bar and hidden
+displays at the left, 300 pixels wide. RViz hides docks when it reads "Hide Left Dock", but only if
+they can be seen, which is impossible before its window opens: so the state has to hide them."""
 _DOCK_KEYS = ('Displays', 'Selection', 'Time', 'Tool Properties', 'Views')
 
 
@@ -36,8 +36,8 @@ class Rectangle:
 def view_rectangle(room: Rectangle, launcher: Rectangle) -> Rectangle:
     """RViz's window, without its title bar, on the side of the launcher where there is more room.
 
-    ``room`` is what the desktop leaves of the screen, ``launcher`` the launcher's window with its
-    frame. On a screen too small for both, RViz covers a part of the launcher.
+    ``room`` is the usable part of the screen, ``launcher`` the launcher's window with its frame.
+    On a screen too small for both, RViz covers a part of the launcher.
     """
     left = launcher.x - room.x
     right = room.x + room.width - (launcher.x + launcher.width)
@@ -55,9 +55,9 @@ def scene_aspect(width: int, height: int) -> float:
 def window_geometry(rectangle: Rectangle, docks: Optional[Any] = None) -> Dict[str, Any]:
     """The section ``Window Geometry`` of an RViz file.
 
-    ``docks`` is that section of a file that the operator has saved: which docks are shown is taken
-    from there. Otherwise those are hidden that an operator does not need: all but the list of
-    displays, and that, too, where it would take the scene's room.
+    ``docks`` is that section of a file that the operator has saved, which says which docks are
+    shown. Otherwise docks that an operator does not need are hidden: all but the list of displays,
+    and that one too if the scene would be too small.
     """
     is_small = rectangle.width < _WIDTH_FOR_DISPLAYS_PX
     hidden = {key: {'collapsed': key != 'Displays' or is_small} for key in _DOCK_KEYS}

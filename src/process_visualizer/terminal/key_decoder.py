@@ -20,23 +20,23 @@ _BEGINNING = re.compile(r'\x1b(\[[0-?]{0,16}[ -/]{0,4}|O)?\Z')
 
 
 class KeyDecoder:
-    """Names keys: a character for itself, else left, right, up, down, home, end, escape, unknown.
+    """Names keys: a character by itself, left, right, up, down, home, end, escape, unknown.
 
     Sequences may come in any number of pieces.
     """
 
     def __init__(self) -> None:
-        """Begin with nothing received."""
+        """Nothing has been received yet."""
         self._text = ''
         self._decoder = codecs.getincrementaldecoder('utf-8')('replace')
 
     @property
     def is_waiting(self) -> bool:
-        """Tell whether an escape was received that may be a key or the beginning of one."""
+        """Whether an escape was received that may be a key or the beginning of one."""
         return bool(self._text)
 
     def feed(self, data: bytes) -> List[str]:
-        """Return the keys that bytes complete."""
+        """Return the keys that these bytes complete."""
         self._text += self._decoder.decode(data)
         keys: List[str] = []
         while self._text and not _BEGINNING.match(self._text):
@@ -44,7 +44,7 @@ class KeyDecoder:
         return keys
 
     def flush(self) -> List[str]:
-        """Return the key that was begun, as nothing more is coming: escape, or an unknown one."""
+        """Return the unfinished key, as nothing more is coming: escape, or an unknown one."""
         keys = [ESCAPE if self._text == '\x1b' else UNKNOWN] if self._text else []
         self._text = ''
         return keys

@@ -2,7 +2,7 @@
 """Keys pressed in the terminal, one by one, while a program runs in its foreground.
 
 Needs no ROS. The terminal is used only by a process in its foreground: started with "&" or by
-roslaunch, or sent there by Ctrl-Z and "bg", the process runs on and reads nothing until "fg".
+roslaunch, or sent there by Ctrl-Z and "bg", the process keeps running and reads nothing until "fg".
 """
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from typing import Any, Callable, Deque, Dict, Iterator, List, Optional, Type
 from process_visualizer.terminal.key_decoder import KeyDecoder
 
 _ESCAPE_MS = 50  # by then the rest of a sequence has come; a lone escape was the key
-_BACKGROUND_MS = 1000  # no signal tells a process that runs already that "fg" has come
+_BACKGROUND_MS = 1000  # no signal tells a running process about "fg"
 
 
 class Keyboard:
@@ -30,15 +30,15 @@ class Keyboard:
 
     Use it in a `with` in the main thread, which handles the signals of Ctrl-Z and "fg"; the
     terminal is restored on leaving, and while the process is stopped. Keys may be read in any one
-    thread. The main thread must not wait for ever in one go: a signal that comes just before a
+    thread. The main thread must not wait for ever in one call: a signal that comes just before a
     wait is handled after it.
     """
 
     def __init__(self, terminal: int = 0) -> None:
-        """Take keys from a file descriptor, which is standard input without another one."""
+        """Keys come from a file descriptor, by default standard input."""
         self._terminal = terminal
         self._saved: Optional[List[Any]] = None  # attributes of the terminal while it is changed
-        self._using = threading.RLock()  # what is read, and how: a line only after its end
+        self._using = threading.RLock()  # for reading and its mode
         self._handlers: Dict[int, Any] = {}
         self._decoder = KeyDecoder()
         self._keys: Deque[str] = deque()
@@ -52,7 +52,7 @@ class Keyboard:
             weakref.finalize(self, os.close, end)  # not before the last thread is out of here
 
     def __enter__(self) -> Keyboard:
-        """Take the terminal, if there is one and this process is in its foreground."""
+        """Use the terminal, if there is one and this process is in its foreground."""
         self._main_thread = threading.get_ident()
         if os.isatty(self._terminal):
             self._handle(signal.SIGTSTP, self._suspend)
@@ -71,7 +71,7 @@ class Keyboard:
             signal.signal(number, handler)
 
     def stop(self) -> None:
-        """Let there be no more keys, from any thread."""
+        """Stop the keys; for any thread."""
         self._stopped = True
         self._interrupt()
 
@@ -84,7 +84,7 @@ class Keyboard:
         return None
 
     def _receive(self) -> List[str]:
-        """Wait until something comes, from the terminal or by the wake-up."""
+        """Wait for input from the terminal, or for the wake-up."""
         poll = select.poll()
         poll.register(self._woken, select.POLLIN)
         foreground = in_foreground(self._terminal)
@@ -105,7 +105,7 @@ class Keyboard:
         return None if foreground else _BACKGROUND_MS
 
     def _read(self) -> bytes:
-        """What was typed, without waiting, even if the terminal has just been given away."""
+        """The typed bytes, without waiting, even if the terminal has just been given away."""
         with self._using, _blocked(signal.SIGTTIN):
             if self._saved is None or not select.select([self._terminal], [], [], 0.0)[0]:
                 return b''
@@ -114,20 +114,20 @@ class Keyboard:
             except OSError as error:
                 if error.errno != errno.EIO:
                     raise
-                return b''  # in the background, as the next look will tell
+                return b''  # in the background, as the next check will show
         if not data:
             self._stopped = True  # the terminal was closed
         return data
 
     def _handle(self, number: signal.Signals, task: Callable[[], None]) -> None:
-        """Handle a signal, unless whoever started this process lets it be ignored."""
+        """Handle a signal, unless it was ignored when this process was started."""
         def handler(_number: int, _frame: Optional[FrameType]) -> None:
             self._perform(task)
         if signal.getsignal(number) is not signal.SIG_IGN:
             self._handlers[number] = signal.signal(number, handler)
 
     def _perform(self, task: Callable[[], None]) -> None:
-        """Do what changes the terminal; if it is called by a signal amid another task, after it."""
+        """Change the terminal; if a signal interrupts another change, after that one."""
         self._tasks.append(task)
         while self._tasks and not self._performing:
             self._performing = True
@@ -160,7 +160,7 @@ class Keyboard:
             tty.setcbreak(self._terminal, termios.TCSANOW)
 
     def _release_terminal(self) -> None:
-        """Restore the terminal; in the background it is another's, who has done so already."""
+        """Restore the terminal; in the background another process has it, and has done so."""
         with self._using, _blocked(signal.SIGTTOU):
             if self._saved is not None and in_foreground(self._terminal):
                 termios.tcsetattr(self._terminal, termios.TCSANOW, self._saved)
@@ -175,7 +175,7 @@ class Keyboard:
 
 
 def in_foreground(terminal: int) -> bool:
-    """Tell whether a file is the terminal of this process's session, which has it for itself."""
+    """Whether a file is the terminal of this process's session, with the process in front."""
     try:
         return os.tcgetpgrp(terminal) == os.getpgrp()
     except OSError:  # not a terminal, another session's, or one that was closed
@@ -184,7 +184,7 @@ def in_foreground(terminal: int) -> bool:
 
 @contextmanager
 def _blocked(number: signal.Signals) -> Iterator[None]:
-    """Keep a signal from this thread: using the terminal then fails instead of stopping it."""
+    """Block a signal in this thread: using the terminal then fails instead of stopping it."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {number})
     try:
         yield

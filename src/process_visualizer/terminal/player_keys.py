@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What each key does while a recording is played in a terminal."""
+"""The keys for playing a recording in a terminal."""
 from __future__ import annotations
 
 from enum import Enum
@@ -7,7 +7,7 @@ from typing import Dict, NamedTuple, Optional, Tuple
 
 
 class Command(Enum):
-    """What the player can be told by a key; the value is the name of its method."""
+    """A command that a key gives to the player; the value is the name of its method."""
 
     TOGGLE_PAUSED = 'toggle_paused'
     STEP = 'step'
@@ -26,7 +26,7 @@ class Command(Enum):
 
 
 class Action(NamedTuple):
-    """A command with how far to go: messages for STEP, seconds for SEEK_BY, else 0."""
+    """A command with its distance: messages for STEP, seconds for SEEK_BY, otherwise 0."""
 
     command: Command
     amount: int = 0
@@ -70,5 +70,5 @@ KEY_HELP = """\
 
 
 def key_action(key: str) -> Optional[Action]:
-    """Return what a key (as KeyDecoder names it) does, or None if it does nothing."""
+    """Return the action of a key (as KeyDecoder names it), or None if it has none."""
     return _ACTIONS.get(key)

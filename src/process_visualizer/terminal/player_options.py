@@ -23,7 +23,7 @@ _NOT_OFFERED = {
 
 @dataclass(frozen=True)
 class PlayerOptions:
-    """What is to be played, and how; times of the recording are seconds from its beginning."""
+    """What to play, and how; times of the recording are seconds from its beginning."""
 
     files: Tuple[str, ...]
     rate: float  # below 0 backwards; the highest where nothing is to wait
@@ -47,7 +47,7 @@ class PlayerOptions:
     queue_size: int
     quiet: bool
     reindex: bool
-    pauses_beside_others: bool  # else they are told, and it plays on
+    pauses_beside_others: bool  # else they are reported, and it continues
 
 
 def parse_options(arguments: Sequence[str]) -> PlayerOptions:
@@ -83,10 +83,10 @@ def topic_remaps(arguments: Sequence[str], namespace: str = '/') -> Dict[str, st
     """Return the remappings of topics (FROM:=TO) of a raw command line, as global names.
 
     Relative names belong to the namespace of the node; its private names and parameters
-    (~name, _name, __name) are no topics of a recording and stay for rospy.
+    (~name, _name, __name) are not topics of a recording and are left to rospy.
 
     Raises:
-        ValueError: a topic is remapped to what is not a name.
+        ValueError: a topic is remapped to something that is not a name.
     """
     found = filter(None, map(_REMAP.match, arguments))
     return {resolved_name(it.group('source'), namespace): resolved_name(it.group('target'),
@@ -114,7 +114,8 @@ def _parser() -> argparse.ArgumentParser:
         description='Plays recordings, forwards and backwards at any rate.',
         epilog=f'keys while playing:\n{KEY_HELP}',
         formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('files', metavar='FILE', nargs='*', help='a bag; several are one timeline')
+    parser.add_argument('files', metavar='FILE', nargs='*', help='a bag; several are played as '
+                                                                 'one recording')
     parser.add_argument('--bags', metavar='FILE', nargs='+', action='extend', default=[],
                         help='more bags, for use after --topics')
     _add_playing(parser)
@@ -128,7 +129,7 @@ def _parser() -> argparse.ArgumentParser:
 def _add_playing(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group('playing')
     group.add_argument('-r', '--rate', metavar='FACTOR', type=_rate, default=1.0,
-                       help='how fast; below 0 backwards (default: 1)')
+                       help='speed factor; negative values play backwards (default: 1)')
     group.add_argument('-i', '--immediate', action='store_true',
                        help='play without waiting between messages')
     group.add_argument('-s', '--start', metavar='SEC', type=_seconds,
@@ -136,14 +137,16 @@ def _add_playing(parser: argparse.ArgumentParser) -> None:
     group.add_argument('-u', '--duration', metavar='SEC', type=_positive_seconds,
                        help='play only SEC seconds of the recording')
     group.add_argument('--skip-empty', metavar='SEC', type=_seconds,
-                       help='pass parts without messages that are longer than SEC seconds')
-    group.add_argument('-l', '--loop', action='store_true', help='begin again at the end')
+                       help='skip parts without messages that are longer than SEC seconds')
+    group.add_argument('-l', '--loop', action='store_true', help='start again at the end')
     group.add_argument('--pause', action='store_true', help='start paused')
     group.add_argument('--pause-topics', metavar='TOPIC', nargs='+', action='extend', default=[],
-                       type=_argument(resolved_name), help='pause before each message of these')
+                       type=_argument(resolved_name), help='pause before each message of these '
+                                                           'topics')
     group.add_argument('--rate-control-topic', metavar='TOPIC',
                        type=_argument(resolved_name),
-                       help='wait for the node that publishes this, by the stamps in its headers')
+                       help='wait for the node that publishes this topic, by the stamps in its '
+                            'headers')
     group.add_argument('--rate-control-max-delay', metavar='SEC', type=_seconds, default=1.0,
                        help='by how much that node may be behind (default: 1)')
     group.add_argument('-d', '--delay', metavar='SEC', type=_seconds, default=0.2,
@@ -173,11 +176,11 @@ def _add_publishing(parser: argparse.ArgumentParser) -> None:
     group.add_argument('--clock', action='store_true',
                        help='publish the time of the recording on /clock, for use_sim_time')
     group.add_argument('--hz', type=_frequency, default=100.0,
-                       help='how often a second --clock publishes (default: 100)')
+                       help='how many times a second --clock publishes (default: 100)')
     group.add_argument('--others', choices=['warn', 'pause'], default='warn',
                        help='what to do when other nodes publish the same topics (default: warn)')
     group.add_argument('--queue', metavar='SIZE', type=_queue_size, default=100,
-                       help='messages that wait for a slow subscriber; 0: all (default: 100)')
+                       help='messages kept for a slow subscriber; 0: all (default: 100)')
     group.add_argument('-q', '--quiet', action='store_true', help='show no progress')
     group.add_argument('--reindex', action='store_true',
                        help='play an indexed copy of a bag without an index, without asking')

@@ -33,9 +33,9 @@ from process_visualizer.terminal.player_terminal import PlayerTerminal
 from process_visualizer.terminal.reindexing import ReindexRefused, reindexed
 
 PRIORITY = -10
-"""Of all threads: who else computes must not hold up what is to be sent (see nice(1))."""
+"""Priority of all threads: other computing programs must not delay sending (see nice(1))."""
 NOT_ALL = 3
-"""The exit code when something of the recording could not be played."""
+"""The exit code if a part of the recording could not be played."""
 INTERRUPTED = 130
 """The exit code that a shell gives for Ctrl-C."""
 SWITCH_INTERVAL_S = 0.0005  # how long a thread may compute while another one has a message to send
@@ -65,7 +65,7 @@ def main(arguments: Optional[Sequence[str]] = None,
 
 
 def take_priority() -> None:
-    """Come before programs that only compute, if the user may, and has not wanted otherwise."""
+    """Take precedence over computing programs, if the user may and did not choose otherwise."""
     if os.getpriority(os.PRIO_PROCESS, 0) == 0:
         with contextlib.suppress(PermissionError):  # without it, all works, only less punctually
             os.setpriority(os.PRIO_PROCESS, 0, PRIORITY)
@@ -95,7 +95,7 @@ def opened(options: PlayerOptions, recording_type: Type[Recording] = Recording) 
 
     Raises:
         BagError: a file cannot be played.
-        ReindexRefused: a bag has no index, and none was to be made.
+        ReindexRefused: a bag has no index, and none may be made.
     """
     paths = list(options.files)
     while True:
@@ -117,7 +117,7 @@ def _settings(options: PlayerOptions, choice: TopicChoice) -> PlayerSettings:
 
 
 def _run(player: BagPlayer, options: PlayerOptions) -> None:
-    player.tell_problems()
+    player.print_problems()
     player.prepare(options.rate, options.start_s, options.loop)
     if player.wait_for_subscribers(options.delay_s, options.wait_for_subscribers):
         player.start(options.paused)
@@ -128,5 +128,5 @@ def _run(player: BagPlayer, options: PlayerOptions) -> None:
 def _sum_up(player: BagPlayer) -> None:
     lines = player.summary()
     if lines:
-        print('\n  '.join(['bag_player: not everything has been played or has arrived:', *lines]),
+        print('\n  '.join(['bag_player: not everything was played or arrived:', *lines]),
               file=sys.stderr)

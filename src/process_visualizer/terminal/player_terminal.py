@@ -21,10 +21,10 @@ _CLEAR_LINE = '\r\x1b[K'
 
 
 class TerminalCommands:
-    """What the keys do: the commands of the player, and some that follow from its status."""
+    """The commands of the keys: those of the player, and some that depend on its status."""
 
     def __init__(self, control: PlayerControl) -> None:
-        """Take the player's commands."""
+        """``control`` has the player's commands."""
         self._control = control
         self._loop_begin_s = 0.0
         self._by_command: Dict[Command, Callable[[int], str]] = {
@@ -44,7 +44,7 @@ class TerminalCommands:
         }
 
     def perform(self, action: Action) -> str:
-        """Do what a key stands for; return what was done, or why it was not."""
+        """Carry out the command of a key; return what was done, or why it was not."""
         try:
             return self._by_command[action.command](action.amount)
         except CommandRefused as refusal:
@@ -59,11 +59,11 @@ class TerminalCommands:
 
 
 class PlayerTerminal:
-    """While it is used in a ``with``: shows where playback is, and does what the keys say."""
+    """In a ``with``: shows the position of playback, and carries out the commands of the keys."""
 
     def __init__(self, status: Callable[[], Progress], control: PlayerControl,
                  quit_player: Callable[[], None], quiet: bool) -> None:
-        """Take where playback is [as often as asked], the commands, and what ends the player."""
+        """``status`` returns the position of playback, ``quit_player`` ends the player."""
         self._status = status
         self._commands = TerminalCommands(control)
         self._quit = quit_player
@@ -74,7 +74,7 @@ class PlayerTerminal:
         self._threads: List[threading.Thread] = []
 
     def __enter__(self) -> PlayerTerminal:
-        """Take the terminal and begin."""
+        """Start using the terminal."""
         self._keyboard.__enter__()
         for work in (self._read_keys, self._show):
             self._threads.append(threading.Thread(target=work, name='terminal', daemon=True))
@@ -83,7 +83,7 @@ class PlayerTerminal:
 
     def __exit__(self, kind: Optional[Type[BaseException]], error: Optional[BaseException],
                  traceback: Optional[TracebackType]) -> None:
-        """End, with the terminal as it was."""
+        """Restore the terminal."""
         self._ended.set()
         self._keyboard.__exit__(kind, error, traceback)
         for thread in self._threads:

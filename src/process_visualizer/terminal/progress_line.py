@@ -11,7 +11,7 @@ from process_visualizer.playback.time_text import format_time
 _BAR_CELLS = 40
 _FEWEST_BAR_CELLS = 8
 _LONGEST_LABEL = 24
-_VISIBLE_SHARE = 0.95  # of the rate: what is kept at or above this is not worth telling
+_VISIBLE_SHARE = 0.95  # of the rate: a higher achieved share is not shown
 
 
 class Symbols(NamedTuple):
@@ -37,7 +37,7 @@ def symbols_for(encoding: Optional[str]) -> Symbols:
 
 
 def progress_line(progress: Progress, width: int, symbols: Symbols = UNICODE) -> str:
-    """Return one line of at most `width` columns; where it is narrow, less is told.
+    """Return one line of at most `width` columns; a narrow one has less information.
 
     The loop's ends are marked A and B in the bar.
     """
@@ -58,7 +58,7 @@ def _state(progress: Progress, symbols: Symbols) -> str:
 
 
 def _times(progress: Progress) -> str:
-    """The position, in as many columns as the end needs so that nothing moves, and the end."""
+    """Position and end, in equally many columns so that nothing moves."""
     end = format_time(progress.duration_s)
     return f'{format_time(progress.position_s).rjust(len(end))} / {end}'
 
@@ -76,7 +76,7 @@ def _dropped(progress: Progress) -> str:
 
 
 def _mark(progress: Progress, symbols: Symbols) -> str:
-    """The beginning of the label, with a question mark for what is not one column wide."""
+    """The beginning of the label; characters that are not one column wide become "?"."""
     shown = ''.join(it if _is_shown(it, symbols) else '?'
                     for it in progress.mark[:_LONGEST_LABEL].replace('\n', ' '))
     return f'"{shown}"' if shown else ''

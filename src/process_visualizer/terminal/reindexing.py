@@ -12,7 +12,7 @@ _PERIOD_S = 0.2
 
 
 class ReindexRefused(Exception):
-    """A bag without an index is not to be copied, or the copying was cancelled."""
+    """The user refused to copy a bag without an index, or cancelled it."""
 
 
 def reindexed(path: str, reason: str, allowed: bool) -> str:
@@ -49,14 +49,14 @@ def _agreed(reason: str, copy: str) -> bool:
 
 
 class _Progress:
-    """A line that is written again now and then."""
+    """A line that is rewritten from time to time."""
 
     def __init__(self, copy: str) -> None:
         self._copy = copy
         self._next_s = 0.0
 
     def show(self, part: float) -> bool:
-        """Show the part that is done; go on."""
+        """Show the finished part; the copying continues."""
         now_s = time.monotonic()
         if now_s >= self._next_s or part >= 1.0:
             self._next_s = now_s + _PERIOD_S

@@ -175,7 +175,7 @@ def test_topics_on_which_nothing_came_are_told(tmp_path: Path) -> None:
                                          '/process_visualizer/marks': {'received': 1}},
                               'clock_jumps': []}))
     assert [(it.topic, it.message_count) for it in report.topics] == [('/n', 100), ('/off', 0)]
-    assert verdict(report) == 'complete; nothing came on /off'
+    assert verdict(report) == 'complete; nothing was received on /off'
     assert '/off' in as_text(report) and '/off' in as_json(report)
 
 
@@ -204,7 +204,7 @@ def test_a_throttled_topic_misses_nothing(tmp_path: Path, account: Optional[obje
     report = report_of(write_numbered(tmp_path / 'a.bag', list(range(0, 9000, 100)), account))
     assert sum(gap.missing for gap in report.topics[0].gaps) == 99 * 89
     assert report.is_good and report.topics[0].lost == 0
-    assert 'numbers left out' in as_text(report)
+    assert 'numbers missing' in as_text(report)
 
 
 @pytest.mark.parametrize('connections', [1, 2, 5])
@@ -246,7 +246,7 @@ def test_a_part_without_an_account_makes_it_unknown(tmp_path: Path) -> None:
 @pytest.mark.parametrize('account', [None, ALL_WRITTEN])
 def test_a_bag_without_messages_is_not_complete(tmp_path: Path, account: Optional[object]) -> None:
     report = report_of(write(tmp_path / 'a.bag', [], account))
-    assert not report.is_good and verdict(report) == 'empty: it holds no message'
+    assert not report.is_good and verdict(report) == 'empty: it holds no messages'
 
 
 @pytest.mark.parametrize('kind', ['numbered', 'pausing'])

@@ -58,22 +58,22 @@ WHOLE_FILES: List[Bad] = [
           '2: <device>: the attribute "type" is missing',
           '2: <device>: the attribute "name" is missing'),
     _file('unknown type', '<visualizer><device type="robt" name="a"/></visualizer>',
-          '1: <device>: attribute "type": "robt" is not possible; did you mean "robot"?'),
+          '1: <device>: attribute "type": "robt" is not a valid value; did you mean "robot"?'),
     _file('duplicate names', '<visualizer>\n<device type="other" name="a"/>\n'
                              '<device type="robot" name="a"/></visualizer>',
-          '3: <device>: a device named "a" exists already (cell.xml:2); choose another name',
+          '3: <device>: a device named "a" already exists (cell.xml:2); choose another name',
           schema_sees=False),
     _file('duplicate frames', '<visualizer>\n<device type="other" name="a"><base frame="f"/>'
                               '</device>\n<device type="other" name="b"><base frame="/f"/>'
                               '</device></visualizer>',
-          '3: <base>: the frame "f" exists already (cell.xml:2)', schema_sees=False),
+          '3: <base>: the frame "f" already exists (cell.xml:2)', schema_sees=False),
     _file('base is the global frame', '<visualizer frame="map">\n<device type="other" name="a">'
                                       '<base frame="/map"/></device></visualizer>',
           '2: <base>: "map" is the global frame', schema_sees=False),
     _file('same node in two devices',
           f'<visualizer>\n<device type="other" name="a">{_NODE} ns="x"/></device>\n'
           f'<device type="other" name="b">{_NODE} ns="/x"/></device></visualizer>',
-          '3: <node>: a node named "/x/n" exists already (cell.xml:2)', schema_sees=False),
+          '3: <node>: a node named "/x/n" already exists (cell.xml:2)', schema_sees=False),
     _file('text in the root', '<visualizer>\nhello\n</visualizer>',
           '1: <visualizer>: unexpected text "hello"'),
     _file('argument without value', '<visualizer>\n<arg name="x"/>\n'
@@ -81,7 +81,7 @@ WHOLE_FILES: List[Bad] = [
           '2: <arg>: no value for "x"; give x:=… or a default', schema_sees=False),
     _file('argument twice', '<visualizer>\n<arg name="x" value="1"/>\n<arg name="x" value="2"/>'
                             '</visualizer>',
-          '3: <arg>: the argument "x" exists already', schema_sees=False),
+          '3: <arg>: the argument "x" already exists', schema_sees=False),
     _file('argument with value and default', '<visualizer>\n<arg name="x" value="1" default="2"/>'
                                              '</visualizer>',
           '2: <arg>: has both "value" and "default"; keep one', schema_sees=False),
@@ -95,7 +95,7 @@ WHOLE_FILES: List[Bad] = [
           '2: <device>: has both "if" and "unless"; keep one', schema_sees=False),
     _file('machine twice', '<visualizer>\n<machine name="m" address="a"/>\n'
                            '<machine name="m" address="b"/></visualizer>',
-          '3: <machine>: a machine named "m" exists already', schema_sees=False),
+          '3: <machine>: a machine named "m" already exists', schema_sees=False),
     _file('unknown machine', '<visualizer>\n<machine name="lab" address="a"/>\n'
                              f'<device type="other" name="a">{_NODE} machine="lap"/></device>'
                              '</visualizer>',
@@ -108,7 +108,7 @@ WHOLE_FILES: List[Bad] = [
           '3: <base>: attribute "xyz": "0 0" has 2 values',
           '4: <model>: the attribute "path" is missing',
           '7: <rviz>: a display of type "Map" needs the attribute "topic"',
-          '9: <device>: a device named "c" exists already (cell.xml:6)'),
+          '9: <device>: a device named "c" already exists (cell.xml:6)'),
 ]
 
 VALUES: List[Bad] = [
@@ -155,10 +155,10 @@ VALUES: List[Bad] = [
     _in_robot('boolean', '<topic name="a" record="yes"/>',
               '3: <topic>: attribute "record": "yes" is neither True nor False'),
     _in_robot('mode', _NODE + 'ifstate="playbak"/>',
-              '3: <node>: attribute "ifstate": "playbak" is not possible; did you mean '
+              '3: <node>: attribute "ifstate": "playbak" is not a valid value; did you mean '
               '"playback"?'),
     _in_robot('display type', '<rviz type="MarkerAray"/>',
-              '3: <rviz>: attribute "type": "MarkerAray" is not possible; did you mean '
+              '3: <rviz>: attribute "type": "MarkerAray" is not a valid value; did you mean '
               '"MarkerArray"?'),
     _in_robot('message type', '<topic name="a" msg="JointState"/>',
               '3: <topic>: attribute "msg": "JointState" is not a message type'),
@@ -224,13 +224,13 @@ SUBSTITUTIONS: List[Bad] = [
         ('$(env CELL_NOT_SET)', '"$(env CELL_NOT_SET)": environment variable \'CELL_NOT_SET\' is '
                                 'not set'),
         ('$(find x', '"$(find x": the ")" that ends "$(" is missing'),
-        ('$(env $(arg x))', '"$(env $(arg x))": "$(" cannot stand inside of "$("'),
-        ('$(optenv A $(arg x))', '"$(optenv A $(arg x))": "$(" cannot stand inside of "$("'))
+        ('$(env $(arg x))', '"$(env $(arg x))": "$(" cannot be nested in "$("'),
+        ('$(optenv A $(arg x))', '"$(optenv A $(arg x))": "$(" cannot be nested in "$("'))
 ]
 
 COMBINATIONS: List[Bad] = [
     _in_robot('single element twice', '<base frame="a"/>\n<base frame="b"/>',
-              '4: <base>: stands more than once in <device>; keep one'),
+              '4: <base>: occurs more than once in <device>; keep one'),
     _in_robot('rpy and ypr', '<base frame="a" rpy="0 0 0" ypr="0 0 0"/>',
               '3: <base>: has both "rpy" and "ypr"; keep one', schema_sees=False),
     _in_robot('force without pose', '<force parentframe="a" frame="b"/>',
@@ -239,21 +239,22 @@ COMBINATIONS: List[Bad] = [
     _in_robot('force in itself', '<force parentframe="/a" frame="a" xyz="0 0 0" rpy="0 0 0"/>',
               '3: <force>: the frame "a" is its own parent', schema_sees=False),
     _in_robot('children where none belong', '<base frame="a"><topic name="b"/></base>',
-              '3: <topic>: <base> takes no elements; remove it'),
+              '3: <topic>: <base> cannot contain elements; remove it'),
     _in_robot('unknown attribute', '<base frame="a" xzy="0 0 0"/>',
               '3: <base>: unknown attribute "xzy"; did you mean "xyz"?'),
     _in_robot('topic twice', '<topic name="a"/>\n<topic ns="/" name="a"/>',
-              '4: <topic>: the topic "/a" exists already (cell.xml:3)', schema_sees=False),
+              '4: <topic>: the topic "/a" already exists (cell.xml:3)', schema_sees=False),
     _in_robot('topic that is an output',
               '<topic ns="d" name="joint_states" type="joint_states"/>',
-              '3: <topic>: "/d/joint_states" is what the program publishes for the device "d"; '
+              '3: <topic>: "/d/joint_states" is published by the program itself for the device '
+              '"d"; '
               'name the topic of its driver', schema_sees=False),
     _in_robot('cloud that is an output', '<topic ns="d" name="points" type="pointcloud"/>',
-              '3: <topic>: "/d/points" is what the program publishes for the device "d"',
+              '3: <topic>: "/d/points" is published by the program itself for the device "d"',
               schema_sees=False, kind='depth_sensor'),
     _in_robot('function twice', '<topic name="a" type="joint_states"/>\n'
                                 '<topic name="b" type="joint_states"/>',
-              '4: <topic>: a topic of type "joint_states" exists already', schema_sees=False),
+              '4: <topic>: a topic of type "joint_states" already exists', schema_sees=False),
     _in_robot('function of another device', '<topic name="a" type="pointcloud"/>',
               '3: <topic>: type "pointcloud" belongs to devices of type "depth_sensor"',
               schema_sees=False),
@@ -262,7 +263,7 @@ COMBINATIONS: List[Bad] = [
               '3: <topic>: "sensor_msgs/JoinState" cannot be read as joint_states; did you mean '
               '"sensor_msgs/JointState"?', schema_sees=False),
     _in_robot('node twice', f'{_NODE}/>\n{_NODE}ifstate="realtime"/>',
-              '4: <node>: a node named "/d/n" exists already (cell.xml:3)', schema_sees=False),
+              '4: <node>: a node named "/d/n" already exists (cell.xml:3)', schema_sees=False),
     _in_robot('node of the program', '<node pkg="p" type="t" name="robot_proc"/>\n'
                                      '<node pkg="p" type="t" name="cell_frames" ns="/"/>',
               '3: <node>: the name "/d/robot_proc" is used by the program itself',
@@ -273,7 +274,7 @@ COMBINATIONS: List[Bad] = [
     _in_robot('longest length', '<arrow quantity="force" max="0"/>',
               '3: <arrow>: attribute "max": "0" must be greater than 0'),
     _in_robot('arrow twice', '<arrow quantity="force"/>\n<arrow quantity="force"/>',
-              '4: <arrow>: an arrow for "force" exists already', schema_sees=False),
+              '4: <arrow>: an arrow for "force" already exists', schema_sees=False),
     _in_robot('tool twice', '<tool frame="a"/>\n<tool frame="b"/>',
               '4: <tool>: '),
     _in_robot('arrow limits', '<arrow quantity="force" min="2" max="1"/>',
@@ -314,7 +315,7 @@ COMBINATIONS: List[Bad] = [
     _in_robot('rosparam commands', '<rosparam command="dump"/>\n'
                                    '<rosparam command="delete" file="a"/>',
               '3: <rosparam>: the attribute "file" is missing',
-              '4: <rosparam>: delete takes no file', schema_sees=False),
+              '4: <rosparam>: delete needs no file', schema_sees=False),
     _in_robot('argument passed on without value', '<launch pkg="p" type="a.launch">\n'
                                                   '<arg name="x"/></launch>',
               '4: <arg>: the attribute "value" is missing'),

@@ -63,7 +63,7 @@ def test_too_large_file(tmp_path: Path) -> None:
     path = tmp_path / 'a.xml'
     with path.open('wb') as file:
         file.truncate(20_000_000)
-    assert messages(path) == ['a.xml:1: is larger than 10 MB; this is no configuration']
+    assert messages(path) == ['a.xml:1: is larger than 10 MB; this is not a configuration']
 
 
 @pytest.mark.parametrize('content, expected', [
@@ -180,15 +180,15 @@ class TestIncludes:
     def test_two_global_frames(self, problems: Problems, tmp_path: Path) -> None:
         (tmp_path / 'a.xml').write_text('<visualizer frame="map"/>')
         assert problems('<visualizer frame="world"><include file="a.xml"/></visualizer>') == [
-            'a.xml:1: <visualizer>: the global frame is "world" already, not "map"; write the '
-            'same']
+            'a.xml:1: <visualizer>: the global frame is already "world", not "map"; write the '
+            'same name']
 
     def test_duplicate_names(self, problems: Problems, tmp_path: Path) -> None:
         (tmp_path / 'a.xml').write_text('<visualizer>\n<device type="other" name="d"/>'
                                         '</visualizer>')
         assert problems('<visualizer><include file="a.xml"/><device type="robot" name="d"/>'
                         '</visualizer>') == [
-            'cell.xml:1: <device>: a device named "d" exists already (a.xml:2); choose another '
+            'cell.xml:1: <device>: a device named "d" already exists (a.xml:2); choose another '
             'name']
 
     def test_arguments(self, problems: Problems, tmp_path: Path) -> None:

@@ -188,7 +188,7 @@ def test_a_file_included_twice_is_refused(tmp_path: Path) -> None:
                     '<include file="part.xml"><arg name="n" value="b"/></include></visualizer>')
     part.write_text('<visualizer><arg name="n"/><device type="other" name="$(arg n)">'
                     '<base frame="$(arg n)/base"/></device></visualizer>')
-    with pytest.raises(PoseEditError, match='that of a and b'):
+    with pytest.raises(PoseEditError, match='shared by a and b'):
         PoseEditor(parsed(main)).save('a', POSE)
 
 

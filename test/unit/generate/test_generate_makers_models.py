@@ -61,7 +61,7 @@ def test_argument_that_names_a_file_which_is_not_there() -> None:
 
 
 def test_argument_that_the_file_does_not_take() -> None:
-    with pytest.raises(ModelError, match='arm.xacro: it takes no argument "tf_prefx"; did you mean '
+    with pytest.raises(ModelError, match='arm.xacro: it has no argument "tf_prefx"; did you mean '
                                          '"tf_prefix"'):
         loaded(UR, tf_prefx='left_')
 

@@ -280,7 +280,7 @@ def test_base_frame_is_the_root_link(package: Path) -> None:
     (package / 'arm.urdf').write_text(GOOD)
     assert describe([device('arm.urdf', base='tool')]) == (
         [], ['cell.xml:7: <model>: the base frame "tool" is not the root link of the model, which '
-             'is "base"; write that in <base>'])
+             'is "base"; write this name in <base>'])
 
 
 def test_robots_with_equal_links(package: Path) -> None:

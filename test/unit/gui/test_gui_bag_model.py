@@ -158,7 +158,7 @@ class TestRecent:
         bench.model.reopen()
         bench.qtbot.waitUntil(lambda: bench.model.gone == (path,))
         assert bench.failures == [] and bench.model.recent == () and not bench.model.is_loading
-        assert 'a.bag is not there any more' in view.warnings.text()
+        assert 'a.bag no longer exists' in view.warnings.text()
         assert bench.model.settings()['open'] == []
 
     def test_the_dialog_begins_where_the_last_recording_is(

@@ -143,7 +143,7 @@ def test_nothing_runs(model, frames, qtbot):
     model.set_value(0, 5.0)
     qtbot.waitUntil(lambda: len(frames.moves) == 1)
     model.set_running(False)
-    assert 'Launch' in model.why_not and model.can_save
+    assert 'Launch' in model.blocked_reason and model.can_save
     model.set_running(True)  # the nodes start with what is in the file
     qtbot.waitUntil(lambda: len(frames.moves) == 2)
     assert frames.moves[1][1][0] == 5.0
@@ -176,7 +176,7 @@ def test_the_configuration_is_read_again(model):
     model.set_devices([device('a')])
     assert model.device == 'a' and model.unsaved == []
     model.set_devices([])
-    assert model.device == '' and model.why_not and model.pose == Pose()
+    assert model.device == '' and model.blocked_reason and model.pose == Pose()
 
 
 def test_the_file_gets_the_numbers(model, tmp_path, qtbot):

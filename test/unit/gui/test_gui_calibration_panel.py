@@ -89,7 +89,7 @@ def test_unsaved_save_and_revert(panel, model, qtbot):
     save, revert = (panel.findChild(QPushButton, f'calibration_{it}') for it in ('save', 'revert'))
     assert state.text() == 'As in cell.xml:1.' and not save.isEnabled() and not revert.isEnabled()
     field(panel, 'x').setValue(1.012)
-    assert state.text() == 'Unsaved: 12.0 mm and 0.00° from what cell.xml:1 says.'
+    assert state.text() == 'Unsaved: 12.0 mm and 0.00° from cell.xml:1.'
     assert panel.findChild(QComboBox, 'calibration_device').currentText() == 'a  (unsaved)'
     revert.click()
     assert field(panel, 'x').value() == 1.0 and not save.isEnabled()

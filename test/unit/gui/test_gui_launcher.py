@@ -51,11 +51,11 @@ def run(launcher: Launcher) -> None:
 
 
 def test_why_nothing_can_be_launched(loaded: Launcher) -> None:
-    assert 'master' in loaded.why_not()
+    assert 'master' in loaded.blocked_reason()
     loaded.master.is_connected = True
-    assert loaded.why_not() == ''
+    assert loaded.blocked_reason() == ''
     loaded.cell.tick_only(set())
-    assert loaded.why_not() == 'Tick a device first'
+    assert loaded.blocked_reason() == 'Tick a device first'
 
 
 def test_broken_configuration_cannot_be_launched(launcher: Launcher, qtbot: Any,
@@ -64,7 +64,7 @@ def test_broken_configuration_cannot_be_launched(launcher: Launcher, qtbot: Any,
     launcher.master.is_connected = True
     with qtbot.waitSignal(launcher.cell.loaded):
         launcher.cell.open(str(config))
-    assert launcher.why_not() == 'The configuration has problems'
+    assert launcher.blocked_reason() == 'The configuration has problems'
 
 
 def test_choice(loaded: Launcher) -> None:

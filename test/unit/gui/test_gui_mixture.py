@@ -126,7 +126,7 @@ def test_what_the_player_tells_goes_with_it(qtbot: Any, choice: Choice) -> None:
     model.follow(choice)
     model.take_player(('/q is published by /driver',))
     assert not notice.isHidden()
-    assert notice._text.text().startswith('/q is published by /driver, beside the recording')
+    assert notice._text.text().startswith('/q is published by /driver, in addition to the ')
     model.follow(None)
     assert notice.isHidden() and model.sentences == ()
     model.take_player(('/q is published by /driver',))  # the last word of one that has ended

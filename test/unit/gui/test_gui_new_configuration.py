@@ -28,7 +28,7 @@ class Watched:
         self.reason = reason
         self.model = NewConfigurationModel(self.tasks, self._look)  # type: ignore[arg-type]
         self.said: List[str] = []
-        for signal in (self.model.made, self.model.told, self.model.failed):
+        for signal in (self.model.made, self.model.summary_ready, self.model.failed):
             signal.connect(self.said.append)
 
     def _look(self) -> NewConfiguration:
@@ -47,11 +47,12 @@ def test_it_is_written_and_told(qapp: object, path: Path) -> None:
     path.write_text('the operator was asked about this one')
     watched.model.make(str(path))
     watched.model.make(str(path))
-    assert watched.model.is_making and watched.model.where == 'what runs'
+    assert watched.model.is_making and watched.model.where == 'what is running'
     assert len(watched.tasks.held) == 1
     watched.tasks.end_all()
     assert not watched.model.is_making
-    assert watched.said == ['cell.xml: 1 robot. Its comments say what is to be decided.', str(path)]
+    assert watched.said == ['cell.xml: 1 robot. Its comments say what you need to decide.',
+                            str(path)]
     assert path.read_text() == NEW.text and path.with_name('arm.urdf').read_text() == '<robot />'
 
 
@@ -95,7 +96,7 @@ def test_what_was_made_is_told_until_another_one_is_open(qapp: object, path: Pat
     watched.tasks.end_all()
     text = notice.findChild(QLabel, 'made_text')
     assert not notice.isHidden() and text.wordWrap()
-    assert text.text() == 'cell.xml: 1 robot. Its comments say what is to be decided.'
+    assert text.text() == 'cell.xml: 1 robot. Its comments say what you need to decide.'
     notice.findChild(QPushButton, 'made_edit').click()
     assert opened == [(str(path), 1)]
     notice.follow(str(path))

@@ -117,7 +117,7 @@ def test_what_the_player_cannot_play_is_told(bench: Bench) -> None:
     assert not bench.panel.notes.isVisible()
     bench.stand.state(gaps=('/x has another type',), dropped=7)
     assert bench.panel.notes.isVisible()
-    assert bench.panel.notes.text() == ('7 messages were too many for slow subscribers  '
+    assert bench.panel.notes.text() == ('7 messages were dropped for slow subscribers  '
                                         '(and 1 more)')
     assert '/x has another type' in bench.panel.notes.toolTip()
 

@@ -86,4 +86,4 @@ def test_the_log_of_a_part(parent):
 
 def test_exit_codes():
     assert [exit_text(code) for code in (None, 3, -11)] == [
-        'exit code not known', 'exit code 3', 'killed by signal 11']
+        'exit code unknown', 'exit code 3', 'killed by signal 11']

@@ -34,6 +34,6 @@ def test_m_adds_a_mark_in_playback() -> None:
 
 def test_keys_that_do_the_same_share_a_row() -> None:
     text = help_text({'Playback': playback_keys(Mock(), Mock(), Mock()), 'Recording': []})
-    assert text.count('a step back') == 1
+    assert text.count('one step back') == 1
     assert 'Left&nbsp;&nbsp;,' in text
     assert '<b>Playback</b>' in text and '<b>Recording</b>' in text

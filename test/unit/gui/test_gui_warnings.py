@@ -24,7 +24,7 @@ from process_visualizer.launching.node_state import NodeReport, NodeState
 from process_visualizer.launching.part_report import PartReport, PartState
 
 ARM = Device(DeviceType.ROBOT, 'arm', Location('cell.xml', 1))
-ZERO = 'a message on /arm/tcf is left out: its quaternion is zero, which is no rotation'
+ZERO = 'a message on /arm/tcf is left out: its quaternion is zero, which is not a rotation'
 SHORT = '1 warning: click to read'
 
 
@@ -130,7 +130,7 @@ def test_the_window_follows(stand: Stand, qtbot: Any) -> None:
     assert text.accessibleName() == 'Warnings of arm'
     stand.mend()
     assert text.toPlainText() == ''
-    assert 'nothing' in window.findChild(QLabel, 'warnings_message').text()
+    assert 'no warnings' in window.findChild(QLabel, 'warnings_message').text()
 
 
 def test_nothing_is_left_of_a_run_that_has_ended(stand: Stand) -> None:

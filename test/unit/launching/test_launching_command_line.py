@@ -91,7 +91,7 @@ def test_check_reports_at_once_what_is_wrong_in_the_file_and_on_this_computer(
     assert (code, lines) == (1, [])
     expected = [(2, 'robot'), (3, '"xyz"'), (4, 'prefix'), (4, '"gone"'),
                 (5, '"joint_states"'), (5, 'Float32MultiArray'), (6, 'PoseStamped'),
-                (7, '"respawn"'), (7, '"lost"'), (8, '"scale"'), (8, 'exchange'),
+                (7, '"respawn"'), (7, '"lost"'), (8, '"scale"'), (8, 'swap'),
                 (9, '"type" is missing'), (9, '"nowhere"')]
     assert len(errors) == len(expected), errors
     for line, word in expected:
@@ -161,7 +161,7 @@ def test_a_base_that_is_a_link_of_another_model_is_refused(command: str, cell: C
 def test_two_devices_with_one_base_frame_are_refused(cell: Cell, arm_cell: Write) -> None:
     code, _, (error,) = cell('check', arm_cell(
         JOINTS, '\n<device type="other" name="lamp"><base frame="/base_link"/></device>'))
-    assert (code, 'the frame "base_link" exists already' in error) == (1, True)
+    assert (code, 'the frame "base_link" already exists' in error) == (1, True)
 
 
 def test_check_warns_of_a_chosen_view_without_a_device(cell: Cell, arm_cell: Write,
@@ -173,7 +173,7 @@ def test_check_warns_of_a_chosen_view_without_a_device(cell: Cell, arm_cell: Wri
     path = arm_cell(JOINTS, '\n<device type="other" name="lamp"><base frame="l" xyz="9 9 0"/>'
                             '</device>')
     (warning,) = cell('check', path)[2]
-    assert 'cell.xml:3: <device>: warning: nothing of "lamp" is in the picture of the chosen ' \
+    assert 'cell.xml:3: <device>: warning: "lamp" is not visible in the chosen ' \
            'view "mine"' in warning
 
 
@@ -353,7 +353,7 @@ def test_bag_that_no_launch_file_can_name(name: str, cell: Cell, write: Write,
     (tmp_path / name).write_text('')
     code, _, (error,) = cell('generate', write(TABLE), '--mode', 'playback', '--bag', name)
     assert code == 1
-    assert error == (f'cell: roslaunch cannot hand on the path {str(tmp_path / name)!a}; '
+    assert error == (f'cell: roslaunch cannot pass on the path {str(tmp_path / name)!a}; '
                      'rename it')
 
 

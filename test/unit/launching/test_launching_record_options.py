@@ -69,7 +69,7 @@ def test_compression_and_memory() -> None:
 
 
 @pytest.mark.parametrize('words, message', [
-    ([], 'nothing is chosen'), (['a.xml', 'b.xml'], 'one configuration'),
+    ([], 'nothing to record'), (['a.xml', 'b.xml'], 'one configuration'),
     (['/a', '--devices', 'b'], '--devices needs'), (['/a', '-x', '/b'], '-x leaves out'),
     (['-a', '--split'], '--split needs')])
 def test_what_does_not_go_together(words: 'list[str]', message: str) -> None:
@@ -81,7 +81,7 @@ def test_what_does_not_go_together(words: 'list[str]', message: str) -> None:
     (['-j'], '--lz4 compresses'), (['--bz2'], '--lz4 compresses'),
     (['--max-splits', '3'], 'nothing that was recorded is deleted'),
     (['-l', '7'], '--duration or --size'), (['--limit=7'], '--duration or --size'),
-    (['--chunksize=7'], 'a chunk has 1 MB'), (['--udp'], 'nothing would tell'),
+    (['--chunksize=7'], 'a chunk has 1 MB'), (['--udp'], 'would go unnoticed'),
     (['-p'], 'the topic ~state'), (['--duration', 'x'], 'is not a number'),
     (['--duration', '0'], 'greater than 0'), (['--size', '-1'], 'not a whole number'),
     (['-b', '0.5'], 'not a whole number')])

@@ -58,8 +58,8 @@ def test_another_program_with_xml_rpc(answer: Callable[..., object],
                                       xml_rpc: SimpleXMLRPCServer) -> None:
     xml_rpc.register_function(answer, 'getPid')
     message = error_of(RosMaster(uri_of(xml_rpc.socket)))
-    assert message == (f'something that is no ROS master listens at {uri_of(xml_rpc.socket)}; '
-                       'end it, or set ROS_MASTER_URI to another port')
+    assert message == (f'something other than a ROS master listens at {uri_of(xml_rpc.socket)}; '
+                       'stop it, or set ROS_MASTER_URI to another port')
 
 
 def test_server_of_something_else(listener: socket.socket) -> None:
@@ -74,11 +74,11 @@ def test_server_of_something_else(listener: socket.socket) -> None:
                 connection.sendall(b'220 mail.example.org\r\n')
 
     threading.Thread(target=answer, daemon=True).start()
-    assert 'something that is no ROS master listens at' in error_of(RosMaster(uri_of(listener)))
+    assert 'something other than a ROS master listens at' in error_of(RosMaster(uri_of(listener)))
 
 
 def test_server_that_never_answers(listener: socket.socket) -> None:
-    assert 'something that is no ROS master listens at' in error_of(RosMaster(uri_of(listener)))
+    assert 'something other than a ROS master listens at' in error_of(RosMaster(uri_of(listener)))
 
 
 def test_master_on_another_computer() -> None:
@@ -92,7 +92,7 @@ def test_master_on_another_computer() -> None:
 @pytest.mark.parametrize('uri', ['localhost', 'http://localhost', 'http://:11311', 'nonsense://',
                                  'http://localhost:port', 'http://localhost:99999999'])
 def test_address_that_is_none(uri: str) -> None:
-    assert error_of(RosMaster(uri)) == (f'ROS_MASTER_URI is "{uri}"; it must be like '
+    assert error_of(RosMaster(uri)) == (f'ROS_MASTER_URI is "{uri}"; it must look like '
                                         'http://localhost:11311')
 
 

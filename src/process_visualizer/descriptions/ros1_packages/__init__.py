@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where xacro 2 finds packages of ROS 1: see xacro_child."""
+"""Lets xacro 2 find packages of ROS 1: see xacro_child."""

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The program ``gui``: the window, all models of it, and what connects them."""
+"""The program ``gui``: the window, all its models, and their connections."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One window for all errors that nobody expected."""
+"""One window for all unexpected errors."""
 from __future__ import annotations
 
 from typing import Dict, NamedTuple, Optional
@@ -15,7 +15,7 @@ _ICON_PX = 28
 
 
 class CaughtError(NamedTuple):
-    """An error: a line that says what, its traceback, and where it was raised (file:line)."""
+    """An error: its summary, its traceback, and where it was raised (file:line)."""
 
     summary: str
     traceback: str
@@ -23,7 +23,7 @@ class CaughtError(NamedTuple):
 
 
 class ErrorDialog(TextDialog):
-    """Lists each error once, with how often it came; the program goes on meanwhile."""
+    """Lists each error once, with its count; the program keeps running."""
 
     def __init__(self, log_file: str, parent: Optional[QWidget] = None) -> None:
         super().__init__('error', 'Process Visualizer: an error', parent)
@@ -35,7 +35,7 @@ class ErrorDialog(TextDialog):
         self.finished.connect(lambda _: self._errors.clear())  # the operator has seen them
 
     def add(self, error: CaughtError) -> None:
-        """Show an error, or count it if it is there already."""
+        """Show an error, or count it if it is listed already."""
         known = next((it for it in self._errors
                       if (it.place, it.summary) == (error.place, error.summary)), error)
         if known in self._errors or len(self._errors) < _MOST_ERRORS:
@@ -49,7 +49,7 @@ class ErrorDialog(TextDialog):
         number = 'An error has' if total == 1 else f'{total} errors have'
         where = f' They are also in <i>{self._log_file}</i>.' if self._log_file else ''
         self.show_text(
-            f'<b>{number} occurred in the launcher itself.</b> The program goes on; nodes and a '
-            f'recording are not touched. Please send this to whoever maintains it.{where}',
+            f'<b>{number} occurred in the launcher itself.</b> The program continues; nodes and '
+            f'recordings are not affected. Please send this to the maintainer.{where}',
             '\n\n'.join(f'{count}×  {error.summary}\n\n{error.traceback.rstrip()}'
                         for error, count in self._errors.items()))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""All models of the window and what connects them; no widgets."""
+"""All models of the window and their connections; no widgets."""
 from __future__ import annotations
 
 import sys
@@ -36,7 +36,7 @@ from process_visualizer.health.device_state import Level, Line
 _MARKER = 'marker'
 
 _SWITCH_INTERVAL_S = 0.0005
-"""So long the window waits for each other thread that computes; Python's own 5 ms add up."""
+"""How long the window waits for each other computing thread; Python's own 5 ms add up."""
 
 
 class Launcher(QObject):
@@ -75,13 +75,13 @@ class Launcher(QObject):
         self.launch.prepare(self.master.connect_to_master)
 
     def close(self) -> None:
-        """End everything that was started; blocks until it is done."""
+        """End everything that was started; block until it is done."""
         self.launch.close()
         self.master.close()
         self.tasks.close()
 
     def choice(self) -> Choice:
-        """What would be launched now."""
+        """The choice that would be launched now."""
         mode = self.cell.mode
         bag, *others = self.bag.paths if mode is Mode.PLAYBACK and self.bag.paths else (None,)
         assert self.cell.cell is not None
@@ -89,12 +89,12 @@ class Launcher(QObject):
                       self.view.window, self.view.content, tuple(others))
 
     def start(self) -> None:
-        """Launch what is chosen, once nobody publishes what would be mixed with it."""
-        if self.why_not() == '':
+        """Launch the choice, once no other node publishes topics that would be mixed with it."""
+        if self.blocked_reason() == '':
             self.guard.launch(self.choice())
 
     def when_ready(self, devices: Optional[Sequence[str]], launches: bool) -> None:
-        """Tick only these devices (None: as they are) and launch, once both is possible."""
+        """Tick only these devices (None: no change) and launch, as soon as possible."""
         self._devices_when_ready, self._launches_when_ready = devices, launches
         self._try_to_begin()
 
@@ -102,11 +102,11 @@ class Launcher(QObject):
         if self.cell.cell is not None and self._devices_when_ready is not None:
             devices, self._devices_when_ready = self._devices_when_ready, None
             self.cell.tick_only(set(devices))
-        if self._launches_when_ready and self.why_not() == '' and not self.bag.is_loading:
+        if self._launches_when_ready and self.blocked_reason() == '' and not self.bag.is_loading:
             self._launches_when_ready = False
             self.start()
 
-    def why_not(self) -> str:
+    def blocked_reason(self) -> str:
         """Why nothing can be launched now; empty when it can."""
         if not self.master.is_connected:
             return self.master.problem
@@ -117,16 +117,16 @@ class Launcher(QObject):
         return ''
 
     def pending(self) -> str:
-        """What would change if the nodes that run went over to what is chosen now."""
+        """What would change if the present choice were applied to the running nodes."""
         running = self.launch.running
         if not self.launch.is_running or running is None or self.cell.cell is None:
             return ''
         return _difference(running, self.choice())
 
     def apply(self) -> None:
-        """Go over to what is chosen now; a recording must not be interrupted."""
+        """Apply the present choice; a recording must not be interrupted."""
         if self.recording.is_recording:
-            self.failed.emit('A recording is being made: stop it before devices are changed.')
+            self.failed.emit('A recording is in progress: stop it before you change devices.')
         else:
             self.launch.apply(self.choice())
 
@@ -145,7 +145,7 @@ class Launcher(QObject):
         return f'{text}\n{self.master.problem}' if self.master.is_lost else text
 
     def _waits_for(self) -> str:
-        """What has to be done before anything can be launched; empty if nothing has."""
+        """What must be done before anything can be launched; empty if nothing."""
         if self.master.is_connecting:
             return 'Starting the ROS master…'
         if self.new.is_making:
@@ -221,7 +221,7 @@ class Launcher(QObject):
         self.states.set_recording(self.bag.catalogue)
 
     def _play_other_bag(self, _path: str) -> None:
-        """The player restarts with another bag; everything else goes on running."""
+        """Restart the player with another bag; everything else keeps running."""
         running, paths = self.launch.running, self.bag.paths
         if running is not None and self.launch.is_running and running.mode is Mode.PLAYBACK \
                 and paths and paths != (running.bag, *running.further_bags):

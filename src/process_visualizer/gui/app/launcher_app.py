@@ -55,9 +55,9 @@ _MARGIN = 10
 
 
 class LauncherApp(QMainWindow):
-    """Devices, mode, status, launch button, and below them what the mode needs.
+    """Devices, mode, status, launch button, and below them the panel of the mode.
 
-    Closing it quits all nodes first. ``restarts`` says that the program is to begin again then.
+    Closing it quits all nodes first. ``restarts`` says that the program must start again then.
     """
 
     def __init__(self, launcher: Launcher, settings: Settings,
@@ -151,12 +151,12 @@ class LauncherApp(QMainWindow):
         master = launcher.master
         for signal in (master.connected, master.failed, master.lost, master.returned):
             signal.connect(self._show_launch)
-        master.lost.connect(self._tell_lost_master)
+        master.lost.connect(self._ask_about_lost_master)
         master.returned.connect(
             lambda: self.statusBar().showMessage('The ROS master answers again'))
         launcher.states.changed.connect(self._show_states)
         launcher.status_changed.connect(self._show_status)
-        launcher.failed.connect(self._tell)
+        launcher.failed.connect(self._show_message)
         self.new.open_wanted.connect(self._open)
         self.made.open_wanted.connect(self._open_in_editor)
         launcher.recording.finished.connect(launcher.bag.add_recent)
@@ -211,7 +211,7 @@ class LauncherApp(QMainWindow):
 
     def _show_launch(self) -> None:
         launcher = self._launcher
-        reason = launcher.why_not()
+        reason = launcher.blocked_reason()
         self.launch.show_phase(launcher.launch.phase, reason == '', reason)
         pending = launcher.pending()
         self.launch.show_changes(f'Apply: {pending}' if pending else '', pending)
@@ -247,8 +247,8 @@ class LauncherApp(QMainWindow):
     def _show_help(self) -> None:
         KeysDialog(help_text(self._keys), self).open()
 
-    def _tell(self, message: str) -> None:
-        """Show a message; those that come while it is open are added to it."""
+    def _show_message(self, message: str) -> None:
+        """Show a message; further ones are added to it while it is open."""
         if self._message is None:
             self._message = message_box(self, message)
             self._message.finished.connect(self._forget_message)
@@ -260,25 +260,25 @@ class LauncherApp(QMainWindow):
     def _forget_message(self) -> None:
         self._message = None
 
-    def _tell_lost_master(self) -> None:
-        self.statusBar().showMessage('The ROS master does not answer any more')
+    def _ask_about_lost_master(self) -> None:
+        self.statusBar().showMessage('The ROS master no longer answers')
         question = ask(
-            self, 'The ROS master does not answer any more. Nodes that run go on, but nothing can '
-            'be launched or commanded. Quit all nodes (a recording is finished) and start the '
-            'launcher again?', 'Quit and start again', self._restart_program)
+            self, 'The ROS master no longer answers. Running nodes continue, but nothing can be '
+                  'launched or commanded. Quit all nodes (this finishes a recording) and start '
+                  'the launcher again?', 'Quit and start again', self._restart_program)
         self._launcher.master.returned.connect(question.close)
 
     def _ask_mixture(self, who: str, mode: Mode) -> None:
-        """Somebody is in the way of a launch; the question goes when nobody is any more."""
+        """Ask about nodes that prevent a launch; the question closes when they are gone."""
         what, first = (('playback', ', paused') if mode is Mode.PLAYBACK
                        else ('real-time mode', ''))
-        text = (f'{who}.\n\nStop that node: {what} begins by itself as soon as it is gone. '
-                f'Or begin all the same{first}.')
+        text = (f'{who}.\n\nStop that node: {what} starts by itself as soon as it is gone. '
+                f'Or start anyway{first}.')
         if self._mixture_question is not None:
             self._mixture_question.setText(text)
             return
         guard = self._launcher.guard
-        question = ask(self, text, 'Begin all the same', guard.launch_all_the_same, guard.cancel)
+        question = ask(self, text, 'Start anyway', guard.launch_all_the_same, guard.cancel)
         question.setDefaultButton(QMessageBox.Cancel)
         guard.settled.connect(question.close)
         question.finished.connect(self._forget_mixture_question)
@@ -300,7 +300,7 @@ class LauncherApp(QMainWindow):
 
     def _open_in_editor(self, file: str, line: int) -> None:
         self._launcher.tasks.run('editor', lambda: open_in_editor(file, line), None,
-                                 lambda error: self._tell(str(error)))
+                                 lambda error: self._show_message(str(error)))
 
     def _restart_selected(self) -> None:
         name = self.devices.selected_device()
@@ -312,7 +312,7 @@ class LauncherApp(QMainWindow):
             self.playback.ask_for_mark(self._launcher.playback.position_s)
 
     def _save_view(self) -> None:
-        """Ask for the name under which RViz's view is kept for these devices."""
+        """Ask for the name under which RViz's view is saved for these devices."""
         dialog = QInputDialog(self)
         dialog.setObjectName('view_name')
         dialog.setWindowTitle('Save this view')
@@ -322,7 +322,7 @@ class LauncherApp(QMainWindow):
         dialog.open()
 
     def _play(self, path: str) -> None:
-        """Go over from what runs in real time to playback of a bag."""
+        """Switch from real-time mode to playback of a bag."""
         self._bag_to_play = path
         if self._launcher.launch.is_idle:
             self._play_now()
@@ -337,7 +337,7 @@ class LauncherApp(QMainWindow):
 
     def _quit(self) -> None:
         if self._launcher.recording.is_recording:
-            ask(self, 'A recording is being made. Finish it and quit all nodes?',
+            ask(self, 'A recording is in progress. Finish it and quit all nodes?',
                 'Finish and quit', self._launcher.launch.quit)
         else:
             self._launcher.launch.quit()
@@ -359,7 +359,7 @@ class LauncherApp(QMainWindow):
             return
         event.ignore()
         if self._launcher.recording.is_recording and not self._is_leaving:
-            ask(self, 'A recording is being made. Finish it, quit all nodes and close?',
+            ask(self, 'A recording is in progress. Finish it, quit all nodes and close?',
                 'Finish and close', self.leave)
         else:
             self.leave()
@@ -385,7 +385,7 @@ class LauncherApp(QMainWindow):
 
 
 def _devices_in_force(cell: CellModel) -> str:
-    """Which devices are there although the file has problems; empty if there are none."""
+    """Which devices remain although the file has problems; empty if there are none."""
     if cell.cell is None:
         return ''
     if cell.cell.file == cell.path:

@@ -22,15 +22,15 @@ from process_visualizer.gui.app.uncaught import install_hooks
 from process_visualizer.gui.app.watchdog import watch_if_wanted
 from process_visualizer.gui.models.cell.cell_model import CellModel
 from process_visualizer.gui.toolkit.style import apply_style
-from process_visualizer.health.user_limits import tell_real_time_advice
+from process_visualizer.health.user_limits import give_real_time_advice
 from process_visualizer.rviz.window_geometry import Rectangle, view_rectangle
 
 _NAMED_VALUE = re.compile('[A-Za-z]\\w*:=')
 _WIDTH = 460
 
 _NO_SHARED_PICTURE = 'QT_XCB_NO_MITSHM'
-"""Qt's variable. Else each paint waits until the X server has read the last picture from the memory
-that both share; a server that is as busy as one that shows RViz takes its time."""
+"""Variable of Qt. Otherwise each paint waits until the X server has read the last picture from
+shared memory, which takes long while the server is busy with RViz."""
 
 
 def main() -> int:
@@ -38,7 +38,7 @@ def main() -> int:
     words = [word for word in sys.argv[1:] if not word.startswith('__')]  # roslaunch's own
     options = _options([word for word in words if not _NAMED_VALUE.match(word)])
     arguments = dict(word.split(':=', 1) for word in words if _NAMED_VALUE.match(word))
-    tell_real_time_advice(print)
+    give_real_time_advice(print)
     app = make_application()
     settings = Settings()
     launcher = Launcher()
@@ -65,10 +65,10 @@ def main() -> int:
 
 
 def words_to_go_on(cell: CellModel, words: Sequence[str]) -> List[str]:
-    """Return the command line of a program that goes on where this one, begun with words, ends.
+    """Return the command line of a program that continues where this one ends.
 
-    The recording, and the values of the configuration's arguments, are in the settings. What
-    this one was begun with counts no longer.
+    The recording, and the values of the configuration's arguments, are in the settings. Those that
+    this program was started with no longer count.
     """
     ticked = ','.join(device.name for device in cell.chosen)
     return [words[0], '--mode', cell.mode.value, '--devices', ticked,
@@ -78,7 +78,7 @@ def words_to_go_on(cell: CellModel, words: Sequence[str]) -> List[str]:
 class StopSignals(QObject):
     """SIGINT, SIGTERM and SIGHUP as a signal of Qt, whose loop otherwise does not notice them.
 
-    SIGHUP only where nohup does not want it to be ignored.
+    SIGHUP only if nohup does not ask to ignore it.
     """
 
     received = pyqtSignal()
@@ -110,7 +110,7 @@ class StopSignals(QObject):
 def _options(words: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog='gui', description=__doc__)
     parser.add_argument('config', nargs='?', default='',
-                        help='the configuration; the last one without it, at first devices.xml')
+                        help='the configuration (default: the last one, at first devices.xml)')
     parser.add_argument('--mode', choices=['', *(mode.value for mode in Mode)], default='')
     parser.add_argument('--bag', default='', help='a recording to play back')
     parser.add_argument('--devices', metavar='A,B', default='', help='tick only these')
@@ -135,7 +135,7 @@ def make_application() -> QApplication:
 
 def _begin(launcher: Launcher, settings: Settings, options: argparse.Namespace,
            arguments: Dict[str, str]) -> None:
-    """Connect, and open what is asked for or what was open last."""
+    """Connect, and open the requested configuration or the last one."""
     launcher.begin()
     launcher.recording.choices.restore(settings.value('recording', {}))
     launcher.bag.restore(settings.value('bag', {}))
@@ -159,7 +159,7 @@ def _configuration(settings: Settings, given: str,
 
 
 def _last_configuration(settings: Settings) -> Dict[str, Any]:
-    """What was open last, if its file is still there; else nothing."""
+    """The last configuration, if its file still exists."""
     last: Dict[str, Any] = settings.value('configuration', {})
     return last if os.path.isfile(last.get('path', '')) else {}
 
@@ -170,7 +170,7 @@ def _package_folder() -> str:
 
 def place_window(app: QApplication, window: LauncherApp, launcher: Launcher,
                  settings: Settings) -> None:
-    """The window as it was left on this screen, else on the left side; RViz takes the rest."""
+    """Place the window as it was left on this screen, or on the left; RViz takes the rest."""
     screen = app.primaryScreen()
     room = screen.availableGeometry()
     window.resize(_WIDTH, room.height())
@@ -198,4 +198,4 @@ def _remember(app: QApplication, window: LauncherApp, launcher: Launcher,
     settings.store('configuration', launcher.cell.source)
     settings.store('recording', launcher.recording.choices.settings())
     settings.store('bag', launcher.bag.settings())
-    settings.sync()  # another program may take this one's place at once
+    settings.sync()  # another program may replace this one at once

@@ -10,7 +10,7 @@ _STOLEN_TICKS = 8  # the field of /proc/stat, proc(5)
 
 
 class ProcessorWait:
-    """Of the thread that makes it; the files stay open, as reading them is done often."""
+    """For the thread that makes it; the files stay open, as they are read often."""
 
     def __init__(self) -> None:
         waits = f'/proc/self/task/{threading.get_native_id()}/schedstat'
@@ -19,9 +19,9 @@ class ProcessorWait:
         self._tick_s = 1.0 / os.sysconf('SC_CLK_TCK')
 
     def seconds(self) -> float:
-        """Return the wait since the thread began [s]; 0 where it is not counted.
+        """Return the wait since the thread began [s]; 0 if it is not counted.
 
-        With what the host of a virtual machine took from all processors, which looks the same.
+        Includes what the host of a virtual machine took from all processors, which looks the same.
         """
         if not self._files:
             return 0.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the launcher remembers: window, configuration, bag folder and options."""
+"""The settings of the launcher: window, configuration, bag folder and options."""
 from __future__ import annotations
 
 import json
@@ -29,11 +29,11 @@ class Settings:
         self._settings.setValue(name, json.dumps(value))
 
     def sync(self) -> None:
-        """Write all into the file now; else Qt does, when the program has a quiet moment."""
+        """Write everything into the file now; otherwise Qt does, when the program is idle."""
         self._settings.sync()
 
     def geometry(self, screen: str) -> Optional[QByteArray]:
-        """Return the window's place on a screen as Qt saved it."""
+        """Return the window's place on a screen, as saved by Qt."""
         text = self.value(f'geometry/{screen}')
         return None if text is None else QByteArray.fromBase64(str(text).encode())
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The keys of the window: those that media players have taught everyone."""
+"""The keys of the window, as in media players."""
 from __future__ import annotations
 
 from typing import Callable, Dict, List, Mapping, NamedTuple
@@ -15,7 +15,7 @@ from process_visualizer.gui.toolkit.style import ACCENT
 
 
 class Shortcut(NamedTuple):
-    """A key (as QKeySequence writes it), what it does in words, and the action."""
+    """A key (as written by QKeySequence), its description, and its action."""
 
     key: str
     text: str
@@ -26,15 +26,15 @@ def playback_keys(playback: PlaybackModel, add_mark: Callable[[], None],
                   zoom_in: Callable[[float], None]) -> List[Shortcut]:
     """Return the keys that work while something is played, in the order in which they are shown.
 
-    ``zoom_in`` shows less of the recording by so many steps, or (below 0) more.
+    ``zoom_in`` zooms in by so many steps, or (below 0) out.
     """
     return [
         Shortcut('Space', 'play or pause', playback.toggle),
         Shortcut('Shift+Space', 'play backwards', playback.toggle_backwards),
-        Shortcut('Left', 'a step back', lambda: playback.step(-1)),
-        Shortcut('Right', 'a step forward', lambda: playback.step(1)),
-        Shortcut(',', 'a step back', lambda: playback.step(-1)),
-        Shortcut('.', 'a step forward', lambda: playback.step(1)),
+        Shortcut('Left', 'one step back', lambda: playback.step(-1)),
+        Shortcut('Right', 'one step forward', lambda: playback.step(1)),
+        Shortcut(',', 'one step back', lambda: playback.step(-1)),
+        Shortcut('.', 'one step forward', lambda: playback.step(1)),
         Shortcut('Shift+Left', '1 s back', lambda: playback.jump(-1.0)),
         Shortcut('Shift+Right', '1 s forward', lambda: playback.jump(1.0)),
         Shortcut('[', 'slower', playback.slower),
@@ -70,7 +70,7 @@ def general_keys(launcher: Launcher, show_help: Callable[[], None]) -> List[Shor
 
 
 def bind(window: QWidget, keys: List[Shortcut]) -> List[QShortcut]:
-    """Let the keys work in the whole window, except while a text or number is being written."""
+    """Bind the keys in the whole window, except while a text or number is being edited."""
     bound = []
     for key in keys:
         shortcut = QShortcut(QKeySequence(key.key), window)
@@ -88,7 +88,7 @@ def help_text(groups: Mapping[str, List[Shortcut]]) -> str:
 
 
 def _table(keys: List[Shortcut]) -> str:
-    """What each key does; those that do the same share a row."""
+    """The table of the keys; those with the same action share a row."""
     names: Dict[str, List[str]] = {}
     for key in keys:
         names.setdefault(key.text, []).append(key.key)

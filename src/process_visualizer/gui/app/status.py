@@ -17,7 +17,7 @@ _RECORDING = {RecordingPhase.STARTING: 'Waiting for the topics to record',
 
 
 def status_text(phase: Phase, mode: Optional[Mode], activity: str, trouble: Line) -> str:
-    """Return what the system does; ``mode`` is that of what runs, ``trouble`` the worst state."""
+    """Return the activity of the system; ``mode`` is that of the nodes, ``trouble`` the worst."""
     if phase is Phase.IDLE or mode is None:
         return 'Currently not doing anything'
     if phase is Phase.LAUNCHING:
@@ -29,12 +29,12 @@ def status_text(phase: Phase, mode: Optional[Mode], activity: str, trouble: Line
 
 
 def recorder_activity(phase: RecordingPhase) -> str:
-    """Return what the recorder does."""
+    """Return the activity of the recorder."""
     return _RECORDING.get(phase, '')
 
 
 def player_activity(player: Optional[PlayerSnapshot]) -> str:
-    """Return what the player does."""
+    """Return the activity of the player."""
     if player is None:
         return ''
     if player.paused:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Errors that nobody expected: logged, shown, and then the program goes on."""
+"""Unexpected errors: they are logged and shown, and the program continues."""
 from __future__ import annotations
 
 import logging
@@ -22,7 +22,7 @@ _FORMAT = '%(asctime)s %(threadName)s %(message)s'
 
 
 class UncaughtErrors(QObject):
-    """Takes errors from any thread; tells of them in the GUI thread."""
+    """Accepts errors from any thread; reports them in the GUI thread."""
 
     caught = pyqtSignal(object)
     """A CaughtError."""
@@ -39,7 +39,7 @@ class UncaughtErrors(QObject):
 
     def take(self, kind: Type[BaseException], error: BaseException,
              trace: Optional[TracebackType]) -> None:
-        """Log an error and tell of it; Ctrl-C and exits go their usual way."""
+        """Log and report an error; Ctrl-C and exits are handled as usual."""
         if not issubclass(kind, Exception):
             sys.__excepthook__(kind, error, trace)
             return

@@ -24,11 +24,11 @@ Entry = Dict[str, Union[str, float, int]]
 
 
 class Watchdog(QObject):
-    """A heart beats in the GUI thread, another thread watches it and writes what it sees.
+    """Watches from another thread regular beats of the GUI thread, and logs its blocks.
 
-    The time between two beats is at most 10 ms more than the thread was blocked. What the thread
-    waited for a processor, as the kernel counts it, is told apart. The file has a line of JSON
-    for each block (``blocked_ms``, ``waited_ms``, ``computed_ms`` by all threads of the program,
+    The time between two beats is at most 10 ms more than the thread was blocked. The time that it
+    waited for a processor, as counted by the kernel, is separate. The file has a line of JSON for
+    each block (``blocked_ms``, ``waited_ms``, ``computed_ms`` by all threads of the program,
     ``at`` in s since the epoch, ``stack``) and at the end one with ``longest_ms``,
     ``longest_own_ms`` (without the wait), ``beats``, ``blocks``.
     """
@@ -98,17 +98,17 @@ class Watchdog(QObject):
             self._write()
 
     def _take_stack(self) -> None:
-        """Let the thread write what it does.
+        """Let the thread write its stack.
 
-        It does so itself, interrupted by a signal: this thread would keep Python's lock meanwhile,
-        and hold up what it watches.
+        It does so itself, interrupted by a signal: this thread would keep Python's lock in the
+        meantime, and delay the thread that it watches.
         """
         os.lseek(self._stack, 0, os.SEEK_SET)
         os.ftruncate(self._stack, 0)
         signal.pthread_kill(self._gui_thread, _SIGNAL)
 
     def _taken_stack(self) -> str:
-        """What the thread did, the newest call first."""
+        """The stack of the thread, the newest call first."""
         size = os.fstat(self._stack).st_size
         return os.pread(self._stack, size, 0).decode(errors='replace')
 
@@ -121,7 +121,7 @@ class Watchdog(QObject):
 
 
 class WatchdogReport(NamedTuple):
-    """What a watchdog has written; the longest block [ms] with and without waiting for a CPU."""
+    """The log of a watchdog; the longest block [ms] with and without waiting for a CPU."""
 
     blocks: List[Entry]
     longest_ms: float
@@ -129,7 +129,7 @@ class WatchdogReport(NamedTuple):
 
 
 def read_report(file: str) -> WatchdogReport:
-    """Read what a watchdog has written; without its last line the longest block tells."""
+    """Read the log of a watchdog; without its last line the longest block counts."""
     entries = [json.loads(line) for line in Path(file).read_text('utf-8').splitlines()]
     blocks = [entry for entry in entries if 'blocked_ms' in entry]
     last = entries[-1] if entries and 'longest_ms' in entries[-1] else {

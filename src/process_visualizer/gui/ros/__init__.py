@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The only room of the window that knows rospy."""
+"""The only folder of the window that imports rospy."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""An interactive marker in RViz, by which the pose of one frame is dragged."""
+"""An interactive marker in RViz for dragging the pose of one frame."""
 from __future__ import annotations
 
 import threading
@@ -32,14 +32,14 @@ _AXES = {'x': (_HALF, 0.0, 0.0, _HALF), 'y': (0.0, 0.0, _HALF, _HALF),
 class PoseMarker:
     """A marker for one frame at a time, with arrows and rings for all six degrees of freedom.
 
-    Needs an initialised rospy node. ``on_dragged`` is told the frame and its new pose, again and
-    again, in rospy's thread, but not of what is set here. Make only one in a process: it takes
-    its topics until the process ends.
+    Needs an initialised rospy node. ``on_dragged`` is called repeatedly with the frame and its new
+    pose, in rospy's thread, but not for poses set here. Make only one in a process: it keeps its
+    topics until the process ends.
     """
 
     def __init__(self, on_dragged: Callable[[str, Pose], None],
                  topic: str = CALIBRATION_TOPIC) -> None:
-        """Take what is told; the topics are advertised with the first marker."""
+        """The topics are advertised with the first marker."""
         self._on_dragged = on_dragged
         self._topic = topic
         self._server: Optional[InteractiveMarkerServer] = None
@@ -52,7 +52,7 @@ class PoseMarker:
         return self._frame
 
     def show(self, parent: str, frame: str, pose: Pose) -> None:
-        """Show the marker for a frame at its pose in a parent frame; another one is removed."""
+        """Show the marker for a frame at its pose in a parent frame, instead of another one."""
         with self._lock:
             if self._server is None:
                 self._server = InteractiveMarkerServer(self._topic)
@@ -77,7 +77,7 @@ class PoseMarker:
                 self._server.applyChanges()
 
     def _take_feedback(self, feedback: InteractiveMarkerFeedback) -> None:
-        """What RViz says while the mouse moves the marker; clicks on it are no news."""
+        """Handle feedback from RViz while the mouse moves the marker; ignore clicks."""
         if feedback.event_type == feedback.POSE_UPDATE and feedback.marker_name == self._frame:
             self._on_dragged(feedback.marker_name, _pose(feedback.pose))
 

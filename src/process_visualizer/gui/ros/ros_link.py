@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The launcher's own node: the only module of the window that knows rospy."""
+"""The launcher's own node: the only module of the window that uses rospy."""
 from __future__ import annotations
 
 import os
@@ -42,7 +42,7 @@ class RosLinkError(Exception):
 
 
 class RosLink(QObject):
-    """Turns what nodes say into snapshots, delivered in the GUI thread by queued signals.
+    """Turns messages of nodes into snapshots, delivered in the GUI thread by queued signals.
 
     Its methods and the commands of ``player`` and ``recorder`` block: run them as tasks. Nothing
     is delivered before ``begin``.
@@ -58,9 +58,9 @@ class RosLink(QObject):
     def __init__(self, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
         self.player = PlayerClient(lambda state: self.player_state.emit(_player(state)),
-                                   begins=False)
+                                   follow_now=False)
         self.recorder = BagRecorder(lambda state: self.recorder_state.emit(_recorder(state)),
-                                    begins=False)
+                                    follow_now=False)
         self.warnings = NodeWarnings()
         self._subscribers: List[rospy.Subscriber] = []
         self._marker = PoseMarker(self.pose_dragged.emit)
@@ -69,7 +69,7 @@ class RosLink(QObject):
         """Become a node of the master.
 
         Raises:
-            RosLinkError: another launcher runs, or the master does not answer.
+            RosLinkError: another launcher is running, or the master does not answer.
         """
         _refuse_second_launcher()
         try:
@@ -106,17 +106,17 @@ class RosLink(QObject):
 
     @staticmethod
     def look_at_system() -> NewConfiguration:
-        """Return a configuration for what runs; takes some seconds.
+        """Return a configuration for what is running; takes some seconds.
 
         Raises:
-            ValueError: nothing runs that belongs into one, or there is no master.
+            ValueError: nothing is running that belongs in one, or there is no master.
         """
         if not rospy.core.is_initialized():
             raise ValueError('the launcher has no ROS master to ask')
         return from_system()
 
     def move_frame(self, frame: str, xyz: Sequence[float], ypr: Sequence[float]) -> str:
-        """Move a base frame while everything runs; returns what was done.
+        """Move a base frame while everything runs; return what was done.
 
         xyz in m, ypr in rad (yaw pitch roll).
 
@@ -151,12 +151,12 @@ class RosLink(QObject):
             self._marker.move(pose)
 
     def hide_marker(self) -> None:
-        """Let no frame be dragged any more."""
+        """Remove the marker."""
         self._marker.hide()
 
 
 def _refuse_second_launcher() -> None:
-    """Two nodes of one name push each other out; a launcher that is gone does not count."""
+    """Two nodes of one name replace each other; a launcher that is gone does not count."""
     try:
         uri = rosgraph.Master('/launcher_check').lookupNode('/' + NODE)
     except (rosgraph.MasterException, OSError):
@@ -171,7 +171,7 @@ def _refuse_second_launcher() -> None:
 
 
 def _sender(message: Any) -> str:
-    """The node that has sent a message, whatever the message says."""
+    """The node that sent a message, whatever the message says."""
     return str(message._connection_header['callerid'])
 
 
@@ -203,7 +203,7 @@ def _topic(topic: TopicRecord) -> TopicSnapshot:
 
 
 def _known(value: float) -> Optional[float]:
-    """The recorder says -1 where it does not know."""
+    """The recorder sends -1 for unknown values."""
     return None if value < 0.0 else value
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the player, the recorder and RViz said last, as plain data for models and views."""
+"""The last messages of player, recorder and RViz, as plain data for models and views."""
 from __future__ import annotations
 
 from typing import NamedTuple, Optional, Tuple
@@ -49,7 +49,7 @@ class TopicSnapshot(NamedTuple):
 class RecorderSnapshot(NamedTuple):
     """The recorder's state; ``phase`` is idle, starting, recording or stopping.
 
-    ``rate`` is in bytes per s, ``time_left_s`` None where it is not known. See RecorderState.msg.
+    ``rate`` is in bytes per s, ``time_left_s`` is None if unknown. See RecorderState.msg.
     """
 
     phase: str
@@ -68,7 +68,7 @@ class RecorderSnapshot(NamedTuple):
 
 
 class DisplaySnapshot(NamedTuple):
-    """RViz's own verdict on a display: ``level`` 0 is good, 1 a warning, 2 an error."""
+    """The status of a display in RViz: ``level`` 0 is good, 1 a warning, 2 an error."""
 
     name: str
     level: int

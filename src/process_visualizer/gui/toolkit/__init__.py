@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Looks, icons, tasks and dialogs, which know nothing of cells or recordings."""
+"""Style, icons, tasks and dialogs, which know nothing about cells or recordings."""

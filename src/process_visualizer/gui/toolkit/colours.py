@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Colours that were chosen for a dark view, made readable on a light one."""
+"""Makes colours for a dark background readable on a light one."""
 from __future__ import annotations
 
 from typing import Tuple
@@ -11,7 +11,7 @@ _SATURATION = 0.85
 
 
 def readable_colour(colour: Tuple[float, float, float]) -> QColor:
-    """Return a colour (red, green, blue, 0 to 1) calmer, and as dark as it has to be on white."""
+    """Return a colour (red, green, blue, 0 to 1) less saturated, and dark enough on white."""
     chosen = QColor.fromRgbF(*(min(max(part, 0.0), 1.0) for part in colour))
     readable = QColor.fromHsvF(max(chosen.hsvHueF(), 0.0), _SATURATION * chosen.hsvSaturationF(),
                                chosen.valueF())
@@ -22,7 +22,7 @@ def readable_colour(colour: Tuple[float, float, float]) -> QColor:
 
 
 def contrast_to_white(colour: QColor) -> float:
-    """Return the contrast ratio of WCAG 2.1 (1.4.3) to white."""
+    """Return the contrast ratio of WCAG 2.1 (1.4.3) with white."""
     red, green, blue = (_linear(part) for part in colour.getRgbF()[:3])
     return 1.05 / (0.2126 * red + 0.7152 * green + 0.0722 * blue + 0.05)
 

@@ -15,7 +15,7 @@ _AT_LINE: Mapping[str, str] = {
     'geany': '--line {line} {file}', 'mousepad': '--line {line} {file}',
     'pycharm': '--line {line} {file}', 'emacs': '+{line} {file}', 'gvim': '+{line} {file}',
 }
-"""How graphical editors are told a line, in the order in which they are tried."""
+"""Arguments for a line in graphical editors, in the order in which they are tried."""
 _IN_TERMINALS = ('vi', 'vim', 'nvim', 'nano', 'pico', 'ed', 'joe', 'jed', 'ne', 'micro', 'hx',
                  'mcedit', 'editor', 'sensible-editor')
 _TIME_TO_FAIL_S = 1.0
@@ -26,7 +26,7 @@ class EditorError(Exception):
 
 
 def open_in_editor(file: str, line: int, environment: Optional[Mapping[str, str]] = None) -> str:
-    """Start the first editor that can be started; return its program. Blocks up to a second.
+    """Start the first editor that works; return its program. Blocks for up to a second.
 
     Raises:
         EditorError: there is none.
@@ -57,7 +57,7 @@ def _place(editor: str, file: str, line: int) -> List[str]:
 
 
 def _starts(command: List[str]) -> bool:
-    """Start it; one that ends with an error at once does not count."""
+    """Start an editor; False if it exits with an error at once."""
     try:
         process = subprocess.Popen(command, start_new_session=True, stdin=subprocess.DEVNULL,
                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)

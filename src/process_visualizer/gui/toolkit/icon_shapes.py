@@ -15,7 +15,7 @@ Point = Tuple[float, float]
 
 
 class Shape(NamedTuple):
-    """What is filled, and the lines that are stroked."""
+    """The filled parts, and the stroked lines."""
 
     filled: QPainterPath
     lines: QPainterPath
@@ -26,7 +26,7 @@ def shape(name: str) -> Shape:
     """Return the shape of an icon.
 
     Raises:
-        KeyError: there is none of this name.
+        KeyError: there is no icon of this name.
     """
     return _SHAPES[name]()
 

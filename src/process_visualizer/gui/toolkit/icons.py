@@ -18,7 +18,7 @@ _SIGNALS: Dict[str, str] = {'record': BAD, 'died': BAD, 'warning': WARNING, 'ok'
 def icon(name: str) -> QIcon:
     """Return an icon by its name; grey when disabled, in the accent colour when checked.
 
-    Those whose colour says something (record, warning, ok, …) keep it when checked.
+    Icons whose colour has a meaning (record, warning, ok, …) keep it when checked.
 
     Raises:
         KeyError: there is no icon of this name.
@@ -28,7 +28,7 @@ def icon(name: str) -> QIcon:
 
 
 class _Engine(QIconEngine):
-    """Draws a shape in whatever size it is asked for."""
+    """Draws a shape in any size."""
 
     def __init__(self, drawn: Shape, colour: str, checked: str) -> None:
         super().__init__()

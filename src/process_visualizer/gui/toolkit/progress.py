@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How far a long task is, and the wish to cancel it."""
+"""The progress of a long task, and the request to cancel it."""
 from __future__ import annotations
 
 import threading
@@ -12,14 +12,14 @@ class Progress(QObject):
     """Made in the GUI thread; the task reports to it from its own, the view shows it."""
 
     changed = pyqtSignal(float)
-    """The part that is done, 0 to 1; arrives in the GUI thread."""
+    """The finished part, 0 to 1; arrives in the GUI thread."""
 
     def __init__(self, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
         self._cancelled = threading.Event()
 
     def report(self, fraction: float) -> None:
-        """Tell how much is done, 0 to 1; for any thread."""
+        """Report the finished part, 0 to 1; for any thread."""
         self.changed.emit(fraction)
 
     def cancel(self) -> None:
@@ -27,5 +27,5 @@ class Progress(QObject):
         self._cancelled.set()
 
     def is_cancelled(self) -> bool:
-        """Whether the task is to end; for any thread."""
+        """Whether the task must end; for any thread."""
         return self._cancelled.is_set()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Dialogs that do not block: the window goes on while they are open."""
+"""Dialogs that do not block: the window keeps working while they are open."""
 from __future__ import annotations
 
 from typing import Callable
@@ -12,7 +12,7 @@ _TITLE = 'Process Visualizer'
 
 def message_box(parent: QWidget, text: str,
                 symbol: QMessageBox.Icon = QMessageBox.Warning) -> QMessageBox:
-    """Return a message, to be opened; it deletes itself when it is closed."""
+    """Return a message box to open; it deletes itself when it is closed."""
     box = QMessageBox(symbol, _TITLE, text, parent=parent)
     box.setObjectName('message')
     box.setTextInteractionFlags(Qt.TextSelectableByMouse)
@@ -24,9 +24,9 @@ def ask(parent: QWidget, question: str, yes: str, action: Callable[[], None],
         otherwise: Callable[[], None] = lambda: None) -> QMessageBox:
     """Ask a question; do the action if the answer is ``yes``, the text of its button.
 
-    ``otherwise`` is done where it is closed in any other way.
+    ``otherwise`` is called if it is closed in any other way.
 
-    Returns the open dialog, for a question that answers itself.
+    Returns the open dialog, so that a question can be closed when it is no longer needed.
     """
     box = message_box(parent, question, QMessageBox.Question)
     box.setObjectName('question')

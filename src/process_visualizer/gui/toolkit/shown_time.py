@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which part of a recording the timeline shows."""
+"""The part of a recording that the timeline shows."""
 from __future__ import annotations
 
 from typing import NamedTuple
 
-_EDGE_SHARE = 0.1  # of the shown time: so far from the edge comes what was out of sight
+_EDGE_SHARE = 0.1  # of the shown time: distance from the edge for a moment that was out of sight
 SHORTEST_S = 1.0
-"""Less than this is not shown, so that nobody gets lost between two messages."""
+"""The shortest part, so that nobody gets lost between two messages."""
 
 
 class ShownTime(NamedTuple):
@@ -31,17 +31,17 @@ class ShownTime(NamedTuple):
         return self.begin_s <= time_s <= self.end_s
 
     def zoomed(self, factor: float, around_s: float) -> ShownTime:
-        """So many times as much; the moment ``around_s`` stays where it is."""
+        """The part scaled by a factor; the moment ``around_s`` stays at its place."""
         duration_s = _limited(self.duration_s * factor, SHORTEST_S, self.length_s)
         share = (around_s - self.begin_s) / self.duration_s if self.duration_s > 0.0 else 0.0
         return self.part(around_s - share * duration_s, duration_s)
 
     def beginning_at(self, begin_s: float) -> ShownTime:
-        """As much, from another moment on; at most to the nearer end of the recording."""
+        """A part of the same length from another moment on, within the recording."""
         return self.part(begin_s, self.duration_s)
 
     def showing(self, time_s: float) -> ShownTime:
-        """As much, moved only if a moment is out of sight: then near the edge it has left by."""
+        """As long a part, moved only if a moment is out of sight: then near that edge."""
         if self.contains(time_s):
             return self
         edge_s = _EDGE_SHARE * self.duration_s
@@ -49,7 +49,7 @@ class ShownTime(NamedTuple):
         return self.beginning_at(time_s - (self.duration_s - edge_s if is_behind else edge_s))
 
     def part(self, begin_s: float, duration_s: float) -> ShownTime:
-        """Another part of the same recording, as near to this one as there is."""
+        """Another part of the same recording, as close to the wanted one as possible."""
         duration_s = _limited(duration_s, SHORTEST_S, self.length_s)
         return ShownTime(_limited(begin_s, 0.0, self.length_s - duration_s), duration_s,
                          self.length_s)

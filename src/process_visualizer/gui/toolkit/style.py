@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How the launcher looks: one accent colour on a light, calm palette."""
+"""The style of the launcher: one accent colour on a light, calm palette."""
 from __future__ import annotations
 
 from PyQt5.QtCore import Qt
@@ -51,7 +51,7 @@ def apply_style(app: QApplication) -> None:
 
 
 def set_primary(button: QPushButton, is_primary: bool) -> None:
-    """Give a button the accent colour, or take it away."""
+    """Give a button the accent colour, or remove it."""
     if button.property('primary') != is_primary:
         button.setProperty('primary', is_primary)
         button.style().unpolish(button)
@@ -70,7 +70,7 @@ def palette() -> QPalette:
 
 
 def tabular_font(font: QFont) -> QFont:
-    """Return a font of the same size whose digits are all equally wide, so that no time jumps."""
+    """Return a font of the same size with digits of equal width, so that times do not jump."""
     tabular = QFont(font)
     tabular.setFamily('monospace')
     tabular.setStyleHint(QFont.Monospace)

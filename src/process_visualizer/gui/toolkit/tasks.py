@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs what takes time off the GUI thread, and hands the results back to it."""
+"""Runs slow work off the GUI thread, and delivers the results to it."""
 from __future__ import annotations
 
 import queue
@@ -25,10 +25,10 @@ class _Outcome(NamedTuple):
 
 
 class Tasks(QObject):
-    """Lines of work by name, each with a thread of its own that lives as long as the program.
+    """Lines of work by name, each with its own thread that lives as long as the program.
 
-    Tasks of one line run one after the other, in their order; what belongs together (all that
-    commands the player, say) goes into one line.
+    Tasks of one line run one after the other, in their order; related work (such as all commands
+    of the player) goes into one line.
     """
 
     _ended = pyqtSignal(object)
@@ -41,18 +41,18 @@ class Tasks(QObject):
 
     def run(self, line: str, function: Callable[[], Any], on_result: Optional[OnResult] = None,
             on_error: Optional[OnError] = None) -> None:
-        """Run a function in a line; then one of the others is called, in the GUI thread.
+        """Run a function in a line; then call one of the others, in the GUI thread.
 
-        An exception that ``on_error`` is not there to take is raised in the GUI thread.
+        Without ``on_error`` an exception is raised in the GUI thread.
         """
         if line not in self._lines:
             self._begin(line)
         self._lines[line].put(_Task(function, on_result, on_error))
 
     def run_and_wait(self, line: str, function: Callable[[], Any], timeout_s: float) -> None:
-        """Run a function after what is in the line already, and wait for its end.
+        """Run a function after the present tasks of the line, and wait for its end.
 
-        It holds up the thread that calls: only for the end of the program.
+        It blocks the calling thread: only for the end of the program.
         """
         ended = threading.Event()
 
@@ -66,7 +66,7 @@ class Tasks(QObject):
         ended.wait(timeout_s)
 
     def close(self, timeout_s: float = 5.0) -> None:
-        """End all lines after what they are doing; results that come later are not delivered."""
+        """End all lines after their present task; later results are not delivered."""
         self._ended.disconnect(self._deliver)
         for line in self._lines.values():
             line.put(None)
@@ -86,7 +86,7 @@ class Tasks(QObject):
                 return
             try:
                 outcome = _Outcome(task, task.function(), None)
-            except Exception as error:  # handed to the GUI thread, which tells the operator
+            except Exception as error:  # passed to the GUI thread, which shows it
                 outcome = _Outcome(task, None, error)
             self._ended.emit(outcome)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Time along a line: where a moment lies, and which moments are worth a tick."""
+"""Time along a line: the place of a moment, and the moments of ticks."""
 from __future__ import annotations
 
 import math
@@ -28,26 +28,26 @@ class TimeAxis(NamedTuple):
         return self.left + self.width
 
     def x(self, time_s: float) -> float:
-        """Return where a time lies [px]; outside of the line if it is not shown."""
+        """Return the place of a time [px]; outside the line if it is not shown."""
         if self.duration_s <= 0.0:
             return self.left
         return self.left + self.width * (time_s - self.begin_s) / self.duration_s
 
     def time_s(self, x: float) -> float:
-        """Return the time at a place [px], at most at the nearer end."""
+        """Return the time at a place [px], limited to the ends of the line."""
         if self.width <= 0.0:
             return self.begin_s
         return self.begin_s + min(max((x - self.left) / self.width, 0.0), 1.0) * self.duration_s
 
     def tick_step_s(self, least_px: float) -> float:
-        """Return the smallest sensible time between two ticks at least so far apart [px]."""
+        """Return the smallest sensible time between two ticks at least this far apart [px]."""
         if self.width <= 0.0 or self.duration_s <= 0.0:
             return _STEPS_S[-1]
         least_s = least_px * self.duration_s / self.width
         return next((step_s for step_s in _STEPS_S if step_s >= least_s), _STEPS_S[-1])
 
     def ticks(self, least_px: float) -> List[float]:
-        """Return the times [s] of ticks at least so far apart [px], at multiples of their step."""
+        """Return the times [s] of ticks at least this far apart [px], multiples of their step."""
         step_s = self.tick_step_s(least_px)
         first = math.ceil(self.begin_s / step_s - 1e-9)
         last = math.floor((self.begin_s + self.duration_s) / step_s + 1e-9)
@@ -55,7 +55,7 @@ class TimeAxis(NamedTuple):
 
 
 def tick_label(time_s: float, step_s: float) -> str:
-    """Return a time as m:ss, with as many more digits as the step between ticks needs."""
+    """Return a time as m:ss, with as many decimals as the step between ticks needs."""
     text = format_time(time_s)
     if step_s >= 1.0:
         return text[:-4]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where the user was when the program was called."""
+"""The folder in which the user called the program."""
 from __future__ import annotations
 
 import os
@@ -7,10 +7,10 @@ from typing import Mapping
 
 
 def working_folder(environment: Mapping[str, str] = os.environ) -> str:
-    """Return the folder of the shell that the program was called in, if it can be written to.
+    """Return the folder of the shell that called the program, if it is writable.
 
     roslaunch runs its nodes in ``~/.ros``, where nobody looks for files, and leaves ``PWD`` as the
-    shell has set it. Else it is the home folder.
+    shell has set it. The fallback is the home folder.
     """
     folder = environment.get('PWD', '')
     is_usable = os.path.isabs(folder) and os.path.isdir(folder) and os.access(folder, os.W_OK)

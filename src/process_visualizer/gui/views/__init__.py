@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the operator sees: widgets that show a model and call its methods."""
+"""The visible part: widgets that show a model and call its methods."""

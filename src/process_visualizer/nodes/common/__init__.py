@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What several nodes have in common."""
+"""Code that several nodes share."""

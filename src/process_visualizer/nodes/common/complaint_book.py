@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a node finds wrong now: each complaint for as long as it holds. Imports no rospy."""
+"""The present problems of a node, each for as long as it lasts. Imports no rospy."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from typing import Dict, List, Mapping, Optional
 
 HOLD_S = 3.0
-"""So long after the last bad message a complaint stands while good ones come: it must not blink."""
+"""A complaint lasts this long [s] after the last bad message, so that it does not blink."""
 
 
 @dataclass
 class Complaint:
-    """What is wrong about something; times are those of a clock that does not jump [s]."""
+    """A problem with something; times are those of a clock that does not jump [s]."""
 
     text: str
     since_s: float
@@ -23,46 +23,46 @@ class Complaint:
 
 
 class ComplaintBook:
-    """The complaints by what they are about (their key), such as a topic or a frame.
+    """The complaints by their key: what they are about, such as a topic or a frame.
 
     A complaint about messages ends when good ones come and no bad one has come for some time;
-    where no message comes at all, the last one was a bad one, and the complaint stands.
+    if no message comes at all, the complaint remains.
     """
 
     def __init__(self) -> None:
-        """Begin without complaints."""
+        """There are no complaints at first."""
         self._complaints: Dict[str, Complaint] = {}
         self._ended: List[str] = []
 
     def add(self, key: str, text: str, now_s: float, is_error: bool = False) -> None:
-        """Take a bad message."""
+        """Note a bad message."""
         self._write(key, text, now_s, is_error).count += 1
 
     def state(self, key: str, text: str, now_s: float,
               values: Optional[Mapping[str, str]] = None) -> None:
-        """Say what is wrong until `end`."""
+        """Set a complaint that lasts until `end`."""
         self._write(key, text, now_s).values = values or {}
 
     def note_good(self, key: str, now_s: float) -> None:
-        """Take note of a good message."""
+        """Note a good message."""
         complaint = self._complaints.get(key)
         if complaint is not None:
             complaint.good_s = now_s
 
     def end(self, key: str) -> None:
-        """Say that all is well with something."""
+        """End the complaint about something."""
         if self._complaints.pop(key, None) is not None:
             self._ended.append(key)
 
     def present(self, now_s: float) -> Dict[str, Complaint]:
-        """Return the complaints that hold now."""
+        """Return the present complaints."""
         for key in [key for key, it in self._complaints.items()
                     if it.good_s is not None and now_s - it.last_s > HOLD_S]:
             self.end(key)
         return self._complaints
 
     def take_ended(self) -> List[str]:
-        """Return the keys that have ended since this was called last."""
+        """Return the keys of complaints that have ended since the last call."""
         ended, self._ended = self._ended, []
         return [key for key in ended if key not in self._complaints]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Says what is wrong in a node: in the log, and on /diagnostics for as long as it holds."""
+"""Reports problems of a node: in the log, and on /diagnostics for as long as they last."""
 from __future__ import annotations
 
 import threading
@@ -20,23 +20,23 @@ _Said = Tuple[str, Complaint]
 class Complaints:
     """The complaints of this node about a device; any thread may call it.
 
-    Each is logged when it begins, and now and then while it holds; see `ComplaintBook` for when it
-    ends. Nothing is published while all is well.
+    Each is logged when it begins, and repeatedly while it lasts; see `ComplaintBook` for when it
+    ends. Nothing is published without a problem.
     """
 
     def __init__(self, device: str) -> None:
-        """Take the device's name, and advertise."""
+        """``device`` is the name of the device."""
         self._device = device
         self._lock = threading.Lock()
         self._book = ComplaintBook()
         self._next_log_s: Dict[str, float] = {}
         self._wake = threading.Event()
-        self._pause = threading.Event()  # nobody sets it: ROS time may stand still
+        self._pause = threading.Event()  # never set; used because ROS time may stop
         self._publisher = rospy.Publisher(DIAGNOSTICS, DiagnosticArray, queue_size=10)
         threading.Thread(target=self._run, name='complaints', daemon=True).start()
 
     def add(self, key: str, text: str, is_error: bool = False) -> None:
-        """Complain of a message; the key is what counts together, such as its topic."""
+        """Complain of a message; complaints with the same key, such as a topic, count together."""
         now_s = time.monotonic()
         with self._lock:
             self._book.add(key, text, now_s, is_error)
@@ -51,12 +51,12 @@ class Complaints:
         self._log(key, text, now_s, False, log_period_s)
 
     def note_good(self, key: str) -> None:
-        """Take note of a message with which nothing is wrong."""
+        """Note a message without a problem."""
         with self._lock:
             self._book.note_good(key, time.monotonic())
 
     def end(self, key: str) -> None:
-        """All is well with something, whatever was said of it."""
+        """End all complaints about something."""
         with self._lock:
             self._book.end(key)
 
@@ -84,7 +84,7 @@ class Complaints:
                 raise
 
     def _statuses(self) -> List[DiagnosticStatus]:
-        """Return what holds, and once what does not hold any more; then sleep if nothing does."""
+        """Return the present problems, and once those that have ended; sleep if there are none."""
         now_s = time.monotonic()
         with self._lock:
             present = self._book.present(now_s)

@@ -11,18 +11,18 @@ from process_visualizer.parameters.reading import is_number
 class LiveNumber:
     """Follows a parameter through the master's notifications; reading it costs no call.
 
-    rospy.get_param_cached subscribes a parameter, but calls the master again at every access to
+    rospy.get_param_cached subscribes to a parameter, but calls the master again at every access to
     one that is not set. So it is called once, and its cache is read.
     """
 
     def __init__(self, name: str, default: float) -> None:
-        """Take the parameter's name, and what holds where it is not set or not a number."""
+        """``default`` is used if the parameter is not set or not a number."""
         self._name = rospy.resolve_name(name)
         self._default = default
         rospy.get_param_cached(self._name, default)
 
     def value(self) -> float:
-        """Return the parameter's value as it is now."""
+        """Return the present value of the parameter."""
         try:
             value = get_param_server_cache().get(self._name)
         except KeyError:

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Markers for RViz: arrows and numbers that are locked to the frame they act in.
 
-A marker with frame_locked is drawn with its frame's transform of every rendered frame, the same
-as the robot's, and so never lags behind it (thesis figure 6.11). Its stamp is zero: the latest
-transform.
+A marker with frame_locked is drawn in every picture with the newest transform of its frame, the
+same as the robot's, and so never lags behind it (thesis figure 6.11). Its stamp is zero: the
+latest transform.
 """
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ STALE_COLOR: Color = (0.55, 0.55, 0.55, 1.0)
 ARROW_ID, TEXT_ID = 0, 1
 TEXT_PERIOD_S = 0.1  # numbers that change faster cannot be read
 LIFETIME_S = 0.8
-"""RViz removes what is not drawn anew within this time: what a process drew does not outlive it.
-Processes draw ten times a second at least, also what stands still or is old."""
+"""RViz removes markers that are not redrawn within this time, so none outlives its process.
+Processes draw at least ten times a second, even if nothing changes or the data is old."""
 
 
 @dataclass(frozen=True)
 class VectorSample:
-    """The last value of a quantity, when it came, and where it acts."""
+    """The last value of a quantity, its time of arrival, and where it acts."""
 
     vector: Vector  # (3,) in the frame, in the quantity's unit
     frame: str
@@ -39,7 +39,7 @@ class VectorSample:
     foot: Vector = (0.0, 0.0, 0.0)  # (3,) [m] in the frame: where the arrow begins
 
     def age_s(self, now_s: float) -> float:
-        """Return the time [s] since the value came."""
+        """Return the time [s] since the value arrived."""
         return max(0.0, now_s - self.time_s)
 
 
@@ -47,21 +47,20 @@ class Pace:
     """Lets something happen once in a period."""
 
     def __init__(self, period_s: float) -> None:
-        """Take the period [s]."""
+        """The period is in s."""
         self._period_s = period_s
         self._next_s = -math.inf
 
     def hurry(self) -> None:
-        """Let it happen the next time, however little time has passed."""
+        """Let it happen at the next check, however little time has passed."""
         self._next_s = -math.inf
 
     def is_due(self, now_s: float, early_s: float = 0.0) -> bool:
-        """Tell whether it may happen now, and if so, not again for a period.
+        """Whether it may happen now; if so, it may not happen again for a period.
 
-        It may happen so much too early [s]: of something that has about this period itself, none
-        is left out then.
+        It may be early by ``early_s``, so that events with about this period are not skipped.
         """
-        # A clock that was set back starts anew.
+        # After a clock was set back, start again.
         if self._next_s - self._period_s <= now_s < self._next_s - early_s:
             return False
         late_s = now_s - self._next_s
@@ -71,14 +70,14 @@ class Pace:
 
 
 def value_text(style: ArrowStyle, value: float, age_s: float, stale_after_s: float) -> str:
-    """Return the value with its unit, or since when there is none."""
+    """Return the value with its unit, or how long there has been none."""
     if age_s > stale_after_s:
         return format_age(style.label, age_s)
     return format_value(style.label, value, style.unit, style.decimals)
 
 
 def vector_arrow(namespace: str, style: ArrowStyle, sample: VectorSample, stale: bool) -> Marker:
-    """Return the arrow of a vector, grey if stale; below the threshold the deletion of it."""
+    """Return the arrow of a vector, grey if stale; below the threshold its deletion."""
     marker = _mortal_marker(namespace, ARROW_ID, sample.frame)
     magnitude = math.hypot(*sample.vector)
     if magnitude <= max(style.threshold, 0.0):
@@ -113,7 +112,7 @@ def deletion(namespace: str, number: int, frame: str) -> Marker:
 
 
 def invisible_marker(namespace: str, frame: str) -> Marker:
-    """Return a marker that nobody sees: a display without any warns that nothing has come."""
+    """Return an invisible marker: a display without any would warn that nothing has come."""
     marker = _mortal_marker(namespace, 0, frame)
     marker.type = Marker.SPHERE
     marker.scale.x = marker.scale.y = marker.scale.z = 1e-4

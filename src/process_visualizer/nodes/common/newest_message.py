@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The newest message of a topic of any type, decoded only when it is looked at."""
+"""The newest message of a topic of any type, decoded only when it is needed."""
 from __future__ import annotations
 
 from typing import Any, Callable, Dict, NamedTuple, Optional
@@ -10,7 +10,7 @@ import rospy
 
 
 class RawMessage(NamedTuple):
-    """A message as it came."""
+    """A message as it arrived."""
 
     message_type: str  # package/Type
     md5sum: str  # of the publisher's definition
@@ -19,9 +19,9 @@ class RawMessage(NamedTuple):
 
 
 class NewestMessage:
-    """Subscribes a topic of any type and keeps its newest message.
+    """Subscribes to a topic of any type and keeps its newest message.
 
-    It stays in bytes until somebody wants it, so that a topic costs little however fast it is.
+    It stays in bytes until it is needed, so that even a fast topic costs little.
     """
 
     def __init__(self, topic: str, clock: Callable[[], float]) -> None:
@@ -45,7 +45,7 @@ class NewestMessage:
         """Return a message of this topic; the one that was decoded last is not decoded again.
 
         Raises:
-            ValueError: the type is not known here, or the bytes are not of this type.
+            ValueError: the type is unknown, or the bytes are not of this type.
         """
         if raw is not self._decoded_raw:
             self._message = decode(raw, self._class(raw.message_type))
@@ -53,7 +53,7 @@ class NewestMessage:
         return self._message
 
     def _class(self, message_type: str) -> Optional[type]:
-        if message_type not in self._classes:  # looking for one that is not there takes long
+        if message_type not in self._classes:  # searching for a missing one takes long
             self._classes[message_type] = roslib.message.get_message_class(message_type)
         return self._classes[message_type]
 

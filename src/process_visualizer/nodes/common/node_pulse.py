@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whether nodes answer: asked for their process ids, all at once, and told within half a second."""
+"""Finds out within half a second whether nodes answer, by asking all for their process ids."""
 from __future__ import annotations
 
 import selectors
@@ -24,7 +24,7 @@ class NodePulse:
     """One node, and whether it answered."""
 
     def __init__(self, name: str) -> None:
-        """Take the node's name."""
+        """``name`` is the node's name."""
         self.name = name
         self.problem = ''  # ENDED, SILENT or nothing
         self._seen = self._is_sent = False
@@ -34,11 +34,11 @@ class NodePulse:
         self._due_s = self._deadline_s = 0.0
 
     def next_s(self) -> float:
-        """Return when something is to be done for this node."""
+        """Return when something must be done for this node."""
         return self._deadline_s if self._connection else self._due_s
 
     def act(self, now_s: float, lookup: Lookup, selector: selectors.BaseSelector) -> None:
-        """Ask the node if it is time to; give up a question that was not answered in time."""
+        """Ask the node if it is time; give up a question that was not answered in time."""
         if now_s < self.next_s():
             return
         if self._connection is not None:
@@ -47,7 +47,7 @@ class NodePulse:
             self._ask(now_s, lookup, selector)
 
     def receive(self, selector: selectors.BaseSelector) -> None:
-        """Read what came; the node's socket can be written or read."""
+        """Read the answer; the node's socket can be written or read."""
         assert self._connection is not None
         try:
             if self._received == b'' and not self._is_sent:
@@ -90,21 +90,21 @@ class NodePulse:
         self._connection.close()
         self._connection = None
         if problem:
-            self._uri = None  # one that was started anew is elsewhere
+            self._uri = None  # a restarted node has another address
         else:
             self._seen = True
         self._note(problem)
 
     def _note(self, problem: str) -> None:
-        """Remember what is wrong; a node that never answered has not started yet."""
+        """Remember the problem; a node that has never answered has not started yet."""
         self.problem = problem if self._seen else ''
 
 
 class Pulses:
-    """All nodes that are watched; run it in a thread of its own."""
+    """All nodes that are watched; run it in a separate thread."""
 
     def __init__(self, lookup: Lookup) -> None:
-        """Take a function that gives the URI of a node's slave API, None for an unknown node."""
+        """``lookup`` returns the URI of a node's slave API, None for an unknown node."""
         self._lookup = lookup
         self._selector = selectors.DefaultSelector()
         self.nodes: Dict[str, NodePulse] = {}
@@ -115,7 +115,7 @@ class Pulses:
             self.nodes.setdefault(name, NodePulse(name))
 
     def step(self, longest_s: float) -> None:
-        """Ask who is due, and wait for answers, for some time at most."""
+        """Ask the nodes that are due, and wait for answers for a limited time."""
         now_s = time.monotonic()
         for node in self.nodes.values():
             node.act(now_s, self._lookup, self._selector)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The end of a rospy node's process, which rospy alone does not always reach; and its beginning."""
+"""Starts and ends the process of a rospy node; rospy alone does not always end it."""
 from __future__ import annotations
 
 import logging
@@ -13,15 +13,15 @@ from typing import Callable, List, NoReturn, Optional
 import rospy
 
 _SHUTDOWN_S = 1.2
-"""For all that a shutdown does, which includes a farewell to the master and to every node."""
+"""For the whole shutdown, which includes unregistering at the master and at every node."""
 
 
 def start_node(name: str, argv: Optional[List[str]] = None) -> None:
-    """Make this process a node that SIGINT and SIGTERM shut down; ends it if one comes meanwhile.
+    """Make this process a node that SIGINT and SIGTERM shut down; end it if one comes already.
 
     To be called by the main thread, instead of ``rospy.init_node``. rospy's handlers shut down in
-    the thread that the signal interrupts. If that is just asking the master, it holds the lock
-    that the farewell needs, and waits for itself for ever.
+    the thread that the signal interrupts. If that thread is just asking the master, it holds the
+    lock that unregistering needs, and waits for itself for ever.
     """
     received = threading.Event()
 
@@ -41,7 +41,7 @@ def start_node(name: str, argv: Optional[List[str]] = None) -> None:
 
 
 def at_shutdown(hook: Callable[[], None]) -> None:
-    """Have a function called once when the node shuts down, also if it does so already.
+    """Call a function once when the node shuts down, also if it is already doing so.
 
     rospy alone forgets a function that is given to it while it calls those given before.
     """
@@ -59,8 +59,8 @@ def at_shutdown(hook: Callable[[], None]) -> None:
 def spin_to_end(*cleanups: Callable[[], None]) -> NoReturn:
     """Wait until ROS shuts the node down, then end its process with code 0.
 
-    The cleanups are called at the shutdown. It has 1.2 s with all that they and rospy do;
-    what hangs then is left: roslaunch would wait for it for 15 s.
+    The cleanups are called at the shutdown. They and rospy have 1.2 s in all; then the process
+    ends even if something hangs, for which roslaunch would wait 15 s.
     """
     begin = _limit(0)
     for hook in (begin, *cleanups):  # rospy calls them one after the other
@@ -72,9 +72,9 @@ def spin_to_end(*cleanups: Callable[[], None]) -> NoReturn:
 def end_process(code: int) -> NoReturn:
     """Shut the node down, if there is one, and end the process, after 1.2 s at most.
 
-    rospy writes to each subscriber in a thread that is no daemon. If the subscriber leaves while
-    the node shuts down, that thread may never be told to end, and the interpreter would wait for
-    it for ever, with SIGINT and SIGTERM doing nothing.
+    rospy writes to each subscriber in a thread that is not a daemon. If the subscriber leaves
+    while the node shuts down, that thread may never end, and the interpreter would wait for it for
+    ever, ignoring SIGINT and SIGTERM.
     """
     _limit(code)()
     rospy.signal_shutdown('the program ends')
@@ -85,10 +85,10 @@ def end_process(code: int) -> NoReturn:
 
 
 def _limit(code: int) -> Callable[[], None]:
-    """Return what begins the time after which the process ends with a code.
+    """Return an event that starts the time after which the process ends with a code.
 
-    The thread is there already when the time begins, and does nothing at its end but end the
-    process: the locks of logging and of a full pipe may be held by what hangs.
+    The thread exists before the time starts, and only ends the process: the locks of logging
+    and of a full pipe may be held by a thread that hangs.
     """
     begun = threading.Event()
 

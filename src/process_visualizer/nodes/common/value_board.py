@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Arrows with their values: what the displays of variables have in common."""
+"""Arrows with their values: shared by the displays of variables."""
 from __future__ import annotations
 
 from typing import List, NamedTuple, Optional, Sequence
@@ -20,7 +20,7 @@ from process_visualizer.parameters.arrow_style import ArrowStyle
 
 
 class TextPlace(NamedTuple):
-    """Where a text stands: in one line of a block, which several values share."""
+    """The place of a text: one line of a block, which several values share."""
 
     frame: str
     position: Vector  # (3,) [m] of the block's middle in the frame
@@ -39,10 +39,10 @@ class ShownValue(NamedTuple):
 
 
 class ValueBoard:
-    """Makes the markers of values: arrows each time, and texts when they can be read anew."""
+    """Makes the markers of values: arrows each time, texts only as often as they can be read."""
 
     def __init__(self, text_height_m: float, stale_after_s: float) -> None:
-        """Take the height of the texts [m], and the age [s] from which a value is grey."""
+        """The height of texts is in m; values older than ``stale_after_s`` are grey."""
         self._text_height_m = text_height_m
         self._stale_after_s = stale_after_s
         self._texts = Pace(TEXT_PERIOD_S)
@@ -52,9 +52,9 @@ class ValueBoard:
         """Return the arrows, and the texts too when it is time for them.
 
         Args:
-            values: what is shown.
-            now_s: the present time of the clock that times the values; it may stand still.
-            wall_s: the present time of a clock that does not, if that is another one.
+            values: the values to show.
+            now_s: the present time of the clock that times the values; it may be paused.
+            wall_s: the present time of a clock that is never paused, if that is another one.
         """
         markers = [vector_arrow(value.namespace, value.style, value.sample,
                                 self._is_stale(value.sample, now_s)) for value in values]

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the robot processor consists of."""
+"""The parts of the robot processor."""

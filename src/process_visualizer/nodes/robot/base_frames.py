@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What frames that messages name mean for a robot: which they are, and where in its base."""
+"""The frames named by messages of a robot: which they are, and where in its base."""
 from __future__ import annotations
 
 import threading
@@ -22,21 +22,21 @@ from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_MESSAGE
 
 
 class BaseFrames:
-    """Brings what messages say into a robot's base frame.
+    """Converts poses and forces of messages into a robot's base frame.
 
-    A maker's driver says where the tool is in the maker's own frame, such as ``base`` beside
-    ``base_link``. Any frame that the model or a static transform connects with the base is taken;
-    where a joint lies between, its position at the time of the message counts.
+    A maker's driver reports the tool in the maker's own frame, such as ``base`` beside
+    ``base_link``. Any frame that the model or a static transform connects with the base is
+    accepted; if a joint is in between, its position at the time of the message is used.
     """
 
     def __init__(self, parameters: RobotParameters, model: Kinematics,
                  on_change: Callable[[], None]) -> None:
-        """Take the robot's frames and model.
+        """Convert poses and forces of one robot.
 
         Args:
-            parameters: the robot processor's.
-            model: the robot's; static transforms are added to it when they are needed.
-            on_change: called when poses that were given before mean something else now.
+            parameters: those of the robot processor.
+            model: of the robot; static transforms are added to it when they are needed.
+            on_change: called when earlier poses now have another meaning.
         """
         self._parameters = parameters
         self._model = model
@@ -53,7 +53,7 @@ class BaseFrames:
                            self._parameters.link_prefix)
 
     def take_joints(self, message: bytes) -> None:
-        """Take a sensor_msgs/JointState as it came; it is read only if a joint matters."""
+        """Note a received sensor_msgs/JointState; it is read only if a joint matters."""
         if not self.follows_joints:
             return
         try:
@@ -68,7 +68,7 @@ class BaseFrames:
 
         Args:
             pose: in any frame.
-            joints: those that belong to it; without them those that come.
+            joints: those that belong to it; default: those received.
 
         Raises:
             FramesNotConnected: the joints between its frame and the base frame are not known yet.
@@ -85,8 +85,8 @@ class BaseFrames:
     def drawn_force(self, frame: str, force: Vector) -> Tuple[str, Vector]:
         """Return the frame in which a force (3,) [N] is drawn, and the force in it.
 
-        That of a link that stands still in the base is turned into the base frame: such a robot
-        reports along the axes of its base what acts at its tool.
+        A force in a link that is fixed to the base is turned into the base frame: such a robot
+        reports the force at its tool along the axes of its base.
         """
         base = self._parameters.base_frame
         if frame not in self._model.links or self._model.moves(frame, base):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads the pose of a frame from tf, as messages on a tf topic bring it."""
+"""Reads the pose of a frame from the messages of a tf topic."""
 from __future__ import annotations
 
 import time
@@ -24,16 +24,16 @@ PATIENCE_S = 5.0  # from the first transforms: other nodes start too, and send o
 
 
 class FramePoses:
-    """The poses of a frame in another one, as transforms come, however many frames lie between."""
+    """The poses of a frame in another one, from transforms, through any number of frames."""
 
     def __init__(self, base_frame: str, frame: str, links: Collection[str] = (),
                  meant: Callable[[str], str] = str) -> None:
-        """Take the frames.
+        """Collect transforms between two frames.
 
         Args:
             base_frame, frame: the pose is that of frame in base_frame.
             links: of the robot's model.
-            meant: returns which link a driver means that knows nothing of the model's prefix.
+            meant: returns the link that a driver means if it does not know the model's prefix.
         """
         self._base_frame, self._frame = base_frame, frame
         self._links, self._meant = links, meant
@@ -42,12 +42,12 @@ class FramePoses:
         self._last_stamp = rospy.Time()
 
     def add_static(self, transforms: List[TransformStamped]) -> None:
-        """Take transforms that hold for ever."""
+        """Add static transforms."""
         for transform in transforms:
             self._buffer.set_transform_static(self._as_in_model(transform), 'static')
 
     def add(self, transforms: List[TransformStamped]) -> Optional[ToolPose]:
-        """Take transforms that have come together; return the pose if it is a new one.
+        """Add transforms of one message; return the pose if it is a new one.
 
         Raises:
             FramesNotConnected: the two frames are not (yet).
@@ -65,11 +65,11 @@ class FramePoses:
         return _pose(found, self._frame)
 
     def forget(self) -> None:
-        """Forget transforms that do not hold for ever: what is older would not be taken."""
+        """Forget transforms that are not static: older ones would not be accepted."""
         self._buffer.clear()
 
     def _as_in_model(self, transform: TransformStamped) -> TransformStamped:
-        """Return a transform of a frame behind the model's links with the link's own name."""
+        """Return a transform of a frame after the model's links with the link's own name."""
         child, parent = (name.lstrip('/') for name in (transform.child_frame_id,
                                                        transform.header.frame_id))
         link = self._meant(parent)
@@ -84,7 +84,7 @@ class FramePoses:
         return f'the frame {self._frame} is not known in {self._base_frame}: {advice or reason}'
 
     def _root(self) -> str:
-        """Return the frame from which the wanted one is known."""
+        """Return the frame relative to which the wanted one is known."""
         frame, passed = self._frame, set()
         while frame in self._parents and frame not in passed and frame not in self._links:
             passed.add(frame)
@@ -95,11 +95,12 @@ class FramePoses:
 class FrameDecoder(PoseDecoder):
     """Finds the poses in a recording of transforms, and in that of the joints that move links.
 
-    What the cell's own robot_state_publisher sends was not recorded; the model makes it anew.
+    The transforms of the cell's own robot_state_publisher were not recorded; the model replaces
+    them.
     """
 
     def __init__(self, poses: FramePoses, model: Kinematics) -> None:
-        """Take where the transforms are put together, and the robot's model."""
+        """``poses`` combines the transforms; ``model`` is that of the robot."""
         self._poses, self._model = poses, model
         self._recorded: Set[str] = set()
 
@@ -119,19 +120,19 @@ class FrameDecoder(PoseDecoder):
 
 
 class FrameReader:
-    """Hands on each new pose of a frame in the base frame."""
+    """Passes on each new pose of a frame in the base frame."""
 
     def __init__(self, complaints: Complaints, topic: str, base_frame: str, frame: str,
                  callback: Callable[[ToolPose], None], on_static: Callable[[], None],
                  model: Kinematics, meant: Callable[[str], str]) -> None:
-        """Subscribe the topic and the static transforms.
+        """Subscribe to the topic and the static transforms.
 
         Args:
             complaints: those of the node.
-            topic: what carries the transforms, such as /tf.
+            topic: the topic of the transforms, such as /tf.
             base_frame, frame: the pose is that of frame in base_frame.
-            callback: called with each new pose; may raise ValueError with what is wrong.
-            on_static: called when the static transforms are others than before.
+            callback: called with each new pose; may raise ValueError with a problem.
+            on_static: called when the static transforms have changed.
             model: of the robot.
             meant: see FramePoses.
         """
@@ -147,7 +148,7 @@ class FrameReader:
         TopicReader(complaints, topic, TF_MESSAGE, {TF_MESSAGE: transforms_in}, self._on_transforms)
 
     def decoder(self) -> PoseDecoder:
-        """Return what finds the poses in messages of the topic, given in the order of sending."""
+        """Return a decoder of poses in messages of the topic, given in the order of sending."""
         poses = FramePoses(*self._frames)
         poses.add_static(list(self._static.values()))
         return FrameDecoder(poses, self._model)
@@ -171,7 +172,7 @@ class FrameReader:
             self._callback(pose)
 
     def _pose(self, transforms: List[TransformStamped]) -> Optional[ToolPose]:
-        """Return the pose if it is a new one; that the frame is missing is told after a time.
+        """Return the pose if it is a new one; a missing frame is reported after a time.
 
         Raises:
             FramesNotConnected: it has been missing for that long.
@@ -201,7 +202,7 @@ def _transform(parent: str, child: str, place: Placement, stamp: rospy.Time) -> 
 
 
 def _is_equal(one: TransformStamped, other: TransformStamped) -> bool:
-    """Tell whether two transforms to the same frame are equal, whatever their stamps."""
+    """Whether two transforms to the same frame are equal, ignoring their stamps."""
     return (one.header.frame_id == other.header.frame_id
             and bool(one.transform == other.transform))
 

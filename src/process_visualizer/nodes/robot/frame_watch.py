@@ -19,15 +19,15 @@ PERIOD_S = 5.0
 
 
 class FrameWatch:
-    """Looks whether frames are connected with a robot's base frame; RViz draws nothing otherwise.
+    """Checks that frames are connected with a robot's base frame; otherwise RViz draws nothing.
 
-    A link of the robot's model is, and so is a frame that is fixed to one. For others /tf is
-    listened to for a moment: with many robots more of that would cost much. A frame that was found
-    once is not looked for any more.
+    Links of the robot's model, and frames fixed to them, are connected. For others it listens to
+    /tf for a moment, as with many robots listening is expensive. A frame that was found once is
+    not checked again.
     """
 
     def __init__(self, complaints: Complaints, base_frame: str, links: Collection[str]) -> None:
-        """Take where to complain, a robot's base frame, and its links."""
+        """``links`` are those of the robot's model."""
         self._complaints = complaints
         self._base_frame = base_frame
         self._found: Set[str] = {base_frame, *links}
@@ -39,7 +39,7 @@ class FrameWatch:
         self._next_s = 0.0
 
     def want(self, frame: str, topic: str) -> None:
-        """Look for a frame in which the data of a topic are shown."""
+        """Look for a frame in which the data of a topic is shown."""
         if frame in self._found or frame in self._wanted:
             return
         self._wanted[frame] = rospy.resolve_name(topic)
@@ -48,7 +48,7 @@ class FrameWatch:
             self._static = rospy.Subscriber(STATIC_TF_TOPIC, rospy.AnyMsg, self._on_static)
 
     def look(self) -> None:
-        """Look now, and warn of what is not found after some time."""
+        """Look now, and warn of frames that are not found after some time."""
         if not self._wanted or time.monotonic() < self._next_s:
             return
         for frame in [frame for frame in self._wanted if self._is_fixed(frame)]:
@@ -77,7 +77,7 @@ class FrameWatch:
         self._complaints.end(frame)
 
     def _is_fixed(self, frame: str) -> bool:
-        """Tell whether a frame is fixed to one that was found."""
+        """Whether a frame is fixed to one that was found."""
         passed: Set[str] = set()
         while frame in self._fixed_to and frame not in passed | self._found:
             passed.add(frame)
@@ -92,7 +92,7 @@ class FrameWatch:
         return '' if connected else str(problem)
 
     def _warn(self, frame: str, problem: str) -> None:
-        self._complaints.state(frame, f'what {self._wanted[frame]} brings is not drawn, as tf does '
+        self._complaints.state(frame, f'the data of {self._wanted[frame]} is not drawn, as tf does '
                                f'not connect the frame {frame} with {self._base_frame}: {problem}')
 
     def _on_static(self, message: Any) -> None:

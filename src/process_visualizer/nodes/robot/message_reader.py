@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads a quantity from a topic whatever supported message type carries it."""
+"""Reads a quantity from a topic with any supported message type."""
 from __future__ import annotations
 
 import threading
@@ -17,16 +17,16 @@ Decoder = Callable[[bytes], Quantity]
 
 
 class DoubtfulMessage(Exception):
-    """A message was used, although something about it is wrong; the text says what."""
+    """A message was used, although it has a problem; the text says which."""
 
 
 class TopicReader(Generic[Quantity]):
-    """Subscribes a topic and hands its decoded content to a callback, one message at a time.
+    """Subscribes to a topic and passes its decoded content to a callback, one message at a time.
 
     The type is taken from the publisher's connection, so that one node reads the thesis' arrays
     and standard messages alike. A message that cannot be used is left out with a complaint that
-    names the topic; the last good one stays. One that comes while ROS time stands still or has
-    gone back is used, with a complaint too.
+    names the topic; the last good one stays. One that arrives while ROS time does not advance or
+    has gone back is used, also with a complaint.
     """
 
     def __init__(self, complaints: Complaints, topic: str, message_type: str,
@@ -37,9 +37,10 @@ class TopicReader(Generic[Quantity]):
         Args:
             complaints: those of the node.
             topic: the topic's name.
-            message_type: the only type that is taken ('package/Type'), or '' for each of decoders.
+            message_type: the only type that is accepted ('package/Type'), or '' for each of
+            decoders.
             decoders: for each type, a function of the serialised message; it raises ValueError
-                (with what is wrong) for content that cannot be used.
+            (with the problem) for content that cannot be used.
             callback: called in the thread of the subscription; may raise ValueError likewise, or
                 DoubtfulMessage when it has used the content nevertheless.
         """

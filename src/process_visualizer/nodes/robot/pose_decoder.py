@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What finds the poses of a tool in recorded messages."""
+"""The interface of decoders that find the poses of a tool in recorded messages."""
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
@@ -11,25 +11,25 @@ from process_visualizer.nodes.robot.robot_messages import ToolPose
 
 
 class FramesNotConnected(ValueError):
-    """What lies between a pose and the base frame is not known: somebody else sends that."""
+    """The frames between a pose and the base frame are not known: other nodes send them."""
 
 
 class PoseDecoder(ABC):
-    """Takes messages in their order; each may bring a pose in the base frame."""
+    """Receives messages in their order; each may give a pose in the base frame."""
 
     @abstractmethod
     def pose(self, message: bytes) -> Optional[ToolPose]:
-        """Return the pose that comes with a message of the tool's topic, if one does.
+        """Return the pose in a message of the tool's topic, if there is one.
 
         Raises:
-            FramesNotConnected: not without the joints, or not yet.
+            FramesNotConnected: the joints, or other frames, are missing so far.
             ValueError: the message cannot be used.
         """
 
     @abstractmethod
     def take_joints(self, positions: Mapping[str, float], stamp: rospy.Time
                     ) -> Optional[ToolPose]:
-        """Take the positions [rad or m] of joints by name; return the pose if it is a new one.
+        """Note the positions [rad or m] of joints by name; return the pose if it is a new one.
 
         Raises:
             FramesNotConnected: as above.

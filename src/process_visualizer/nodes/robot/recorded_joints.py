@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A robot's joints as they were recorded, under the names that its model has."""
+"""A robot's recorded joints, under the names in its model."""
 from __future__ import annotations
 
 from typing import Dict, NamedTuple
@@ -23,7 +23,7 @@ class JointsAt(NamedTuple):
 
 
 class RecordedJoints(NamedTuple):
-    """The topic on which a driver sends the joints, and what its messages mean."""
+    """The topic on which a driver sends the joints, and the meaning of its messages."""
 
     topic: str
     matching: JointMatching

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""In playback, the tool's velocity at the position: read from the recording before it is needed."""
+"""The tool's velocity at the position of playback, read from the recording ahead of time."""
 from __future__ import annotations
 
 import math
@@ -30,14 +30,14 @@ _RETRY_S, _WARNING_S = 1.0, 10.0
 
 
 class RecordedMoment(NamedTuple):
-    """A position of playback, the wall time [s] at which it is there, and velocities around it."""
+    """A position of playback, its wall time [s], and the velocities around it."""
 
     position_s: float
     wall_s: float
     around: RecordedVelocity
 
     def velocity(self) -> Optional[Triple]:
-        """Return the velocity (3,) [m/s] in the base frame; None where the tool has none."""
+        """Return the velocity (3,) [m/s] in the base frame; None if the tool has none."""
         return self.around.velocity(self.position_s)
 
     def angular_velocity(self) -> Optional[Triple]:
@@ -45,7 +45,7 @@ class RecordedMoment(NamedTuple):
         return self.around.angular_velocity(self.position_s)
 
     def age_s(self) -> Optional[float]:
-        """Return how old the last pose is [s of the recording]; None before the first."""
+        """Return the age of the last pose [s of the recording]; None before the first."""
         return self.around.age_s(self.position_s)
 
 
@@ -55,21 +55,21 @@ class _Known(NamedTuple):
 
 
 class RecordedMotion:
-    """Keeps the poses around the position, wherever playback goes.
+    """Keeps the poses around the position of playback.
 
-    A thread reads them by the player's service ~read: what is needed for the position first, then
-    what lies ahead. So a velocity depends on the recording and on the position, and neither on
-    what came before nor on when it came.
+    A thread reads them with the player's service ~read: first the poses needed for the position,
+    then those ahead. So a velocity depends only on the recording and the position, not on earlier
+    messages or arrival times.
     """
 
     def __init__(self, reader: RecordedReader, clock: PlaybackClock, window_s: float,
                  on_change: Callable[[], None]) -> None:
-        """Take what is read and for whom.
+        """Prepare; `start` begins to follow the player.
 
         Args:
-            reader: of the poses.
-            clock: of the player's states.
-            window_s: of the slopes [s].
+            reader: reads the poses.
+            clock: the clock of the player's states.
+            window_s: the window of the slopes [s].
             on_change: called, in various threads, with each state of the player, and when more is
                 known.
         """
@@ -93,16 +93,16 @@ class RecordedMotion:
         rospy.Subscriber(PLAYER_STATE_TOPIC, PlayerState, self._take_state, tcp_nodelay=True)
 
     def is_in_charge(self) -> bool:
-        """Tell whether there is a player that plays the poses; if it may, that counts, too."""
+        """Whether a player plays the poses, or may play them."""
         return self._is_played is not False and self._clock.follows_player(time.time())
 
     @property
     def problem(self) -> str:
-        """Why no velocity can be known from what the recording has; '' if it can."""
+        """Why the recording cannot give a velocity; '' if it can."""
         return self._problem if self.is_in_charge() else ''
 
     def is_awaited(self) -> bool:
-        """Tell whether what belongs to the position is going to be known in a moment."""
+        """Whether the velocity at the position will be known in a moment."""
         if not self.is_in_charge() or self.moment() is not None:
             self._awaited_s = math.inf
             return False
@@ -110,7 +110,7 @@ class RecordedMotion:
         return time.monotonic() < self._awaited_s + MOMENT_S
 
     def moment(self) -> Optional[RecordedMoment]:
-        """Return what belongs to the present position; None while it is not known."""
+        """Return the moment at the present position; None while it is not known."""
         wall_s = time.time()
         bag, known = self._clock.present(wall_s), self._known
         if bag is None or known is None:
@@ -121,7 +121,7 @@ class RecordedMotion:
         return RecordedMoment(position_s, wall_s, known.velocity)
 
     def forget(self) -> None:
-        """Read all anew, as messages mean something else now."""
+        """Read everything again, as messages have another meaning now."""
         with self._changed:
             self._recording = ()
 

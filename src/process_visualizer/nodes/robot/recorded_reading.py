@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads the poses of a tool from a part of the recording, by the player's service ~read."""
+"""Reads the poses of a tool from a part of the recording, with the player's service ~read."""
 from __future__ import annotations
 
 import math
@@ -20,19 +20,16 @@ from process_visualizer.srv import ReadTopic
 
 SERVICE = f'/{BAG_PLAYER}/read'
 JOINTS_HZ = 100.0
-"""At most so many of the joint states count, as of those that robot_state_publisher takes."""
+"""At most this rate of joint states is used, as by robot_state_publisher."""
 _ANSWER_S = 5.0
 _NS = 1e-9
 _SHORTEST = 0.9  # of a period: joint states come unevenly
-_Event = Tuple[float, Callable[[], Optional[ToolPose]]]  # when recorded [s], and what it brings
+_Event = Tuple[float, Callable[[], Optional[ToolPose]]]  # recording time [s], and its pose
 Decoders = Callable[[str], Optional[PoseDecoder]]
 
 
 class Reading(NamedTuple):
-    """What was read: the poses, their period [s], and why there are none, where they are cut off.
-
-    Cut off: something between the tool and the base frame is missing.
-    """
+    """The poses, their period [s], and the reason if frames up to the base are missing."""
 
     poses: RecordedPoses
     period_s: float
@@ -49,17 +46,17 @@ class _Messages(NamedTuple):
 
 
 class RecordedReader:
-    """Reads one tool's poses; the robot's joints too, where the poses need them."""
+    """Reads one tool's poses, and the robot's joints if the poses need them."""
 
     def __init__(self, topic: str, decoders: Decoders, joints: Optional[RecordedJoints],
                  preroll_s: float) -> None:
-        """Take what is read.
+        """Read the poses of one topic.
 
         Args:
-            topic: what carries the poses.
-            decoders: returns a new decoder of messages of a type, None for one that is not taken.
-            joints: those of the robot, if it has a topic of them.
-            preroll_s: how much a decoder is given before the poses that are wanted [s].
+            topic: the topic of the poses.
+            decoders: returns a new decoder of messages of a type, None for an unsupported one.
+            joints: those of the robot, if they have a topic.
+            preroll_s: how much a decoder receives before the wanted poses [s].
         """
         self.topic = rospy.resolve_name(topic)
         self._decoders, self._joints, self._preroll_s = decoders, joints, preroll_s
@@ -70,7 +67,7 @@ class RecordedReader:
         """Return the poses of a part of the recording; None if they are not played.
 
         Raises:
-            ServiceUnreachable: the player cannot be asked.
+            ServiceUnreachable: the player does not answer.
         """
         reach = Part(max(part.begin_s - self._preroll_s, 0.0), part.end_s)
         tool = self._messages(self.topic, reach)
@@ -81,8 +78,8 @@ class RecordedReader:
         joints = self._messages(topic, reach)
         self._needs_joints = joints is not None
         if joints is None and reading is not None:
-            return reading._replace(problem=f'{reading.problem}; record {topic} too, by which it '
-                                    'would be known')
+            return reading._replace(problem=f'{reading.problem}; record {topic} too, from which it '
+                                    'can be computed')
         return self._decoded(part, tool, joints)
 
     def _messages(self, topic: str, part: Part) -> Optional[_Messages]:
@@ -127,7 +124,7 @@ class RecordedReader:
             try:
                 found = self._joints.decode(joints.type, message, joints.begin_s + recorded_s)
             except ValueError:
-                continue  # joint_proc tells of it when it is played
+                continue  # joint_proc reports it when it is played
             positions.update(found.positions)
             if found.positions and recorded_s >= next_s:
                 next_s = recorded_s + _SHORTEST / JOINTS_HZ
@@ -135,9 +132,9 @@ class RecordedReader:
 
 
 def _collected(events: List[_Event], recording_s: float) -> Tuple[List[RecordedPose], str]:
-    """Return the poses that some events bring, in their order, and why one brought none.
+    """Return the poses in some events, in their order, and why one had none.
 
-    Messages that cannot be used are left out: they are told of when they are played.
+    Messages that cannot be used are left out: they are reported when they are played.
     """
     poses: List[RecordedPose] = []
     problem = ''

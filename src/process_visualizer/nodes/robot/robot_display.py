@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What RViz shows of a robot besides its model: arrows and numbers at the tool."""
+"""The display of a robot besides its model: arrows and numbers at the tool."""
 from __future__ import annotations
 
 import math
@@ -27,9 +27,9 @@ from process_visualizer.parameters.robot_parameters import RobotParameters
 
 
 class ToolMotion(NamedTuple):
-    """Where the tool is, its velocity (3,) [m/s] in the base frame, and when its pose came.
+    """Place of the tool, its velocity (3,) [m/s] in the base frame, arrival time of its pose.
 
-    There is no velocity before the first positions span a time.
+    There is no velocity before the first positions span some time.
     """
 
     place: ToolPlace
@@ -44,16 +44,16 @@ class _Shown(NamedTuple):
 
 
 class RobotDisplay:
-    """Makes the markers of a robot; nothing for what is not available."""
+    """Makes the markers of a robot; none for quantities that are not available."""
 
     def __init__(self, parameters: RobotParameters) -> None:
-        """Take frames, styles and places."""
+        """``parameters`` has frames, styles and places."""
         self._parameters = parameters
         self._texts = Pace(TEXT_PERIOD_S)
         self._present: Dict[Tuple[str, int], str] = {}  # what RViz has, with its frame
 
     def hurry(self) -> None:
-        """Let the next markers have numbers, however lately the last ones had."""
+        """Add numbers to the next markers, however recent the last ones are."""
         self._texts.hurry()
 
     def markers(self, motion: Optional[ToolMotion], force: Optional[VectorSample], data_s: float,
@@ -62,10 +62,10 @@ class RobotDisplay:
         """Return the arrows, and the numbers too when it is time for them.
 
         Args:
-            motion, force: the last ones; None for what is not known.
-            data_s: the present time of the clock that times the data; it may stand still.
-            wall_s: the present time of a clock that does not, if that is another one.
-            joints_age_s: since when no joint states have come; None if none came or will come.
+            motion, force: the last ones; None if unknown.
+            data_s: the present time of the clock that times the data; it may be paused.
+            wall_s: the present time of a clock that is never paused, if that is another one.
+            joints_age_s: how long no joint states have come; None if there are none.
         """
         shown = self._shown(motion, force)
         markers = [vector_arrow(entry.namespace, entry.style, entry.sample,
@@ -113,7 +113,7 @@ class RobotDisplay:
 
     def _text_place(self, motion: Optional[ToolMotion],
                     force: Optional[VectorSample]) -> Tuple[str, Vector]:
-        """Return frame and position: at the tool where its pose is known, else at the arrow."""
+        """Return frame and position: at the tool if its pose is known, otherwise at the arrow."""
         text = self._parameters.text
         if motion is None:
             frame = force.frame if force else self._parameters.tool_frame
@@ -123,7 +123,7 @@ class RobotDisplay:
         return place.frame, [a + b for a, b in zip(place.foot, beside)]
 
     def _deletions(self, markers: List[Marker]) -> List[Marker]:
-        """Return the deletions of what was shown and is not any more."""
+        """Return the deletions of markers that are no longer shown."""
         present = {(marker.ns, marker.id): marker.header.frame_id for marker in markers}
         gone = [deletion(*key, frame) for key, frame in self._present.items()
                 if key not in present]

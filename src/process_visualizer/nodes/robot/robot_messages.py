@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The quantities a robot's driver sends, and the messages that can carry them."""
+"""The quantities that a robot's driver sends, and the message types for them."""
 from __future__ import annotations
 
 import math
@@ -62,7 +62,7 @@ def _pose_from_pose_stamped(message: bytes) -> ToolPose:
 
 
 def _wrench_from_array(message: bytes) -> Wrench:
-    """Read fx fy fz [N], and tx ty tz [Nm] where they are there."""
+    """Read fx fy fz [N], and tx ty tz [Nm] if present."""
     values = _finite(float32_values(message))
     if len(values) not in (3, 6):
         raise ValueError('3 values (a force) or 6 (a force and a torque) are expected, '
@@ -104,6 +104,6 @@ def _finite(values: Sequence[float]) -> Sequence[float]:
 
 def _not_zero(quaternion: Sequence[float]) -> Quaternion:
     if max(map(abs, quaternion)) < 1e-6:
-        raise ValueError('its quaternion is zero, which is no rotation')
+        raise ValueError('its quaternion is zero, which is not a rotation')
     x, y, z, w = quaternion
     return x, y, z, w

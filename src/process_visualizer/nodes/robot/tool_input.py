@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Subscribes what brings the tool's pose, and understands recorded messages of it likewise."""
+"""Subscribes to the tool's poses, and decodes recorded messages in the same way."""
 from __future__ import annotations
 
 from typing import Callable, Mapping, Optional
@@ -27,9 +27,9 @@ class ToolInput:
         """Subscribe, if there is a topic.
 
         Args:
-            parameters, complaints, base_frames, model: the robot processor's.
-            callback: called with each pose; may raise as that of TopicReader.
-            on_static: called when static transforms have changed that the poses depend on.
+            parameters, complaints, base_frames, model: those of the robot processor.
+            callback: called with each pose; may raise like that of TopicReader.
+            on_static: called when static transforms on which the poses depend have changed.
         """
         self._topic, self._callback = parameters.tool_center_frame, callback
         self._base_frames = base_frames
@@ -43,9 +43,9 @@ class ToolInput:
                         POSE_DECODERS, self._take)
 
     def decoder(self, message_type: str) -> Optional[PoseDecoder]:
-        """Return what understands messages of a type, in their order; None if it is not taken.
+        """Return a decoder of messages of a type, in their order; None if it is not supported.
 
-        Where there are none ('') joints may do, which move the frame of a tool that is in tf.
+        Without a type ('') joints may be enough, which move the frame of a tool in tf.
         """
         if self._frames is not None:
             return self._frames.decoder() if message_type in ('', TF_MESSAGE) else None
@@ -59,7 +59,7 @@ class ToolInput:
 
 
 class _MessageDecoder(PoseDecoder):
-    """Of messages that hold a pose, in any frame; a joint may lie before that."""
+    """Decodes messages with a pose in any frame; joints may be between it and the base."""
 
     def __init__(self, decode: Decoder[ToolPose], base_frames: BaseFrames) -> None:
         self._decode, self._base_frames = decode, base_frames

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Finds the frame in which a robot's arrows are drawn, and tells what does not fit together."""
+"""Finds the frame in which a robot's arrows are drawn, and reports contradictions."""
 from __future__ import annotations
 
 import math
@@ -25,24 +25,24 @@ from process_visualizer.nodes.robot.tool_study import ToolStudy, describe, value
 from process_visualizer.parameters.robot_parameters import RobotParameters
 from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_MESSAGE
 
-PATIENCE_S = 5.0  # before something that is missing is told: the other nodes start too
+PATIENCE_S = 5.0  # before missing data is reported: the other nodes start too
 LOOK_PERIOD_S = 1.0
 LOG_PERIOD_S = 30.0
 ABOUT = 'tool frame'
 
 
 class ToolPlacer:
-    """Where the tool is, as the robot's model has it: that is what RViz draws.
+    """The place of the tool in the robot's model, which RViz draws.
 
-    The model's joints tell how the tool frame is turned in the base frame; so an arrow that is
-    drawn in the tool frame points right whatever the driver's orientations mean, and moves with
-    the drawn robot. Where there is no model, or the tool frame is not fixed to it, arrows are
-    drawn in the base frame, at the reported position.
+    The model's joints give the orientation of the tool frame in the base frame; so an arrow that
+    is drawn in the tool frame has the right direction whatever orientation the driver reports, and
+    moves with the drawn robot. Without a model, or if the tool frame is not fixed to it, arrows
+    are drawn in the base frame, at the reported position.
     """
 
     def __init__(self, parameters: RobotParameters, kinematics: Kinematics,
                  complaints: Complaints) -> None:
-        """Take the frames and limits, and the model; listen to fixed frames if it needs them."""
+        """``parameters`` has frames and limits; listens to static frames if it needs them."""
         self._complaints = complaints
         self._parameters = parameters
         self._kinematics = kinematics
@@ -57,15 +57,15 @@ class ToolPlacer:
             rospy.Subscriber(STATIC_TF_TOPIC, rospy.AnyMsg, self._on_static)
 
     def take_joints(self, message: bytes) -> None:
-        """Take a sensor_msgs/JointState as it came."""
+        """Note a received sensor_msgs/JointState."""
         self._joint_states = message
 
     def place(self, pose: ToolPose, is_fresh: bool) -> ToolPlace:
-        """Return where to draw what belongs to a tool.
+        """Return where to draw the arrows of a tool.
 
         Args:
-            pose: the last one that was reported.
-            is_fresh: pose and joint states have come lately, so that they can be compared.
+            pose: the last reported one.
+            is_fresh: pose and joint states are recent, so that they can be compared.
         """
         frame, model = self._parameters.tool_frame, self._model_placement()
         self._is_placed = model is not None
@@ -81,7 +81,7 @@ class ToolPlacer:
         return ToolPlace(frame, model.quaternion, self._foot(), model.position)
 
     def note_motion(self, speed_m_per_s: float, turning_rad_per_s: float) -> None:
-        """Take how fast the tool moves and turns, on which depends what can be compared."""
+        """Note how fast the tool moves and turns, which limits what can be compared."""
         self._speed_m_per_s, self._turning_rad_per_s = speed_m_per_s, turning_rad_per_s
 
     def look(self) -> None:
@@ -110,7 +110,7 @@ class ToolPlacer:
         return difference.offset
 
     def _may_learn(self) -> bool:
-        """Tell whether the tool frame was chosen here, and is not where the tool is reported."""
+        """Whether the tool frame was chosen here, and is not where the tool is reported."""
         return (not self._parameters.foot_at_tool_frame and self._difference.is_settled()
                 and not self._is_near(self._difference.median()))
 
@@ -127,8 +127,9 @@ class ToolPlacer:
         if not self._is_placed:
             if not self._kinematics.links:
                 return ''
-            return (f'where the tool frame {parameters.tool_frame} is in {parameters.base_frame} '
-                    'is not known, as it is not fixed to the model, or the positions of joints '
+            return (f'the place of the tool frame {parameters.tool_frame} in '
+                    f'{parameters.base_frame} is not known, as it is not fixed to the model, or '
+                    'the positions of joints '
                     'before it are not known; arrows begin at the reported position')
         difference = self._difference.median()
         if not self._difference.is_settled() \

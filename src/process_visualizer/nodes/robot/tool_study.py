@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Learns a robot's tool from samples that are taken where the robot stands still."""
+"""Learns a robot's tool from samples that are taken while the robot is at rest."""
 from __future__ import annotations
 
 import math
@@ -21,10 +21,10 @@ class _Look(NamedTuple):
 
 
 class ToolStudy:
-    """Learns of one robot, from the poses and joint positions as they come."""
+    """Learns the tool of one robot from received poses and joint positions."""
 
     def __init__(self, kinematics: Kinematics, base: str, chosen: str) -> None:
-        """Take the model, its base frame, and the chosen tool frame."""
+        """``chosen`` is the tool frame that was chosen in the model."""
         self._kinematics, self._base = kinematics, base
         self._bodies = _bodies(kinematics, base)
         self._learner = ToolLearner(chosen, self._bodies)
@@ -33,7 +33,7 @@ class ToolStudy:
 
     def look(self, now_s: float, joints: Mapping[str, float], position: Vector,
              quaternion: Optional[Quaternion]) -> None:
-        """Take what has come last; it is a sample if nothing has moved since the look before."""
+        """Look at the last data; it is a sample if nothing has moved since the previous look."""
         last = self._last
         if last is not None and 0.0 <= now_s - last.time_s < PERIOD_S:
             return
@@ -60,7 +60,7 @@ def describe(robot: str, topic: str, chosen: str, finding: Finding) -> str:
 
 
 def values(finding: Finding) -> Dict[str, str]:
-    """Return it as texts, for what writes it into the configuration."""
+    """Return it as texts, for the configuration."""
     return {'tool_frame': finding.frame, 'tool_xyz': _words(finding.xyz),
             'tool_ypr': _words(finding.ypr)}
 
@@ -77,7 +77,7 @@ def _is_still(one: _Look, other: _Look) -> bool:
 
 
 def _bodies(kinematics: Kinematics, base: str) -> Dict[str, Body]:
-    """Return what the links are fixed to; those that are there for collisions only are no tools."""
+    """Return the bodies to which links are fixed; links only for collisions are not tools."""
     bodies = {}
     for link in kinematics.links:
         body = kinematics.fixed_to(link, base)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where the tool's velocity comes from: poses as they come, or the recording that is played."""
+"""The source of the tool's velocity: received poses, or the recording that is played."""
 from __future__ import annotations
 
 from typing import NamedTuple, Optional
@@ -18,7 +18,7 @@ _STANDING: Triple = (0.0, 0.0, 0.0)
 
 
 class Twist(NamedTuple):
-    """Velocity (3,) [m/s] and angular velocity (3,) [rad/s], both in the base frame, and when."""
+    """Velocity (3,) [m/s] and angular velocity (3,) [rad/s], in the base frame, and their time."""
 
     linear: Triple
     angular: Triple
@@ -26,23 +26,23 @@ class Twist(NamedTuple):
 
 
 class ShownVelocity(NamedTuple):
-    """The velocity (3,) [m/s] to be shown, None for none, and how old its last pose is [s]."""
+    """The velocity (3,) [m/s] to show, None for none, and the age of its last pose [s]."""
 
     velocity: Optional[Triple]
     age_s: float = 0.0
 
 
 class TwistSource:
-    """The tool's velocity: live from what comes, in playback from the recording.
+    """The tool's velocity: live from received poses, in playback from the recording.
 
-    Nothing that comes counts in playback, only the position. Where the recording has no velocity
-    at the position, as poses are missing there, none is shown; after ``stale_after_s`` it is told
-    since when.
+    In playback only the position counts, not the received poses. If the recording has no velocity
+    at the position, as poses are missing there, none is shown; after ``stale_after_s`` the display
+    says for how long.
     """
 
     def __init__(self, recorded: Optional[RecordedMotion], window_s: float,
                  stale_after_s: float) -> None:
-        """Take what reads the recording, if there is a topic, and the window of the estimate."""
+        """``recorded`` reads the recording, if there is a topic."""
         self._recorded = recorded
         self._live = ToolVelocity(window_s)
         self._times = MeasuringTime()
@@ -52,36 +52,36 @@ class TwistSource:
 
     @property
     def is_recorded(self) -> bool:
-        """Tell whether the recording is in charge."""
+        """Whether the recording is the source."""
         return self._recorded is not None and self._recorded.is_in_charge()
 
     @property
     def is_known(self) -> bool:
-        """Tell whether the recording is known at the position, with or without a velocity."""
+        """Whether the recording is known at the position, with or without a velocity."""
         return self._recorded is not None and self._recorded.moment() is not None
 
     @property
     def doubts_stamps(self) -> bool:
-        """Tell whether the last pose's stamp was not later than the one before, and counts."""
+        """Whether the last pose's stamp was not later than the previous one, and matters."""
         return self._times.standing and not self.is_recorded
 
     def add(self, pose: ToolPose, now_s: float) -> None:
-        """Take a pose that has come."""
+        """Add a received pose."""
         wall_s = self._times.wall_s(pose.stamp_s, now_s)
         if not self.is_recorded:
             self._last_recorded = None
             self._live.add(now_s, wall_s, pose.position, pose.quaternion, self._rate.value())
 
     def settle(self, now_s: float) -> None:
-        """Take the poses that have waited for long enough."""
+        """Use the poses that have waited for long enough."""
         self._live.settle(now_s)
 
     def is_awaited(self) -> bool:
-        """Tell whether it will be known in a moment, so that nothing should be drawn now."""
+        """Whether it will be known in a moment, so that nothing should be drawn now."""
         return self._recorded is not None and self._recorded.is_awaited()
 
     def twist(self) -> Optional[Twist]:
-        """Return the velocities that can be told at present; None if there are none."""
+        """Return the present velocities; None if there are none."""
         if self._recorded is not None and self._recorded.is_in_charge():
             moment = self._recorded.moment()
             return None if moment is None else _twist(
@@ -89,7 +89,7 @@ class TwistSource:
         return _twist(self._live.velocity(), self._live.angular_velocity(), self._live.wall_s())
 
     def shown(self) -> ShownVelocity:
-        """Return the velocity to be shown at present."""
+        """Return the velocity to show at present."""
         if self._recorded is None or not self._recorded.is_in_charge():
             return ShownVelocity(self._live.velocity() or self._last_recorded)
         moment = self._recorded.moment()
@@ -104,8 +104,8 @@ class TwistSource:
 def _stamp_s(wall_s: float) -> float:
     """A wall time [s] that has just been read, as ROS time.
 
-    Without simulated time it is the same one. To read the clock again would add what the thread had
-    to wait meanwhile, at 4x four times.
+    Without simulated time it is the same. Reading the clock again would add the time that the
+    thread had to wait in between, at 4x four times.
     """
     return wall_s if rospy.rostime.is_wallclock() else rospy.get_time()
 

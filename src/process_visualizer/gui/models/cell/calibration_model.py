@@ -26,11 +26,11 @@ class CalibrationModel(QObject):
     changed = pyqtSignal()
     failed = pyqtSignal(str)
     saved = pyqtSignal(str)
-    """The file has the pose of this device now."""
+    """The file now has the pose of this device."""
     marker_wanted = pyqtSignal(bool)
     """Show the interactive marker of the chosen frame in RViz, or hide it."""
     moved = pyqtSignal(str, object)
-    """A frame (its name) was given a Pose here, not by the marker, which is to follow."""
+    """A frame (its name) was given a Pose here, not by the marker, which must follow."""
 
     def __init__(self, tasks: Tasks, move: Move, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
@@ -56,12 +56,12 @@ class CalibrationModel(QObject):
 
     @property
     def base(self) -> Optional[BaseFrame]:
-        """The chosen device's base frame as it stands in the file."""
+        """The chosen device's base frame in the file."""
         return self._base(self._device) if self._device else None
 
     @property
     def pose(self) -> Pose:
-        """The pose of now: xyz in m, ypr in rad."""
+        """The present pose: xyz in m, ypr in rad."""
         return self._edited.get(self._device, self.base.pose if self.base else Pose())
 
     @property
@@ -81,7 +81,7 @@ class CalibrationModel(QObject):
 
     @property
     def can_save(self) -> bool:
-        """Whether there is something to save, and a way to do it."""
+        """Whether there is a pose to save, and a way to save it."""
         return self.is_unsaved and not self._is_saving and self._save is not None
 
     @property
@@ -90,8 +90,8 @@ class CalibrationModel(QObject):
         return self._has_marker
 
     @property
-    def why_not(self) -> str:
-        """Why nothing can be moved now; '' if it can."""
+    def blocked_reason(self) -> str:
+        """Why nothing can be moved now; '' if something can."""
         if not self._device:
             return 'No device has a base frame.'
         return '' if self._is_running else 'Launch the nodes to move frames.'
@@ -99,12 +99,12 @@ class CalibrationModel(QObject):
     # What the program says
 
     def set_save(self, save: Save) -> None:
-        """Take what writes a pose into its file."""
+        """Set the function that writes a pose into its file."""
         self._save = save
         self.changed.emit()
 
     def set_devices(self, devices: Sequence[Device]) -> None:
-        """Take the devices of the configuration; what is edited and not saved stays."""
+        """Set the devices of the configuration; unsaved edits are kept."""
         self._devices = {device.name: device for device in devices if device.base is not None}
         self._edited = {name: pose for name, pose in self._edited.items()
                         if name in self._devices and not _same(pose, self._base(name).pose)}
@@ -113,7 +113,7 @@ class CalibrationModel(QObject):
         self.changed.emit()
 
     def set_running(self, is_running: bool) -> None:
-        """Tell whether frames are published; nodes that start get what is not yet saved."""
+        """Set whether frames are published; starting nodes get unsaved poses."""
         if is_running == self._is_running:
             return
         self._is_running = is_running
@@ -139,21 +139,21 @@ class CalibrationModel(QObject):
         numbers = [*self.pose.xyz, *self.pose.ypr]
         numbers[index] = value
         self._edit(_pose(numbers))
-        self._tell_marker()
+        self._update_marker()
 
     def take_pose(self, xyz: Vector3, ypr: Vector3) -> None:
-        """Take the pose from the interactive marker, which is not told of it again."""
+        """Accept the pose of the interactive marker, which is not moved again."""
         if self._has_marker:
             self._edit(Pose(xyz, ypr))
 
     def revert(self) -> None:
-        """Go back to what the file says."""
+        """Go back to the pose in the file."""
         if self.base is not None and self.is_unsaved:
             self._edit(self.base.pose)
-            self._tell_marker()
+            self._update_marker()
 
     def show_marker(self, is_shown: bool) -> None:
-        """Let the frame be dragged in RViz, or no more."""
+        """Show or hide the marker for dragging the frame in RViz."""
         if is_shown != self._has_marker and (self._is_running or not is_shown):
             self._has_marker = is_shown
             self.marker_wanted.emit(is_shown)
@@ -174,7 +174,7 @@ class CalibrationModel(QObject):
 
     def _base(self, name: str) -> BaseFrame:
         base = self._devices[name].base
-        assert base is not None  # set_devices takes no others
+        assert base is not None  # set_devices accepts no others
         return base
 
     def _edit(self, pose: Pose) -> None:
@@ -195,7 +195,7 @@ class CalibrationModel(QObject):
                 lambda: None, lambda error: self._not_moved(name, error))
         self._moves[name].request((self._base(name).frame, pose))
 
-    def _tell_marker(self) -> None:
+    def _update_marker(self) -> None:
         if self.base is not None:
             self.moved.emit(self.base.frame, self.pose)
 
@@ -214,7 +214,7 @@ class CalibrationModel(QObject):
         self.changed.emit()
         if not isinstance(error, (OSError, PoseEditError)):
             raise error
-        self.failed.emit(f'the pose of {device} was not saved: {error}. What you set is still here')
+        self.failed.emit(f'the pose of {device} was not saved: {error}. Your values are still here')
 
     def _not_moved(self, name: str, error: Exception) -> None:
         self.failed.emit(f'{name} could not be moved: {error}')
@@ -230,6 +230,6 @@ def _same(one: Pose, other: Pose) -> bool:
 
 
 def difference(one: Pose, other: Pose) -> Tuple[float, float]:
-    """Return how far two poses are apart: their distance [m], their largest angle [rad]."""
+    """Return the difference of two poses: their distance [m] and largest angle [rad]."""
     distance = sum((a - b) ** 2 for a, b in zip(one.xyz, other.xyz)) ** 0.5
     return distance, max(abs(a - b) for a, b in zip(one.ypr, other.ypr))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The configuration, what is ticked in it, and the mode."""
+"""The configuration, its ticked devices, and the mode."""
 from __future__ import annotations
 
 import os
@@ -24,15 +24,15 @@ class _Loaded(NamedTuple):
 
 
 class CellModel(QObject):
-    """Loads a configuration off the GUI thread; a broken one leaves the one before in place.
+    """Loads a configuration off the GUI thread; an invalid one leaves the previous one in place.
 
-    ``problems`` are those of the file that was read last, ``missing`` is what the devices need and
-    this computer does not have.
+    ``problems`` are those of the file that was read last, ``missing`` is what the devices need but
+    this computer lacks.
     """
 
     changed = pyqtSignal()
     loaded = pyqtSignal(bool)
-    """A file has been read; whether the configuration is valid."""
+    """A file has been read; True if the configuration is valid."""
 
     def __init__(self, tasks: Tasks, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
@@ -99,7 +99,7 @@ class CellModel(QObject):
         return {'path': self.path, 'arguments': self._arguments}
 
     def _take(self, loaded: _Loaded) -> None:
-        if loaded.path != self.path:  # another file was opened meanwhile
+        if loaded.path != self.path:  # another file was opened in the meantime
             return
         self.is_loading = False
         self.problems = loaded.problems
@@ -118,7 +118,7 @@ def _load(path: str, arguments: Mapping[str, str]) -> _Loaded:
 
 
 def _editor(cell: Cell) -> Optional[PoseEditor]:
-    """What writes poses into the files; None if one was removed just now, which a reload tells."""
+    """The editor of poses in the files; None if one was just removed, which a reload reports."""
     try:
         return PoseEditor(cell)
     except PoseEditError:

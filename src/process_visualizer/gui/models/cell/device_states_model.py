@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The states of all devices, from what roslaunch, the recorder and the player tell."""
+"""The states of all devices, as reported by roslaunch, the recorder and the player."""
 from __future__ import annotations
 
 from typing import Dict, Optional, Tuple
@@ -28,7 +28,7 @@ _PARTS = {FRAMES_PART: 'frames', BAG_PART: 'recorder or player', RVIZ_PART: 'RVi
 
 
 class DeviceStatesModel(QObject):
-    """``changed`` comes when a state may be another one; `state` looks at one device."""
+    """``changed`` is emitted when a state may have changed; `state` returns that of a device."""
 
     changed = pyqtSignal()
 
@@ -43,18 +43,18 @@ class DeviceStatesModel(QObject):
         launch.stopped.connect(self._forget)
 
     def take_recorder(self, recorder: RecorderSnapshot) -> None:
-        """In real-time mode the recorder counts what arrives."""
+        """Update from the recorder, which counts what arrives in real-time mode."""
         self._lines = {topic.name: live_line(self._watch.update(
             topic.name, topic.rate_hz, topic.silence_s, topic.messages))
             for topic in recorder.topics}
         self.changed.emit()
 
     def set_recording(self, recording: Optional[Catalogue]) -> None:
-        """Take what is in the recording that is played, or will be."""
+        """Set the contents of the recording that is played, or will be."""
         self._recorded = recording
 
     def take_player(self, player: PlayerSnapshot) -> None:
-        """In playback mode a topic is as it was recorded; how fast it is sent is the player's."""
+        """Update from the player; a topic has the state of the recording, whatever the rate."""
         recorded, played = self._recorded, {topic for topic, _ in player.topics}
         if recorded is None or recorded.paths != player.files:
             return  # one of them is about to change
@@ -70,7 +70,7 @@ class DeviceStatesModel(QObject):
         return device_state(device, report, self._lines, self._warnings.present)
 
     def warnings(self, device: str) -> Tuple[NodeWarning, ...]:
-        """Return what the nodes of a device (its name) complain of now."""
+        """Return the present warnings of the nodes of a device (its name)."""
         report = self._launch.reports.get(device)
         nodes = set() if report is None else {node.name for node in report.nodes}
         return by_node(self._warnings.present, nodes)

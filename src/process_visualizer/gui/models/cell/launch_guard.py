@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Launches a choice once nobody publishes what would be mixed with it."""
+"""Launches a choice once no other node publishes topics that would be mixed with it."""
 from __future__ import annotations
 
 from typing import Callable, Optional
@@ -16,56 +16,56 @@ PERIOD_MS = 1000
 
 
 class LaunchGuard(QObject):
-    """Asks if somebody is in the way, and looks again until the question is answered.
+    """Asks if other nodes are in the way, and looks again until the question is answered.
 
     Commands return at once.
     """
 
     asked = pyqtSignal(str, object)
-    """Who is in the way, and the mode that was to be launched."""
+    """The nodes in the way, and the mode to launch."""
     settled = pyqtSignal()
-    """The question needs no answer any more."""
+    """The question no longer needs an answer."""
     changed = pyqtSignal()
-    """It has begun to look, or looks no more."""
+    """It has started or stopped looking."""
 
     def __init__(self, tasks: Tasks, launch: Callable[[Choice], None],
                  look: Callable[[Choice], Others] = others_before,
                  parent: Optional[QObject] = None) -> None:
-        """Take what launches, and what looks who is in the way; the latter blocks."""
+        """``launch`` starts a choice; ``look`` finds nodes in the way, and blocks."""
         super().__init__(parent)
         self._tasks, self._launch, self._look = tasks, launch, look
         self._choice: Optional[Choice] = None
-        self._told = ''
+        self._reported = ''
         self._timer = QTimer(self, interval=PERIOD_MS, singleShot=True)
         self._timer.timeout.connect(self._begin_look)
 
     @property
     def is_waiting(self) -> bool:
-        """Whether something is to be launched and is not yet."""
+        """Whether a launch is waiting."""
         return self._choice is not None
 
     @property
     def is_looking(self) -> bool:
-        """Whether it is not known yet if something can be launched."""
-        return self._choice is not None and not self._told
+        """Whether it is still unknown if the choice can be launched."""
+        return self._choice is not None and not self._reported
 
     def launch(self, choice: Choice) -> None:
-        """Launch a choice, at once if nobody is in the way."""
+        """Launch a choice, at once if no node is in the way."""
         self.cancel()
         self._choice = choice
         self.changed.emit()
         self._begin_look()
 
     def launch_all_the_same(self) -> None:
-        """Launch, whoever is in the way."""
+        """Launch in spite of other nodes."""
         choice = self._choice
         self.cancel()
         if choice is not None:
             self._launch(choice)
 
     def cancel(self) -> None:
-        """Launch nothing."""
-        self._choice, self._told = None, ''
+        """Cancel the launch."""
+        self._choice, self._reported = None, ''
         self._timer.stop()
         self.settled.emit()
         self.changed.emit()
@@ -78,13 +78,13 @@ class LaunchGuard(QObject):
 
     def _take(self, choice: Choice, others: Others) -> None:
         if choice is not self._choice:
-            return  # it was cancelled meanwhile
+            return  # it was cancelled in the meantime
         if not others:
             self.launch_all_the_same()
             return
         text = mixture_text(choice.mode, others)
-        if text != self._told:
-            self._told = text
+        if text != self._reported:
+            self._reported = text
             self.changed.emit()
             self.asked.emit(text, choice.mode)
         self._timer.start()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Launches and quits the nodes of a choice, and follows what they do."""
+"""Launches and quits the nodes of a choice, and follows their states."""
 from __future__ import annotations
 
 import shutil
@@ -24,7 +24,7 @@ _END_TIMEOUT_S = 60.0
 
 
 class Phase(Enum):
-    """What the nodes as a whole do."""
+    """The state of the nodes as a whole."""
 
     IDLE = 'idle'
     LAUNCHING = 'launching'
@@ -33,7 +33,7 @@ class Phase(Enum):
 
 
 class LaunchModel(QObject):
-    """Commands return at once; what they do is done in one line of tasks, in their order."""
+    """Commands return at once; they are carried out in one line of tasks, in order."""
 
     changed = pyqtSignal()
     failed = pyqtSignal(str)
@@ -57,13 +57,13 @@ class LaunchModel(QObject):
         self._reported.connect(self._take_report)
 
     def prepare(self, then: Callable[[], None] = lambda: None) -> None:
-        """End what a crashed launcher has left running, and make launching quick."""
+        """End processes of a crashed launcher, and prepare for fast launching."""
         def on_result(ended: List[int]) -> None:
-            self._tell_cleaned(ended)
+            self._report_clean_up(ended)
             then()
 
         def on_error(error: Exception) -> None:
-            self._tell(error)
+            self._report_failure(error)
             then()
 
         self._tasks.run(_LINE, self._prepare, on_result, on_error)
@@ -75,7 +75,7 @@ class LaunchModel(QObject):
         self._tasks.run(_LINE, lambda: self._start(choice), self._take_plan, self._not_launched)
 
     def apply(self, choice: Choice) -> None:
-        """Go over to another choice; what is the same in both goes on running."""
+        """Switch to another choice; parts that are the same in both keep running."""
         before = self.running
         self._begin(Phase.LAUNCHING, choice)
         self._tasks.run(_LINE, lambda: self._change(choice), self._take_plan,
@@ -84,15 +84,15 @@ class LaunchModel(QObject):
     def restart(self, part: str) -> None:
         """Stop and start one part, if it was launched."""
         if part in self.reports:
-            self._tasks.run(_LINE, lambda: self._launched.restart(part), None, self._tell)
+            self._tasks.run(_LINE, lambda: self._launched.restart(part), None, self._report_failure)
 
     def quit(self) -> None:
-        """Stop everything; `stopped` tells the end."""
+        """Stop everything; `stopped` is emitted at the end."""
         self._begin(Phase.QUITTING, self.running)
         self._tasks.run(_LINE, self._launched.stop, self._ended, self._not_ended)
 
     def close(self) -> None:
-        """Stop everything and remove the generated files; waits until that is done."""
+        """Stop everything and remove the generated files; wait until that is done."""
         self._tasks.run_and_wait(_LINE, self._launched.stop, _END_TIMEOUT_S)
         shutil.rmtree(self.folder, ignore_errors=True)
         self._record.remove()
@@ -133,7 +133,7 @@ class LaunchModel(QObject):
         self.changed.emit()
 
     def _look_whether_up(self) -> None:
-        """All is launched when no part is starting any more, whatever became of them."""
+        """Everything is launched when no part is starting any more, failed or not."""
         starting = any(report.state is PartState.STARTING for report in self.reports.values())
         if self.phase is Phase.LAUNCHING and not self._is_starting and not starting:
             self.phase = Phase.RUNNING
@@ -142,23 +142,23 @@ class LaunchModel(QObject):
         self._not_changed(error, Phase.IDLE, None)
 
     def _not_changed(self, error: Exception, phase: Phase, running: Optional[Choice]) -> None:
-        """What ran before goes on, unless all is being quit meanwhile."""
+        """The nodes keep running as before, unless everything is being quit."""
         if self.phase is Phase.LAUNCHING:
             self.phase, self.running, self._is_starting = phase, running, False
         if isinstance(error, ConfigurationError):
             self.problems_found.emit(list(error.problems))
         else:
-            self._tell(error)
+            self._report_failure(error)
         self.changed.emit()
 
-    def _tell(self, error: Exception) -> None:
+    def _report_failure(self, error: Exception) -> None:
         if not isinstance(error, (OSError, PlanError, OtherCell)):
             raise error
         self.failed.emit(str(error))
 
     def _not_ended(self, error: Exception) -> None:
         self._ended(None)
-        self._tell(error)
+        self._report_failure(error)
 
     def _ended(self, _nothing: object) -> None:
         self.running, self.reports, self.warnings = None, {}, ()
@@ -177,10 +177,10 @@ class LaunchModel(QObject):
             self._look_whether_up()
             self.changed.emit()
 
-    def _tell_cleaned(self, ended: List[int]) -> None:
+    def _report_clean_up(self, ended: List[int]) -> None:
         if ended:
-            self.failed.emit(f'A launcher that did not end properly had left {len(ended)} '
-                             'processes; they have been ended.')
+            self.failed.emit(f'A launcher that was not closed properly left {len(ended)} '
+                             'processes behind; they have been ended.')
 
 
 def _plan(choice: Choice) -> Plan:

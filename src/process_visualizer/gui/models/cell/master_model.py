@@ -13,18 +13,18 @@ from process_visualizer.launching.ros_master import RosMaster, RosMasterError
 _LINE = 'master'
 _FAREWELL_LINE = 'farewell'
 _FAREWELL_TIMEOUT_S = 5.0
-"""A master that hangs does not answer the farewell."""
+"""A master that hangs does not answer when the node unregisters."""
 _CHECK_PERIOD_MS = 1000
 _END_TIMEOUT_S = 60.0
 _MOST_FAILURES = 3
-"""Of its checks; a busy master may miss one."""
+"""Most failed checks in a row; a busy master may miss one."""
 
 
 class MasterModel(QObject):
-    """Connects the launcher with the master, and tells when it is gone or hangs.
+    """Connects the launcher to the master, and reports when it is gone or hangs.
 
-    ``problem`` says why it is not connected, while ``is_connected`` is False. A master that was
-    started anew is as good as none: it does not know the nodes that run.
+    ``problem`` says why it is not connected, while ``is_connected`` is False. A restarted master
+    counts as gone: it does not know the running nodes.
     """
 
     connected = pyqtSignal()
@@ -44,15 +44,15 @@ class MasterModel(QObject):
         self._timer.setInterval(_CHECK_PERIOD_MS)
         self._timer.timeout.connect(self._check)
         self.is_connected = self.is_connecting = self.is_lost = False
-        self.problem = 'The ROS master is not there yet'
+        self.problem = 'The ROS master is not running yet'
 
     def connect_to_master(self) -> None:
-        """Use the master that runs, or start one, and become its node."""
+        """Use the running master, or start one, and become its node."""
         self.is_connecting = True
-        self._tasks.run(_LINE, self._begin, self._take_connection, self._tell)
+        self._tasks.run(_LINE, self._begin, self._take_connection, self._report_failure)
 
     def close(self) -> None:
-        """Leave the master, and end it if it was started here; blocks."""
+        """Leave the master, and end it if it was started here; block."""
         self._timer.stop()
         self._tasks.run_and_wait(_FAREWELL_LINE, self._link.end, _FAREWELL_TIMEOUT_S)
         self._tasks.run_and_wait(_LINE, self._master.stop, _END_TIMEOUT_S)
@@ -81,7 +81,7 @@ class MasterModel(QObject):
     def _count(self, online: bool) -> None:
         self._failures = 0 if online else self._failures + 1
         if self.is_connected and self._failures >= _MOST_FAILURES:
-            self.problem = 'The ROS master does not answer any more'
+            self.problem = 'The ROS master no longer answers'
             self._set_lost(True)
             self.lost.emit()
         elif self.is_lost and online:
@@ -91,7 +91,7 @@ class MasterModel(QObject):
     def _set_lost(self, is_lost: bool) -> None:
         self.is_lost, self.is_connected = is_lost, not is_lost
 
-    def _tell(self, error: Exception) -> None:
+    def _report_failure(self, error: Exception) -> None:
         self.is_connecting = False
         if not isinstance(error, (RosMasterError, RosLinkError)):
             raise error

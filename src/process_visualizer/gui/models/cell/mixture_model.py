@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Who publishes what is mixed with what runs."""
+"""Nodes whose topics are mixed with those of the running cell."""
 from __future__ import annotations
 
 from typing import Callable, Collection, Optional, Tuple
@@ -16,51 +16,51 @@ from process_visualizer.health.other_publishers import Others, described
 
 
 class MixtureModel(QObject):
-    """Looks every second while nodes run; the player tells of its own topics."""
+    """Looks every second while nodes run; the player reports its own topics."""
 
     changed = pyqtSignal()
     begun = pyqtSignal()
-    """Somebody has begun to publish who did not before, as this model sees it."""
+    """This model has seen a new publisher."""
 
     def __init__(self, tasks: Tasks, own_nodes: Callable[[], Collection[str]],
                  look: Callable[[Choice, Collection[str]], Others] = others_beside,
                  parent: Optional[QObject] = None) -> None:
-        """Take what tells the names of the nodes that were launched, and what looks; it blocks."""
+        """``own_nodes`` returns names of launched nodes; ``look`` finds others and blocks."""
         super().__init__(parent)
         self._tasks, self._own_nodes, self._look = tasks, own_nodes, look
         self._choice: Optional[Choice] = None
         self._others: Others = ()
-        self._told: Tuple[str, ...] = ()
+        self._player_sentences: Tuple[str, ...] = ()
         self._timer = QTimer(self, interval=PERIOD_MS)
         self._timer.timeout.connect(self._begin_look)
         self._is_looking = False
 
     @property
     def mode(self) -> Optional[Mode]:
-        """The mode of what runs; None while nothing does."""
+        """The mode of the running nodes; None if there are none."""
         return None if self._choice is None else self._choice.mode
 
     @property
     def sentences(self) -> Tuple[str, ...]:
-        """Who publishes what; nothing where all is as it should be."""
-        return (*described(self._others), *self._told)
+        """Who publishes what; empty if there is no mixture."""
+        return (*described(self._others), *self._player_sentences)
 
     def follow(self, choice: Optional[Choice]) -> None:
-        """Look beside a choice that runs; None: nothing runs any more."""
+        """Watch a running choice; None: nothing is running any more."""
         if choice is self._choice:
             return
         self._choice = choice
         if choice is None:
             self._timer.stop()
-            self._others, self._told = (), ()
+            self._others, self._player_sentences = (), ()
             self.changed.emit()
         else:
             self._timer.start()
 
     def take_player(self, sentences: Tuple[str, ...]) -> None:
-        """Take what the player says of others who publish its topics."""
-        if sentences != self._told and self._choice is not None:
-            self._told = sentences
+        """Set what the player reports about other publishers of its topics."""
+        if sentences != self._player_sentences and self._choice is not None:
+            self._player_sentences = sentences
             self.changed.emit()
 
     def _begin_look(self) -> None:
@@ -68,7 +68,7 @@ class MixtureModel(QObject):
         if choice is not None and not self._is_looking:
             self._is_looking = True
             self._tasks.run(LINE, lambda: self._look(choice, own),
-                            lambda others: self._take(choice, others), self._see_nothing)
+                            lambda others: self._take(choice, others), self._keep_result)
 
     def _take(self, choice: Choice, others: Others) -> None:
         self._is_looking = False
@@ -79,8 +79,8 @@ class MixtureModel(QObject):
         if new:
             self.begun.emit()
 
-    def _see_nothing(self, error: Exception) -> None:
-        """A master that does not answer is told by others; what was seen stays."""
+    def _keep_result(self, error: Exception) -> None:
+        """Keep the last result: another model reports a master that does not answer."""
         self._is_looking = False
         if not isinstance(error, (rosgraph.MasterException, OSError)):
             raise error

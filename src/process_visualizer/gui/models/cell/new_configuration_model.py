@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Makes a configuration from what runs, or from a recording."""
+"""Makes a configuration from what is running, or from a recording."""
 from __future__ import annotations
 
 import os
@@ -19,13 +19,13 @@ _LINE = 'new'
 
 
 class NewConfigurationModel(QObject):
-    """Looks off the GUI thread, for some seconds; one at a time."""
+    """Works off the GUI thread, for some seconds, on one at a time."""
 
     changed = pyqtSignal()
     made = pyqtSignal(str)
     """The path of a configuration that has been written."""
-    told = pyqtSignal(str)
-    """What is in it, in words."""
+    summary_ready = pyqtSignal(str)
+    """Its contents, in words."""
     failed = pyqtSignal(str)
 
     def __init__(self, tasks: Tasks, look_at_system: Callable[[], NewConfiguration],
@@ -36,14 +36,14 @@ class NewConfigurationModel(QObject):
         self.where = ''
 
     def make(self, path: str, bags: Sequence[str] = ()) -> None:
-        """Write a configuration for what runs, or for what bags hold.
+        """Write a configuration for what is running, or for the contents of bags.
 
-        The file of that path may be overwritten, as the operator was asked; no other one is.
+        The file of that path may be overwritten, as the operator was asked; others are not.
         """
         if self.is_making:
             return
         self.is_making = True
-        self.where = os.path.basename(bags[0]) if bags else 'what runs'
+        self.where = os.path.basename(bags[0]) if bags else 'what is running'
         self.changed.emit()
         self._tasks.run(_LINE, lambda: self._written(path, list(bags)), self._take, self._fail)
 
@@ -55,8 +55,8 @@ class NewConfigurationModel(QObject):
     def _take(self, result: 'tuple[str, str]') -> None:
         path, summary = result
         self._end()
-        self.told.emit(f'{os.path.basename(path)}: {summary}. Its comments say what is to be '
-                       'decided.')
+        self.summary_ready.emit(f'{os.path.basename(path)}: {summary}. Its comments say what you '
+                                'need to decide.')
         self.made.emit(path)
 
     def _fail(self, error: Exception) -> None:

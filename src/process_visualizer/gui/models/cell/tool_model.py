@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A robot's tool frame that was learned, and whether it is to be written into the configuration."""
+"""Offers to write a robot's learned tool frame into the configuration."""
 from __future__ import annotations
 
 import math
@@ -18,7 +18,7 @@ Save = Callable[[str, str, Pose], object]
 
 
 class LearnedTool(NamedTuple):
-    """What a robot's poses are those of, in words, and as what is to be written."""
+    """The frame of a robot's poses, in words, and as it would be written."""
 
     device: str
     text: str
@@ -28,17 +28,17 @@ class LearnedTool(NamedTuple):
 
     @property
     def element(self) -> str:
-        """The element that says so."""
+        """The element for the file."""
         return tool_element(self.frame, self.pose)
 
 
 class ToolModel(QObject):
-    """Offers one tool after the other; what was answered is not asked again."""
+    """Offers one tool after the other; an answered question is not repeated."""
 
     changed = pyqtSignal()
     failed = pyqtSignal(str)
     saved = pyqtSignal(str)
-    """The file has the tool of this device now."""
+    """The file now has the tool of this device."""
 
     def __init__(self, tasks: Tasks, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
@@ -51,16 +51,16 @@ class ToolModel(QObject):
 
     @property
     def offered(self) -> Optional[LearnedTool]:
-        """What the operator is asked about now."""
+        """The tool in the present question."""
         return next((it for name, it in self._learned.items() if name not in self._answered), None)
 
     def set_devices(self, devices: Sequence[Device], save: Optional[Save]) -> None:
-        """Take the configuration's devices, and what writes into its files."""
+        """Set the configuration's devices, and the function that writes into its files."""
         self._devices, self._save = {device.name: device for device in devices}, save
         self._keep(self._learned)
 
     def take_warnings(self, warnings: Mapping[str, Sequence[NodeWarning]]) -> None:
-        """Take what the nodes of each device (its name) complain of now."""
+        """Set the present warnings of the nodes of each device (its name)."""
         found: Dict[str, LearnedTool] = {}
         for name, own in warnings.items():
             for warning in own:
@@ -76,7 +76,7 @@ class ToolModel(QObject):
             self.changed.emit()
 
     def write(self) -> None:
-        """Write what is offered into the file."""
+        """Write the offered tool into the file."""
         offered, save = self.offered, self._save
         if offered is None or save is None or self.is_saving:
             return
@@ -108,7 +108,7 @@ class ToolModel(QObject):
 
 
 def _tool(values: Mapping[str, str]) -> Optional[Tuple[str, Pose]]:
-    """Return frame and pose from what a node tells; None if it tells of no tool."""
+    """Return frame and pose from the report of a node; None if it has no tool."""
     xyz, ypr = _vector(values.get('tool_xyz', '')), _vector(values.get('tool_ypr', ''))
     frame = values.get('tool_frame', '')
     return None if not frame or xyz is None or ypr is None else (frame, Pose(xyz, ypr))

@@ -29,7 +29,7 @@ class _Views(NamedTuple):
 class ViewModel(QObject):
     """The views of the chosen devices; ``content`` is that of the chosen one, None for the default.
 
-    Nothing is kept unless the operator saves it.
+    A view is lost unless the operator saves it.
     """
 
     changed = pyqtSignal()
@@ -56,11 +56,11 @@ class ViewModel(QObject):
 
     @property
     def content(self) -> Optional[Dict[str, Any]]:
-        """What the chosen view's file says."""
+        """The content of the chosen view's file."""
         return self._views.content
 
     def save(self, name: str) -> None:
-        """Keep what RViz shows now under a name, for these devices."""
+        """Save the present view of RViz under a name, for these devices."""
         views = self._saved_views()
         self._run(lambda: self._save(views, name))
 
@@ -70,7 +70,7 @@ class ViewModel(QObject):
         self._run(lambda: _choose(views, name))
 
     def restart(self) -> None:
-        """Start RViz again; while it lives, with what it shows now."""
+        """Restart RViz; if it is running, with its present view."""
         path = os.path.join(self._launch.folder, RVIZ_FILE)
         report = self._launch.reports.get(RVIZ_PART)
         is_alive = report is not None and report.state is PartState.RUNNING
@@ -99,13 +99,13 @@ class ViewModel(QObject):
         return _read(views)
 
     def _run(self, work: Callable[[], _Views]) -> None:
-        self._tasks.run(_LINE, work, self._take, self._tell)
+        self._tasks.run(_LINE, work, self._take, self._report_failure)
 
     def _take(self, views: _Views) -> None:
         self._views = views
         self.changed.emit()
 
-    def _tell(self, error: Exception) -> None:
+    def _report_failure(self, error: Exception) -> None:
         if not isinstance(error, (SavedViewError, RvizViewError, OSError)):
             raise error
         self.failed.emit(str(error))

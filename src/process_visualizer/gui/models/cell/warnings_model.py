@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the nodes complain of now, as the window shows it."""
+"""The present warnings of the nodes, for the window."""
 from __future__ import annotations
 
 import time
@@ -13,7 +13,7 @@ PERIOD_MS = 500
 
 
 class WarningsModel(QObject):
-    """Looks twice a second while nodes run, however fast they complain."""
+    """Updates twice a second while nodes run, however fast warnings arrive."""
 
     changed = pyqtSignal()
 
@@ -26,7 +26,7 @@ class WarningsModel(QObject):
         self._timer.timeout.connect(self.look)
 
     def follow(self, is_running: bool) -> None:
-        """Tell whether nodes run."""
+        """Set whether nodes are running."""
         if is_running == self._timer.isActive():
             return
         if is_running:

@@ -51,7 +51,7 @@ class CalibrationPanel(QWidget):
         self._show_devices()
         self._frame.setText('' if model.base is None else model.base.frame)
         self._fields.show_pose(model.pose)
-        can_move = not model.why_not
+        can_move = not model.blocked_reason
         self._fields.setEnabled(can_move)
         self._marker.setEnabled(can_move)
         self._marker.setChecked(model.has_marker)
@@ -74,13 +74,13 @@ class CalibrationPanel(QWidget):
 
     def _show_state(self) -> None:
         model = self._model
-        self._reason.setText(model.why_not)
-        self._reason.setVisible(bool(model.why_not))
+        self._reason.setText(model.blocked_reason)
+        self._reason.setVisible(bool(model.blocked_reason))
         text = f'As in {self._place()}.' if model.base is not None else ''
         if model.base is not None and model.is_unsaved:
             distance_m, angle_rad = difference(model.pose, model.base.pose)
             text = (f'Unsaved: {1000 * distance_m:.1f} mm and {math.degrees(angle_rad):.2f}° '
-                    f'from what {self._place()} says.')
+                    f'from {self._place()}.')
         self._state.setText(text)
         self._state.setToolTip(model.base.location.file if model.base is not None else '')
         colour(self._state, WARNING if model.is_unsaved else QUIET)
@@ -112,7 +112,7 @@ class CalibrationPanel(QWidget):
         self._state.setObjectName('calibration_state')
         self._state.setWordWrap(True)
         self._revert.setObjectName('calibration_revert')
-        self._revert.setToolTip('Go back to what the file says')
+        self._revert.setToolTip('Go back to the values in the file')
         self._revert.clicked.connect(self._model.revert)
         self._save.setObjectName('calibration_save')
         self._save.setToolTip('Write the numbers into the file; a backup is kept beside it')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The devices that are in force, and above them what is wrong with the file that was read."""
+"""The devices in use, and above them the problems of the file that was read."""
 from __future__ import annotations
 
 from typing import Optional, Sequence
@@ -13,7 +13,7 @@ from process_visualizer.gui.views.cell.problems_view import ProblemsView
 from process_visualizer.gui.views.parts.labels import colour
 
 _PROBLEMS_AND_DEVICES_PX = 168
-"""The height of the problems where devices stand below them: three of two lines and a title."""
+"""The height of the problems above devices: three of two lines and a title."""
 _NO_LIMIT_PX = 16777215
 
 
@@ -37,7 +37,7 @@ class DevicesPanel(QWidget):
         self.show_problems([])
 
     def show_problems(self, problems: Sequence[Problem], note: str = '') -> None:
-        """Show what is wrong; ``note`` says which devices are in force all the same.
+        """Show problems; ``note`` says which devices are in use nevertheless.
 
         Without a note there are none, and only the problems are shown.
         """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The list of devices: check boxes, states, and what belongs to each."""
+"""The list of devices: check boxes, states, nodes and topics."""
 from __future__ import annotations
 
 from typing import Callable, Dict, FrozenSet, List, Optional, Tuple
@@ -23,7 +23,7 @@ from process_visualizer.health.device_state import DeviceState, Level, Line
 _NAME, _STATE = 0, 1
 _FEWEST_ROWS, _MOST_ROWS, _ROW_SPACING_PX = 4, 14, 4
 _DEVICE, _NODE, _TOPIC = 'device', 'node', 'topic'
-_HINT = 'Press Enter to read all of it'
+_HINT = 'Press Enter to read the whole text'
 _COLORS = {Level.OFF: QUIET, Level.GOOD: GOOD, Level.WAITING: QUIET, Level.WARNING: WARNING,
            Level.BAD: BAD}
 _ICONS = {Level.GOOD: 'ok', Level.WAITING: 'waiting', Level.WARNING: 'warning', Level.BAD: 'died'}
@@ -64,7 +64,7 @@ class DevicesView(QTreeWidget):
         self._warned: Dict[str, FrozenSet[str]] = {}  # the nodes that complain, by device
 
     def set_devices(self, devices: Tuple[Device, ...], is_ticked: Callable[[str], bool]) -> None:
-        """Show these devices; what was opened stays open."""
+        """Show these devices; open rows stay open."""
         opened = {name for name, row in self._rows.items() if row.isExpanded()}
         self.blockSignals(True)
         self.clear()
@@ -102,7 +102,7 @@ class DevicesView(QTreeWidget):
         self.blockSignals(False)
 
     def sizeHint(self) -> QSize:
-        """Return a size with room for all rows that are open, up to many."""
+        """Return a size with room for all open rows, up to a limit."""
         return self._size_of(min(max(self._open_rows(), _FEWEST_ROWS), _MOST_ROWS))
 
     def minimumSizeHint(self) -> QSize:
@@ -135,7 +135,7 @@ class DevicesView(QTreeWidget):
         return str(items[0].data(_NAME, Qt.UserRole)[1]) if items else ''
 
     def state_text(self, device: str) -> str:
-        """The state of a device as it is shown."""
+        """The displayed state of a device."""
         return self._rows[device].text(_STATE)
 
     def _child(self, device: str, kind: str, name: str) -> QTreeWidgetItem:
@@ -171,7 +171,7 @@ class DevicesView(QTreeWidget):
             self.warnings_wanted.emit(item.data(_NAME, Qt.UserRole)[1])
 
     def _complains(self, item: QTreeWidgetItem) -> bool:
-        """Tell whether a device or a node complains of something now."""
+        """Whether a device or a node has warnings now."""
         kind, device, name = item.data(_NAME, Qt.UserRole)
         nodes = self._warned.get(device, frozenset())
         return bool(nodes) if kind == _DEVICE else kind == _NODE and name in nodes

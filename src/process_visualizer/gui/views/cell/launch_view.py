@@ -28,7 +28,7 @@ _LAUNCH_TEXT = {Phase.IDLE: 'Launch nodes', Phase.LAUNCHING: 'Quit all nodes',
 
 
 class LaunchView(QWidget):
-    """What the thesis' window has below the list of devices."""
+    """The part below the list of devices in the thesis' window."""
 
     mode_chosen = pyqtSignal(object)
     launch_wanted = pyqtSignal()
@@ -60,7 +60,7 @@ class LaunchView(QWidget):
         self.view.setObjectName('view')
         self.view.setIcon(icon('view'))
         self.view.setMinimumHeight(34)
-        self.view.setToolTip('RViz: start it again, save or choose a view')
+        self.view.setToolTip('RViz: restart it, save or choose a view')
         self.view.setPopupMode(QToolButton.InstantPopup)
         self.view.setMenu(QMenu(self.view))
         self._lay_out()
@@ -70,7 +70,7 @@ class LaunchView(QWidget):
         (self.realtime if mode is Mode.REALTIME else self.playback).setChecked(True)
 
     def show_phase(self, phase: Phase, can_launch: bool, reason: str) -> None:
-        """Show what can be done; ``reason`` says why nothing can be launched."""
+        """Enable what can be done; ``reason`` says why nothing can be launched."""
         self._phase = phase
         for button in self._modes.buttons():
             button.setEnabled(phase is Phase.IDLE)
@@ -83,7 +83,7 @@ class LaunchView(QWidget):
         self.view.setVisible(phase is Phase.RUNNING)
 
     def show_changes(self, text: str, hint: str) -> None:
-        """Offer to go over to what is ticked or configured now; nothing without a text."""
+        """Offer to apply what is ticked or configured now; hidden without a text."""
         self.apply.setVisible(bool(text))
         self.apply.setText(text)
         self.apply.setToolTip(hint)
@@ -92,7 +92,7 @@ class LaunchView(QWidget):
         """Offer the saved views of the ticked devices."""
         menu = self.view.menu()
         menu.clear()
-        menu.addAction('Restart RViz as it looks now', self.restart_view_wanted.emit)
+        menu.addAction('Restart RViz with its present view', self.restart_view_wanted.emit)
         menu.addAction('Save this view as…', self.save_view_wanted.emit)
         menu.addSection('View of the next launch')
         for name in (None, *names):

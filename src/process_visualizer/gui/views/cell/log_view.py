@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a node (or the roslaunch of a device) said last before it ended."""
+"""The last output of a node (or of the roslaunch of a device) before it ended."""
 from __future__ import annotations
 
 from typing import Optional, Sequence
@@ -22,11 +22,11 @@ class LogView(TextDialog):
         self.show_text(message, '\n'.join(lines))
         self.text.verticalScrollBar().setValue(self.text.verticalScrollBar().maximum())
         if not lines:
-            self.text.setPlaceholderText('It has written nothing.')
+            self.text.setPlaceholderText('The log is empty.')
 
     @classmethod
     def show_node(cls, parent: QWidget, report: PartReport, node: str) -> LogView:
-        """Open the log of a node of a part; without such a node, that of the whole part."""
+        """Open the log of a node of a part, or of the whole part if there is no such node."""
         found = next((it for it in report.nodes if it.name == node), None)
         if found is None:
             view = cls(f'{report.part}: log', part_message(report), report.log_tail, parent)
@@ -38,7 +38,7 @@ class LogView(TextDialog):
 
 
 def node_message(part: str, node: NodeReport) -> str:
-    """Return what has become of a node, in a sentence of rich text."""
+    """Return the fate of a node, in a sentence of rich text."""
     name = f'<b>{node.name}</b> of {part}'
     again = f' It was restarted {node.restarts} times.' if node.restarts else ''
     if node.state is NodeState.EXITED:
@@ -50,7 +50,7 @@ def node_message(part: str, node: NodeReport) -> str:
 
 
 def part_message(report: PartReport) -> str:
-    """Return what has become of a part, in a sentence of rich text."""
+    """Return the fate of a part, in a sentence of rich text."""
     reason = f': {report.reason}' if report.reason else ''
     return f'<b>{report.part}</b> is {report.state.value}{reason}'
 
@@ -58,5 +58,5 @@ def part_message(report: PartReport) -> str:
 def exit_text(code: Optional[int]) -> str:
     """Return an exit code in words; below 0 it is the number of a signal."""
     if code is None:
-        return 'exit code not known'
+        return 'exit code unknown'
     return f'killed by signal {-code}' if code < 0 else f'exit code {code}'

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Says what is in a configuration that was made, and opens it for what is left to decide."""
+"""Summarises a new configuration, and opens it for open decisions."""
 from __future__ import annotations
 
 from typing import Optional
@@ -14,10 +14,10 @@ from process_visualizer.gui.views.parts.notice_frame import NoticeFrame
 
 
 class MadeNotice(NoticeFrame):
-    """Stands there until it is closed or another configuration is open."""
+    """Stays until it is closed or another configuration is open."""
 
     open_wanted = pyqtSignal(str, int)
-    """A file is to be opened in the editor at a line."""
+    """A file should be opened in the editor at a line."""
 
     def __init__(self, model: NewConfigurationModel, parent: Optional[QWidget] = None) -> None:
         super().__init__('made', GOOD, '#f2f9f4', parent, symbol='ok')
@@ -31,11 +31,11 @@ class MadeNotice(NoticeFrame):
         close.clicked.connect(self.hide)
         self.add_buttons(edit, close)
         self.hide()
-        model.told.connect(self._text.setText)
+        model.summary_ready.connect(self._text.setText)
         model.made.connect(self._show_made)
 
     def follow(self, path: str) -> None:
-        """Take the path of the configuration that is open."""
+        """Hide if another configuration is open; ``path`` is that of the open one."""
         if path != self._path:
             self.hide()
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Says in red who publishes what does not belong to what is shown; not there while all is well."""
+"""Says in red which nodes publish topics that do not belong to the display; hidden if none."""
 from __future__ import annotations
 
 from typing import Optional
@@ -11,9 +11,9 @@ from process_visualizer.gui.models.cell.mixture_model import MixtureModel
 from process_visualizer.gui.toolkit.style import BAD, BEHIND_BAD
 from process_visualizer.gui.views.parts.notice_frame import NoticeFrame
 
-_MOST_TOLD = 3
+_MOST_SENTENCES = 3
 _MEANING = {
-    Mode.PLAYBACK: '{}, beside the recording: what you see is a mixture. Stop that node.',
+    Mode.PLAYBACK: '{}, in addition to the recording: what you see is a mixture. Stop that node.',
     Mode.REALTIME: '{}, which plays a recording: what you see is a mixture. Stop that player.'}
 
 
@@ -29,8 +29,9 @@ class MixtureNotice(NoticeFrame):
     def _show(self) -> None:
         sentences, mode = self._model.sentences, self._model.mode
         if sentences and mode is not None:
-            more = len(sentences) - _MOST_TOLD
-            told = '; '.join(sentences[:_MOST_TOLD]) + (f'; and {more} more' if more > 0 else '')
-            self._text.setText(_MEANING[mode].format(told))
+            more = len(sentences) - _MOST_SENTENCES
+            text = '; '.join(sentences[:_MOST_SENTENCES])
+            text += f'; and {more} more' if more > 0 else ''
+            self._text.setText(_MEANING[mode].format(text))
             self._text.setToolTip('\n'.join(sentences))
         self.setVisible(bool(sentences) and mode is not None)

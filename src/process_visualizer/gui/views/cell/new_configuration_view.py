@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Offers to make a configuration: a button for it, and a notice where only the example is open."""
+"""Offers to make a configuration: a button, and a notice while only the example is open."""
 from __future__ import annotations
 
 import os
@@ -23,7 +23,7 @@ from process_visualizer.gui.views.parts.labels import tool_button
 
 _CONFIGURATIONS, _BAGS = 'Configurations (*.xml)', 'Recordings (*.bag)'
 _FILE = 'cell.xml'
-_TEXT = ('These devices are the example. Drivers that run, or a recording of them, are enough to '
+_TEXT = ('These devices are an example. Running drivers, or a recording of them, are enough to '
          'make a configuration of your own cell.')
 
 
@@ -52,11 +52,11 @@ class NewConfigurationView(QFrame):
 
     def _make_button(self) -> QToolButton:
         button = tool_button('new_configuration', 'new',
-                             'Make a configuration from what runs, or from a recording',
+                             'Make a configuration from what is running, or from a recording',
                              lambda: None)
         menu = QMenu(button)
         menu.setObjectName('new_menu')
-        menu.addAction('Make one from what runs…', self._ask_path)
+        menu.addAction('Make one from what is running…', self._ask_path)
         menu.addAction('Make one from a recording…', self._ask_bags)
         button.setMenu(menu)
         button.setPopupMode(QToolButton.InstantPopup)
@@ -71,7 +71,7 @@ class NewConfigurationView(QFrame):
         layout.addWidget(text, 0, 0, 1, 3)
         self._buttons = []
         for column, (name, label, action) in enumerate((
-                ('new_from_system', 'From what runs…', self._ask_path),
+                ('new_from_system', 'From what is running…', self._ask_path),
                 ('new_from_bag', 'From a recording…', self._ask_bags),
                 ('new_open', 'Open a file…', self.open_wanted.emit))):
             button = QPushButton(label)
@@ -85,13 +85,13 @@ class NewConfigurationView(QFrame):
             widget.setEnabled(not self._model.is_making)
 
     def _ask_bags(self) -> None:
-        dialog = self._dialog('new_bags', 'The recording to look into', _BAGS)
+        dialog = self._dialog('new_bags', 'The recording to read', _BAGS)
         dialog.setFileMode(QFileDialog.ExistingFiles)
         dialog.filesSelected.connect(self._ask_path)
         dialog.open()
 
     def _ask_path(self, bags: Optional[Sequence[str]] = None) -> None:
-        """Ask where the configuration is to be written; then it is made."""
+        """Ask where to write the configuration; then make it."""
         given: List[str] = list(bags or [])
         dialog = self._dialog('new_path', 'Write the new configuration', _CONFIGURATIONS)
         dialog.setAcceptMode(QFileDialog.AcceptSave)
@@ -107,6 +107,6 @@ class NewConfigurationView(QFrame):
         return dialog
 
     def _folder(self) -> str:
-        """Where the user's own configuration is, if one is open and the user may write there."""
+        """The folder of the user's own configuration, if one is open and the folder is writable."""
         folder = os.path.dirname(self._current())
         return folder if self.isHidden() and os.access(folder, os.W_OK) else working_folder()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Says which frame a robot's poses are those of, and offers to write it into the configuration."""
+"""Names the frame of a robot's poses, and offers to write it into the configuration."""
 from __future__ import annotations
 
 import os
@@ -14,19 +14,20 @@ from process_visualizer.gui.views.parts.notice_frame import NoticeFrame
 
 
 class ToolNotice(NoticeFrame):
-    """Shows a tool model; not there while nothing is offered."""
+    """Shows a tool model; hidden while nothing is offered."""
 
     def __init__(self, model: ToolModel, parent: Optional[QWidget] = None) -> None:
         super().__init__('tool', WARNING, '#fdf8ef', parent)
         self._model = model
         self._write = QPushButton(icon('save'), '')
         self._write.setObjectName('tool_write')
-        self._write.setToolTip('Write it into the file; all else in it stays, and a backup is '
-                               'kept beside it. The robot is restarted with Apply.')
+        self._write.setToolTip('Write it into the file and keep a backup beside it; the rest of '
+                               'the file stays as it is. Apply restarts the robot.')
         self._write.clicked.connect(model.write)
         self._dismiss = QPushButton('Not now')
         self._dismiss.setObjectName('tool_dismiss')
-        self._dismiss.setToolTip('Leave it as it is; not asked again until the launcher is closed')
+        self._dismiss.setToolTip('Leave the file as it is; you are not asked again until the '
+                                 'launcher is closed')
         self._dismiss.clicked.connect(model.dismiss)
         self.add_buttons(self._write, self._dismiss)
         model.changed.connect(self._show)

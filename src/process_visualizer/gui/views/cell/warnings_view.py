@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the nodes of a device complain of, as long as it holds."""
+"""The warnings of the nodes of a device, as long as they last."""
 from __future__ import annotations
 
 import html
@@ -15,7 +15,7 @@ from process_visualizer.health.node_warnings import NodeWarning, Severity, count
 
 
 class WarningsView(TextDialog):
-    """A window with the warnings of a device, which come and go; deletes itself."""
+    """A window with the present warnings of a device; deletes itself."""
 
     def __init__(self, device: str, states: DeviceStatesModel,
                  parent: Optional[QWidget] = None) -> None:
@@ -23,13 +23,13 @@ class WarningsView(TextDialog):
         self.setAttribute(Qt.WA_DeleteOnClose)
         self._device, self._states = device, states
         self.text.setLineWrapMode(QPlainTextEdit.WidgetWidth)
-        self.text.setPlaceholderText('They have gone: what was wrong does not hold any more.')
+        self.text.setPlaceholderText('No warnings any more: the problems are over.')
         self.text.setAccessibleName(f'Warnings of {device}')
         states.changed.connect(self.refresh)
         self.refresh()
 
     def refresh(self) -> None:
-        """Show what holds now; what is selected for copying stays if the texts are the same."""
+        """Show the present warnings; the selection stays if the texts are the same."""
         warnings = self._states.warnings(self._device)
         text = warnings_text(warnings, time.monotonic())
         if text != self.text.toPlainText() and not self.text.textCursor().hasSelection():
@@ -39,15 +39,15 @@ class WarningsView(TextDialog):
 
 
 def warnings_message(device: str, warnings: Sequence[NodeWarning]) -> str:
-    """Return how many there are, in a sentence of rich text."""
+    """Return the number of warnings, in a sentence of rich text."""
     name = f'<b>{html.escape(device)}</b>'
     if not warnings:
-        return f'The nodes of {name} complain of nothing now.'
-    return f'{name}: {counted(warnings)} now. What does not hold any more goes away.'
+        return f'The nodes of {name} have no warnings now.'
+    return f'{name}: {counted(warnings)} now. A warning disappears when its cause is gone.'
 
 
 def warnings_text(warnings: Sequence[NodeWarning], now_s: float) -> str:
-    """Return them with their nodes, how often, and since when."""
+    """Return the warnings with their nodes, counts and durations."""
     return '\n\n'.join(f'{_title(it, now_s)}:\n{it.text}' for it in warnings)
 
 

@@ -10,7 +10,7 @@ from PyQt5.QtWidgets import QLabel, QWidget
 
 
 class ElidedLabel(QLabel):
-    """Shows as much of one line as there is room for; the tooltip has all of it."""
+    """Shows as much of one line as fits; the tooltip has all of it."""
 
     def __init__(self, mode: Qt.TextElideMode = Qt.ElideMiddle,
                  parent: Optional[QWidget] = None) -> None:
@@ -28,7 +28,7 @@ class ElidedLabel(QLabel):
         return QSize(20, super().minimumSizeHint().height())
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw what there is room for."""
+        """Draw as much as fits."""
         painter = QPainter(self)
         area = self.contentsRect()
         text = self.fontMetrics().elidedText(self.text(), self._mode, area.width())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A flat button with an arrow, behind which something is folded away."""
+"""A flat button with an arrow that folds a part of the window."""
 from __future__ import annotations
 
 from typing import Optional
@@ -9,7 +9,7 @@ from PyQt5.QtWidgets import QToolButton, QWidget
 
 
 class FoldButton(QToolButton):
-    """Its arrow points down while it is checked; connect ``toggled`` to what it shows."""
+    """Its arrow points down while it is checked; connect ``toggled`` to the folded part."""
 
     def __init__(self, name: str, text: str, hint: str, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)

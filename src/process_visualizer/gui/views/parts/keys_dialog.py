@@ -9,7 +9,7 @@ from PyQt5.QtWidgets import QDialog, QDialogButtonBox, QLabel, QVBoxLayout, QWid
 
 
 class KeysDialog(QDialog):
-    """A table of keys (HTML) as wide as it needs; the window goes on while it is open."""
+    """A table of keys (HTML) as wide as needed; the window keeps working while it is open."""
 
     def __init__(self, table: str, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)

@@ -11,7 +11,7 @@ from process_visualizer.gui.toolkit.icons import icon
 
 
 def colour(widget: QWidget, name: str) -> None:
-    """Write the widget's text in a colour, as long as it is enabled."""
+    """Set the colour of the widget's text while it is enabled."""
     palette = widget.palette()
     if palette.color(QPalette.Active, QPalette.WindowText) != QColor(name):
         for group in (QPalette.Active, QPalette.Inactive):
@@ -20,7 +20,7 @@ def colour(widget: QWidget, name: str) -> None:
 
 
 def small(label: QLabel) -> QLabel:
-    """Return the label in a somewhat smaller size."""
+    """Return the label in a slightly smaller size."""
     font = label.font()
     font.setPointSizeF(font.pointSizeF() * 0.9)
     label.setFont(font)
@@ -28,7 +28,7 @@ def small(label: QLabel) -> QLabel:
 
 
 def title(text: str) -> QLabel:
-    """Return a bold label, such as stands before a group."""
+    """Return a bold label, for the head of a group."""
     label = QLabel(text)
     font = label.font()
     font.setBold(True)

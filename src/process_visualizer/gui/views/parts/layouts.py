@@ -18,7 +18,7 @@ def in_column(parent: QWidget, spacing_px: int, *parts: Union[QWidget, QLayout])
 
 
 def in_row(*widgets: QWidget, wide: Optional[QWidget] = None) -> QHBoxLayout:
-    """Return widgets side by side; the one that is ``wide`` takes the room that is left."""
+    """Return widgets side by side; the one that is ``wide`` gets the remaining room."""
     layout = QHBoxLayout()
     for widget in widgets:
         layout.addWidget(widget, int(widget is wide))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A frame with a symbol and a text; what is to be done about it stands below."""
+"""A frame with a symbol and a text, and buttons below."""
 from __future__ import annotations
 
 from typing import Optional

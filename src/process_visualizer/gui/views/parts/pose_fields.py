@@ -18,7 +18,7 @@ _STEP_M, _STEP_DEG = 0.001, 0.1
 
 
 class PoseFields(QWidget):
-    """Shows a pose; only the number that the operator changes is told, the others stay exact."""
+    """Shows a pose; only numbers that the operator changes are reported, the others stay exact."""
 
     edited = pyqtSignal(int, float)
     """The index (x y z yaw pitch roll: 0 to 5) and the new value in m or rad."""
@@ -39,7 +39,7 @@ class PoseFields(QWidget):
         layout.setColumnStretch(4, 1)
 
     def show_pose(self, pose: Pose) -> None:
-        """Show xyz [m] and ypr [rad]; nothing is told as edited."""
+        """Show xyz [m] and ypr [rad] without reporting an edit."""
         for field, value in zip(self._fields[:3], pose.xyz):
             field.show_value(value)
         for field, angle in zip(self._fields[3:], pose.ypr):
@@ -82,7 +82,7 @@ class NumberField(QDoubleSpinBox):
             self.blockSignals(False)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Leave the wheel to the window that is scrolled."""
+        """Leave the wheel to the scrolled window."""
         if self.hasFocus():
             super().wheelEvent(event)
         else:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A window with text that can be copied; it does not hold up the program."""
+"""A window with text that can be copied; it does not block the program."""
 from __future__ import annotations
 
 from typing import Optional

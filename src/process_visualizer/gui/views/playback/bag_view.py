@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Chooses the recording, and shows what is in it and what is missing."""
+"""Chooses the recording, and shows its contents and what is missing."""
 from __future__ import annotations
 
 import os
@@ -115,7 +115,7 @@ class BagView(QWidget):
         is_known = self._bag.paths in self._bag.recent
         self.recent.setCurrentIndex(self._bag.recent.index(self._bag.paths) if is_known else -1)
         self.recent.setEnabled(bool(self._bag.recent))
-        self.recent.setToolTip('\n'.join(self._bag.paths) or 'Recordings that were open before')
+        self.recent.setToolTip('\n'.join(self._bag.paths) or 'Recordings that were opened before')
 
     def _facts(self, found: Optional[Catalogue]) -> str:
         if self._bag.is_loading:
@@ -126,7 +126,7 @@ class BagView(QWidget):
 
 
 class UnindexedRow(QWidget):
-    """Offers an indexed copy of a bag that has no index, and shows how far it is."""
+    """Offers an indexed copy of a bag that has no index, and shows the progress."""
 
     def __init__(self, bag: BagModel, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -144,7 +144,7 @@ class UnindexedRow(QWidget):
         self.make.clicked.connect(bag.reindex)
         self.cancel = QPushButton('Cancel')
         self.cancel.setObjectName('cancel_reindex')
-        self.cancel.setToolTip('Do without this bag')
+        self.cancel.setToolTip('Close this bag')
         self.cancel.clicked.connect(bag.dismiss)
         self._lay_out()
         bag.changed.connect(self._show)
@@ -186,12 +186,12 @@ class TopicTable(TopicTree):
         self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Fixed)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Leave out the types where there is no room for them; a topic's tooltip has them."""
+        """Hide the types if there is no room for them; a topic's tooltip has them."""
         super().resizeEvent(event)
         self.setColumnHidden(3, event.size().width() < _WIDE_PX)
 
     def show_topics(self, found: Catalogue) -> None:
-        """Show what is in a recording."""
+        """Show the topics of a recording."""
         if self._rows == found.topics:
             return
         self._rows = found.topics
@@ -210,7 +210,7 @@ class TopicTable(TopicTree):
 
 
 def name_of(paths: Sequence[str]) -> str:
-    """Return what a recording is called in a list: its file, and how many more there are."""
+    """Return the name of a recording in a list: its file, and the number of further ones."""
     more = f'  + {len(paths) - 1} files' if len(paths) > 1 else ''
     return os.path.basename(paths[0]) + more
 
@@ -231,8 +231,8 @@ def _origin(found: Catalogue) -> str:
 
 
 def _warnings(bag: BagModel) -> List[str]:
-    """What the operator has to know before the recording is played, in HTML."""
-    lines = [(BAD, f'{os.path.basename(path)} is not there any more') for path in bag.gone]
+    """The warnings for the operator before the recording is played, in HTML."""
+    lines = [(BAD, f'{os.path.basename(path)} no longer exists') for path in bag.gone]
     lines += [(WARNING, f'<b>{device}</b>: not in the recording: {_named(topics)}')
               for device, topics in bag.missing.items()]
     problems = () if bag.catalogue is None else bag.catalogue.problems

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How far the curves are, with a way to do without them, or to read them after all."""
+"""The progress of the curves, with buttons to skip them, or to read them after all."""
 from __future__ import annotations
 
 from typing import Optional
@@ -10,7 +10,7 @@ from process_visualizer.gui.models.playback.curves_model import CurvesModel
 
 
 class CurvesRow(QWidget):
-    """Is there only while there is something to tell."""
+    """Visible only while there is something to show."""
 
     def __init__(self, curves: CurvesModel, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)

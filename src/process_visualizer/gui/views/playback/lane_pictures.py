@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Keeps a picture of each lane of the timeline, drawn without holding up the window."""
+"""Keeps a picture of each lane of the timeline, drawn without blocking the window."""
 from __future__ import annotations
 
 from typing import Any, Dict, List, Optional, Sequence, Tuple
@@ -15,7 +15,7 @@ class LanePictures(QObject):
     """One lane is drawn in each turn of the event loop; until then its old picture stays."""
 
     drawn = pyqtSignal(int)
-    """The picture of a lane is there."""
+    """The picture of a lane is ready."""
 
     def __init__(self, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
@@ -28,12 +28,12 @@ class LanePictures(QObject):
         self._timer.timeout.connect(self._draw_next)
 
     def set_lanes(self, lanes: Sequence[Lane]) -> None:
-        """Take other lanes; nothing is known of their pictures."""
+        """Set new lanes, without pictures yet."""
         self._lanes, self._look, self._pictures = tuple(lanes), (), {}
 
     def want(self, axis: TimeAxis, width: int, height: int, scale: float, font: QFont,
              length_s: float) -> None:
-        """Say how each lane is to look: see ``lane_picture``."""
+        """Set the wanted look of each lane: see ``lane_picture``."""
         look = (axis, width, height, scale, font, length_s)
         if look != self._look:
             self._look, self._missing = look, list(range(len(self._lanes)))

@@ -77,7 +77,7 @@ class PlaybackPanel(QWidget):
         dialog = QInputDialog(self)
         dialog.setObjectName('mark_label')
         dialog.setWindowTitle('Add a mark')
-        dialog.setLabelText(f'What is at {format_time(position_s)}?')
+        dialog.setLabelText(f'Label of the mark at {format_time(position_s)}:')
         dialog.textValueSelected.connect(
             lambda label: self._bag.add_mark(position_s, label.strip() or 'mark'))
         dialog.open()
@@ -88,10 +88,10 @@ class PlaybackPanel(QWidget):
         self.transport.set_topics(() if found is None else found.topic_names)
 
     def _show_notes(self) -> None:
-        """Tell what the player cannot play, and what did not arrive."""
+        """Show what the player cannot play, and what did not arrive."""
         notes = list(self._playback.problems)
         if self._playback.dropped:
-            notes.append(f'{self._playback.dropped} messages were too many for slow subscribers')
+            notes.append(f'{self._playback.dropped} messages were dropped for slow subscribers')
         self.notes.setVisible(bool(notes))
         more = f'  (and {len(notes) - 1} more)' if len(notes) > 1 else ''
         self.notes.setText(notes[-1] + more if notes else '')
@@ -104,7 +104,7 @@ class PlaybackPanel(QWidget):
 
 
 def lane_label(device: str, label: str) -> str:
-    """Return what a curve is called: as in RViz, behind its device, which is not named twice."""
+    """Return the name of a curve: as in RViz, after its device, which is not named twice."""
     if re.match(f'{re.escape(device)}(\\b|_)', label, re.IGNORECASE):
         return label
     return f'{device}  {_IN_WORDS.get(label, label)}'

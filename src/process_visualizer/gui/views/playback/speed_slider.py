@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A slider for the speed: logarithmic, and it holds at the speeds that one usually wants."""
+"""A slider for the speed: logarithmic, with detents at the usual speeds."""
 from __future__ import annotations
 
 import math
@@ -47,7 +47,7 @@ class SpeedSlider(QAbstractSlider):
         return _speed(self.value())
 
     def show_speed(self, speed: float) -> None:
-        """Show a speed, without saying that it was chosen."""
+        """Show a speed, without reporting it as chosen."""
         self.setValue(_value(speed))
 
     def sizeHint(self) -> QSize:
@@ -59,7 +59,7 @@ class SpeedSlider(QAbstractSlider):
         return QSize(170, 32)
 
     def x_of(self, speed: float) -> float:
-        """Return where a speed lies [px]."""
+        """Return the place of a speed [px]."""
         share = (_value(speed) - self.minimum()) / (self.maximum() - self.minimum())
         return _SIDE + share * (self.width() - 2 * _SIDE)
 
@@ -129,6 +129,6 @@ def _value(speed: float) -> int:
 
 
 def _speed(value: int) -> float:
-    """The speed of a value, in three digits as one would write it."""
+    """The speed of a value, with three digits."""
     detent = next((it for it in RATES if _value(it) == value), None)
     return float(f'{10 ** (value / _UNITS):.3g}') if detent is None else detent

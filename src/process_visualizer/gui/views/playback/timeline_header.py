@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Draws what stands above the lanes: flags, the slider's groove, the loop, and the axis of time."""
+"""Draws the part above the lanes: flags, the slider's groove, the loop, and the axis of time."""
 from __future__ import annotations
 
 from typing import NamedTuple, Sequence, Tuple
@@ -37,7 +37,7 @@ LOOP = '#8a5fb0'
 
 
 class Loop(NamedTuple):
-    """A and B [s], and whether they are in force."""
+    """A and B [s], and whether they are active."""
 
     begin_s: float
     end_s: float
@@ -90,7 +90,7 @@ def draw_groove(painter: QPainter, axis: TimeAxis) -> None:
 
 def draw_gaps(painter: QPainter, axis: TimeAxis, gaps: Sequence[Tuple[float, float]],
               bottom: float) -> None:
-    """Hatch what of the recording cannot be read, down to the bottom [px]."""
+    """Hatch unreadable parts of the recording, down to the bottom [px]."""
     painter.setPen(Qt.NoPen)
     for begin_s, end_s in gaps:
         left, right = _on_line(axis, begin_s), _on_line(axis, end_s)
@@ -107,7 +107,7 @@ def draw_gaps(painter: QPainter, axis: TimeAxis, gaps: Sequence[Tuple[float, flo
 
 
 def draw_loop(painter: QPainter, axis: TimeAxis, loop: Loop, bottom: float) -> None:
-    """Shade what is repeated; A and B are tabs with their letters."""
+    """Shade the repeated part; A and B are tabs with their letters."""
     colour = QColor(LOOP if loop.is_on else '#a0a8af')
     shade = QColor(colour)
     shade.setAlpha(34 if loop.is_on else 22)
@@ -124,7 +124,7 @@ def draw_loop(painter: QPainter, axis: TimeAxis, loop: Loop, bottom: float) -> N
 
 
 def _on_line(axis: TimeAxis, time_s: float) -> float:
-    """Where a time lies [px], or the end of the line that is nearer to it."""
+    """The place of a time [px], limited to the ends of the line."""
     return min(max(axis.x(time_s), axis.left), axis.right)
 
 
@@ -145,7 +145,7 @@ def _draw_tab(painter: QPainter, x: float, letter: str, outward: int, colour: QC
 
 def draw_flags(painter: QPainter, axis: TimeAxis, marks: Sequence[PlacedMark],
                hovered: int) -> None:
-    """Draw the marks as flags, each with as much of its label as there is room for."""
+    """Draw the marks as flags, each with as much of its label as fits."""
     metrics = QFontMetricsF(painter.font())
     for row, mark in enumerate(marks):
         x = axis.x(mark.position_s)
@@ -170,7 +170,7 @@ def draw_flags(painter: QPainter, axis: TimeAxis, marks: Sequence[PlacedMark],
 
 def draw_playhead(painter: QPainter, axis: TimeAxis, position_s: float, bottom: float,
                   is_enabled: bool) -> None:
-    """Draw what has been played, the knob, and a line through all lanes."""
+    """Draw the played part, the knob, and a line through all lanes."""
     groove, x = track_rect(axis), _on_line(axis, position_s)
     colour = QColor(ACCENT if is_enabled else DISABLED_TEXT)
     painter.setPen(Qt.NoPen)
@@ -187,7 +187,7 @@ def draw_playhead(painter: QPainter, axis: TimeAxis, position_s: float, bottom: 
 
 
 def draw_hover(painter: QPainter, axis: TimeAxis, time_s: float, text: str, bottom: float) -> None:
-    """Draw a line at the mouse, with its time in place of the ticks' ones."""
+    """Draw a line at the mouse, with its time in place of those of the ticks."""
     x = round(axis.x(time_s)) + 0.5
     painter.setPen(QPen(QColor(TEXT), 1, Qt.DotLine))
     painter.drawLine(QPointF(x, TRACK_TOP), QPointF(x, bottom))
@@ -203,7 +203,7 @@ def draw_hover(painter: QPainter, axis: TimeAxis, time_s: float, text: str, bott
 
 def draw_hover_value(painter: QPainter, axis: TimeAxis, time_s: float, text: str, top: float,
                      height: float) -> None:
-    """Draw a value beside the line at the mouse, in the look of its time, where there is room."""
+    """Draw a value beside the line at the mouse, in the style of its time, if there is room."""
     rect = hover_value_rect(axis, time_s, painter.fontMetrics().horizontalAdvance(text) + 8.0, top,
                             height)
     painter.setPen(Qt.NoPen)
@@ -215,14 +215,14 @@ def draw_hover_value(painter: QPainter, axis: TimeAxis, time_s: float, text: str
 
 def hover_value_rect(axis: TimeAxis, time_s: float, width: float, top: float,
                      height: float) -> QRectF:
-    """Return where a value of a width [px] is written: beside the line, within the axis."""
+    """Return the place of a value of a width [px]: beside the line, within the axis."""
     x = axis.x(time_s)
     left = x + 3.0 if x + 3.0 + width <= axis.right else x - 3.0 - width
     return QRectF(max(left, 1.0), top, width, height)
 
 
 def draw_values(painter: QPainter, rect: QRectF, value: str, largest: str) -> None:
-    """Draw a lane's value, and quietly behind it its largest one."""
+    """Draw a lane's value, and after it, in grey, its largest one."""
     metrics = QFontMetricsF(painter.font())
     painter.setPen(QColor(QUIET))
     painter.drawText(rect, Qt.AlignRight | Qt.AlignVCenter, largest)

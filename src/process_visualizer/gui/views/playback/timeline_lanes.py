@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The curves of process variables, each in a lane of its own, drawn into a picture."""
+"""The curves of process variables, each drawn as a picture in its own lane."""
 from __future__ import annotations
 
 import math
@@ -29,8 +29,8 @@ _FAR_FROM_ZERO = 0.7  # of the largest value: if all are beyond it, zero is not 
 class Lane:
     """A process variable over the whole recording, which is divided into columns of equal time.
 
-    ``low`` and ``high`` are the extreme values in each column, NaN where there is none; ``key``
-    finds the value at the position.
+    ``low`` and ``high`` are the extreme values in each column, NaN where there is none; ``key`` is
+    used to find the value at the position.
     """
 
     label: str
@@ -64,8 +64,7 @@ def lane_of(label: str, unit: str, colour: Tuple[float, float, float], low: np.n
             high: np.ndarray, column_s: float) -> Lane:
     """Return a lane; between messages of a slow topic the last value holds.
 
-    Only what is missing for much longer than usual stays empty. ``column_s`` is how long a column
-    is [s].
+    Only gaps much longer than usual stay empty. ``column_s`` is the duration of a column [s].
     """
     known = np.flatnonzero(~np.isnan(low))
     if len(known) < 2:
@@ -78,7 +77,7 @@ def lane_of(label: str, unit: str, colour: Tuple[float, float, float], low: np.n
 
 
 def number_text(value: float, largest: float) -> str:
-    """Return a value in as many decimals as the largest one of its lane needs; a dash for NaN."""
+    """Return a value with the decimals that the largest one of its lane needs; a dash for NaN."""
     if np.isnan(value):
         return '–'
     size = max(abs(largest), 1e-3)
@@ -90,7 +89,7 @@ def lane_picture(lane: Lane, axis: TimeAxis, width: int, height: int, scale: flo
                  font: QFont, length_s: float) -> QPixmap:
     """Return a lane in a size [px]; ``scale`` is how many dots a pixel of the screen has.
 
-    ``length_s`` is that of the recording, of which the axis may show a part.
+    ``length_s`` is that of the recording; the axis may show only a part.
     """
     picture = QPixmap(int(width * scale), int(height * scale))
     picture.setDevicePixelRatio(scale)
@@ -123,7 +122,7 @@ def _shares(axis: TimeAxis, length_s: float) -> Tuple[float, float]:
 
 def _draw_curve(painter: QPainter, lane: Lane, rect: QRectF, scale: float,
                 shares: Tuple[float, float]) -> None:
-    """Draw the values from low to high in full colour, and softly what is between them and 0."""
+    """Draw the values from low to high in full colour, and paler the area between them and 0."""
     columns, rows = int(rect.width() * scale), int(rect.height() * scale)
     if columns <= 0:
         return
@@ -157,7 +156,7 @@ def _image(alpha: np.ndarray, colour: QColor) -> QImage:
 def value_range(low: float, high: float) -> Tuple[float, float]:
     """Return the values at the bottom and the top of a lane whose curve reaches from low to high.
 
-    Zero is one of them, or lies between, unless all values are far from it.
+    The range includes zero, unless all values are far from it.
     """
     if np.isnan(low):
         return 0.0, 1.0
@@ -172,7 +171,7 @@ def value_range(low: float, high: float) -> Tuple[float, float]:
 
 def _resampled(lane: Lane, count: int,
                shares: Tuple[float, float]) -> Tuple[np.ndarray, np.ndarray]:
-    """The extremes in so many columns of a part of the lane, given by its ends (0 to 1)."""
+    """The extremes of a part of the lane, given by its ends (0 to 1), in so many columns."""
     columns = len(lane.low)
     if columns == 0:
         return np.full(count, np.nan), np.full(count, np.nan)
@@ -183,7 +182,7 @@ def _resampled(lane: Lane, count: int,
 
 
 def _connected(low: np.ndarray, high: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    """The extremes of columns, each reaching to the one before it so that there are no holes."""
+    """The extremes of columns, each extended to the previous one so that there are no holes."""
     joined_low, joined_high = low.copy(), high.copy()
     joined_low[1:] = np.fmin(low[1:], high[:-1])
     joined_high[1:] = np.fmax(high[1:], low[:-1])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where the parts of the timeline lie, and what is under the mouse."""
+"""The places of the parts of the timeline, and what is under the mouse."""
 from __future__ import annotations
 
 from typing import NamedTuple, Optional, Sequence, Tuple
@@ -38,7 +38,7 @@ def track_rect(axis: TimeAxis) -> QRectF:
 
 def target_at(place: QPointF, axis: TimeAxis, marks: Sequence[PlacedMark],
               loop: Optional[Tuple[float, float]]) -> Target:
-    """Return what is at a place; handles of the loop [s] before marks, marks before the time."""
+    """Return the target at a place; handles of the loop [s] before marks, marks before the time."""
     on_track = TRACK_TOP - 4 <= place.y() < AXIS_TOP
     if loop is not None and on_track:
         near = [(abs(place.x() - axis.x(time_s)), kind) for kind, time_s in zip('AB', loop)]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What can be done with a moment of the recording, as a menu."""
+"""The context menu for a moment of the recording."""
 from __future__ import annotations
 
 from typing import Callable

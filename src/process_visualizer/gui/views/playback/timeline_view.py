@@ -48,21 +48,21 @@ from process_visualizer.playback.time_text import format_time
 
 _FEWEST_LANES = 2  # that are visible, if there are so many
 _FONT_PX = 11
-_PLAYHEAD_REACH, _HOVER_REACH = 10, 110  # px to each side of them that are drawn anew
+_PLAYHEAD_REACH, _HOVER_REACH = 10, 110  # px to each side of them that are redrawn
 _HINT = ('Press to go there, drag to look around, drag A and B to change the loop.\n'
          'Turn the wheel to zoom in (Shift: move), double-click to see all.\n'
          'Home and End: to the ends. Page up and down: from mark to mark. A, B, L: the loop.')
 
 
 class TimelineView(QWidget):
-    """Shows where playback is in its recording, and goes where the operator presses or drags."""
+    """Shows the position in the recording, and goes where the operator presses or drags."""
 
     mark_wanted = pyqtSignal(float)
-    """A mark is to be added at this time [s]."""
+    """A mark should be added at this time [s]."""
 
     def __init__(self, playback: PlaybackModel, value_of: Callable[[Key], Optional[float]],
                  parent: Optional[QWidget] = None) -> None:
-        """Take what tells a lane's value at the position: NaN for none, None: not known yet."""
+        """``value_of`` returns a lane's value at the position: NaN: none, None: unknown yet."""
         super().__init__(parent)
         self._playback, self._value_of = playback, value_of
         self._length_s = 0.0
@@ -94,7 +94,7 @@ class TimelineView(QWidget):
         self._fit()
 
     def set_recording(self, duration_s: float, gaps: Sequence[Tuple[float, float]] = ()) -> None:
-        """Take the length of the recording [s] and the parts [s, s] that cannot be read."""
+        """Set the length of the recording [s] and the parts [s, s] that cannot be read."""
         self._length_s, self._gaps = duration_s, tuple(gaps)
         self._take_length()
 
@@ -103,7 +103,7 @@ class TimelineView(QWidget):
         self.update()
 
     def set_lanes(self, lanes: Sequence[Lane]) -> None:
-        """Take the curves, from top to bottom."""
+        """Set the curves, from top to bottom."""
         self._lanes = tuple(lanes)
         self._pictures.set_lanes(lanes)
         self._fit()
@@ -112,7 +112,7 @@ class TimelineView(QWidget):
 
     @property
     def axis(self) -> TimeAxis:
-        """Where which time lies."""
+        """The time axis."""
         return axis_of(self.zoom.shown, self.width())
 
     def lane_values(self, row: int) -> Tuple[str, str]:
@@ -123,7 +123,7 @@ class TimelineView(QWidget):
                 f'max {number_text(largest, largest)}')
 
     def hover_value(self, row: int) -> str:
-        """Return a lane's value at the mouse, as its curve has it; empty without a mouse."""
+        """Return the value of a lane's curve at the mouse; empty without a mouse."""
         lane, length_s, time_s = self._lanes[row], self.zoom.shown.length_s, self._hover_s
         if time_s is None or not length_s:
             return ''
@@ -131,11 +131,11 @@ class TimelineView(QWidget):
 
     @property
     def _hover_s(self) -> Optional[float]:
-        """The time at the mouse; another one when the axis moves below it."""
+        """The time at the mouse, which changes when the axis moves below it."""
         return None if self._hover_x is None else self.axis.time_s(self._hover_x)
 
     def show_values(self) -> None:
-        """Draw the values at the position anew."""
+        """Redraw the values at the position."""
         self._update_values()
 
     # Size
@@ -174,7 +174,7 @@ class TimelineView(QWidget):
     # Drawing
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw what has changed; curves and header are drawn once and kept."""
+        """Draw the changes; curves and header are drawn once and kept."""
         painter = QPainter(self)
         painter.setFont(self._font)
         axis, bottom = self.axis, float(self.height() - BAR_HEIGHT)
@@ -250,14 +250,14 @@ class TimelineView(QWidget):
         return self.rect().adjusted(0, int(HEADER_HEIGHT), 0, -BAR_HEIGHT)
 
     def _loop(self) -> Optional[header.Loop]:
-        """The loop to be shown: A and B, or everything while that is repeated."""
+        """The loop to show: A and B, or everything while that is repeated."""
         points, length_s = self._playback.loop_points, self.zoom.shown.length_s
         if not self._playback.is_looping and points.begin_s is None and points.end_s is None:
             return None
         return header.Loop(*points.bounds(length_s), self._playback.is_looping)
 
     def _follow(self) -> None:
-        """Draw the playhead anew where it has moved by a pixel."""
+        """Redraw the playhead when it has moved by a pixel."""
         self.zoom.follow(self._playback.position_s, self._playback.is_playing)
         x = round(self.axis.x(self._playback.position_s))
         if x == self._drawn_x:
@@ -266,7 +266,7 @@ class TimelineView(QWidget):
         self.update(left - _PLAYHEAD_REACH, 0, right - left + 2 * _PLAYHEAD_REACH, self.height())
 
     def _show_hover(self, x: Optional[float]) -> None:
-        """Draw the line at the mouse anew with its numbers, and the flags."""
+        """Redraw the line at the mouse with its numbers, and the flags."""
         for shown_x in (self._hover_x, x):
             if shown_x is not None:
                 self.update(round(shown_x) - _HOVER_REACH, 0, 2 * _HOVER_REACH, self.height())
@@ -274,7 +274,7 @@ class TimelineView(QWidget):
         self.update(0, 0, self.width(), int(HEADER_HEIGHT))
 
     def _update_values(self) -> None:
-        """Draw the numbers anew, and only them: all that is drawn is sent to the screen."""
+        """Redraw only the numbers: everything that is drawn is sent to the screen."""
         axis = self.axis
         for row in range(len(self._lanes)):
             self.update(self._values_rect(row, axis).toAlignedRect())
@@ -282,7 +282,7 @@ class TimelineView(QWidget):
     # The mouse
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Take hold of what is under the mouse: a handle, a mark, or the time."""
+        """Grab what is under the mouse: a handle, a mark, or the time."""
         if event.button() != Qt.LeftButton or not self._playback.is_available:
             return
         self._dragged = self._target(event)
@@ -292,7 +292,7 @@ class TimelineView(QWidget):
             self._playback.seek(self.axis.time_s(event.localPos().x()))
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Drag what was taken hold of; otherwise show what is under the mouse."""
+        """Drag what was grabbed; otherwise show what is under the mouse."""
         time_s = self.axis.time_s(event.localPos().x())
         if self._dragged is None:
             self._hover = self._target(event)
@@ -306,18 +306,18 @@ class TimelineView(QWidget):
         self._show_hover(event.localPos().x() if self.axis.duration_s > 0.0 else None)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Let go; what played before plays on."""
+        """Release; continue to play if it played before."""
         if event.button() == Qt.LeftButton:
             self._dragged = None
             self._playback.end_scrub()
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Show nothing at the mouse any more."""
+        """Hide the line at the mouse."""
         self._hover = Target('time')
         self._show_hover(None)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Zoom in or out; over lanes that have no room scroll them, without Ctrl."""
+        """Zoom in or out; over lanes that do not fit, without Ctrl, scroll them."""
         is_over_lanes = event.pos().y() >= HEADER_HEIGHT
         modifiers = event.modifiers()
         if self._scroll.maximum() and is_over_lanes and modifiers == Qt.NoModifier:
@@ -332,7 +332,7 @@ class TimelineView(QWidget):
             self.zoom.show_all()
 
     def event(self, event: QEvent) -> bool:
-        """Tell a mark's whole label, or what can be done here, in a tooltip."""
+        """Show a mark's whole label, or a hint, in a tooltip."""
         if event.type() == QEvent.ToolTip:
             self._show_tip(event)
             return True
@@ -359,7 +359,7 @@ class TimelineView(QWidget):
     # Keys and menu
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Move by the keys that the window has too; up and down scroll."""
+        """Move with the keys of the window; up and down scroll."""
         playback, scroll = self._playback, self._scroll
         action = {Qt.Key_Left: lambda: playback.step(-1), Qt.Key_Right: lambda: playback.step(1),
                   Qt.Key_Home: playback.to_start, Qt.Key_End: playback.to_end,
@@ -389,7 +389,7 @@ class TimelineView(QWidget):
                              lambda: self.mark_wanted.emit(time_s))
 
     def zoom_in(self, steps: float) -> None:
-        """Show less, or (below 0) more, around the position."""
+        """Zoom in, or (below 0) out, around the position."""
         self.zoom.step(steps, self._playback.position_s)
 
 

@@ -9,14 +9,14 @@ from process_visualizer.gui.toolkit.shown_time import ShownTime, whole
 
 BAR_HEIGHT = 10
 _STEP = 1.25
-"""One notch of a wheel, or one press of a key, shows so many times as much or as little."""
-_NOTCH = 120  # eighths of a degree: what Qt tells of one notch
-_MOVED_SHARE = 0.15  # of the shown time: so far moves a notch
+"""One notch of a wheel, or one press of a key, zooms by this factor."""
+_NOTCH = 120  # eighths of a degree, as Qt reports one notch
+_MOVED_SHARE = 0.15  # of the shown time: the movement for a notch
 _PARTS = 1_000_000  # of the recording: the steps of the scroll bar
 
 
 class TimelineZoom(QObject):
-    """Everything is shown until the operator wants to see more closely."""
+    """Everything is shown until the operator zooms in."""
 
     changed = pyqtSignal()
 
@@ -32,11 +32,11 @@ class TimelineZoom(QObject):
 
     @property
     def shown(self) -> ShownTime:
-        """What is shown."""
+        """The part that is shown."""
         return self._shown
 
     def set_length(self, length_s: float) -> None:
-        """Take the length of a recording [s]; of another one everything is shown."""
+        """Set the length of a recording [s]; a new recording is shown as a whole."""
         if abs(length_s - self._shown.length_s) > 1e-6:
             self._take(whole(length_s))
 
@@ -49,7 +49,7 @@ class TimelineZoom(QObject):
         self._take(self._shown.part(begin_s, end_s - begin_s))
 
     def step(self, steps: float, around_s: float) -> None:
-        """Show less, or (below 0) more, around a moment that stays where it is."""
+        """Zoom in, or (below 0) out, around a moment that stays at its place."""
         self._take(self._shown.zoomed(_STEP ** -steps, around_s))
 
     def turn_wheel(self, turned: QPoint, modifiers: Qt.KeyboardModifiers, at_s: float) -> None:
@@ -62,13 +62,13 @@ class TimelineZoom(QObject):
             self.step(turned.y() / _NOTCH, at_s)
 
     def follow(self, position_s: float, is_playing: bool) -> None:
-        """Keep the position in sight; what plays is followed only if it was in sight before."""
+        """Keep the position in sight; playback is followed only if it was in sight before."""
         before_s, self._position_s = self._position_s, position_s
         if position_s != before_s and (not is_playing or self._shown.contains(before_s)):
             self._take(self._shown.showing(position_s))
 
     def place(self, rect: QRect) -> None:
-        """Say where the scroll bar has its place."""
+        """Set the place of the scroll bar."""
         self.bar.setGeometry(rect)
 
     def _take(self, shown: ShownTime) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The buttons of playback, the time, the speed, and what one step is."""
+"""The buttons of playback, the time, the speed, and the size of a step."""
 from __future__ import annotations
 
 from typing import Callable, List, Optional, Sequence
@@ -79,7 +79,8 @@ class TransportView(QWidget):
         self.time.setToolTip('Position and length of the recording, m:ss.mmm')
         self.reached.setObjectName('reached_rate')
         self.reached.setStyleSheet(f'color: {WARNING}')
-        self.reached.setToolTip('The machine is too slow for more; all topics slow down together')
+        self.reached.setToolTip('The machine is too slow for this speed; all topics slow down '
+                                'together')
         self.reached.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)
         self.reached.setAlignment(Qt.AlignCenter)
         self.slider.setObjectName('speed')
@@ -87,8 +88,8 @@ class TransportView(QWidget):
         self.slider.setToolTip('Speed; a double click is 1  ([ slower, ] faster)')
         self.slider.speed_chosen.connect(self._playback.set_speed)
         self.unit.setObjectName('step_unit')
-        self.unit.setAccessibleName('Unit of a step')
-        self.unit.setToolTip('What one step is  (left and right arrow, or , and .)')
+        self.unit.setAccessibleName('Size of a step')
+        self.unit.setToolTip('Size of a step  (left and right arrow, or , and .)')
         self.unit.setSizeAdjustPolicy(QComboBox.AdjustToMinimumContentsLengthWithIcon)
         self.unit.setMinimumContentsLength(6)
         self.unit.setFocusPolicy(Qt.TabFocus)
@@ -107,11 +108,11 @@ class TransportView(QWidget):
         self.end = self._button('loop_end', 'The loop ends here  (B)',
                                 lambda: it.set_loop_end(), True)
         moving = [self._button('to_start', 'To the beginning  (home)', it.to_start),
-                  self._button('step_back', 'A step back  (left arrow, or ,)',
+                  self._button('step_back', 'One step back  (left arrow, or ,)',
                                lambda: it.step(-1), repeats=True),
                   self.backwards, self.play, self._button('stop', 'Stop: pause at the beginning',
                                                           it.stop),
-                  self._button('step_forward', 'A step forward  (right arrow, or .)',
+                  self._button('step_forward', 'One step forward  (right arrow, or .)',
                                lambda: it.step(1), repeats=True),
                   self._button('to_end', 'To the end  (end)', it.to_end)]
         row = _row(*moving, spacing=1)
@@ -153,7 +154,7 @@ class TransportView(QWidget):
         return QSize(min(size.width(), _LEAST_WIDTH), size.height())
 
     def _wide_width(self) -> int:
-        """How wide everything is in one row."""
+        """The width of everything in one row."""
         parts = (self._buttons, self.time, self._speed_row, self._step_row)
         return (sum(part.minimumSizeHint().width() for part in parts)
                 + (len(parts) - 1) * _WIDE_SPACING)
@@ -213,7 +214,7 @@ class TransportView(QWidget):
 
 
 class RateBox(QDoubleSpinBox):
-    """The speed as a number; its arrows lead through the ladder, Enter gives the keys back."""
+    """The speed as a number; its arrows go through the usual speeds, Enter gives the keys back."""
 
     def __init__(self, playback: PlaybackModel, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -235,7 +236,7 @@ class RateBox(QDoubleSpinBox):
         self.lineEdit().returnPressed.connect(self.clearFocus)
 
     def show_rate(self, rate: float) -> None:
-        """Show a rate; nothing is asked for, and what is being written stays."""
+        """Show a rate without requesting it; text that is being edited stays."""
         if not self._is_being_written:
             self.blockSignals(True)
             self.setPrefix('−' if rate < 0.0 else '')
@@ -246,7 +247,7 @@ class RateBox(QDoubleSpinBox):
         self._is_being_written = is_being_written
 
     def stepBy(self, steps: int) -> None:
-        """Take the next speeds of the ladder."""
+        """Go to the next usual speed."""
         for _ in range(abs(steps)):
             self._playback.faster() if steps > 0 else self._playback.slower()
         self.clearFocus()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How full the disk is, and how long can still be recorded."""
+"""The free space on the disk, and the remaining recording time."""
 from __future__ import annotations
 
 from typing import Optional
@@ -16,7 +16,7 @@ _USED = '#93b4c8'  # the accent colour, quiet
 
 
 class DiskBar(QWidget):
-    """A thin bar, full as the disk is, with the room and the time left below it."""
+    """A thin bar for the used space, with free space and remaining time below it."""
 
     def __init__(self, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -43,7 +43,7 @@ class DiskBar(QWidget):
 
     def show_room(self, free_bytes: Optional[int], total_bytes: Optional[int],
                   time_left_s: Optional[float], is_low: bool) -> None:
-        """Show the room; ``is_low`` warns."""
+        """Show the free space; ``is_low`` warns."""
         is_known = free_bytes is not None and bool(total_bytes)
         used = 1.0 - (free_bytes or 0) / (total_bytes or 1) if is_known else 0.0
         self._bar.setValue(round(used * _STEPS))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How the bag is called and where it goes: the options of the thesis' figure 5.3."""
+"""The name and folder of the bag: the options of the thesis' figure 5.3."""
 from __future__ import annotations
 
 from typing import Dict, Optional
@@ -25,7 +25,7 @@ _TEXTS = {NameChoice.DATE: 'Use standard file name (current date and time)',
 
 
 class NameOptions(QWidget):
-    """Three radio buttons, their texts, the folder, and what is wrong with them."""
+    """Three radio buttons, their texts, the folder, and their problems."""
 
     def __init__(self, choices: RecordingChoices, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -34,9 +34,10 @@ class NameOptions(QWidget):
         self._group = QButtonGroup(self)
         for choice in NameChoice:
             self._add_button(choice)
-        self._prefix = _line('record_prefix', 'seam', 'Stands before date and time')
+        self._prefix = _line('record_prefix', 'seam', 'Put before date and time')
         self._name = _line('record_name', 'seam', 'The name of the file; never overwrites')
-        self._folder = _line('record_folder', '', 'Recordings go here; created if there is none')
+        self._folder = _line('record_folder', '', 'Recordings go here; created if it does not '
+                                                  'exist')
         self._browse = tool_button('choose_record_folder', 'folder', 'Choose the folder',
                                    self._choose_folder)
         self._problem = small(QLabel())

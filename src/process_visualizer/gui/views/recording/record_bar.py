@@ -45,7 +45,7 @@ class RecordBar(QFrame):
         self.refresh()
 
     def refresh(self) -> None:
-        """Show what the recorder does."""
+        """Show the state of the recorder."""
         phase = self._model.phase
         is_recording = phase is Phase.RECORDING
         self._button.setText(
@@ -71,7 +71,7 @@ class RecordBar(QFrame):
         is_known = figures is not None and self._model.phase is not Phase.STARTING
         colour(self._clock, TEXT if self._model.is_recording or is_known else QUIET)
         if figures is None or not is_known:
-            self._figures.setText(f'{size_text(arriving)}/s arrive' if arriving else ' ')
+            self._figures.setText(f'{size_text(arriving)}/s arriving' if arriving else ' ')
             return
         parts = [size_text(figures.bytes), count_text(figures.messages, 'message')]
         parts += [f'<span style="color:{BAD}"><b>{count_text(number)} {word}</b></span>'

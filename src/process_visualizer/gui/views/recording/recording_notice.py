@@ -27,7 +27,7 @@ _LINES = {
 
 
 class Notice(NamedTuple):
-    """An icon (or ''), a text, and what else it tells when the mouse is over it."""
+    """An icon (or ''), a text, and its tooltip."""
 
     icon: str
     text: str
@@ -35,7 +35,7 @@ class Notice(NamedTuple):
 
 
 class RecordingNotice(QWidget):
-    """Says in words where things stand; a finished bag can be played from here."""
+    """Shows the state in words; a finished bag can be played from here."""
 
     play_wanted = pyqtSignal(str)
 
@@ -54,7 +54,7 @@ class RecordingNotice(QWidget):
         self._dismiss = QToolButton()
         self._dismiss.setObjectName('dismiss_notice')
         self._dismiss.setText('×')
-        self._dismiss.setToolTip('I have seen it')
+        self._dismiss.setToolTip('Dismiss')
         self._dismiss.setAutoRaise(True)
         self._dismiss.clicked.connect(model.dismiss)
         self._lay_out()
@@ -62,7 +62,7 @@ class RecordingNotice(QWidget):
         self.refresh()
 
     def refresh(self) -> None:
-        """Show the notice of now."""
+        """Show the present notice."""
         notice = notice_of(self._model)
         if notice.text != self._text.text():
             self._text.setText(notice.text)
@@ -89,7 +89,7 @@ class RecordingNotice(QWidget):
 
 
 def notice_of(model: RecordingModel) -> Notice:
-    """Return what is to be said now."""
+    """Return the present notice."""
     if model.error:
         return Notice('warning', _sentence(model.error))
     if model.is_saving:
@@ -111,7 +111,7 @@ def _while_recording(model: RecordingModel) -> Notice:
               if row.is_ticked and row.health is TopicHealth.SILENT]
     if silent:
         others = f' and {len(silent) - 1} more' if len(silent) > 1 else ''
-        return Notice('warning', f'{silent[0]}{others}: silent. Does the driver still run?',
+        return Notice('warning', f'{silent[0]}{others}: silent. Is the driver still running?',
                       '\n'.join(silent))
     name = os.path.basename(model.path)
     if not model.marks:
@@ -125,10 +125,10 @@ def _finished(bag: FinishedBag, verdict: Optional[BagVerdict]) -> Notice:
     """The tick is the verdict of `cell report`, so that both say the same."""
     parts = f' ({len(bag.files)} files)' if len(bag.files) > 1 else ''
     text = f'{os.path.basename(bag.files[0])}{parts}'
-    told = 'looking whether it is complete…' if verdict is None else verdict.text
-    hint = '\n'.join([*bag.files, told, *bag.problems])
+    judgement = 'checking whether it is complete…' if verdict is None else verdict.text
+    hint = '\n'.join([*bag.files, judgement, *bag.problems])
     if verdict is None or not verdict.is_good:
-        return Notice('' if verdict is None else 'warning', f'{text}: {told}', hint)
+        return Notice('' if verdict is None else 'warning', f'{text}: {judgement}', hint)
     if not bag.problems:
         return Notice('ok', text, hint)
     return Notice('warning', f'{text}: {count_text(len(bag.problems), "problem")}. '

@@ -29,7 +29,7 @@ _ROOMY = 30  # lines of text: then the topics are open
 
 
 class RecordingPanel(QScrollArea):
-    """Options, topics, the record button, the disk, marks, and how it goes."""
+    """Options, topics, the record button, the disk, marks, and the state."""
 
     play_wanted = pyqtSignal(str)
     """The operator wants to see the bag at this path."""
@@ -52,7 +52,7 @@ class RecordingPanel(QScrollArea):
         self.refresh()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Open the list of topics where there is room, until the operator decides."""
+        """Open the list of topics if there is room, until the operator decides."""
         super().resizeEvent(event)
         if not self._are_topics_chosen:
             self.topics.open(event.size().height() > _ROOMY * self.fontMetrics().height())
@@ -61,7 +61,7 @@ class RecordingPanel(QScrollArea):
         self._are_topics_chosen = True
 
     def refresh(self) -> None:
-        """Show what can be done now."""
+        """Show what is possible now."""
         model = self._model
         is_recording = model.phase is Phase.RECORDING
         self.names.setEnabled(not model.is_recording)
@@ -100,7 +100,7 @@ class RecordingPanel(QScrollArea):
         self._mark.setToolTip('Write a labelled moment into the recording (M)')
         self._mark.clicked.connect(self._on_mark)
         self._save.setObjectName('save_recent')
-        self._save.setToolTip('Write what just happened into a bag of its own')
+        self._save.setToolTip('Write what just happened into a separate bag')
         self._save.clicked.connect(self._model.save_recent)
         self.topics.chosen.connect(self._choose_topics)
         self.notice.play_wanted.connect(self.play_wanted)

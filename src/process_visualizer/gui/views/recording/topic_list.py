@@ -24,7 +24,7 @@ _UNHEALTHY = (TopicHealth.SILENT, TopicHealth.NO_PUBLISHER, TopicHealth.NO_MESSA
 
 
 class TopicList(QWidget):
-    """A line that tells how many are ticked and which are silent; open, it lists them."""
+    """A line with the number of ticked and silent topics; open, it lists them."""
 
     chosen = pyqtSignal()
     """The operator has opened or folded the list."""
@@ -37,7 +37,8 @@ class TopicList(QWidget):
         self._fold = FoldButton('fold_topics', 'Topics', 'Which topics are recorded')
         self._summary = small(ElidedLabel(Qt.ElideRight))
         self._summary.setAlignment(Qt.AlignRight | Qt.AlignVCenter)
-        self._preset = tool_button('preset_topics', 'revert', 'Tick what the configuration says',
+        self._preset = tool_button('preset_topics', 'revert', 'Tick the topics that the '
+                                                              'configuration records',
                                    choices.preset_topics)
         self._tree = _tree()
         self._set_up_fold()
@@ -47,7 +48,7 @@ class TopicList(QWidget):
         self.rebuild()
 
     def rebuild(self) -> None:
-        """List the topics anew."""
+        """Rebuild the list of topics."""
         self._tree.blockSignals(True)
         self._tree.clear()
         self._items = {}
@@ -75,7 +76,7 @@ class TopicList(QWidget):
         colour(self._summary, WARNING if is_warning else QUIET)
 
     def lock(self, is_locked: bool) -> None:
-        """Let nothing be ticked, as long as a recording is made."""
+        """Lock the check boxes during a recording."""
         if is_locked == self._is_locked:
             return
         self._is_locked = is_locked
@@ -122,10 +123,10 @@ class TopicList(QWidget):
 
 
 def summary(rows: List[TopicRow]) -> Tuple[str, bool]:
-    """Return what the folded list says, and whether that is a warning."""
+    """Return the text of the folded list, and whether it is a warning."""
     ticked = [row for row in rows if row.is_ticked]
     if not ticked:
-        return 'none is ticked', True
+        return 'none ticked', True
     text = f'{len(ticked)} of {count_text(len(rows), "topic")}'
     bad = [row for row in ticked if row.health in _UNHEALTHY]
     silent = [row for row in bad if row.health is TopicHealth.SILENT]
@@ -134,7 +135,7 @@ def summary(rows: List[TopicRow]) -> Tuple[str, bool]:
 
 
 def rate_or_silence(row: TopicRow) -> str:
-    """Return what stands beside a topic."""
+    """Return the text beside a topic."""
     if row.health is TopicHealth.UNKNOWN or row.rate_hz is None:
         return ''
     if row.health is TopicHealth.SILENT and row.silence_s is not None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What lists of topics have in common."""
+"""Common base of lists of topics."""
 from __future__ import annotations
 
 from typing import Optional
@@ -9,7 +9,7 @@ from PyQt5.QtWidgets import QHeaderView, QTreeWidget, QWidget
 
 
 class TopicTree(QTreeWidget):
-    """Topics, whose names get the room that the other columns leave; nothing can be selected."""
+    """Topics, whose names get the room left by other columns; nothing can be selected."""
 
     def __init__(self, name: str, columns: int, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
