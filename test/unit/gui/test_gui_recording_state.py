@@ -318,6 +318,11 @@ def test_a_state_is_late_also_when_the_finished_bag_was_dismissed() -> None:
     assert state.is_late(RecorderSnapshot('recording', (BAG,)), 21.0)
 
 
+def test_a_state_is_late_also_when_something_else_was_saved_since() -> None:
+    state = events.ended(events.ended(recording(), [BAG], 20.0).state, ['/bags/2.bag'], 20.5).state
+    assert state.is_late(RecorderSnapshot('recording', (BAG,)), 21.0)
+
+
 def test_a_state_with_the_last_figures_is_not_late() -> None:
     state = events.ended(recording(), [BAG], 20.0).state
     assert state.figures is None

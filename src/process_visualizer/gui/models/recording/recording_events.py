@@ -40,7 +40,7 @@ def ended(state: RecordingState, files: Sequence[str], now_s: float) -> Step:
     """Return the step after the recorder told which files are finished."""
     bag = FinishedBag(tuple(files), state.snapshot.problems)
     left = '' if state.left in bag.files else state.left
-    after = state._replace(path='', left=left, ended=bag.files, finished=bag)
+    after = state._replace(path='', left=left, finished=bag, ended=state.ended.union(files))
     after = after.answered(Phase.IDLE, now_s)
     return Step(_with_last_figures(after), bag.files)
 

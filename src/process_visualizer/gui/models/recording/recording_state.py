@@ -2,7 +2,7 @@
 """Where a recording stands, as a value: what is known of it, and what commands make of that."""
 from __future__ import annotations
 
-from typing import NamedTuple, Optional, Tuple
+from typing import FrozenSet, NamedTuple, Optional, Tuple
 
 from process_visualizer.gui.models.recording.recording_clock import RecordingClock
 from process_visualizer.gui.models.recording.recording_types import (
@@ -26,7 +26,7 @@ class RecordingState(NamedTuple):
 
     ``is_asked``: a command waits for its answer, so what the recorder tells changes no phase.
     ``path`` is the recording that is made, or ''; ``left`` what was recorded when the run was told
-    to end, or ''; ``ended`` are the files of the recording that ended last. ``finished`` and
+    to end, or ''; ``ended`` are the files of all that ended in this run. ``finished`` and
     ``error`` are shown until the next command. ``label`` is that of the next mark, or ''.
     ``snapshot`` is what the recorder said last, ``answered_s`` when a command was answered last.
     """
@@ -35,7 +35,7 @@ class RecordingState(NamedTuple):
     is_asked: bool = False
     path: str = ''
     left: str = ''
-    ended: Tuple[str, ...] = ()
+    ended: FrozenSet[str] = frozenset()
     finished: Optional[FinishedBag] = None
     error: str = ''
     marks: Tuple[Mark, ...] = ()
@@ -93,7 +93,7 @@ class RecordingState(NamedTuple):
             return False
         if self.path:
             return self.path not in snapshot.files
-        return snapshot.phase != 'idle' and self.ended != () and snapshot.files == self.ended
+        return snapshot.phase != 'idle' and not self.ended.isdisjoint(snapshot.files)
 
     # What becomes of it
 
@@ -101,8 +101,8 @@ class RecordingState(NamedTuple):
         """Return the state after a recorder was launched, or has ended with its run."""
         return self._replace(
             phase=Phase.WAITING if is_running else Phase.OFF, is_asked=False, path='',
-            left='' if is_running else self.path, error='', snapshot=NOTHING_TOLD,
-            clock=RecordingClock())
+            left='' if is_running else self.path, ended=frozenset(), error='',
+            snapshot=NOTHING_TOLD, clock=RecordingClock())
 
     def asked_to_write(self, phase: Phase) -> 'RecordingState':
         """Return the state after the command to begin a bag: what was before is forgotten."""
