@@ -7,6 +7,8 @@ add_library(process_visualizer_recorder
   src/recorder/account.cpp
   src/recorder/bag_file.cpp
   src/recorder/bag_name.cpp
+  src/recorder/calibration.cpp
+  src/recorder/intake.cpp
   src/recorder/message.cpp
   src/recorder/recent_messages.cpp
   src/recorder/recording.cpp
@@ -41,7 +43,7 @@ process_visualizer_compile(record_load)
 target_link_libraries(record_load ${roscpp_LIBRARIES})
 
 if(CATKIN_ENABLE_TESTING)
-  foreach(test test_recorder test_recorder_figures test_recorder_publishers)
+  foreach(test test_recorder test_recorder_figures test_recorder_intake test_recorder_publishers)
     catkin_add_gtest(${test} test/cpp/${test}.cpp)
     process_visualizer_compile(${test})
     target_link_libraries(${test} process_visualizer_recorder)

@@ -4,24 +4,16 @@
 #include <ros/this_node.h>
 #include <std_msgs/String.h>
 
-#include <algorithm>
 #include <cstdlib>
-#include <iterator>
 #include <limits>
 #include <utility>
 
-#include "process_visualizer/recorder/account.hpp"
 #include "process_visualizer/recorder/recording_request.hpp"
 #include "process_visualizer/recorder/text.hpp"
 
 namespace process_visualizer::recorder {
 namespace {
 
-// as in ros_names.py
-const std::string kPrefix = "/process_visualizer/";
-const std::string kStaticFrames = "/tf_static";
-const std::string kFrameNode = "/cell_frames";
-const std::string kCalibration = kPrefix + "calibration";
 // What was on its way when the operator pressed stop belongs to the recording.
 constexpr std::chrono::milliseconds kUnderWay(100);
 
@@ -41,13 +33,12 @@ BagRecorder::BagRecorder()
       folder_(node_.param<std::string>("folder", defaultFolder())),
       configuration_(node_.param<std::string>("configuration", "")),
       connection_timeout_(node_.param("connection_timeout", 5.0)),
-      mark_connection_(textConnection(kPrefix + "marks", name_, false)),
-      account_connection_(textConnection(kPrefix + "recording", name_)),
-      configuration_connection_(textConnection(kPrefix + "configuration", name_)),
-      recent_(node_.param("recent_duration", 30.0), megabytes(node_, "recent_megabytes", 512)),
-      subscriptions_([this](const Message& message) { receive(message); }) {
+      intake_(name_,
+              {node_.param("recent_duration", 30.0), megabytes(node_, "recent_megabytes", 512)},
+              [this] { turns_.wake(); }),
+      subscriptions_([this](const Message& message) { intake_.receive(message); }) {
   state_publisher_ = node_.advertise<RecorderState>("state", 10, true);
-  mark_publisher_ = node_.advertise<std_msgs::String>(kPrefix + "marks", 10);
+  mark_publisher_ = node_.advertise<std_msgs::String>(kOwnPrefix + "marks", 10);
   watch({node_.param("topics", std::vector<std::string>()), {}, {}});
   services_ = {node_.advertiseService("start", &BagRecorder::start, this),
                node_.advertiseService("save_recent", &BagRecorder::saveRecent, this),
@@ -63,10 +54,8 @@ void BagRecorder::shutDown() {
   {
     const std::lock_guard<std::mutex> command(command_mutex_);
     finish(std::chrono::milliseconds(0));
-    const std::lock_guard<std::mutex> lock(mutex_);
-    shutting_down_ = true;
+    turns_.end();
   }
-  wake_.notify_all();
   if (state_thread_.joinable()) state_thread_.join();
   if (master_thread_.joinable()) master_thread_.join();
 }
@@ -95,12 +84,12 @@ bool BagRecorder::answer(Start::Response& response, const std::function<std::str
 
 bool BagRecorder::stop(StopRecording::Request&, StopRecording::Response& response) {
   const std::lock_guard<std::mutex> command(command_mutex_);
-  if (!last_ || last_->status().ended) {
+  if (!intake_.isWriting()) {
     response.message = "nothing is being recorded";
     return true;
   }
   finish(kUnderWay);
-  const RecordingStatus status = last_->status();
+  const RecordingStatus status = intake_.status();
   response.success = status.problem.empty();
   response.message = status.problem;
   response.files = status.files;
@@ -112,11 +101,7 @@ bool BagRecorder::mark(Mark::Request& request, Mark::Response& response) {
     response.message = kNoTime;
     return true;
   }
-  const Message message = textMessage(mark_connection_, ros::Time::now(), request.label);
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    response.success = takeIn(message);
-  }
+  response.success = intake_.mark(ros::Time::now(), request.label);
   if (!response.success) {
     response.message = "nothing is being recorded: a mark has no place to go to";
     return true;
@@ -131,19 +116,18 @@ std::string BagRecorder::begin(const Start::Request& request) {
   requireIdle();
   const RecordingOptions options = optionsOf(request, node_, folder_);
   const TopicChoice choice(request.topics, request.patterns, request.excluded);
-  watch(choice.isEmpty() ? choice_ : choice);
-  if (choice_.isEmpty())
+  watch(choice.isEmpty() ? intake_.choice() : choice);
+  if (intake_.choice().isEmpty())
     throw RecordingError("no topic is chosen: tick a device whose topics are recorded");
   try {
     connect();
-    const std::lock_guard<std::mutex> lock(mutex_);  // nothing comes between past and recording
-    open(options, request, past(ros::Time::now(), request.recent, choice_));
+    intake_.begin(options, beginningOf(request, intake_.choice()));
   } catch (const RecordingError&) {
     setPhase(RecorderState::IDLE);
     throw;
   }
   setPhase(RecorderState::RECORDING);
-  return last_->status().files.front();
+  return intake_.status().files.front();
 }
 
 std::string BagRecorder::save(const Start::Request& request) {
@@ -151,45 +135,29 @@ std::string BagRecorder::save(const Start::Request& request) {
   const TopicChoice choice(request.topics, request.patterns, request.excluded);
   if (!ros::Time::isValid()) throw RecordingError(kNoTime);
   const RecordingOptions options = optionsOf(request, node_, folder_);
-  const ros::Time now = ros::Time::now();
-  const double all = std::numeric_limits<double>::infinity();
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    const Past last =
-        past(now, request.recent > 0 ? request.recent : all, choice.isEmpty() ? choice_ : choice);
-    if (last.messages.empty())
-      throw RecordingError("nothing is in memory of that time: are the devices running?");
-    open(options, request, last);
-  }
-  finish(std::chrono::milliseconds(0), now);
-  const RecordingStatus status = last_->status();
+  Beginning beginning = beginningOf(request, choice.isEmpty() ? intake_.choice() : choice);
+  if (beginning.recent_s <= 0) beginning.recent_s = std::numeric_limits<double>::infinity();
+  intake_.save(options, beginning);
+  finish(std::chrono::milliseconds(0), beginning.now);
+  const RecordingStatus status = intake_.status();
   if (!status.problem.empty()) throw RecordingError(status.problem);
   return status.files.front();
 }
 
 void BagRecorder::requireIdle() const {
-  if (last_ && !last_->status().ended)
-    throw RecordingError(last_->status().files.back() + " is being recorded; stop that first");
+  if (intake_.isWriting())
+    throw RecordingError(intake_.status().files.back() + " is being recorded; stop that first");
 }
 
 /// Subscribes to these topics, and to no others.
 void BagRecorder::watch(TopicChoice choice) {
   if (const auto publishers = publishersAtMaster()) choice.follow(*publishers, ownPrefixes());
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    choice_ = std::move(choice);
-  }
-  subscribe();
-}
-
-void BagRecorder::subscribe() {
-  std::set<std::string> names = choice_.names();
-  if (!choice_.isEmpty()) names.insert(kStaticFrames);  // for the calibration
-  subscriptions_.choose(names);
+  intake_.choose(std::move(choice));
+  subscriptions_.choose(intake_.sources());
 }
 
 /// What patterns never take: what the recorder itself publishes, or writes beside what is chosen.
-std::vector<std::string> BagRecorder::ownPrefixes() const { return {kPrefix, name_ + "/"}; }
+std::vector<std::string> BagRecorder::ownPrefixes() const { return {kOwnPrefix, name_ + "/"}; }
 
 void BagRecorder::connect() {
   setPhase(RecorderState::STARTING);
@@ -205,97 +173,27 @@ void BagRecorder::connect() {
         "; look whether the nodes still answer, and at ROS_IP and ROS_HOSTNAME");
 }
 
-/// What a bag begins with that holds the last seconds of a choice; the mutex has to be locked.
-Past BagRecorder::past(const ros::Time& now, double recent_s, const TopicChoice& choice) const {
-  const Past all = recent_.last(now, recent_s);
-  const auto is_wanted = [&](const Message& message) {
-    return message.connection == mark_connection_ || message.topic() == kCalibration ||
-           choice.contains(message.topic());
-  };
-  Past past;
-  for (const Message& message : all.latched.at(now))
-    if (is_wanted(message)) past.latched.add(message);
-  std::copy_if(all.messages.begin(), all.messages.end(), std::back_inserter(past.messages),
-               is_wanted);
-  return past;
-}
-
-/// Begins a recording with what has been; the mutex has to be locked.
-void BagRecorder::open(const RecordingOptions& options, const Start::Request& request,
-                       const Past& past) {
-  const std::string& text = request.configuration.empty() ? configuration_ : request.configuration;
-  RecordingContents contents;
-  contents.latched = past.latched;
-  if (!text.empty())
-    contents.latched.add(textMessage(configuration_connection_, ros::Time::now(), text));
-  contents.recent = past.messages;
-  contents.account = [this](const auto& time, const auto& jumps, const auto& unwritten) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    const std::string text = accountText(board_.statistics(), jumps, unwritten);
-    return textMessage(account_connection_, time, text);
-  };
-  contents.on_end = [this] { wake_.notify_all(); };
-  last_ = recording_ = std::make_shared<Recording>(options, std::move(contents));
-  recent_.clear();
-  board_.begin({choice_.names().begin(), choice_.names().end()});
-  for (const Message& message : past.messages) board_.add(message, true);
-  problems_.clear();
-  begin_ = end_ = ros::SteadyTime::now();
+Beginning BagRecorder::beginningOf(const Start::Request& request, TopicChoice choice) const {
+  return {std::move(choice), ros::Time::now(), request.recent,
+          request.configuration.empty() ? configuration_ : request.configuration};
 }
 
 /// \param end the time at which the recording ends; zero: as soon as what is under way has arrived
 void BagRecorder::finish(std::chrono::milliseconds under_way, ros::Time end) {
-  if (!last_ || !recording_) return;
+  if (!intake_.isOpen()) return;
   setPhase(RecorderState::STOPPING);
   std::this_thread::sleep_for(under_way);
   subscriptions_.runAfterArrived([this, &end] {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    recording_.reset();
-    board_.freeze();
-    end_ = ros::SteadyTime::now();
+    intake_.close();
     if (end.isZero()) end = ros::Time::now();
   });
-  last_->stop(end);
-  if (!recent_.isKept()) subscriptions_.choose({});
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    board_.addDropped(last_->unwritten());
-    if (!recent_.isKept()) recent_.forget();
+  const std::string problem = intake_.finish(end);
+  if (!intake_.keepsRecent()) {
+    subscriptions_.choose({});
+    intake_.forget();
   }
-  const std::string problem = last_->status().problem;
   if (!problem.empty()) addProblem(problem);
   setPhase(RecorderState::IDLE);
-}
-
-// Messages
-
-void BagRecorder::receive(Message message) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  // A simulated time can begin anew, at zero, which is no time in a bag.
-  if (recording_) message.time = std::max(message.time, ros::TIME_MIN);
-  if (message.topic() == kStaticFrames && message.connection->field("callerid") == kFrameNode) {
-    ConnectionPtr& calibration = calibrations_[message.connection];
-    if (!calibration) {
-      Connection renamed = *message.connection;
-      renamed.topic = renamed.header["topic"] = kCalibration;
-      calibration = std::make_shared<Connection>(renamed);
-    }
-    takeIn({calibration, message.time, message.content});
-  }
-  if (choice_.contains(message.topic())) takeIn(message);
-}
-
-/// Hands a message to the recording or to the memory; the mutex has to be locked.
-/// Returns whether one of them took it.
-bool BagRecorder::takeIn(const Message& message) {
-  if (recording_ && recording_->isOver()) board_.freeze();  // what comes now is not of it
-  const bool is_taken = recording_ ? recording_->push(message) : recent_.isKept();
-  if (recording_)
-    recent_.pass(message);
-  else
-    recent_.add(message);
-  board_.add(message, is_taken || !recording_);
-  return is_taken;
 }
 
 }  // namespace process_visualizer::recorder

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
-#include <csignal>
-#include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <future>
@@ -14,45 +10,13 @@
 #include "process_visualizer/recorder/bag_name.hpp"
 #include "process_visualizer/recorder/recent_messages.hpp"
 #include "process_visualizer/recorder/recording.hpp"
+#include "recorder_folder.hpp"
 #include "recorder_messages.hpp"
 
 namespace process_visualizer::recorder {
 namespace {
 
 namespace fs = std::filesystem;
-
-class Folder : public ::testing::Test {
- protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "recorder-XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-  std::string path(const std::string& name) const { return folder_ + "/" + name; }
-
-  /// A limit on the size of files fails like a full disk, in the same calls, for any user.
-  static void limitFileSize(rlim_t bytes) {
-    std::signal(SIGXFSZ, SIG_IGN);
-    rlimit limit{};
-    getrlimit(RLIMIT_FSIZE, &limit);
-    limit.rlim_cur = bytes;
-    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &limit), 0);
-  }
-
-  /// The field index_pos of a bag: zero until the bag is finished.
-  static std::uint64_t indexPosition(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    std::string head(200, '\0');
-    file.read(head.data(), head.size());
-    const std::size_t at = head.find("index_pos=") + 10;
-    std::uint64_t position = 0;
-    std::memcpy(&position, head.data() + at, sizeof position);
-    return position;
-  }
-
-  std::string folder_;
-};
 
 class Names : public Folder {};
 

@@ -70,7 +70,7 @@ class RecordingModelTest(unittest.TestCase):
         """Record until some messages have come."""
         self.model.start()
         wait_until(lambda: self.model.phase is Phase.RECORDING
-                   and self.model.snapshot.messages > 100)
+                   and self.model.state.snapshot.messages > 100)
 
     def test_a_recording_with_a_mark(self) -> None:
         with Stream(TOPIC):
@@ -99,7 +99,7 @@ class RecordingModelTest(unittest.TestCase):
 
     def test_save_the_last_seconds(self) -> None:
         with Stream(TOPIC):
-            wait_until(lambda: self.model.recent_s > 1.0)
+            wait_until(lambda: self.model.state.recent_s > 1.0)
             self.model.save_recent()
             wait_until(lambda: bool(self.finished))
         self.assertTrue(os.path.basename(self.finished[0]).startswith('seam_'))

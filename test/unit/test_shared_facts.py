@@ -35,11 +35,12 @@ def test_kinds_of_joints_that_move() -> None:
 
 
 def test_names_that_the_recorder_knows() -> None:
-    file = 'recorder/bag_recorder.cpp'
-    assert constant(file, 'kPrefix') == f'"{OWN_TOPICS}"'
-    assert constant(file, 'kFrameNode') == f'"/{CELL_FRAMES}"'
-    assert constant(file, 'kStaticFrames') == f'"{STATIC_TF_TOPIC}"'
-    assert constant(file, 'kCalibration') == f'kPrefix + "{CALIBRATION[len(OWN_TOPICS):]}"'
+    file = 'recorder/calibration.cpp'
+    assert constant('../include/process_visualizer/recorder/own_topics.hpp',
+                    'kOwnPrefix') == f'"{OWN_TOPICS}"'
+    assert constant(file, 'kNode') == f'"/{CELL_FRAMES}"'
+    assert constant(file, 'kSource') == f'"{STATIC_TF_TOPIC}"'
+    assert constant(file, 'kTopic') == f'kOwnPrefix + "{CALIBRATION[len(OWN_TOPICS):]}"'
     assert constant('recorder/recent_messages.cpp', 'kAddingTopic') == f'"{STATIC_TF_TOPIC}"'
 
 

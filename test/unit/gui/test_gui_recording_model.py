@@ -71,7 +71,7 @@ def test_a_recording_from_start_to_end(model, client, qtbot):
     assert model.phase is Phase.STARTING
     client.gate.set()
     qtbot.waitUntil(lambda: model.phase is Phase.RECORDING)
-    assert model.path == client.path
+    assert model.state.path == client.path
     client.gate.clear()
     model.stop()
     assert model.phase is Phase.STOPPING
@@ -80,7 +80,7 @@ def test_a_recording_from_start_to_end(model, client, qtbot):
         client.gate.set()
     assert signal.args == [client.path]
     assert model.phase is Phase.IDLE and not model.is_recording
-    assert model.finished_bag.files == (client.path,) and model.finished_bag.problems == ('p',)
+    assert model.state.finished.files == (client.path,) and model.state.finished.problems == ('p',)
     assert client.commands == ['start', 'stop'] and messages_of(model) == []
 
 
@@ -98,7 +98,7 @@ def test_a_state_from_before_the_answer_does_not_end_a_recording(model, client, 
     model.start()
     qtbot.waitUntil(lambda: model.phase is Phase.RECORDING)
     model.take_state(told('idle', files=('/bags/earlier.bag',)))
-    assert model.phase is Phase.RECORDING and model.finished_bag is None
+    assert model.phase is Phase.RECORDING and model.state.finished is None
 
 
 def test_the_topics_that_are_ticked_are_recorded(model, client, qtbot):
@@ -170,7 +170,7 @@ def test_a_name_has_to_be_given(model):
 def test_the_clock_goes_on_between_states_and_never_back(recording, clock):
     clock.now_s += 0.4
     assert recording.elapsed_s == pytest.approx(1.4)
-    recording.take_state(told('recording', files=(recording.path,), duration_s=1.35))
+    recording.take_state(told('recording', files=(recording.state.path,), duration_s=1.35))
     assert recording.elapsed_s == pytest.approx(1.4)
     clock.now_s += 60.0  # the recorder says nothing any more
     assert recording.elapsed_s < 5.0
@@ -180,9 +180,9 @@ def test_marks_have_numbers_or_labels(recording, client, qtbot):
     recording.mark()
     recording.set_label(' the seam tears ')
     recording.mark()
-    assert recording.label == ''
-    assert [label for _, label in recording.marks] == ['mark 1', 'the seam tears']
-    assert recording.next_label == 'mark 3'
+    assert recording.state.label == ''
+    assert [label for _, label in recording.state.marks] == ['mark 1', 'the seam tears']
+    assert recording.state.next_label == 'mark 3'
     qtbot.waitUntil(lambda: client.commands[1:] == ['mark mark 1', 'mark the seam tears'])
 
 
@@ -190,12 +190,12 @@ def test_a_mark_that_fails_is_told_and_not_counted(recording, client, qtbot):
     client.error = RecorderUnreachable('no answer')
     with qtbot.waitSignal(recording.failed) as signal:
         recording.mark()
-    assert 'mark 1 was not written' in signal.args[0] and recording.marks == []
+    assert 'mark 1 was not written' in signal.args[0] and recording.state.marks == ()
 
 
 def test_there_are_no_marks_without_a_recording(model, client):
     model.mark()
-    assert model.marks == [] and client.commands == []
+    assert model.state.marks == () and client.commands == []
 
 
 def test_saving_the_last_seconds(model, client, qtbot):
@@ -204,7 +204,7 @@ def test_saving_the_last_seconds(model, client, qtbot):
     with qtbot.waitSignal(model.finished) as signal:
         model.save_recent()
         model.take_state(told('stopping', files=(client.path,)))
-        assert model.phase is Phase.STOPPING and model.path == ''
+        assert model.phase is Phase.STOPPING and model.state.path == ''
     assert signal.args == [client.path]
     assert client.options.recent_s == 30.0
     assert (client.options.prefix, client.options.name) == ('seam', '')
@@ -217,16 +217,16 @@ def test_nothing_to_save(model, client):
 
 
 def test_low_disk(recording):
-    assert not recording.is_disk_low
-    recording.take_state(told('recording', files=(recording.path,), time_left_s=200.0,
+    assert not recording.room.is_low
+    recording.take_state(told('recording', files=(recording.state.path,), time_left_s=200.0,
                               free_bytes=5 * 10 ** 9))
-    assert recording.is_disk_low and recording.free_bytes == 5 * 10 ** 9
+    assert recording.room.is_low and recording.room.free_bytes == 5 * 10 ** 9
 
 
 def test_the_time_left_is_known_before_the_start(model, qtbot):
     qtbot.waitUntil(lambda: model.choices.free_bytes is not None)
     free = model.choices.free_bytes
-    assert model.time_left_s == pytest.approx((free - (1 << 30)) / 20e6)
+    assert model.room.time_left_s == pytest.approx((free - (1 << 30)) / 20e6)
 
 
 def test_a_refusal_is_told_and_leaves_the_recorder_idle(model, client, qtbot):
@@ -234,10 +234,10 @@ def test_a_refusal_is_told_and_leaves_the_recorder_idle(model, client, qtbot):
     with qtbot.waitSignal(model.failed) as signal:
         model.start()
     assert signal.args == ['not recording, because /robot/q_act does not send']
-    assert model.phase is Phase.IDLE and model.error == signal.args[0]
+    assert model.phase is Phase.IDLE and model.state.error == signal.args[0]
     client.error = None
     model.start()
-    assert model.error == ''
+    assert model.state.error == ''
     qtbot.waitUntil(lambda: model.phase is Phase.RECORDING)
 
 
@@ -245,7 +245,7 @@ def test_the_disk_is_full_while_recording(recording, client, qtbot):
     with qtbot.waitSignals([recording.finished, recording.failed]):
         recording.take_state(told('idle', files=(client.path,), problems=('the disk is full',)))
     assert messages_of(recording) == ['the recording has ended by itself: the disk is full']
-    assert recording.phase is Phase.IDLE and recording.finished_bag.files == (client.path,)
+    assert recording.phase is Phase.IDLE and recording.state.finished.files == (client.path,)
 
 
 def test_a_stop_that_could_not_write_everything(recording, client, qtbot):
@@ -269,23 +269,23 @@ def test_a_recorder_that_falls_silent(recording, client, qtbot):
         recording.take_state(told('recording', files=(client.path,)))
     assert recording.phase is Phase.GONE and f'cell reindex {client.path}.active' in signal.args[0]
     recording.take_state(told('recording', files=(client.path,)))  # it was only slow
-    assert recording.phase is Phase.RECORDING and recording.path == client.path
+    assert recording.phase is Phase.RECORDING and recording.state.path == client.path
 
 
 def test_a_recorder_that_was_started_anew(recording, clock, client):
     clock.now_s += 10.0
     recording.take_state(told('idle', files=()))
-    assert recording.phase is Phase.IDLE and recording.finished_bag is None
+    assert recording.phase is Phase.IDLE and recording.state.finished is None
     assert f'cell reindex {client.path}.active' in messages_of(recording)[0]
 
 
 def test_a_recording_that_somebody_else_started(model, clock):
     model.take_state(told('recording', files=('/bags/other.bag',), duration_s=7.0))
-    assert model.phase is Phase.RECORDING and model.path == '/bags/other.bag'
+    assert model.phase is Phase.RECORDING and model.state.path == '/bags/other.bag'
     assert model.elapsed_s == pytest.approx(7.0)
     clock.now_s += 10.0
     model.take_state(told('idle', files=('/bags/other.bag',), duration_s=8.0))
-    assert model.finished_bag.files == ('/bags/other.bag',) and messages_of(model) == []
+    assert model.state.finished.files == ('/bags/other.bag',) and messages_of(model) == []
 
 
 def test_that_it_runs_may_be_told_again(recording):
@@ -321,7 +321,7 @@ def test_the_run_is_ended_while_something_is_recorded(recording, client, qtbot):
     Path(client.path).touch()
     with qtbot.waitSignal(recording.finished) as signal:
         recording.take_end_of_run()
-    assert signal.args == [client.path] and recording.finished_bag.files == (client.path,)
+    assert signal.args == [client.path] and recording.state.finished.files == (client.path,)
     assert recording.phase is Phase.OFF
     with qtbot.assertNotEmitted(recording.finished, wait=50):
         recording.take_end_of_run()

@@ -192,7 +192,7 @@ def test_there_is_no_tick_before_the_verdict(find, running, client, qtbot):
     qtbot.waitUntil(lambda: running.phase is Phase.RECORDING)
     client.judging.clear()
     click(find, 'record')
-    qtbot.waitUntil(lambda: running.finished_bag is not None)
+    qtbot.waitUntil(lambda: running.state.finished is not None)
     assert notice_of(running).icon == ''
     client.judging.set()
     qtbot.waitUntil(lambda: notice_of(running).icon == 'ok')
@@ -205,7 +205,7 @@ def test_figures_are_those_of_the_bag_that_is_named(find, running, client, qtbot
     running.take_state(told('recording', files=(client.path,), bytes=900_000, messages=1000,
                             duration_s=2.0))
     click(find, 'record')
-    qtbot.waitUntil(lambda: running.finished_bag is not None)
+    qtbot.waitUntil(lambda: running.state.finished is not None)
     running.take_state(told(files=(client.path,), bytes=1_000_000, messages=1100, duration_s=2.2))
     whole = '1.0 MB · 1 100 messages · 0 dropped · 0 lost'
     assert (text(find, 'record_figures'), text(find, 'record_time')) == (whole, '0:02.2')
@@ -226,7 +226,7 @@ def test_a_bag_that_was_finished_while_quitting_has_no_figures(find, running, cl
     Path(client.path).touch()
     running.set_running(False)
     running.take_end_of_run()
-    qtbot.waitUntil(lambda: running.finished_bag is not None)
+    qtbot.waitUntil(lambda: running.state.finished is not None)
     assert text(find, 'record_figures').strip() == ''
     assert text(find, 'record_notice').startswith('seam.bag')
 

@@ -10,6 +10,7 @@ from process_visualizer.clients.recording_options import (
     RecordingOptions,
 )
 from process_visualizer.gui.models.recording.bag_target import look_at
+from process_visualizer.gui.models.recording.recording_types import Phase
 
 
 def checked(command: Callable[[RecordingOptions], str], options: RecordingOptions) -> str:
@@ -22,6 +23,19 @@ def checked(command: Callable[[RecordingOptions], str], options: RecordingOption
     if problem:
         raise RecorderError(problem)
     return command(options)
+
+
+def obstacle(phase: Phase, options: RecordingOptions, problem: str) -> str:
+    """Return why nothing can be recorded, or ''; ``problem`` is that of name and folder."""
+    if phase in (Phase.STARTING, Phase.RECORDING, Phase.STOPPING):
+        return ''
+    if phase in (Phase.OFF, Phase.WAITING):
+        return 'nothing to record with: launch the devices in real-time mode first'
+    if phase is Phase.GONE:
+        return 'the recorder does not answer; quit all nodes and launch again'
+    if not options.topics:
+        return 'no topic is ticked; open the list of topics and tick what is to be recorded'
+    return problem
 
 
 def repair(path: str) -> str:

@@ -37,6 +37,13 @@ class Phase(Enum):
     GONE = 'gone'
 
 
+class Mark(NamedTuple):
+    """A labelled moment of a recording: the time since its beginning."""
+
+    time_s: float
+    label: str
+
+
 class Figures(NamedTuple):
     """How large one recording is, and what it has not; `duration_s` in s."""
 

@@ -48,8 +48,8 @@ class RecordBar(QFrame):
         """Show the state of the recorder."""
         phase = self._model.phase
         is_recording = phase is Phase.RECORDING
-        self._button.setText(
-            'Saving…' if self._model.is_saving else _TEXTS.get(phase, 'Record'))
+        self._button.setText('Saving…' if self._model.state.is_saving
+                             else _TEXTS.get(phase, 'Record'))
         self._button.setIcon(icon('stop' if is_recording else 'record'))
         self._button.setEnabled(phase in (Phase.IDLE, Phase.RECORDING))
         self._button.setToolTip('Stop and finish the file (R)' if is_recording
@@ -67,9 +67,10 @@ class RecordBar(QFrame):
             self._clock.setText(text)
 
     def _show_figures(self) -> None:
-        figures, arriving = self._model.figures, self._model.snapshot.rate
-        is_known = figures is not None and self._model.phase is not Phase.STARTING
-        colour(self._clock, TEXT if self._model.is_recording or is_known else QUIET)
+        state = self._model.state
+        figures, arriving = state.figures, state.snapshot.rate
+        is_known = figures is not None and state.phase is not Phase.STARTING
+        colour(self._clock, TEXT if state.is_busy or is_known else QUIET)
         if figures is None or not is_known:
             self._figures.setText(f'{size_text(arriving)}/s arriving' if arriving else ' ')
             return

@@ -71,13 +71,15 @@ class RecordingNotice(QWidget):
         if notice.icon:
             self._icon.setPixmap(icon(notice.icon).pixmap(QSize(_ICON_PX, _ICON_PX)))
         colour(self._text, TEXT if notice.icon else QUIET)
-        is_idle = self._model.phase in (Phase.IDLE, Phase.OFF)
-        self._play.setVisible(is_idle and self._model.finished_bag is not None)
-        self._dismiss.setVisible(bool(self._model.error))
+        state = self._model.state
+        is_idle = state.phase in (Phase.IDLE, Phase.OFF)
+        self._play.setVisible(is_idle and state.finished is not None)
+        self._dismiss.setVisible(bool(state.error))
 
     def _on_play(self) -> None:
-        if self._model.finished_bag is not None:
-            self.play_wanted.emit(self._model.finished_bag.files[0])
+        bag = self._model.state.finished
+        if bag is not None:
+            self.play_wanted.emit(bag.files[0])
 
     def _lay_out(self) -> None:
         layout = QHBoxLayout(self)
@@ -90,20 +92,21 @@ class RecordingNotice(QWidget):
 
 def notice_of(model: RecordingModel) -> Notice:
     """Return the present notice."""
-    if model.error:
-        return Notice('warning', _sentence(model.error))
-    if model.is_saving:
+    state = model.state
+    if state.error:
+        return Notice('warning', _sentence(state.error))
+    if state.is_saving:
         return Notice('', 'Saving the last seconds…')
-    if model.phase is Phase.STOPPING:
+    if state.phase is Phase.STOPPING:
         return Notice('', 'Writing what has arrived, and finishing the file…')
-    if model.phase is Phase.RECORDING:
+    if state.phase is Phase.RECORDING:
         return _while_recording(model)
-    if model.finished_bag is not None and model.phase in (Phase.IDLE, Phase.OFF):
-        return _finished(model.finished_bag, model.verdict.verdict)
-    if model.phase is Phase.IDLE:
+    if state.finished is not None and state.phase in (Phase.IDLE, Phase.OFF):
+        return _finished(state.finished, model.verdict.verdict)
+    if state.phase is Phase.IDLE:
         ticked = sum(row.is_ticked for row in model.choices.topics)
         return Notice('', f'Ready to record {count_text(ticked, "topic")}.' if ticked else '')
-    return Notice('warning' if model.phase is Phase.GONE else '', _LINES[model.phase])
+    return Notice('warning' if state.phase is Phase.GONE else '', _LINES[state.phase])
 
 
 def _while_recording(model: RecordingModel) -> Notice:
@@ -113,12 +116,12 @@ def _while_recording(model: RecordingModel) -> Notice:
         others = f' and {len(silent) - 1} more' if len(silent) > 1 else ''
         return Notice('warning', f'{silent[0]}{others}: silent. Is the driver still running?',
                       '\n'.join(silent))
-    name = os.path.basename(model.path)
-    if not model.marks:
-        return Notice('', f'Into {name}', model.path)
-    marks = '\n'.join(f'{clock_text(time_s)}  {label}' for time_s, label in model.marks)
-    time_s, label = model.marks[-1]
-    return Notice('mark', f'{label} at {clock_text(time_s)}', marks)
+    path, marks = model.state.path, model.state.marks
+    if not marks:
+        return Notice('', f'Into {os.path.basename(path)}', path)
+    lines = [f'{clock_text(time_s)}  {label}' for time_s, label in marks]
+    time_s, label = marks[-1]
+    return Notice('mark', f'{label} at {clock_text(time_s)}', '\n'.join(lines))
 
 
 def _finished(bag: FinishedBag, verdict: Optional[BagVerdict]) -> Notice:

@@ -16,7 +16,8 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
-from process_visualizer.gui.models.recording.recording_model import RECENT_S, RecordingModel
+from process_visualizer.gui.models.recording.recording_model import RecordingModel
+from process_visualizer.gui.models.recording.recording_state import RECENT_S
 from process_visualizer.gui.models.recording.recording_types import Phase
 from process_visualizer.gui.toolkit.icons import icon
 from process_visualizer.gui.views.recording.disk_bar import DiskBar
@@ -63,22 +64,24 @@ class RecordingPanel(QScrollArea):
     def refresh(self) -> None:
         """Show what is possible now."""
         model = self._model
-        is_recording = model.phase is Phase.RECORDING
-        self.names.setEnabled(not model.is_recording)
+        state = model.state
+        is_recording = state.phase is Phase.RECORDING
+        self.names.setEnabled(not state.is_busy)
         self.names.refresh()
-        self.topics.lock(model.is_recording)
+        self.topics.lock(state.is_busy)
         self.topics.refresh()
-        self.disk.show_room(model.free_bytes, model.choices.total_bytes, model.time_left_s,
-                            model.is_disk_low)
+        room = model.room
+        self.disk.show_room(room.free_bytes, model.choices.total_bytes, room.time_left_s,
+                            room.is_low)
         self._mark.setEnabled(is_recording)
         self._label.setEnabled(is_recording)
-        self._label.setPlaceholderText(model.next_label if is_recording else 'Label of a mark')
-        if self._label.text().strip() != model.label:
-            self._label.setText(model.label)
+        self._label.setPlaceholderText(state.next_label if is_recording else 'Label of a mark')
+        if self._label.text().strip() != state.label:
+            self._label.setText(state.label)
         self._show_save()
 
     def _show_save(self) -> None:
-        recent_s = self._model.recent_s
+        recent_s = self._model.state.recent_s
         self._save.setEnabled(recent_s >= 1.0)
         seconds = recent_s if 1.0 <= recent_s < RECENT_S else RECENT_S
         self._save.setText(f'Save last {int(seconds)} s')

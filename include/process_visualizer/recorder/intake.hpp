@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <process_visualizer/RecorderState.h>
+#include <ros/time.h>
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "process_visualizer/recorder/calibration.hpp"
+#include "process_visualizer/recorder/own_topics.hpp"
+#include "process_visualizer/recorder/problems.hpp"
+#include "process_visualizer/recorder/recent_messages.hpp"
+#include "process_visualizer/recorder/recording.hpp"
+#include "process_visualizer/recorder/topic_board.hpp"
+#include "process_visualizer/recorder/topic_choice.hpp"
+
+namespace process_visualizer::recorder {
+
+/// What a recording begins with: the last seconds of a choice of topics, and what is latched there.
+struct Beginning {
+  TopicChoice choice;
+  ros::Time now;
+  double recent_s = 0;        ///< 0: none, only what is latched
+  std::string configuration;  ///< of the cell; may be empty
+};
+
+/// Takes every message that arrives: into the recording or, while there is none, into the memory.
+/// It counts them, and knows the recorder's state. It needs no node and no master, and may be
+/// called by several threads at once, but its commands (begin, save, finish) by one only.
+class Intake {
+ public:
+  /// \param node the recorder's name, for what it writes itself
+  /// \param on_end called by the writing thread when a recording ends by itself
+  Intake(const std::string& node, RecentMessages recent, std::function<void()> on_end);
+
+  void choose(TopicChoice choice);  ///< takes messages of these topics, and of no others
+  TopicChoice choice() const;
+  std::set<std::string> sources() const;  ///< the topics that have to be subscribed to
+  /// Takes new topics that match a pattern, but none whose name begins with one of the prefixes,
+  /// and forgets what was latched and has been replaced. \returns whether there was a new topic
+  bool follow(const Publishers& publishers, const std::vector<std::string>& own_prefixes);
+
+  void receive(Message message);  ///< a message of any topic
+  /// Marks a moment. \returns whether recording or memory has taken it
+  bool mark(const ros::Time& time, const std::string& label);
+
+  /// Begins a recording. \throws RecordingError
+  void begin(const RecordingOptions& options, const Beginning& beginning);
+  /// Does the same where there is something in memory. \throws RecordingError
+  void save(const RecordingOptions& options, const Beginning& beginning);
+  void close();  ///< ends the recording: what comes from now on is not of it
+  /// Waits until what was taken before close() is written.
+  /// \param end when the recording ended
+  /// \returns why something could not be written; empty if everything was
+  std::string finish(const ros::Time& end);
+  bool isOpen() const;             ///< whether a recording was begun and not closed
+  bool isWriting() const;          ///< whether the recording's thread still writes
+  RecordingStatus status() const;  ///< of the recording begun last; there has to be one
+  bool keepsRecent() const { return recent_.isKept(); }  ///< whether there is a memory at all
+  void forget();                                         ///< empties the memory
+
+  void setPhase(std::uint8_t phase);  ///< as RecorderState has it
+  void addProblem(const std::string& problem);
+  void measureRates();                      ///< to be called about every second
+  std::vector<std::string> fallenSilent();  ///< topics of the recording, since the last call
+  RecorderState state() const;              ///< all but how many publishers are connected
+
+ private:
+  bool take(const Message& message);
+  Past past(const Beginning& beginning) const;
+  void open(const RecordingOptions& options, const Beginning& beginning, const Past& past);
+  RecordingContents contents(const Beginning& beginning, const Past& past);
+  void fillTopics(RecorderState& state) const;
+  void fillRecording(RecorderState& state) const;
+
+  const OwnTopics own_;
+  const std::function<void()> on_end_;
+
+  mutable std::mutex mutex_;  ///< for what follows
+  std::uint8_t phase_ = RecorderState::IDLE;
+  Problems problems_;
+  TopicChoice choice_;
+  Calibration calibration_;
+  TopicBoard board_;
+  RecentMessages recent_;
+  bool is_open_ = false;         ///< the recording takes messages
+  ros::SteadyTime begin_, end_;  ///< of the recording
+  /// The one that is made or, with its figures, the last one. Its thread uses what is above.
+  std::shared_ptr<Recording> recording_;
+};
+
+}  // namespace process_visualizer::recorder

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "process_visualizer/recorder/intake.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "process_visualizer/recorder/account.hpp"
+
+namespace process_visualizer::recorder {
+namespace {
+
+using Lock = std::lock_guard<std::mutex>;
+
+}  // namespace
+
+Intake::Intake(const std::string& node, RecentMessages recent, std::function<void()> on_end)
+    : own_(node), on_end_(std::move(on_end)), recent_(std::move(recent)) {}
+
+// Topics
+
+void Intake::choose(TopicChoice choice) {
+  const Lock lock(mutex_);
+  choice_ = std::move(choice);
+}
+
+TopicChoice Intake::choice() const {
+  const Lock lock(mutex_);
+  return choice_;
+}
+
+std::set<std::string> Intake::sources() const {
+  const Lock lock(mutex_);
+  std::set<std::string> names = choice_.names();
+  if (!choice_.isEmpty()) names.insert(Calibration::kSource);
+  return names;
+}
+
+bool Intake::follow(const Publishers& publishers, const std::vector<std::string>& own_prefixes) {
+  const Lock lock(mutex_);
+  recent_.forgetReplaced([&publishers](const Message& message) {
+    const auto nodes = publishers.find(message.topic());
+    return nodes == publishers.end() ||
+           nodes->second.count(message.connection->field("callerid")) == 0;
+  });
+  return choice_.follow(publishers, own_prefixes);
+}
+
+// Messages
+
+void Intake::receive(Message message) {
+  const Lock lock(mutex_);
+  // A simulated time can begin anew, at zero, which is no time in a bag.
+  if (is_open_) message.time = std::max(message.time, ros::TIME_MIN);
+  if (const auto frames = calibration_.copyOf(message)) take(*frames);
+  if (choice_.contains(message.topic())) take(message);
+}
+
+bool Intake::mark(const ros::Time& time, const std::string& label) {
+  const Lock lock(mutex_);
+  return take(textMessage(own_.marks, time, label));
+}
+
+/// Hands a message to the recording or to the memory; the mutex has to be locked.
+/// Returns whether one of them took it.
+bool Intake::take(const Message& message) {
+  if (is_open_ && recording_->isOver()) board_.freeze();  // what comes now is not of it
+  const bool is_taken = is_open_ ? recording_->push(message) : recent_.isKept();
+  if (is_open_)
+    recent_.pass(message);
+  else
+    recent_.add(message);
+  board_.add(message, is_taken || !is_open_);
+  return is_taken;
+}
+
+// Recordings
+
+void Intake::begin(const RecordingOptions& options, const Beginning& beginning) {
+  const Lock lock(mutex_);  // nothing comes between past and recording
+  open(options, beginning, past(beginning));
+}
+
+void Intake::save(const RecordingOptions& options, const Beginning& beginning) {
+  const Lock lock(mutex_);
+  const Past last = past(beginning);
+  if (last.messages.empty())
+    throw RecordingError("nothing is in memory of that time: are the devices running?");
+  open(options, beginning, last);
+}
+
+/// What is in memory; the mutex has to be locked.
+Past Intake::past(const Beginning& beginning) const {
+  const Past all = recent_.last(beginning.now, beginning.recent_s);
+  const auto is_wanted = [&](const Message& message) {
+    return message.connection == own_.marks || message.topic() == Calibration::kTopic ||
+           beginning.choice.contains(message.topic());
+  };
+  Past past;
+  for (const Message& message : all.latched.at(beginning.now))
+    if (is_wanted(message)) past.latched.add(message);
+  std::copy_if(all.messages.begin(), all.messages.end(), std::back_inserter(past.messages),
+               is_wanted);
+  return past;
+}
+
+/// Begins a recording with what has been; the mutex has to be locked.
+void Intake::open(const RecordingOptions& options, const Beginning& beginning, const Past& past) {
+  recording_ = std::make_shared<Recording>(options, contents(beginning, past));
+  is_open_ = true;
+  recent_.clear();
+  board_.begin({choice_.names().begin(), choice_.names().end()});
+  for (const Message& message : past.messages) board_.add(message, true);
+  problems_.clear();
+  begin_ = end_ = ros::SteadyTime::now();
+}
+
+RecordingContents Intake::contents(const Beginning& beginning, const Past& past) {
+  RecordingContents contents;
+  contents.latched = past.latched;
+  if (!beginning.configuration.empty())
+    contents.latched.add(textMessage(own_.configuration, beginning.now, beginning.configuration));
+  contents.recent = past.messages;
+  contents.account = [this](const auto& time, const auto& jumps, const auto& unwritten) {
+    const Lock lock(mutex_);
+    return textMessage(own_.account, time, accountText(board_.statistics(), jumps, unwritten));
+  };
+  contents.on_end = on_end_;
+  return contents;
+}
+
+void Intake::close() {
+  const Lock lock(mutex_);
+  is_open_ = false;
+  board_.freeze();
+  end_ = ros::SteadyTime::now();
+}
+
+std::string Intake::finish(const ros::Time& end) {
+  recording_->stop(end);  // its thread needs the mutex
+  const Lock lock(mutex_);
+  board_.addDropped(recording_->unwritten());
+  return recording_->status().problem;
+}
+
+bool Intake::isOpen() const {
+  const Lock lock(mutex_);
+  return is_open_;
+}
+
+bool Intake::isWriting() const {
+  const Lock lock(mutex_);
+  return recording_ && !recording_->status().ended;
+}
+
+RecordingStatus Intake::status() const {
+  const Lock lock(mutex_);
+  return recording_->status();
+}
+
+void Intake::forget() {
+  const Lock lock(mutex_);
+  recent_.forget();
+}
+
+// State
+
+void Intake::setPhase(std::uint8_t phase) {
+  const Lock lock(mutex_);
+  phase_ = phase;
+}
+
+void Intake::addProblem(const std::string& problem) {
+  const Lock lock(mutex_);
+  problems_.add(problem);
+}
+
+void Intake::measureRates() {
+  const Lock lock(mutex_);
+  board_.measureRates();
+}
+
+std::vector<std::string> Intake::fallenSilent() {
+  const Lock lock(mutex_);
+  return is_open_ ? board_.fallenSilent() : std::vector<std::string>();
+}
+
+RecorderState Intake::state() const {
+  const Lock lock(mutex_);
+  RecorderState state;
+  state.stamp = ros::Time::now();
+  state.state = phase_;
+  state.rate = board_.byteRate();
+  state.recent = recent_.duration();
+  state.recent_bytes = recent_.bytes();
+  state.problems = problems_.texts();
+  state.problem_count = problems_.count();
+  state.time_left = -1;
+  fillTopics(state);
+  if (recording_) fillRecording(state);
+  return state;
+}
+
+void Intake::fillTopics(RecorderState& state) const {
+  state.topics = board_.records(choice_.names());
+  for (const TopicRecord& topic : state.topics) {
+    state.messages += topic.messages;
+    state.dropped += topic.dropped;
+    state.lost += topic.lost;
+    state.gaps += topic.gaps;
+  }
+}
+
+void Intake::fillRecording(RecorderState& state) const {
+  const RecordingStatus status = recording_->status();
+  const ros::SteadyTime end = is_open_ ? ros::SteadyTime::now() : end_;
+  state.files = status.files;
+  state.bytes = status.bytes;
+  state.duration = (end - begin_).toSec();
+  state.free_bytes = status.free_bytes;
+  const double room = static_cast<double>(status.free_bytes) - status.least_free_bytes;
+  if (is_open_ && state.rate > 0) state.time_left = std::max(room, 0.0) / state.rate;
+  state.messages = 0;  // those in the files, with what the recorder itself has written
+  for (const auto& [topic, count] : status.messages) state.messages += count;
+  for (TopicRecord& topic : state.topics) {
+    const auto written = status.messages.find(topic.name);
+    topic.messages = written == status.messages.end() ? 0 : written->second;
+  }
+}
+
+}  // namespace process_visualizer::recorder

@@ -1,0 +1,351 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The state of a recording by sequences: commands, answers and states of the recorder in any order.
+
+A recorder in the simplest words is commanded, ends by itself, is used by somebody else, falls
+silent and ends with its run. What it tells may arrive after the answer to a later command.
+"""
+from __future__ import annotations
+
+from typing import Callable, Dict, List, Optional, Tuple
+
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import (
+    RuleBasedStateMachine,
+    initialize,
+    invariant,
+    precondition,
+    rule,
+)
+
+from process_visualizer.gui.models.recording import recording_events as events
+from process_visualizer.gui.models.recording.disk_room import DiskRoom, disk_room
+from process_visualizer.gui.models.recording.recording_clock import RecordingClock
+from process_visualizer.gui.models.recording.recording_state import RecordingState
+from process_visualizer.gui.models.recording.recording_types import FinishedBag, Mark, Phase
+from process_visualizer.gui.ros.snapshots import RecorderSnapshot
+
+BAG = '/bags/seam.bag'
+
+
+class Recorder:
+    """What the node does, without time for it."""
+
+    def __init__(self) -> None:
+        self.files: Tuple[str, ...] = ()
+        self.is_recording = False
+        self.begun_s = self.ended_s = 0.0
+        self.problems: Tuple[str, ...] = ()
+        self._count = 0
+
+    def start(self, now_s: float) -> str:
+        self._count += 1
+        self.files, self.problems = (f'/bags/{self._count}.bag',), ()
+        self.is_recording, self.begun_s = True, now_s
+        return self.files[0]
+
+    def end(self, now_s: float, *problems: str) -> List[str]:
+        self.is_recording, self.ended_s, self.problems = False, now_s, problems
+        return list(self.files)
+
+    def state(self, now_s: float) -> RecorderSnapshot:
+        end_s = now_s if self.is_recording else self.ended_s
+        return RecorderSnapshot('recording' if self.is_recording else 'idle', self.files,
+                                end_s - self.begun_s, problems=self.problems, recent_s=30.0)
+
+    def restart(self) -> None:
+        """A new process knows nothing, but names no bag as one before."""
+        self.files, self.is_recording, self.problems = (), False, ()
+
+
+class Sequences(RuleBasedStateMachine):
+    """The state as the model leads it, beside the recorder."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.now_s = 100.0
+        self.recorder = Recorder()
+        self.state = RecordingState()
+        self.sent: List[Tuple[float, RecorderSnapshot]] = []
+        self.answer: Optional[Callable[[], events.Step]] = None
+        self.finished: List[str] = []
+        self.marked_in: Dict[int, Tuple[Mark, str]] = {}
+        self.shown: Tuple[str, float] = ('', 0.0)
+
+    # The run
+
+    @initialize()
+    def launch(self) -> None:
+        self.recorder.restart()
+        self.take(events.Step(self.state.run(True)))
+        self.hear()
+
+    @precondition(lambda self: self.is_quiet)
+    @rule(is_there=st.booleans())
+    def launch_again(self, is_there: bool) -> None:
+        self.end_run()
+        path, self.state = self.state.left, self.state._replace(left='')
+        if path:
+            self.take(events.left_behind(self.state, path, is_there))
+        self.launch()
+
+    def end_run(self) -> None:
+        self.sent.clear()
+        self.take(events.Step(self.state.run(False)))
+
+    @property
+    def is_quiet(self) -> bool:
+        return self.answer is None
+
+    # Commands of the operator, which the recorder follows at once and answers later
+
+    @precondition(lambda self: self.state.phase is Phase.IDLE and self.is_quiet)
+    @rule(is_refused=st.booleans(), is_saving=st.booleans(), is_quick=st.booleans())
+    def write(self, is_refused: bool, is_saving: bool, is_quick: bool) -> None:
+        self.take(events.Step(self.state.asked_to_write(
+            Phase.STOPPING if is_saving else Phase.STARTING)))
+        if is_refused or self.recorder.is_recording:
+            self.answer = self.refuse
+        else:
+            self.answer = self.write_bag(is_saving)
+        if is_quick:
+            self.hear_answer()
+
+    def write_bag(self, is_saving: bool) -> Callable[[], events.Step]:
+        path = self.recorder.start(self.now_s)
+        if is_saving:
+            self.recorder.end(self.now_s)
+        self.tell()
+        if is_saving:
+            return lambda: events.ended(self.state, [path], self.now_s)
+        return lambda: events.Step(self.state.started(path, self.now_s))
+
+    def refuse(self) -> events.Step:
+        was_gone = self.state.phase is Phase.GONE
+        step = events.Step(self.state.refused(Phase.IDLE, self.now_s))
+        assert step.state.phase in (Phase.IDLE, Phase.OFF) or was_gone
+        return step
+
+    @precondition(lambda self: self.state.phase is Phase.RECORDING and self.is_quiet)
+    @rule(is_reached=st.booleans(), is_quick=st.booleans())
+    def stop(self, is_reached: bool, is_quick: bool) -> None:
+        self.take(events.Step(self.state.asked_to_stop(self.now_s)))
+        if is_reached:
+            files = self.recorder.end(self.now_s)
+            self.tell()
+            self.answer = lambda: events.ended(self.state, files, self.now_s)
+        else:
+            self.answer = lambda: events.Step(self.state.refused(Phase.RECORDING, self.now_s))
+        if is_quick:
+            self.hear_answer()
+
+    @precondition(lambda self: self.answer is not None)
+    @rule()
+    def hear_answer(self) -> None:
+        answer, self.answer = self.answer, None
+        assert answer is not None
+        self.take(answer())
+        assert not self.state.is_asked
+
+    @precondition(lambda self: self.state.phase is Phase.RECORDING)
+    @rule(label=st.sampled_from(['', 'it tears']), is_written=st.booleans())
+    def mark(self, label: str, is_written: bool) -> None:
+        self.state = self.state._replace(label=label)
+        before = self.state.marks
+        self.take(events.Step(self.state.marked(self.now_s)))
+        mark = self.state.marks[-1]
+        assert mark.label and self.state.label == ''
+        self.marked_in[id(mark)] = (mark, self.state.path)
+        if not is_written:
+            self.take(events.Step(self.state.not_marked(mark)))
+            assert self.state.marks == before
+
+    @rule()
+    def dismiss(self) -> None:
+        self.take(events.Step(self.state.dismissed()))
+        assert self.state.error == '' and self.state.finished is None
+
+    @precondition(lambda self: self.answer is not None)
+    @rule(is_there=st.booleans())
+    def end_the_run_meanwhile(self, is_there: bool) -> None:
+        self.end_run()
+        self.hear_answer()
+        assert self.state.phase is Phase.OFF
+        self.launch_again(is_there)
+
+    # What the recorder does by itself, or for somebody else
+
+    @precondition(lambda self: self.is_quiet)
+    @rule(problems=st.sampled_from([(), ('the disk is full',)]), is_anew=st.booleans())
+    def end_or_start_by_itself(self, problems: Tuple[str, ...], is_anew: bool) -> None:
+        if is_anew:
+            self.recorder.restart()
+        elif self.recorder.is_recording:
+            self.recorder.end(self.now_s, *problems)
+        else:
+            self.recorder.start(self.now_s)
+        self.tell()
+
+    @precondition(lambda self: self.state.phase is not Phase.GONE)
+    @rule()
+    def fall_silent(self) -> None:
+        self.sent.clear()
+        self.take(events.gone(self.state))
+
+    def tell(self) -> None:
+        self.sent.append((self.now_s, self.recorder.state(self.now_s)))
+
+    @rule()
+    def hear(self) -> None:
+        """Hear what was sent first, or what the recorder says now."""
+        if not self.sent:
+            self.tell()
+        snapshot = self.sent.pop(0)[1]
+        if self.state.is_late(snapshot, self.now_s):
+            return
+        was_asked, before = self.state.is_asked, self.state.phase
+        self.take(events.told(self.state, snapshot, self.now_s))
+        if was_asked:
+            assert self.state.phase is before
+        else:
+            assert self.state.phase is Phase(snapshot.phase)
+
+    @rule(seconds=st.floats(0.0, 3.0))
+    def wait(self, seconds: float) -> None:
+        """Let time pass; nothing that was sent needs two seconds."""
+        while self.sent and self.now_s + seconds - self.sent[0][0] > 1.9:
+            self.hear()
+        self.now_s += seconds
+
+    def take(self, step: events.Step) -> None:
+        if step.failure:
+            assert step.state.error == step.failure
+        if step.ended is not None:
+            assert step.state.finished is not None
+            assert step.state.finished.files == step.ended
+            self.finished.extend(step.ended[:1])
+        self.state = step.state
+
+    # What always holds
+
+    @invariant()
+    def a_recording_has_a_path(self) -> None:
+        assert self.state.phase is not Phase.RECORDING or self.state.path
+
+    @invariant()
+    def a_finished_bag_is_told_once(self) -> None:
+        assert len(self.finished) == len(set(self.finished))
+
+    @invariant()
+    def marks_belong_to_the_recording(self) -> None:
+        if self.state.path:
+            assert {self.marked_in[id(it)][1] for it in self.state.marks} <= {self.state.path}
+
+    @invariant()
+    def who_waits_for_an_answer_has_asked(self) -> None:
+        assert not self.state.is_asked or self.answer is not None
+        assert not self.state.is_asked or self.state.phase in (Phase.STARTING, Phase.STOPPING,
+                                                               Phase.GONE)
+
+    @invariant()
+    def nothing_is_recorded_where_nothing_runs(self) -> None:
+        if self.state.phase in (Phase.OFF, Phase.WAITING, Phase.IDLE, Phase.GONE):
+            assert self.state.path == '' and not self.state.is_busy
+
+    @invariant()
+    def the_clock_of_a_recording_never_goes_back(self) -> None:
+        if self.state.phase is not Phase.RECORDING:
+            self.shown = ('', 0.0)
+            return
+        path, shown_s = self.shown
+        self.shown = (self.state.path, self.state.elapsed_s(self.now_s))
+        assert path != self.state.path or self.shown[1] >= shown_s
+
+
+TestSequences = Sequences.TestCase
+TestSequences.settings = settings(max_examples=300, stateful_step_count=50, deadline=None,
+                                  derandomize=True)
+
+
+def recording(**values: object) -> RecordingState:
+    """Return the state within a recording of BAG that was answered at 10 s."""
+    state = RecordingState(phase=Phase.IDLE).asked_to_write(Phase.STARTING).started(BAG, 10.0)
+    return state._replace(**values)
+
+
+def test_a_bag_that_was_stopped_while_the_run_ends_is_not_told_again() -> None:
+    state = recording().asked_to_stop(11.0).run(False)
+    assert state.left == BAG
+    step = events.ended(state, [BAG], 12.0)
+    assert step.ended == (BAG,) and step.state.left == '' and step.state.phase is Phase.OFF
+
+
+def test_a_stop_that_nobody_answers_does_not_make_a_recording_of_a_recorder_that_is_gone() -> None:
+    state = events.gone(recording().asked_to_stop(11.0)).state
+    assert state.refused(Phase.RECORDING, 20.0).phase is Phase.GONE
+
+
+def test_marks_of_one_recording_are_not_shown_with_what_somebody_else_starts_then() -> None:
+    state = recording().marked(11.0)
+    state = events.ended(state, [BAG], 12.0).state
+    assert [it.label for it in state.marks] == ['mark 1']  # shown with the finished bag
+    state = events.told(state, RecorderSnapshot('starting', (BAG,), 2.0), 20.0).state
+    other = RecorderSnapshot('recording', ('/bags/other.bag',), 0.5)
+    state = events.told(state, other, 21.0).state
+    assert state.marks == () and state.elapsed_s(21.0) == 0.5
+
+
+def test_marks_stay_when_the_recorder_was_only_slow() -> None:
+    state = events.gone(recording().marked(11.0)).state
+    state = events.told(state, RecorderSnapshot('recording', (BAG,), 5.0), 15.0).state
+    assert state.path == BAG and len(state.marks) == 1
+
+
+def test_marks_do_not_stay_when_something_else_is_recorded_after_a_silence() -> None:
+    state = events.gone(recording().marked(11.0)).state
+    other = RecorderSnapshot('recording', ('/bags/other.bag',), 5.0)
+    assert events.told(state, other, 15.0).state.marks == ()
+
+
+def test_a_state_is_late_for_two_seconds_after_an_answer() -> None:
+    before = RecorderSnapshot('idle', ('/bags/earlier.bag',))
+    assert recording().is_late(before, 12.0) and not recording().is_late(before, 12.1)
+    assert not recording().is_late(RecorderSnapshot('recording', (BAG,)), 11.0)
+
+
+def test_a_state_is_late_also_when_the_finished_bag_was_dismissed() -> None:
+    state = events.ended(recording(), [BAG], 20.0).state.dismissed()
+    assert state.is_late(RecorderSnapshot('recording', (BAG,)), 21.0)
+
+
+def test_a_state_is_late_also_when_something_else_was_saved_since() -> None:
+    state = events.ended(events.ended(recording(), [BAG], 20.0).state, ['/bags/2.bag'], 20.5).state
+    assert state.is_late(RecorderSnapshot('recording', (BAG,)), 21.0)
+
+
+def test_a_state_with_the_last_figures_is_not_late() -> None:
+    state = events.ended(recording(), [BAG], 20.0).state
+    assert state.figures is None
+    assert state.is_late(RecorderSnapshot('stopping', (BAG,)), 21.0)
+    last = RecorderSnapshot('idle', (BAG,), 9.0, messages=7)
+    assert not state.is_late(last, 21.0)
+    after = events.told(state, last, 21.0).state
+    assert after.figures is not None and after.figures.messages == 7
+    assert after.elapsed_s(99.0) == 9.0
+    assert after.finished == FinishedBag((BAG,), (), after.figures)
+
+
+def test_the_clock_stops_with_the_recorder() -> None:
+    clock = RecordingClock().told(3.0, True, 100.0)
+    assert (clock.elapsed_s(101.0), clock.elapsed_s(999.0)) == (4.0, 4.5)
+    assert clock.told(3.5, True, 101.0).elapsed_s(101.0) == 4.0
+    assert clock.told(3.5, False, 101.0).elapsed_s(999.0) == 3.5
+
+
+def test_the_room_is_the_recorders_while_it_records() -> None:
+    snapshot = RecorderSnapshot('recording', rate=1e6, free_bytes=5 << 30, time_left_s=200.0)
+    assert disk_room(Phase.RECORDING, snapshot, 9 << 30) == DiskRoom(5 << 30, 200.0)
+    assert disk_room(Phase.RECORDING, snapshot, None).is_low
+    assert disk_room(Phase.IDLE, snapshot, 2 << 30) == DiskRoom(2 << 30, (1 << 30) / 1e6)
+    assert disk_room(Phase.IDLE, snapshot, None) == DiskRoom(None, None)
+    assert disk_room(Phase.IDLE, snapshot._replace(rate=0.0), 1) == DiskRoom(1, None)
