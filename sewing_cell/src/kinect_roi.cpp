@@ -59,6 +59,7 @@ int runIn(const std::string& manager, const ros::M_string& remappings,
   for (const auto& [name, new_name] : remappings) words.push_back(name + ":=" + new_name);
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> command;
+  command.reserve(words.size() + 1);
   for (std::string& word : words) command.push_back(word.data());
   command.push_back(nullptr);
   execvp(command[0], command.data());

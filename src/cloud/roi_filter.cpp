@@ -76,9 +76,10 @@ class InsideTest {
                                    readFloat(point + offsets_.z));
     const Eigen::Vector3f from_center = rotation_ * position + translation_;
     // With & instead of && there is one branch for each point; a comparison with NaN is false.
-    return (std::abs(from_center.x()) < half_extents_.x()) &
-           (std::abs(from_center.y()) < half_extents_.y()) &
-           (std::abs(from_center.z()) < half_extents_.z());
+    const int is_inside = static_cast<int>(std::abs(from_center.x()) < half_extents_.x()) &
+                          static_cast<int>(std::abs(from_center.y()) < half_extents_.y()) &
+                          static_cast<int>(std::abs(from_center.z()) < half_extents_.z());
+    return is_inside != 0;
   }
 
  private:

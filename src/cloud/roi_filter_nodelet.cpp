@@ -5,6 +5,7 @@
 #include <tf2_ros/transform_listener.h>
 
 #include <boost/make_shared.hpp>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
@@ -36,12 +37,12 @@ class RoiFilter : public nodelet::Nodelet {
   ros::Subscriber subscriber_;
   ros::Publisher publisher_;
   tf2_ros::Buffer tf_buffer_;
-  std::optional<tf2_ros::TransformListener> tf_listener_;
+  std::unique_ptr<tf2_ros::TransformListener> tf_listener_;
   std::optional<RoiParameters> parameters_;  ///< the last good ones
 };
 
 void RoiFilter::onInit() {
-  tf_listener_.emplace(tf_buffer_);
+  tf_listener_ = std::make_unique<tf2_ros::TransformListener>(tf_buffer_);
   const auto follow = [this](const ros::SingleSubscriberPublisher&) { followSubscribers(); };
   // Subscribers may call back before advertise() has returned.
   const std::lock_guard<std::mutex> lock(subscriber_mutex_);

@@ -20,7 +20,6 @@ namespace process_visualizer::recorder {
 namespace {
 
 constexpr char kMagic[] = "#ROSBAG V2.0\n";
-constexpr std::size_t kMagicBytes = sizeof kMagic - 1;
 // Of the file's first record, without its two lengths. rosbag's tools write it again in this size:
 // were it smaller here, they would write over the beginning of the first chunk.
 constexpr std::size_t kBagHeaderBytes = 4096;

@@ -60,7 +60,7 @@ std::string newBagPath(const std::string& folder, const std::string& prefix,
                        const std::string& name) {
   if (!name.empty()) {
     checkName(name);
-    const std::string path = folder + "/" + stemOf(name) + kExtension;
+    std::string path = folder + "/" + stemOf(name) + kExtension;
     if (isTaken(path))
       throw RecordingError(path + " exists already and is not overwritten; choose another name");
     return path;

@@ -36,7 +36,7 @@ class TimedSender {
   /// Returns the number of a new subscriber of a topic, given its connected socket.
   /// @throws std::system_error if there is no such socket.
   int addLink(int topic, int socket);
-  void removeLink(int link);
+  void removeLink(int number);
 
   /// Sends a packet so that it arrives at a time, but not before those given before it.
   /// One without a message is for new subscribers only: they get nothing more of the source.
