@@ -13,7 +13,7 @@ from std_srvs.srv import Trigger
 from velocity_truth import ROBOT, Truth
 from visualization_msgs.msg import MarkerArray
 
-from process_visualizer.motion.speed_series import measuring_times, speeds
+from process_visualizer.motion.velocity.speed_series import measuring_times, speeds
 from process_visualizer.msg import PlayerState
 from process_visualizer.srv import Seek, SetRate, Step
 

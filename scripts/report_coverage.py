@@ -32,7 +32,7 @@ def shares(reports: List[Dict[str, Any]], kind: str) -> Dict[str, Share]:
     every: DefaultDict[str, Set[Any]] = defaultdict(set)
     for report in reports:
         for path, file in report['files'].items():
-            folder = Path(path).parent.name
+            folder = path.partition('process_visualizer/')[2].partition('/')[0]
             found = {(path, str(it)) for it in file[f'executed_{kind}']}
             executed[folder] |= found
             every[folder] |= found | {(path, str(it)) for it in file[f'missing_{kind}']}

@@ -53,7 +53,7 @@ install_python() {
 
 # The dependencies of the build, including its options here; Python modules are used in place.
 build_inputs() {
-  (cd "$repository" && find scripts/workspace.sh CMakeLists.txt package.xml setup.py cmake \
+  (cd "$repository" && find .clang-tidy scripts/workspace.sh CMakeLists.txt package.xml setup.py cmake \
     compatibility env-hooks include msg nodes \
     src srv sewing_cell test/cpp *.xml -type f \
     -not -name '*.py' -not -path '*/meshes/*' -not -path '*/__pycache__/*' 2>/dev/null |

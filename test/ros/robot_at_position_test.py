@@ -26,8 +26,8 @@ from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
-from process_visualizer.motion.recorded_velocity import RecordedVelocity
-from process_visualizer.motion.speed_series import measuring_times, speeds
+from process_visualizer.motion.velocity.recorded_velocity import RecordedVelocity
+from process_visualizer.motion.velocity.speed_series import measuring_times, speeds
 from process_visualizer.msg import PlayerState
 from process_visualizer.srv import Seek, SetRate, Step
 

@@ -15,7 +15,7 @@ from running import CELL, CellRun, run_command
 from process_visualizer.bags.recording import Recording
 from process_visualizer.curves.topic_messages import topic_messages
 from process_visualizer.motion.float32_multi_array import float32_values
-from process_visualizer.motion.speed_series import measuring_times, speeds
+from process_visualizer.motion.velocity.speed_series import measuring_times, speeds
 
 TOPICS = ['/ur_rt_upper/q_act', '/ur_rt_upper/tcf', '/ft_upper/ft', '/feed_rate_est']
 MARK = 'the seam tears'

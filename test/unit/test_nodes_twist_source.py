@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from process_visualizer.motion.recorded_velocity import RecordedVelocity
+from process_visualizer.motion.velocity.recorded_velocity import RecordedVelocity
 from process_visualizer.nodes.robot import twist_source
 from process_visualizer.nodes.robot.recorded_motion import RecordedMoment
 

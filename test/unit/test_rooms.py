@@ -11,7 +11,7 @@ from typing import Dict, Iterator, Set
 REPOSITORY = Path(__file__).resolve().parents[2]
 PACKAGE = REPOSITORY / 'src' / 'process_visualizer'
 FOREIGN = 'ros1_packages'  # stands for a package of ROS 2, and has its name
-MOST_FILES = 30
+MOST_FILES = 22
 
 Rooms = Dict[str, Set[str]]
 ROW = re.compile(r'^\| `([a-z/]+)` \|[^|]*\| ([^|]*) \|$', re.MULTILINE)

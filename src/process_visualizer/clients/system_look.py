@@ -14,18 +14,18 @@ import rospy
 from process_visualizer.bags.json_text import parsed_json
 from process_visualizer.cell.errors import ConfigurationError
 from process_visualizer.cell.stored_configuration import StoredConfiguration, stored_configuration
-from process_visualizer.discovery.new_configuration import (
-    NewConfiguration,
-    new_configuration,
-    of_stored,
-)
-from process_visualizer.discovery.own_topics import device_topics
-from process_visualizer.discovery.seen import Seen, SeenDescription, SeenTopic, Source
-from process_visualizer.discovery.topic_facts import (
+from process_visualizer.discovery.evidence.own_topics import device_topics
+from process_visualizer.discovery.evidence.seen import Seen, SeenDescription, SeenTopic, Source
+from process_visualizer.discovery.evidence.topic_facts import (
     is_description,
     seen_descriptions,
     seen_topics,
     seen_transforms,
+)
+from process_visualizer.discovery.new_configuration import (
+    NewConfiguration,
+    new_configuration,
+    of_stored,
 )
 from process_visualizer.launching.ros_api import is_registered
 from process_visualizer.ros_names import BAG_RECORDER, STATIC_TF_TOPIC, TF_TOPIC

@@ -21,7 +21,7 @@ from process_visualizer.curves.source_locators import (
     measured_s,
     source_locators,
 )
-from process_visualizer.motion.speed_series import speeds
+from process_visualizer.motion.velocity.speed_series import speeds
 
 MOST_PER_COLUMN, MOST_MESSAGES = 500, 750_000
 """Messages of a topic that are read for each column of its curve, on average, and at all."""

@@ -15,9 +15,9 @@ from process_visualizer.curves.source_locators import measured_s, source_locator
 from process_visualizer.curves.topic_messages import positions_between, topic_period_s
 from process_visualizer.messages.message_layout import Data
 from process_visualizer.messages.number_places import Locator
-from process_visualizer.motion.recorded_poses import MARGIN_S
-from process_visualizer.motion.recorded_velocity import RecordedVelocity
-from process_visualizer.playback.playback_event import MOMENT_NS
+from process_visualizer.motion.velocity.recorded_poses import MARGIN_S
+from process_visualizer.motion.velocity.recorded_velocity import RecordedVelocity
+from process_visualizer.playback.scene.playback_event import MOMENT_NS
 
 _NS_PER_S = 1_000_000_000
 _MOST_UNUSABLE = 200  # messages of a topic, one before the other, that are looked at

@@ -15,9 +15,9 @@ from process_visualizer.messages.connection import Connection
 from process_visualizer.messages.message_definition import DefinitionError
 from process_visualizer.messages.number_places import FieldLocator, FloatArrayLocator, Locator
 from process_visualizer.motion.placements import interpolated
-from process_visualizer.motion.speed_series import measuring_times
 from process_visualizer.motion.tool_path import MovingPart, SentTransform, ToolPath
-from process_visualizer.motion.velocity import GAP_S
+from process_visualizer.motion.velocity.speed_series import measuring_times
+from process_visualizer.motion.velocity.velocity_estimator import GAP_S
 from process_visualizer.ros_names import FLOAT_ARRAY, POSE_STAMPED, TF_MESSAGE, WRENCH_STAMPED
 
 _PATHS: Dict[Tuple[Quantity, str], str] = {

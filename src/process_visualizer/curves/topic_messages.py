@@ -9,7 +9,7 @@ import numpy as np
 from process_visualizer.bags.bag_errors import BagDamaged
 from process_visualizer.bags.bag_index import BagIndex
 from process_visualizer.bags.recording import Recording
-from process_visualizer.motion.speed_series import sending_period_s
+from process_visualizer.motion.velocity.speed_series import sending_period_s
 
 
 class TopicMessages(NamedTuple):

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from typing import Collection, Dict, Iterable, List, Optional, Tuple
 
-from process_visualizer.discovery.camera_groups import (
+from process_visualizer.discovery.cell_names import CellNames
+from process_visualizer.discovery.draft import DraftDevice, DraftElement
+from process_visualizer.discovery.evidence.camera_groups import (
     CLOUD,
     CameraGroup,
     is_registered,
 )
-from process_visualizer.discovery.cell_names import CellNames
-from process_visualizer.discovery.draft import DraftDevice, DraftElement
-from process_visualizer.discovery.frame_forest import FrameForest
+from process_visualizer.discovery.evidence.frame_forest import FrameForest
+from process_visualizer.discovery.evidence.seen import SeenTopic
 from process_visualizer.discovery.names import is_frame
 from process_visualizer.discovery.place import Places, top_frame
 from process_visualizer.discovery.robot_device import add_topic
-from process_visualizer.discovery.seen import SeenTopic
 
 
 def camera_device(group: CameraGroup, name: str, names: CellNames, places: Places,

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import FrozenSet, Iterable, NamedTuple, Optional, Sequence
 
+from process_visualizer.discovery.evidence.moving_frames import Motion
+from process_visualizer.discovery.evidence.seen import Seen, SeenTopic
 from process_visualizer.discovery.found_model import FoundModel
 from process_visualizer.discovery.model_fit import ModelFit
-from process_visualizer.discovery.moving_frames import Motion
 from process_visualizer.discovery.names import words
-from process_visualizer.discovery.seen import Seen, SeenTopic
 
 _FIT_M = 0.01  # an arm that is not calibrated
 _NOISE_M = 0.002

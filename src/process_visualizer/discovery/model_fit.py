@@ -6,9 +6,9 @@ from typing import Dict, List, Optional, Sequence
 
 import numpy as np
 
+from process_visualizer.discovery.evidence.moving_frames import Motion
+from process_visualizer.discovery.evidence.seen import SeenTransform
 from process_visualizer.discovery.found_model import FoundModel
-from process_visualizer.discovery.moving_frames import Motion
-from process_visualizer.discovery.seen import SeenTransform
 from process_visualizer.motion.kinematics import Kinematics, Placement
 from process_visualizer.motion.tool_learning import rigid_residuals
 

@@ -14,18 +14,18 @@ from process_visualizer.descriptions.robot_description import (
     RobotDescription,
     load_robot_description,
 )
+from process_visualizer.discovery.evidence.moving_frames import Motion
+from process_visualizer.discovery.evidence.own_topics import device_topics
+from process_visualizer.discovery.evidence.seen import Seen, SeenDescription, SeenTopic
 from process_visualizer.discovery.found_model import FoundModel
 from process_visualizer.discovery.model_evidence import ModelEvidence
 from process_visualizer.discovery.model_files import ModelFile, ModelFiles
-from process_visualizer.discovery.moving_frames import Motion
 from process_visualizer.discovery.names import words
-from process_visualizer.discovery.own_topics import device_topics
 from process_visualizer.discovery.robot_topics import (
     is_joints,
     robot_groups,
     without_model,
 )
-from process_visualizer.discovery.seen import Seen, SeenDescription, SeenTopic
 
 _MOST_TRIES = 24
 """Files that are expanded for one robot."""

@@ -10,14 +10,14 @@ from process_visualizer.bags.recorder_topics import recorded_configuration
 from process_visualizer.bags.recording import Recording
 from process_visualizer.cell.errors import ConfigurationError
 from process_visualizer.cell.stored_configuration import StoredConfiguration
-from process_visualizer.discovery.bag_look import look_into
 from process_visualizer.discovery.draft_text import draft_text
+from process_visualizer.discovery.evidence.bag_look import look_into
+from process_visualizer.discovery.evidence.moving_frames import recorded_motions
+from process_visualizer.discovery.evidence.seen import Seen
 from process_visualizer.discovery.found_model import FoundModel
 from process_visualizer.discovery.make_draft import make_draft
 from process_visualizer.discovery.model_search import ModelSearch
-from process_visualizer.discovery.moving_frames import recorded_motions
 from process_visualizer.discovery.recorded_models import recorded_models
-from process_visualizer.discovery.seen import Seen
 from process_visualizer.discovery.stored_cell import from_stored
 
 

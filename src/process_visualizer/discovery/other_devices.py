@@ -8,11 +8,11 @@ from process_visualizer.cell.displays import DISPLAY_TYPES
 from process_visualizer.discovery.camera_device import add_inner_frames
 from process_visualizer.discovery.cell_names import CellNames
 from process_visualizer.discovery.draft import DraftDevice, DraftElement
-from process_visualizer.discovery.frame_forest import FrameForest
+from process_visualizer.discovery.evidence.frame_forest import FrameForest
+from process_visualizer.discovery.evidence.seen import SeenTopic
 from process_visualizer.discovery.names import is_frame
 from process_visualizer.discovery.place import Places, top_frame
 from process_visualizer.discovery.robot_device import add_topic
-from process_visualizer.discovery.seen import SeenTopic
 from process_visualizer.discovery.variables import candidates, left_out
 
 ROOT_DEVICE = 'sensors'

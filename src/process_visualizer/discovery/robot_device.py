@@ -8,12 +8,12 @@ from typing import Dict, List, Optional
 from process_visualizer.cell.model import Pose
 from process_visualizer.discovery.cell_names import CellNames
 from process_visualizer.discovery.draft import DraftDevice, DraftElement
+from process_visualizer.discovery.evidence.frame_forest import FrameForest, pose_of
+from process_visualizer.discovery.evidence.seen import SeenTopic
 from process_visualizer.discovery.found_model import FoundModel
-from process_visualizer.discovery.frame_forest import FrameForest, pose_of
 from process_visualizer.discovery.names import is_frame
 from process_visualizer.discovery.place import Places, pose_attributes
 from process_visualizer.discovery.robot_topics import RobotGroup
-from process_visualizer.discovery.seen import SeenTopic
 from process_visualizer.discovery.tool_transforms import ToolTransform, tool_link
 from process_visualizer.ros_names import TF_MESSAGE, TF_TOPIC
 

@@ -6,9 +6,9 @@ import re
 from dataclasses import dataclass
 from typing import Callable, FrozenSet, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
+from process_visualizer.discovery.evidence.seen import SeenTopic
 from process_visualizer.discovery.found_model import FoundModel
 from process_visualizer.discovery.names import words
-from process_visualizer.discovery.seen import SeenTopic
 from process_visualizer.ros_names import FLOAT_ARRAY, JOINT_STATE, POSE_STAMPED, WRENCH_STAMPED
 
 _NONE: FrozenSet[str] = frozenset()

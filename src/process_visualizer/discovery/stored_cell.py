@@ -9,16 +9,16 @@ from typing import Dict, List, Mapping, NamedTuple, Sequence
 
 import numpy as np
 
+from process_visualizer.cell.editing.pose_edit import PoseEditError, PoseEditor
+from process_visualizer.cell.editing.start_tags import encoding_of, start_tags, tag_text
 from process_visualizer.cell.model import Cell, Pose
-from process_visualizer.cell.pose_edit import PoseEditError, PoseEditor
-from process_visualizer.cell.start_tags import encoding_of, start_tags, tag_text
 from process_visualizer.cell.stored_configuration import StoredConfiguration, write_configuration
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.descriptions.robot_description import describe_devices
 from process_visualizer.discovery.draft_text import comment_lines
-from process_visualizer.discovery.frame_forest import FrameForest
-from process_visualizer.discovery.own_topics import device_topics
-from process_visualizer.discovery.seen import Seen
+from process_visualizer.discovery.evidence.frame_forest import FrameForest
+from process_visualizer.discovery.evidence.own_topics import device_topics
+from process_visualizer.discovery.evidence.seen import Seen
 from process_visualizer.motion.rotations import matrix_from_ypr
 
 _SAME_M = _SAME_RAD = 1e-5

@@ -9,10 +9,10 @@ from typing import Iterable, Iterator, List, NamedTuple, Optional, Sequence, Set
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType
 from process_visualizer.descriptions.tool_frame import tool_frame, tool_name_rank
-from process_visualizer.discovery.camera_groups import CAMERA_TYPES
+from process_visualizer.discovery.evidence.camera_groups import CAMERA_TYPES
+from process_visualizer.discovery.evidence.frame_forest import FrameForest
+from process_visualizer.discovery.evidence.seen import SeenTopic
 from process_visualizer.discovery.found_model import FoundModel
-from process_visualizer.discovery.frame_forest import FrameForest
-from process_visualizer.discovery.seen import SeenTopic
 from process_visualizer.motion.kinematics import Kinematics
 from process_visualizer.ros_names import TF_MESSAGE, TF_TOPIC
 

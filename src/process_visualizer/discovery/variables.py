@@ -6,8 +6,8 @@ import math
 import re
 from typing import Dict, List, NamedTuple, Optional, Sequence
 
+from process_visualizer.discovery.evidence.seen import SeenNumber, SeenTopic
 from process_visualizer.discovery.names import is_field
-from process_visualizer.discovery.seen import SeenNumber, SeenTopic
 
 MOST_PER_TOPIC = 6
 """Arrows for one topic; more would hide each other."""

@@ -9,10 +9,10 @@ from process_visualizer.bags.bag_index import BagIndex
 from process_visualizer.bags.recording import Recording
 from process_visualizer.playback.clock import Clock
 from process_visualizer.playback.course import Course
-from process_visualizer.playback.message_loader import MessageLoader
-from process_visualizer.playback.playback_event import EventMaker
 from process_visualizer.playback.playback_output import Output
-from process_visualizer.playback.read_ahead import ReadAhead
+from process_visualizer.playback.scene.message_loader import MessageLoader
+from process_visualizer.playback.scene.playback_event import EventMaker
+from process_visualizer.playback.scene.read_ahead import ReadAhead
 from process_visualizer.playback.scheduled_output import ScheduledOutput
 from process_visualizer.playback.shown_scene import ShownScene, scene_after_jump
 from process_visualizer.playback.stamp_mapping import StampMapping

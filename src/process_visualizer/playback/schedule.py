@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from typing import Deque, Iterator, NamedTuple
 
-from process_visualizer.playback.playback_event import PlaybackEvent
+from process_visualizer.playback.scene.playback_event import PlaybackEvent
 
 
 class Scheduled(NamedTuple):

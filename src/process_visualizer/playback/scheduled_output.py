@@ -7,9 +7,9 @@ from typing import Callable, List, Optional
 from process_visualizer.messages.message_layout import Data
 from process_visualizer.messages.stamps import with_stamps_moved
 from process_visualizer.playback.clock import Clock
-from process_visualizer.playback.message_loader import LoadedMessage
-from process_visualizer.playback.playback_event import PlaybackEvent
 from process_visualizer.playback.playback_output import Output
+from process_visualizer.playback.scene.message_loader import LoadedMessage
+from process_visualizer.playback.scene.playback_event import PlaybackEvent
 from process_visualizer.playback.schedule import Schedule, Scheduled
 from process_visualizer.playback.stamp_mapping import StampMapping
 from process_visualizer.playback.timeline import NS_PER_S, Basis

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple, Optional, Tuple
 
 from process_visualizer.bags.bag_index import BagIndex
-from process_visualizer.playback.read_ahead import BACKWARD, FORWARD
+from process_visualizer.playback.scene.read_ahead import BACKWARD, FORWARD
 from process_visualizer.playback.timeline import Basis
 
 

@@ -28,7 +28,7 @@ from process_visualizer.playback.engine import Playback
 from process_visualizer.playback.play_summary import play_summary, printable
 from process_visualizer.playback.player_control import PlayerControl
 from process_visualizer.playback.progress import Progress
-from process_visualizer.playback.scene import sources
+from process_visualizer.playback.scene.scene import sources
 from process_visualizer.playback.timeline import NS_PER_S, Timeline
 from process_visualizer.playback.topic_choice import TopicChoice
 from process_visualizer.player.bag_publishers import BagPublishers, published_topics

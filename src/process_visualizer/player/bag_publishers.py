@@ -7,7 +7,7 @@ from typing import Callable, Dict, List, NamedTuple, Optional, Protocol, Sequenc
 from process_visualizer.messages.connection import Connection
 from process_visualizer.messages.message_layout import Data
 from process_visualizer.nodes.common.process_end import at_shutdown
-from process_visualizer.playback.scene import is_static
+from process_visualizer.playback.scene.scene import is_static
 from process_visualizer.player.timed_sender import TimedSender
 from process_visualizer.player.topic_publisher import TopicPublisher
 

@@ -20,8 +20,8 @@ from process_visualizer.curves.curves import read_curves
 from process_visualizer.curves.position_values import PositionValues
 from process_visualizer.curves.topic_messages import topic_messages
 from process_visualizer.messages.stamps import with_stamps_moved
-from process_visualizer.playback.message_loader import MessageLoader
-from process_visualizer.playback.playback_event import EventMaker
+from process_visualizer.playback.scene.message_loader import MessageLoader
+from process_visualizer.playback.scene.playback_event import EventMaker
 from process_visualizer.report.report import make_report
 from process_visualizer.report.report_text import as_json, as_text
 

@@ -20,9 +20,9 @@ from process_visualizer.bags.recording import Recording
 from process_visualizer.messages.connection import Connection
 from process_visualizer.messages.message_layout import MessageDamaged
 from process_visualizer.messages.message_parts import CLEARS, parts_reader
-from process_visualizer.playback.message_loader import LoadedMessage, MessageLoader
-from process_visualizer.playback.partial_messages import ALWAYS, FARTHEST_NS, MOST
-from process_visualizer.playback.playback_event import EventMaker
+from process_visualizer.playback.scene.message_loader import LoadedMessage, MessageLoader
+from process_visualizer.playback.scene.partial_messages import ALWAYS, FARTHEST_NS, MOST
+from process_visualizer.playback.scene.playback_event import EventMaker
 
 PERIOD_S = 0.02
 Seen = Dict[Tuple[str, str], float]

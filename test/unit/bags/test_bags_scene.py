@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from process_visualizer.bags.bag_index import BagIndex, ChunkPlaces, Columns
 from process_visualizer.messages.connection import Connection
-from process_visualizer.playback.scene import Scene, sources
+from process_visualizer.playback.scene.scene import Scene, sources
 
 STATIC_TOPIC = '/tf_static'
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from playback_stage import BEGIN_NS, MS, MemoryRecording, Message
 
-from process_visualizer.playback.read_ahead import BACKWARD, FORWARD
+from process_visualizer.playback.scene.read_ahead import BACKWARD, FORWARD
 from process_visualizer.playback.shown_scene import ShownScene, scene_after_jump
 from process_visualizer.playback.timeline import Basis
 

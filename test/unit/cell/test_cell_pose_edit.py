@@ -15,9 +15,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from process_visualizer.cell.editing.number_text import number_text
+from process_visualizer.cell.editing.pose_edit import PoseEditError, PoseEditor
 from process_visualizer.cell.model import Cell, Pose
-from process_visualizer.cell.number_text import number_text
-from process_visualizer.cell.pose_edit import PoseEditError, PoseEditor
 from process_visualizer.cell.xml_parser import XmlParser
 
 POSE = Pose((1.25, -0.5, 0.0), (0.1, 0.0, -3.141593))

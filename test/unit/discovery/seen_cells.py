@@ -11,9 +11,9 @@ from process_visualizer.cell.model import Cell
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.descriptions.robot_description import RobotDescription
 from process_visualizer.discovery.draft_text import draft_text
+from process_visualizer.discovery.evidence.seen import Seen, SeenNumber, SeenTopic, SeenTransform
 from process_visualizer.discovery.found_model import FoundModel
 from process_visualizer.discovery.make_draft import make_draft
-from process_visualizer.discovery.seen import Seen, SeenNumber, SeenTopic, SeenTransform
 from process_visualizer.motion.kinematics import Placement
 
 FLOATS, JOINTS = 'std_msgs/Float32MultiArray', 'sensor_msgs/JointState'

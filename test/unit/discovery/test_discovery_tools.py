@@ -38,10 +38,10 @@ from process_visualizer.cell.model import Cell, Device, TopicFunction
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.commands.command_line import main
 from process_visualizer.descriptions.robot_description import describe_devices
+from process_visualizer.discovery.evidence.frame_forest import FrameForest
+from process_visualizer.discovery.evidence.seen import Seen, SeenTopic, SeenTransform
 from process_visualizer.discovery.found_model import FoundModel
-from process_visualizer.discovery.frame_forest import FrameForest
 from process_visualizer.discovery.make_draft import make_draft
-from process_visualizer.discovery.seen import Seen, SeenTopic, SeenTransform
 from process_visualizer.generate.frame_rules import frame_problems, frame_warnings
 
 TF = SeenTopic('/tf', TF_MESSAGE)

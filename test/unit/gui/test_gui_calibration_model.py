@@ -9,8 +9,8 @@ from typing import Any, Iterator, List, Tuple
 import pytest
 from recording_stand_in import HERE
 
+from process_visualizer.cell.editing.pose_edit import PoseEditError, PoseEditor
 from process_visualizer.cell.model import BaseFrame, Device, DeviceType, Pose
-from process_visualizer.cell.pose_edit import PoseEditError, PoseEditor
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.gui.models.cell.calibration_model import CalibrationModel, difference
 from process_visualizer.gui.toolkit.tasks import Tasks

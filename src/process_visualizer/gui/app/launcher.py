@@ -8,7 +8,7 @@ from typing import List, Optional, Sequence
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
-from process_visualizer.cell.changes import changes
+from process_visualizer.cell.editing.changes import changes
 from process_visualizer.cell.model import Mode, Pose
 from process_visualizer.clients.player_client import PlayerError
 from process_visualizer.generate.choice import Choice, RvizStart

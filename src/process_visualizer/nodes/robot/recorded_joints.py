@@ -10,7 +10,7 @@ from sensor_msgs.msg import JointState
 
 from process_visualizer.motion.float32_multi_array import float32_values
 from process_visualizer.motion.joint_matching import JointMatching
-from process_visualizer.motion.measuring_time import USABLE_WITHIN_S
+from process_visualizer.motion.velocity.measuring_time import USABLE_WITHIN_S
 from process_visualizer.nodes.robot.robot_messages import deserialize
 from process_visualizer.ros_names import FLOAT_ARRAY, JOINT_STATE
 

@@ -11,15 +11,15 @@ import rospy
 
 from process_visualizer.clients.service_connection import ServiceUnreachable
 from process_visualizer.motion.playback_clock import PlaybackClock
-from process_visualizer.motion.recorded_poses import (
+from process_visualizer.motion.rotations import Triple
+from process_visualizer.motion.velocity.recorded_poses import (
     Part,
     RecordedPoses,
     kept_part,
     needed_part,
     next_part,
 )
-from process_visualizer.motion.recorded_velocity import RecordedVelocity
-from process_visualizer.motion.rotations import Triple
+from process_visualizer.motion.velocity.recorded_velocity import RecordedVelocity
 from process_visualizer.msg import PlayerState
 from process_visualizer.nodes.robot.recorded_reading import Reading, RecordedReader
 from process_visualizer.playback.timeline import MAX_RATE

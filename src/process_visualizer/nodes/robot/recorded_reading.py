@@ -11,7 +11,7 @@ import genpy
 import rospy
 
 from process_visualizer.clients.service_connection import ServiceConnection
-from process_visualizer.motion.recorded_poses import Part, RecordedPose, RecordedPoses
+from process_visualizer.motion.velocity.recorded_poses import Part, RecordedPose, RecordedPoses
 from process_visualizer.nodes.robot.pose_decoder import FramesNotConnected, PoseDecoder
 from process_visualizer.nodes.robot.recorded_joints import RecordedJoints
 from process_visualizer.nodes.robot.robot_messages import ToolPose

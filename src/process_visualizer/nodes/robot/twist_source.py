@@ -6,9 +6,9 @@ from typing import NamedTuple, Optional
 
 import rospy
 
-from process_visualizer.motion.measuring_time import MeasuringTime
 from process_visualizer.motion.rotations import Triple
-from process_visualizer.motion.tool_velocity import ToolVelocity
+from process_visualizer.motion.velocity.measuring_time import MeasuringTime
+from process_visualizer.motion.velocity.tool_velocity import ToolVelocity
 from process_visualizer.nodes.common.live_number import LiveNumber
 from process_visualizer.nodes.robot.recorded_motion import RecordedMotion
 from process_visualizer.nodes.robot.robot_messages import ToolPose

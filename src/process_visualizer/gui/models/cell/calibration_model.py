@@ -7,8 +7,8 @@ from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
+from process_visualizer.cell.editing.pose_edit import PoseEditError
 from process_visualizer.cell.model import BaseFrame, Device, Pose, Vector3
-from process_visualizer.cell.pose_edit import PoseEditError
 from process_visualizer.gui.models.playback.newest_call import NewestCall
 from process_visualizer.gui.toolkit.tasks import Tasks
 

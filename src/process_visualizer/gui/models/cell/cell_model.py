@@ -7,10 +7,10 @@ from typing import Any, Dict, Mapping, NamedTuple, Optional, Set, Tuple
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
+from process_visualizer.cell.editing.pose_edit import PoseEditError, PoseEditor
 from process_visualizer.cell.environment import check_environment
 from process_visualizer.cell.errors import ConfigurationError, Problem
 from process_visualizer.cell.model import Cell, Device, Mode
-from process_visualizer.cell.pose_edit import PoseEditError, PoseEditor
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.gui.toolkit.tasks import Tasks
 

@@ -7,9 +7,9 @@ from typing import Callable, Dict, Mapping, NamedTuple, Optional, Sequence, Set,
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
+from process_visualizer.cell.editing.pose_edit import PoseEditError
+from process_visualizer.cell.editing.tool_edit import tool_element
 from process_visualizer.cell.model import Device, Pose, Vector3
-from process_visualizer.cell.pose_edit import PoseEditError
-from process_visualizer.cell.tool_edit import tool_element
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.health.node_warnings import NodeWarning
 

@@ -11,11 +11,17 @@ import tempfile
 from pathlib import Path
 from typing import Dict, List, NamedTuple, Optional
 
+from process_visualizer.cell.editing.number_text import number_text
+from process_visualizer.cell.editing.start_tags import (
+    StartTag,
+    TagText,
+    encoding_of,
+    start_tags,
+    tag_text,
+)
+from process_visualizer.cell.editing.tool_edit import with_tool
 from process_visualizer.cell.errors import Location, quoted
 from process_visualizer.cell.model import BaseFrame, Cell, Pose, Vector3
-from process_visualizer.cell.number_text import number_text
-from process_visualizer.cell.start_tags import StartTag, TagText, encoding_of, start_tags, tag_text
-from process_visualizer.cell.tool_edit import with_tool
 
 _WORD = re.compile(r'\S+')
 

@@ -6,7 +6,7 @@ from typing import Iterator, NamedTuple, Tuple
 
 import numpy as np
 
-from process_visualizer.motion.velocity import GAP_S
+from process_visualizer.motion.velocity.velocity_estimator import GAP_S
 
 _BLOCK = 4096  # windows: short enough for the precision of running sums
 

@@ -6,7 +6,7 @@ from typing import Optional, Tuple
 
 import numpy as np
 
-from process_visualizer.motion.slope_windows import slope_windows
+from process_visualizer.motion.velocity.slope_windows import slope_windows
 
 WINDOW_S = 0.2
 _MOST_BUNCHED = 50  # messages

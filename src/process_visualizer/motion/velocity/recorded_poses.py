@@ -6,9 +6,9 @@ from typing import List, NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from process_visualizer.motion.recorded_velocity import RecordedVelocity
 from process_visualizer.motion.rotations import Quaternion
-from process_visualizer.motion.speed_series import measuring_times
+from process_visualizer.motion.velocity.recorded_velocity import RecordedVelocity
+from process_visualizer.motion.velocity.speed_series import measuring_times
 
 MARGIN_S = 1.2
 """What lies further from a position has no part in its velocity: the greatest gap, and a window."""

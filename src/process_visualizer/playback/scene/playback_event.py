@@ -8,10 +8,14 @@ from process_visualizer.bags.bag_index import BagIndex
 from process_visualizer.messages.connection import Connection
 from process_visualizer.messages.emptied import can_be_emptied, emptied
 from process_visualizer.messages.marker_removal import shows_markers
-from process_visualizer.playback.message_loader import LoadedMessage, MessageLoader, first_stamp
-from process_visualizer.playback.partial_messages import PartialMessages
-from process_visualizer.playback.scene import Scene
-from process_visualizer.playback.static_scene import StaticScene
+from process_visualizer.playback.scene.message_loader import (
+    LoadedMessage,
+    MessageLoader,
+    first_stamp,
+)
+from process_visualizer.playback.scene.partial_messages import PartialMessages
+from process_visualizer.playback.scene.scene import Scene
+from process_visualizer.playback.scene.static_scene import StaticScene
 
 MOMENT_NS = 200_000_000
 """From the beginning: what comes first so soon counts as being there from the beginning."""

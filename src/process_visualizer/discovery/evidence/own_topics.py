@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Iterable, Set, Tuple
 
-from process_visualizer.discovery.seen import SeenTopic
+from process_visualizer.discovery.evidence.seen import SeenTopic
 from process_visualizer.ros_names import (
     BAG_PLAYER,
     BAG_RECORDER,

@@ -9,8 +9,8 @@ import numpy as np
 
 from process_visualizer.bags.bag_errors import BagDamaged
 from process_visualizer.bags.recording import Recording
-from process_visualizer.discovery.seen import Source
-from process_visualizer.discovery.topic_facts import readable, transforms
+from process_visualizer.discovery.evidence.seen import Source
+from process_visualizer.discovery.evidence.topic_facts import readable, transforms
 from process_visualizer.messages.message_definition import short_name
 from process_visualizer.messages.message_values import Values
 from process_visualizer.motion.kinematics import Placement

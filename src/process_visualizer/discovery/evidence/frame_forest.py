@@ -7,7 +7,7 @@ from typing import Dict, Iterable, List, Optional, Set
 import numpy as np
 
 from process_visualizer.cell.model import Pose
-from process_visualizer.discovery.seen import SeenTransform
+from process_visualizer.discovery.evidence.seen import SeenTransform
 from process_visualizer.motion.kinematics import Placement
 from process_visualizer.motion.rotations import matrix_from_quaternion, ypr_from_matrix
 

@@ -6,7 +6,7 @@ import threading
 from collections import deque
 from typing import Deque, Optional
 
-from process_visualizer.playback.playback_event import EventMaker, PlaybackEvent
+from process_visualizer.playback.scene.playback_event import EventMaker, PlaybackEvent
 
 FORWARD = 1
 BACKWARD = -1

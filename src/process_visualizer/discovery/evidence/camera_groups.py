@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass, field
 from typing import Dict, List, Optional, Sequence
 
-from process_visualizer.discovery.seen import SeenTopic
+from process_visualizer.discovery.evidence.seen import SeenTopic
 
 CLOUD, IMAGE, INFO = 'sensor_msgs/PointCloud2', 'sensor_msgs/Image', 'sensor_msgs/CameraInfo'
 CAMERA_TYPES = (CLOUD, IMAGE, INFO, 'sensor_msgs/CompressedImage')

@@ -7,7 +7,7 @@ from collections import defaultdict
 from typing import Any, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple
 
 from process_visualizer.descriptions.own_description import is_own_description
-from process_visualizer.discovery.seen import (
+from process_visualizer.discovery.evidence.seen import (
     SeenDescription,
     SeenNumber,
     SeenTopic,

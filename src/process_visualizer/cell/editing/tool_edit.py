@@ -6,9 +6,9 @@ import re
 from typing import List
 from xml.sax.saxutils import quoteattr
 
+from process_visualizer.cell.editing.number_text import number_text
+from process_visualizer.cell.editing.start_tags import StartTag, encoding_of, start_tags, tag_text
 from process_visualizer.cell.model import Pose
-from process_visualizer.cell.number_text import number_text
-from process_visualizer.cell.start_tags import StartTag, encoding_of, start_tags, tag_text
 
 _TAG_END = re.compile(r'\s*>')
 _REST_OF_LINE = re.compile(r'[ \t]*(<!--(?:(?!-->)[^\n])*-->)?[ \t]*(?=\r?\n)')

@@ -10,8 +10,8 @@ import numpy as np
 from process_visualizer.bags.bag_errors import BagDamaged
 from process_visualizer.bags.recorder_topics import CALIBRATION
 from process_visualizer.bags.recording import Recording
-from process_visualizer.discovery.seen import Seen, Source
-from process_visualizer.discovery.topic_facts import (
+from process_visualizer.discovery.evidence.seen import Seen, Source
+from process_visualizer.discovery.evidence.topic_facts import (
     seen_descriptions,
     seen_topics,
     seen_transforms,

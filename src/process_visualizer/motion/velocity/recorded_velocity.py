@@ -8,9 +8,9 @@ from typing import Callable, List, NamedTuple, Optional, Tuple
 import numpy as np
 
 from process_visualizer.motion.rotations import Triple
-from process_visualizer.motion.slope_windows import SlopeWindows, segments, slope_windows
-from process_visualizer.motion.speed_series import WINDOW_S
-from process_visualizer.motion.velocity import GAP_S, slope_of_rotations
+from process_visualizer.motion.velocity.slope_windows import SlopeWindows, segments, slope_windows
+from process_visualizer.motion.velocity.speed_series import WINDOW_S
+from process_visualizer.motion.velocity.velocity_estimator import GAP_S, slope_of_rotations
 
 
 class _Place(NamedTuple):

@@ -10,7 +10,7 @@ import numpy as np
 
 from process_visualizer.messages.message_layout import MessageDamaged
 from process_visualizer.messages.static_transforms import joined, split
-from process_visualizer.playback.message_loader import LoadedMessage, MessageLoader
+from process_visualizer.playback.scene.message_loader import LoadedMessage, MessageLoader
 
 
 class _Versions(NamedTuple):

@@ -7,8 +7,8 @@ from typing import Dict, Iterable, Iterator, List, Optional, Set, Tuple
 from process_visualizer.bags.bag_index import BagIndex
 from process_visualizer.messages.message_layout import MessageDamaged
 from process_visualizer.messages.message_parts import CLEARS, Parts, PartsReader, parts_reader
-from process_visualizer.playback.message_loader import MessageLoader
-from process_visualizer.playback.scene import Scene
+from process_visualizer.playback.scene.message_loader import MessageLoader
+from process_visualizer.playback.scene.scene import Scene
 
 FARTHEST_NS = 3_000_000_000
 """How much older than the newest message those may be that hold beside it: each must be read."""

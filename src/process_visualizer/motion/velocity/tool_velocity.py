@@ -8,8 +8,12 @@ from itertools import islice
 from typing import Deque, Iterable, NamedTuple, Optional, Sequence
 
 from process_visualizer.motion.rotations import Quaternion, Triple
-from process_visualizer.motion.sending_period import SendingPeriod
-from process_visualizer.motion.velocity import GAP_S, ScaledClock, VelocityEstimator
+from process_visualizer.motion.velocity.sending_period import SendingPeriod
+from process_visualizer.motion.velocity.velocity_estimator import (
+    GAP_S,
+    ScaledClock,
+    VelocityEstimator,
+)
 
 HOLD_S = 0.05
 _MOST_BUNCHED = 50  # messages: what was held up for longer is dated by the rest of them
