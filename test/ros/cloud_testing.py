@@ -63,6 +63,6 @@ def log_listener() -> Listener:
 
 
 def logged(log: Listener, level: int, *parts: str) -> bool:
-    """Tell whether a message of this level with all these parts was logged."""
+    """Return whether a message of this level with all these parts was logged."""
     return any(message.level == level and all(part in message.msg for part in parts)
                for message in list(log.messages))

@@ -223,7 +223,7 @@ class RobotBehindLinksTest(unittest.TestCase):
 
 
 def told(diagnostics: Listener, *parts: str) -> bool:
-    """Tell whether a node complains with some words."""
+    """Return whether a node complains with some words."""
     return any(status.level == DiagnosticStatus.WARN
                and all(part in status.message for part in parts)
                for message in list(diagnostics.messages) for status in message.status)

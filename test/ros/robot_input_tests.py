@@ -110,7 +110,7 @@ class RobotInputTest(unittest.TestCase):
 
 
 def told(reports: Listener, name: str, text: str) -> bool:
-    """Tell whether this is what was said last of something; a problem of several messages."""
+    """Return whether this is what was said last of something; a problem of several messages."""
     found = [status for report in list(reports.messages) for status in report.status
              if status.name == name][-1:]
     return any(text in status.message and (status.level == DiagnosticStatus.OK or int(

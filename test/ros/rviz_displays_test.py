@@ -66,7 +66,7 @@ def values(status: DiagnosticStatus) -> Dict[str, str]:
 
 
 def says_received(name: str, report: Report) -> bool:
-    """Tell whether the display's status says that it has received something."""
+    """Return whether the display's status says that it has received something."""
     entry, pattern = SAYS.get(name, ('enabled', 'true'))
     return re.match(pattern, values(report[name]).get(entry, '')) is not None
 

@@ -60,7 +60,7 @@ class TerminalSession:
         return before
 
     def is_restored(self):
-        """Tell whether lines are edited and echoed, and all else is as in the beginning."""
+        """Return whether lines are edited and echoed, and all else is as in the beginning."""
         return termios.tcgetattr(self.master) == self._begun
 
     def wait(self):

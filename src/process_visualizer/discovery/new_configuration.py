@@ -71,10 +71,10 @@ def from_bags(paths: Sequence[str]) -> NewConfiguration:
                 return of_stored(stored, seen, seen.where)
             except (ConfigurationError, ValueError, OSError) as error:
                 refused = [f'The configuration in the recording is not used: {error}']
-        models, remarks = recorded_models(recording)
+        models, of_models = recorded_models(recording)
         motions = recorded_motions(recording)
-    told = [*refused, *remarks, *(() if models else seen.remarks)]
-    return new_configuration(replace(seen, remarks=tuple(told)), models,
+    remarks = (*refused, *of_models, *(() if models else seen.remarks))
+    return new_configuration(replace(seen, remarks=remarks), models,
                              ModelSearch(motions=motions))
 
 

@@ -72,7 +72,7 @@ def _device(cell: Cell, device: Device, base: Optional[BaseFrame],
 
 
 def _is_drawn(device: Device) -> bool:
-    """Tell whether a process draws something of a device."""
+    """Return whether a process draws something of a device."""
     return device.model is not None or bool(_topics(device_displays(device)))
 
 

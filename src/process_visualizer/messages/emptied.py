@@ -37,7 +37,7 @@ _BY_TYPE: Dict[Tuple[str, str], _Arrays] = {
 
 
 def can_be_emptied(connection: Connection) -> bool:
-    """Tell whether a connection's type has a message that leaves nothing in sight."""
+    """Return whether a connection's type has a message that leaves nothing in sight."""
     key = (connection.type, connection.md5sum)
     return shows_markers(connection) or key == _CLOUD or key in _BY_TYPE
 

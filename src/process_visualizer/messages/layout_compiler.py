@@ -62,7 +62,7 @@ class LayoutCompiler:
 
 
 def is_stamp(field: Field) -> bool:
-    """Tell whether a field says when its message was true: a single `time` named `stamp`.
+    """Return whether a field says when its message was true: a single `time` named `stamp`.
 
     This is what std_msgs/Header has, and what types without a header call it (velodyne_msgs,
     actionlib_msgs/GoalID). Other times are data: a map's load time, a GPS receiver's reference,

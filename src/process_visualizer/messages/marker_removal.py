@@ -21,7 +21,7 @@ _REST = struct.Struct('<Iiii 7d 3d 4f ii B IIII B')  # namespace to mesh_use_emb
 
 
 def shows_markers(connection: Connection) -> bool:
-    """Tell whether the messages of a connection are markers, or arrays of them, for RViz."""
+    """Return whether the messages of a connection are markers, or arrays of them, for RViz."""
     return (connection.type, connection.md5sum) in _DEFINITIONS
 
 

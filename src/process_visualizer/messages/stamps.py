@@ -35,7 +35,7 @@ class StampLocator:
 
     @property
     def has_stamps(self) -> bool:
-        """Tell whether messages of this type can have stamps at all."""
+        """Return whether messages of this type can have stamps at all."""
         return self._layout.has_stamps
 
     def offsets(self, data: Data) -> List[int]:

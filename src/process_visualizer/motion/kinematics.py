@@ -139,11 +139,11 @@ class Kinematics:
         return None if inner is None or outer is None else outer.inverse().then(inner)
 
     def connects(self, frame: str, other: str) -> bool:
-        """Tell whether two frames are connected, whatever the joints' positions."""
+        """Return whether two frames are connected, whatever the joints' positions."""
         return self._common(frame, other) is not None
 
     def moves(self, frame: str, other: str) -> bool:
-        """Tell whether a joint lies between two frames that are connected."""
+        """Return whether a joint lies between two frames that are connected."""
         root = self._common(frame, other)
         return root is not None and any(
             joint.kind != 'fixed' for end in (frame, other)

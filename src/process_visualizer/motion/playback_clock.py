@@ -70,7 +70,7 @@ class PlaybackClock:
         return self._states[-1] if self._states else None
 
     def follows_player(self, now_s: float) -> bool:
-        """Tell whether there is a player that has said something lately."""
+        """Return whether there is a player that has said something lately."""
         return bool(self._states) and now_s - self._states[-1].stamp_s < LOST_AFTER_S
 
     def bag_time(self, wall_s: float) -> Optional[BagTime]:

@@ -52,7 +52,7 @@ class Finding(NamedTuple):
 
     @property
     def is_frame(self) -> bool:
-        """Tell whether it is the frame itself."""
+        """Return whether it is the frame itself."""
         return not any((*self.xyz, *self.ypr))
 
 
@@ -139,12 +139,12 @@ class _Comparison:
             -len(self._bodies[name].carriers)))
 
     def _may_be_another_base(self) -> bool:
-        """Tell whether the chosen frame is the tool if another frame is the base."""
+        """Return whether the chosen frame is the tool if another frame is the base."""
         residuals = rigid_residuals(self._origins[self._chosen], self._reported)
         return _rms(residuals) < _CLEAR * _NOISE_M
 
     def _is_only_there(self, name: str) -> bool:
-        """Tell whether the tool is not fixed to another link as well, as far as is seen."""
+        """Return whether the tool is not fixed to another link as well, as far as is seen."""
         links = {self._bodies[other].link: other for other in self._names}
         links.pop(self._bodies[name].link)
         return all(self._is_told_apart(name, other) for other in links.values())

@@ -69,7 +69,7 @@ class ToolDifference:
         self._samples.append((*offset, angle))
 
     def is_settled(self) -> bool:
-        """Tell whether there are enough samples to speak of it."""
+        """Return whether there are enough samples to speak of it."""
         return len(self._samples) == _SAMPLES
 
     def median(self) -> Difference:

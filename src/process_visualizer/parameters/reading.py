@@ -47,7 +47,7 @@ class Parameters:
         return values
 
     def has(self, name: str) -> bool:
-        """Tell whether a parameter is set."""
+        """Return whether a parameter is set."""
         return name in self._values
 
     def text(self, name: str, default: str) -> str:
@@ -104,7 +104,7 @@ class Parameters:
 
 
 def is_number(value: Any) -> bool:
-    """Tell whether a parameter's value is a finite number."""
+    """Return whether a parameter's value is a finite number."""
     return (isinstance(value, (int, float)) and not isinstance(value, bool)
             and math.isfinite(value))
 

@@ -26,7 +26,7 @@ from process_visualizer.playback.step_target import (
 from process_visualizer.playback.timeline import NS_PER_S, Basis, Timeline
 
 LEAD_BYTES = 32 << 20
-LATE_NS = NS_PER_S // 5  # from here on, playback slows down instead of catching up
+LATENESS_LIMIT_NS = NS_PER_S // 5  # from here on, playback slows down instead of catching up
 MOST_STEPPED = 200  # messages that a step publishes one by one; of more, only the scene counts
 ANSWER_S = 10.0
 
@@ -214,7 +214,7 @@ class Playback:
 
     def _catch_up(self, basis: Basis) -> None:
         """Publish what had become visible already, and was not published yet, when paused."""
-        if self._shown.stands_ns != basis.bag_ns:
+        if self._shown.paused_ns != basis.bag_ns:
             passed, count = self._shown.passed, self._index.count_until(basis.bag_ns)
             self._shown = self._shown.standing(count, basis.bag_ns)
             self._show_from(passed, basis)
@@ -240,7 +240,7 @@ class Playback:
     def _kept_up(self, bag_ns: int, version: int) -> Optional[Basis]:
         """Slip if a message comes too late; return the basis then, None if a command came."""
         due_ns = self._timeline.basis.due_ns(bag_ns)
-        if due_ns is not None and self._clock.monotonic_ns() - due_ns >= LATE_NS:
+        if due_ns is not None and self._clock.monotonic_ns() - due_ns >= LATENESS_LIMIT_NS:
             self._timeline.slip_to(bag_ns, version)
         basis = self._timeline.basis
         return basis if basis.version == version else None

@@ -40,12 +40,12 @@ class PlayerControl:
         """Take what the commands go to."""
         self._timeline = timeline
         self._playback = playback
-        self._stands = False
+        self._pause_requested = False
 
     @property
-    def stands(self) -> bool:
-        """Tell whether the last command of its kind said that it is to stand still."""
-        return self._stands
+    def pause_requested(self) -> bool:
+        """Whether the last command that plays or pauses was a pause."""
+        return self._pause_requested
 
     def status(self) -> PlayerStatus:
         """Return what the player does now."""
@@ -57,25 +57,25 @@ class PlayerControl:
 
     def play(self) -> str:
         """Play on; from the end, where nothing is left, start over."""
-        self._stands = False
+        self._pause_requested = False
         self._timeline.play()
         return self._where('playing')
 
     def pause(self) -> str:
         """Stand still."""
-        self._stands = True
+        self._pause_requested = True
         self._timeline.pause()
         return self._where('paused')
 
     def toggle_paused(self) -> str:
         """Play if paused, pause if playing."""
         self._timeline.toggle_paused()
-        self._stands = self._timeline.basis.paused
-        return self._where('paused' if self._stands else 'playing')
+        self._pause_requested = self._timeline.basis.paused
+        return self._where('paused' if self._pause_requested else 'playing')
 
     def stop(self) -> str:
         """Stand still at the beginning."""
-        self._stands = True
+        self._pause_requested = True
         self._timeline.stop()
         return self._arrived('stopped at')
 
@@ -97,7 +97,7 @@ class PlayerControl:
         step = Step(count, topic, _nanoseconds('the duration', duration_s_))
         if not count and not step.duration_ns:
             raise CommandRefused('a step needs a count of messages or a duration other than 0')
-        self._stands = True
+        self._pause_requested = True
         changed = self._playback.step(step).changed
         return self._arrived(f'{changed}: at' if changed else 'at')
 

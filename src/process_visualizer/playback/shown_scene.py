@@ -12,13 +12,13 @@ from process_visualizer.playback.timeline import Basis
 class ShownScene(NamedTuple):
     """The scene that so many messages of the recording make, which are visible, or replaced.
 
-    ``scene`` is that of the timeline (Basis.scene) to which it belongs. ``stands_ns`` is the
+    ``scene`` is that of the timeline (Basis.scene) to which it belongs. ``paused_ns`` is the
     position [bag ns] for which it was published; None where it moves.
     """
 
     passed: int
     scene: int
-    stands_ns: Optional[int] = None
+    paused_ns: Optional[int] = None
 
     def next_message(self, forward: bool) -> Tuple[int, int]:
         """Return the position of the message that play passes next, and FORWARD or BACKWARD."""
@@ -26,7 +26,7 @@ class ShownScene(NamedTuple):
 
     def moving(self) -> ShownScene:
         """Return it as it is while playing."""
-        return self if self.stands_ns is None else self._replace(stands_ns=None)
+        return self if self.paused_ns is None else self._replace(paused_ns=None)
 
     def with_passed(self, position: int, step: int) -> ShownScene:
         """Return the scene after passing the message at a position, FORWARD or BACKWARD."""
@@ -38,7 +38,7 @@ class ShownScene(NamedTuple):
 
     def standing(self, passed: int, bag_ns: int) -> ShownScene:
         """Return the one of so many messages at a position [bag ns] where play stands still."""
-        return self._replace(passed=passed, stands_ns=bag_ns)
+        return self._replace(passed=passed, paused_ns=bag_ns)
 
     def visible(self, index: BagIndex, basis: Basis, bag_ns: int) -> int:
         """Return how many messages are visible at a position [bag ns], whatever was published.
@@ -46,7 +46,7 @@ class ShownScene(NamedTuple):
         Where it stands still after a step, these are the ones up to which that led: others may
         have the same time.
         """
-        stands = basis.scene == self.scene and (basis.paused, bag_ns) == (True, self.stands_ns)
+        stands = basis.scene == self.scene and (basis.paused, bag_ns) == (True, self.paused_ns)
         return self.passed if stands else index.count_until(bag_ns)
 
 

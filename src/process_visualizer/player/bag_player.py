@@ -165,7 +165,7 @@ class BagPlayer:
     def start(self, paused: bool) -> None:
         """Begin to publish, playing or paused; also paused if a command has requested it."""
         self._playback.prepare()
-        if not (paused or self.control.stands):
+        if not (paused or self.control.pause_requested):
             self._timeline.begin()
         self._thread.start()
         self._started = True

@@ -45,7 +45,7 @@ def test_where_it_stands_after_a_step_the_messages_of_the_step_are_visible(
 def test_what_moves_stands_nowhere() -> None:
     shown = ShownScene(2, 3, AT_10.bag_ns)
     assert shown.moving() == shown.with_passed(1, FORWARD) == ShownScene(2, 3)
-    assert shown.without(2, FORWARD).stands_ns == shown.stands_ns
+    assert shown.without(2, FORWARD).paused_ns == shown.paused_ns
 
 
 @given(st.integers(0, COUNT), st.lists(st.tuples(st.booleans(), st.integers(0, 3))))

@@ -18,15 +18,15 @@ def control() -> PlayerControl:
 
 
 def test_toggled_twice_before_the_start_it_stands(control: PlayerControl) -> None:
-    assert not control.stands
+    assert not control.pause_requested
     control.toggle_paused()
-    assert not control.stands
+    assert not control.pause_requested
     control.toggle_paused()
-    assert control.stands
+    assert control.pause_requested
 
 
 def test_play_after_a_pause_does_not_stand(control: PlayerControl) -> None:
     control.pause()
-    assert control.stands
+    assert control.pause_requested
     control.toggle_paused()
-    assert not control.stands
+    assert not control.pause_requested

@@ -26,7 +26,7 @@ class SmallPlayer:
         self.state = PAUSED
         self.refuses = self.is_away = False
 
-    def told(self) -> PlayerSnapshot:
+    def updated(self) -> PlayerSnapshot:
         """Its state now."""
         return self.state._replace(stamp_s=self.now_s, achieved_rate=(
             0.0 if self.state.paused else self.state.rate))
@@ -86,7 +86,7 @@ class Play:
 
     def player_tells(self, _share: float) -> None:
         self.player.is_away = False
-        self.model.take_state(self.player.told())
+        self.model.take_state(self.player.updated())
 
     def player_goes(self, _share: float) -> None:
         self.player.is_away = True

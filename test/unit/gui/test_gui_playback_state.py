@@ -22,7 +22,7 @@ times = st.floats(-1.0, LENGTH_S + 1.0)
 
 
 def test_what_the_player_says_changes_nothing_that_the_operator_has_chosen() -> None:
-    told = CHOSEN.told(PAUSED._replace(position_s=1.0), asks_for_loop=False)
+    told = CHOSEN.updated(PAUSED._replace(position_s=1.0), asks_for_loop=False)
     assert told._replace(snapshot=PAUSED) == CHOSEN
 
 
@@ -33,13 +33,14 @@ def test_what_the_player_says_changes_nothing_that_the_operator_has_chosen() -> 
 ])
 def test_a_loop_of_somebody_else_is_taken_over_unless_one_is_asked_for(
         loop: Optional[Tuple[float, float]], asks: bool, expected: LoopPoints) -> None:
-    assert CHOSEN.told(PAUSED._replace(loop=loop), asks).points == expected
+    assert CHOSEN.updated(PAUSED._replace(loop=loop), asks).points == expected
 
 
 def test_a_loop_that_the_player_had_already_leaves_points_that_were_moved() -> None:
     looping = PAUSED._replace(loop=(4.0, 8.0))
     moved = CHOSEN._replace(snapshot=looping, points=LoopPoints(4.0, 9.0))
-    assert moved.told(looping._replace(position_s=5.0), asks_for_loop=False).points == moved.points
+    seen = moved.updated(looping._replace(position_s=5.0), asks_for_loop=False)
+    assert seen.points == moved.points
 
 
 @pytest.mark.parametrize('loop, expected', [
@@ -47,8 +48,8 @@ def test_a_loop_that_the_player_had_already_leaves_points_that_were_moved() -> N
 def test_another_recording_has_points_of_its_own(loop: Optional[Tuple[float, float]],
                                                  expected: LoopPoints) -> None:
     other = PAUSED._replace(files=('/bags/b.bag',), loop=loop)
-    assert CHOSEN.told(other, asks_for_loop=False).points == expected
-    assert CHOSEN.told(None, asks_for_loop=False).told(other, False).points == expected
+    assert CHOSEN.updated(other, asks_for_loop=False).points == expected
+    assert CHOSEN.updated(None, asks_for_loop=False).updated(other, False).points == expected
 
 
 @pytest.mark.parametrize('segment, stamp_s, sent_s, holds', [

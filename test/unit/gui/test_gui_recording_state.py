@@ -204,7 +204,7 @@ class Sequences(RuleBasedStateMachine):
         if self.state.is_late(snapshot, self.now_s):
             return
         was_asked, before = self.state.is_asked, self.state.phase
-        self.take(events.told(self.state, snapshot, self.now_s))
+        self.take(events.updated(self.state, snapshot, self.now_s))
         if was_asked:
             assert self.state.phase is before
         else:
@@ -289,22 +289,22 @@ def test_marks_of_one_recording_are_not_shown_with_what_somebody_else_starts_the
     state = recording().marked(11.0)
     state = events.ended(state, [BAG], 12.0).state
     assert [it.label for it in state.marks] == ['mark 1']  # shown with the finished bag
-    state = events.told(state, RecorderSnapshot('starting', (BAG,), 2.0), 20.0).state
+    state = events.updated(state, RecorderSnapshot('starting', (BAG,), 2.0), 20.0).state
     other = RecorderSnapshot('recording', ('/bags/other.bag',), 0.5)
-    state = events.told(state, other, 21.0).state
+    state = events.updated(state, other, 21.0).state
     assert state.marks == () and state.elapsed_s(21.0) == 0.5
 
 
 def test_marks_stay_when_the_recorder_was_only_slow() -> None:
     state = events.gone(recording().marked(11.0)).state
-    state = events.told(state, RecorderSnapshot('recording', (BAG,), 5.0), 15.0).state
+    state = events.updated(state, RecorderSnapshot('recording', (BAG,), 5.0), 15.0).state
     assert state.path == BAG and len(state.marks) == 1
 
 
 def test_marks_do_not_stay_when_something_else_is_recorded_after_a_silence() -> None:
     state = events.gone(recording().marked(11.0)).state
     other = RecorderSnapshot('recording', ('/bags/other.bag',), 5.0)
-    assert events.told(state, other, 15.0).state.marks == ()
+    assert events.updated(state, other, 15.0).state.marks == ()
 
 
 def test_a_state_is_late_for_two_seconds_after_an_answer() -> None:
@@ -329,17 +329,17 @@ def test_a_state_with_the_last_figures_is_not_late() -> None:
     assert state.is_late(RecorderSnapshot('stopping', (BAG,)), 21.0)
     last = RecorderSnapshot('idle', (BAG,), 9.0, messages=7)
     assert not state.is_late(last, 21.0)
-    after = events.told(state, last, 21.0).state
+    after = events.updated(state, last, 21.0).state
     assert after.figures is not None and after.figures.messages == 7
     assert after.elapsed_s(99.0) == 9.0
     assert after.finished == FinishedBag((BAG,), (), after.figures)
 
 
 def test_the_clock_stops_with_the_recorder() -> None:
-    clock = RecordingClock().told(3.0, True, 100.0)
+    clock = RecordingClock().updated(3.0, True, 100.0)
     assert (clock.elapsed_s(101.0), clock.elapsed_s(999.0)) == (4.0, 4.5)
-    assert clock.told(3.5, True, 101.0).elapsed_s(101.0) == 4.0
-    assert clock.told(3.5, False, 101.0).elapsed_s(999.0) == 3.5
+    assert clock.updated(3.5, True, 101.0).elapsed_s(101.0) == 4.0
+    assert clock.updated(3.5, False, 101.0).elapsed_s(999.0) == 3.5
 
 
 def test_the_room_is_the_recorders_while_it_records() -> None:

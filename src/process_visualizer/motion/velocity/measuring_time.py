@@ -16,7 +16,7 @@ class MeasuringTime:
 
     @property
     def standing(self) -> bool:
-        """Tell whether the last stamp was no later than the one before, which stamps must be."""
+        """Return whether the last stamp was no later than the one before, which stamps must be."""
         return self._standing
 
     def wall_s(self, stamp_s: float, arrival_s: float) -> float:

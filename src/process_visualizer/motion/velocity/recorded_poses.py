@@ -25,7 +25,7 @@ class Part(NamedTuple):
     end_s: float
 
     def holds(self, part: 'Part') -> bool:
-        """Tell whether another part lies within this one."""
+        """Return whether another part lies within this one."""
         return self.begin_s <= part.begin_s and part.end_s <= self.end_s
 
     def around(self, margin_s: float) -> 'Part':

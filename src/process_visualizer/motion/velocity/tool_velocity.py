@@ -30,7 +30,7 @@ class _Sample(NamedTuple):
     rate: float
 
     def stamped(self) -> bool:
-        """Tell whether the driver says when it measured."""
+        """Return whether the driver says when it measured."""
         return self.wall_s != self.arrival_s
 
 

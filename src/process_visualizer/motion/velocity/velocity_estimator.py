@@ -116,7 +116,7 @@ class VelocityEstimator:
         return len(times) > 1 and max(times) - min(times) >= 0.5 * self._window_s
 
     def _is_repetition(self, sample: _Sample, last: _Sample) -> bool:
-        """Tell whether a pose repeats the last one, for less than half a window."""
+        """Return whether a pose repeats the last one, for less than half a window."""
         return (sample.position == last.position and sample.quaternion == last.quaternion
                 and abs(sample.time_s - last.time_s) < 0.5 * self._window_s)
 

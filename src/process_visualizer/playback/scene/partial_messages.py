@@ -57,11 +57,11 @@ class PartialMessages:
     def _with_later(messages: Iterable[Tuple[int, Set[bytes]]], wanted: Set[int]) -> List[int]:
         """The wanted ones of some messages (rising), and those by which their parts are newer."""
         chosen: List[int] = []
-        told: Set[bytes] = set()
+        covered: Set[bytes] = set()
         for position, keys in messages:
-            if position in wanted or told & keys:
+            if position in wanted or covered & keys:
                 chosen.append(position)
-                told |= keys
+                covered |= keys
         return chosen
 
     def _beside(self, position: int, time_ns: int) -> Iterator[int]:

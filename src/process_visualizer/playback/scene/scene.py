@@ -122,7 +122,7 @@ class Scene:
 
 
 def is_static(connection: Connection) -> bool:
-    """Tell whether it has static transforms, which hold for ever, whoever publishes others."""
+    """Return whether it has static transforms, which hold for ever, whoever publishes others."""
     is_named = f'/{connection.topic}'.endswith(STATIC_TF_TOPIC)  # whatever its namespace
     return is_named and connection.type in TF_TYPES
 

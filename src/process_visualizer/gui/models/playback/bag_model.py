@@ -173,7 +173,7 @@ class BagModel(QObject):
         if found is not None:
             mark = Mark(found.begin_ns + round(position_s * _NS_PER_S), label)
             self._tasks.run(_FILES, lambda: add_mark(found.paths[0], mark),
-                            lambda _: self._take_mark(found.paths, mark), self._tell)
+                            lambda _: self._take_mark(found.paths, mark), self._report)
 
     # What is remembered.
 
@@ -246,9 +246,9 @@ class BagModel(QObject):
             self._gone = error.paths
         self.changed.emit()
         if not isinstance(error, (BagUnindexed, RecordingGone)):
-            self._tell(error)
+            self._report(error)
 
-    def _tell(self, error: Exception) -> None:
+    def _report(self, error: Exception) -> None:
         if not isinstance(error, BagError):
             raise error
         self.failed.emit(str(error))
@@ -265,7 +265,7 @@ class BagModel(QObject):
         if progress is not self._reindexing or isinstance(error, ReindexCancelled):
             return
         self.dismiss()
-        self._tell(error)
+        self._report(error)
 
     def _take_mark(self, paths: Paths, mark: Mark) -> None:
         found = self._catalogue

@@ -67,8 +67,8 @@ class PlaybackModel(QObject):
     def take_state(self, snapshot: Optional[PlayerSnapshot]) -> None:
         """Take the newest state of the player; None when there is none any more."""
         before = self._state
-        told = before.told(snapshot, asks_for_loop=self._loops.wanted is not None)
-        self._state = told.arrived(self._seeks.done_since_s)
+        current = before.updated(snapshot, asks_for_loop=self._loops.wanted is not None)
+        self._state = current.arrived(self._seeks.done_since_s)
         self._position.take(snapshot)
         if self.is_playing != self._frames.isActive():
             self._frames.start() if self.is_playing else self._frames.stop()

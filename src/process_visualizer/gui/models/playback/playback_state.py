@@ -75,7 +75,7 @@ class PlaybackState(NamedTuple):
         """Return a position [s], or the nearer end of the recording where it lies outside."""
         return min(max(position_s, 0.0), self.duration_s)
 
-    def told(self, snapshot: Optional[PlayerSnapshot], asks_for_loop: bool) -> PlaybackState:
+    def updated(self, snapshot: Optional[PlayerSnapshot], asks_for_loop: bool) -> PlaybackState:
         """Take the newest state of the player.
 
         Another recording has no points. A loop that somebody else has set is taken over, unless

@@ -20,7 +20,7 @@ class RecordingClock(NamedTuple):
     taken_s: float = 0.0
     shown_s: float = 0.0
 
-    def told(self, duration_s: float, is_running: bool, now_s: float) -> 'RecordingClock':
+    def updated(self, duration_s: float, is_running: bool, now_s: float) -> 'RecordingClock':
         """Return the clock after the recorder told a duration, and whether it grows."""
         shown_s = self.elapsed_s(now_s) if is_running else duration_s
         return RecordingClock(duration_s, is_running, now_s, shown_s)

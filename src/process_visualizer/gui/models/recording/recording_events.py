@@ -28,7 +28,7 @@ def failed(state: RecordingState, message: str) -> Step:
     return Step(state._replace(error=message), None, message)
 
 
-def told(state: RecordingState, snapshot: RecorderSnapshot, now_s: float) -> Step:
+def updated(state: RecordingState, snapshot: RecorderSnapshot, now_s: float) -> Step:
     """Return the step after the recorder told its state, which is not late."""
     after = _followed(state, snapshot, now_s)
     if state.path and after.phase is Phase.IDLE:
@@ -72,7 +72,7 @@ def _followed(state: RecordingState, snapshot: RecorderSnapshot, now_s: float) -
     if path != state.path and not was_only_slow:  # somebody else has started it
         clock, marks = RecordingClock(), ()
     return state._replace(phase=phase, path=path, marks=marks, snapshot=snapshot,
-                          clock=clock.told(snapshot.duration_s, is_recording, now_s))
+                          clock=clock.updated(snapshot.duration_s, is_recording, now_s))
 
 
 def _ended_by_itself(state: RecordingState, now_s: float) -> Step:

@@ -103,7 +103,7 @@ class RecordingModel(QObject):
         self._silence.hear()
         if not self._state.is_late(snapshot, self._now_s()):
             self.choices.take_topics(snapshot.topics)
-            self._take(events.told(self._state, snapshot, self._now_s()))
+            self._take(events.updated(self._state, snapshot, self._now_s()))
         if self._now_s() - self._looked_s >= _LOOK_PERIOD_S:
             self._looked_s = self._now_s()
             self.choices.look()

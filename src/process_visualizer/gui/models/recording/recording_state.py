@@ -110,7 +110,7 @@ class RecordingState(NamedTuple):
 
     def asked_to_stop(self, now_s: float) -> 'RecordingState':
         """Return the state after the command to stop."""
-        clock = self.clock.told(self.elapsed_s(now_s), False, now_s)
+        clock = self.clock.updated(self.elapsed_s(now_s), False, now_s)
         return self._replace(phase=Phase.STOPPING, is_asked=True, error='', clock=clock)
 
     def answered(self, phase: Phase, now_s: float) -> 'RecordingState':
@@ -124,7 +124,7 @@ class RecordingState(NamedTuple):
             return self._replace(left=path)  # the run is ending, and finishes it
         snapshot = self.snapshot._replace(phase='recording', files=(path,), problems=(),
                                           messages=0, bytes=0, dropped=0, lost=0)
-        clock = RecordingClock().told(0.0, True, now_s)
+        clock = RecordingClock().updated(0.0, True, now_s)
         return self._replace(path=path, snapshot=snapshot, clock=clock).answered(
             Phase.RECORDING, now_s)
 
