@@ -109,7 +109,7 @@ def test_the_numbers_at_the_ticks_differ(values: Tuple[float, float]) -> None:
 
 
 @pytest.mark.parametrize('value, bounds', [
-    (5.0, (0.0, 5.0)), (-5.0, (-5.0, 0.0)), (0.0, (0.0, 1.0)), (254.0, (0.0, 300.0))])
+    (5.0, (0.0, 7.5)), (-5.0, (-7.5, 0.0)), (0.0, (0.0, 1.0)), (254.0, (0.0, 400.0))])
 def test_a_constant_or_a_single_sample_is_shown_with_zero(
         value: float, bounds: Tuple[float, float]) -> None:
     scale = tidy_scale(value, value)

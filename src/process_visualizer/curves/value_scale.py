@@ -9,6 +9,7 @@ MOST_TICKS = 3
 _FAR_FROM_ZERO = 0.6  # of the value farthest from zero: if all are beyond it, zero is not shown
 _KEPT_SHARE = 0.3  # of the old scale: as long as so much of it is needed, it stays
 _NEAR_SHARE = 0.5  # of the values' span: a limit no farther away is shown, too
+_ROOM = 1.2  # of a constant value: the end of its scale, so that it is not at its edge
 _LARGEST, _SMALLEST = 1e300, 1e-290  # beyond them are no measurements
 _RESOLUTION = 1e-9  # of the largest value: the shortest span that numbers can tell apart
 _LONGEST_NUMBER = 5  # digits before or after the point; beyond that with an exponent
@@ -102,7 +103,7 @@ def _limited(value: float) -> float:
 
 def _with_zero(low: float, high: float) -> Tuple[float, float]:
     if low == high:
-        return (min(low, 0.0), max(high, 0.0)) if low else (0.0, 1.0)
+        return (min(_ROOM * low, 0.0), max(_ROOM * high, 0.0)) if low else (0.0, 1.0)
     if 0.0 < low < _FAR_FROM_ZERO * high:
         return 0.0, high
     if 0.0 > high > _FAR_FROM_ZERO * low:

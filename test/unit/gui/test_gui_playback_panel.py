@@ -59,12 +59,12 @@ def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
 
 def shown(bench: Bench) -> str:
     """The value at the position, as it is written."""
-    return bench.panel.timeline.lane_values(0)[0]
+    return bench.panel.timeline.lane_texts(0).at_position
 
 
 def test_the_curves_of_the_bag_are_in_the_timeline(bench: Bench, qtbot: QtBot) -> None:
     qtbot.waitUntil(lambda: shown(bench) == '1.00')
-    assert bench.panel.timeline.lane_values(0)[1] == 'max 4.00'
+    qtbot.waitUntil(lambda: bench.panel.timeline.stack.pictures.scale(0).high == 4.0)
 
 
 @pytest.mark.parametrize('position_s, value', [
@@ -84,9 +84,9 @@ def test_the_value_goes_on_while_the_mouse_rests(bench: Bench, qtbot: QtBot) -> 
     timeline._show_hover(timeline.axis.x(1.0))
     bench.stand.state(position_s=3.0)
     qtbot.waitUntil(lambda: shown(bench) == '3.00')
-    assert float(timeline.hover_value(0)) == pytest.approx(1.0, abs=0.01)
+    assert float(timeline.lane_texts(0).at_mouse) == pytest.approx(1.0, abs=0.01)
     timeline._show_hover(None)
-    assert timeline.hover_value(0) == ''
+    assert timeline.lane_texts(0).at_mouse == ''
 
 
 def test_values_of_another_recording_are_not_shown(bench: Bench, qtbot: QtBot,

@@ -114,4 +114,4 @@ def _lane(curve: Curve, duration_s: float) -> Lane:
     label = lane_label(curve.device, curve.label)
     return replace(lane_of(label, curve.unit, curve.color, curve.low, curve.high,
                            duration_s / max(len(curve.low), 1)),
-                   key=key_of(curve.device, curve.label, curve.topic))
+                   key=key_of(curve.device, curve.label, curve.topic), limits=curve.limits)
