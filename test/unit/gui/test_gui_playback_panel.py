@@ -9,7 +9,8 @@ import genpy
 import pytest
 import rosbag
 from playback_stand import PlaybackStand
-from PyQt5.QtWidgets import QInputDialog
+from PyQt5.QtCore import Qt
+from PyQt5.QtWidgets import QDialog, QInputDialog
 from pytestqt.qtbot import QtBot
 from std_msgs.msg import Float32
 
@@ -99,6 +100,22 @@ def test_values_of_another_recording_are_not_shown(bench: Bench, qtbot: QtBot,
     bench.values.set_recording([str(path)])
     assert shown(bench) == '…'
     qtbot.waitUntil(lambda: shown(bench) == '7.00')
+
+
+def test_a_hidden_curve_is_not_shown(bench: Bench) -> None:
+    timeline, choices = bench.panel.timeline, bench.bag.curves.choices
+    timeline.hide_wanted.emit(timeline.stack.lanes[0].key)
+    assert timeline.stack.lanes == ()
+    choices.set_configuration('/another.xml')
+    assert len(timeline.stack.lanes) == 1
+
+
+def test_the_curves_are_asked_for(bench: Bench) -> None:
+    bench.panel.timeline.curves_wanted.emit()
+    dialog = bench.panel.findChild(QDialog, 'curves')
+    assert dialog.list.item(0).text() == bench.panel.timeline.stack.lanes[0].label
+    dialog.list.item(0).setCheckState(Qt.Unchecked)
+    assert bench.panel.timeline.stack.lanes == ()
 
 
 def test_its_topics_are_units_of_a_step(bench: Bench) -> None:

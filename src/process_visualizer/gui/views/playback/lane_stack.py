@@ -37,10 +37,10 @@ class LaneStack(QObject):
         self.lanes: Tuple[Lane, ...] = ()
         self.rect = QRect()
         self.pictures = LanePictures(self)
-        self.pictures.drawn.connect(lambda row: self.redraw.emit(self.lane_rect(row)))
+        self.pictures.drawn.connect(self._redraw_lane)
         self.scroll = QScrollBar(Qt.Vertical, parent)
         self.scroll.setObjectName('timeline_scroll')
-        self.scroll.valueChanged.connect(lambda _value: self.redraw.emit(self.rect))
+        self.scroll.valueChanged.connect(self._redraw_all)
         self._lane_height = LANE_HEIGHT
 
     def set_lanes(self, lanes: Sequence[Lane]) -> None:
@@ -91,13 +91,19 @@ class LaneStack(QObject):
                                     length_s))
         for row in self.pictures.draw_some():
             if not area.contains(self.lane_rect(row)):
-                self.redraw.emit(self.lane_rect(row))
+                self._redraw_lane(row)
         painter.setClipRect(area.intersected(self.rect))
         for row in range(len(self.lanes)):
             picture, place = self.pictures.picture(row), self.lane_rect(row)
             if picture is not None and place.intersects(area):
                 painter.drawPixmap(place, picture)
         painter.setClipRect(area)
+
+    def _redraw_lane(self, row: int) -> None:
+        self.redraw.emit(self.lane_rect(row))
+
+    def _redraw_all(self) -> None:
+        self.redraw.emit(self.rect)
 
     def draw_texts(self, painter: QPainter, axis: TimeAxis, area: QRect,
                    texts_of: Callable[[int], LaneTexts]) -> None:

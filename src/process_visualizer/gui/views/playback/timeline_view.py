@@ -54,6 +54,12 @@ class TimelineView(QWidget):
     mark_wanted = pyqtSignal(float)
     """A mark should be added at this time [s]."""
 
+    hide_wanted = pyqtSignal(object)
+    """The curve with this key should be hidden."""
+
+    curves_wanted = pyqtSignal()
+    """The operator wants to choose the curves."""
+
     def __init__(self, playback: PlaybackModel, value_of: Callable[[Key], Optional[float]],
                  parent: Optional[QWidget] = None) -> None:
         """``value_of`` returns a lane's value at the position: NaN: none, None: unknown yet."""
@@ -310,14 +316,20 @@ class TimelineView(QWidget):
             return
         by_mouse = event.reason() == QContextMenuEvent.Mouse
         time_s = self.axis.time_s(event.x()) if by_mouse else self._playback.position_s
-        menu = self.menu_at(time_s)
+        menu = self.menu_at(time_s, self.stack.row_at(event.y()) if by_mouse else None)
         menu.setAttribute(Qt.WA_DeleteOnClose)
         menu.popup(event.globalPos())
 
-    def menu_at(self, time_s: float) -> QMenu:
-        """Return the menu for a time [s]."""
-        return timeline_menu(self, self._playback, self.zoom, time_s,
+    def menu_at(self, time_s: float, row: Optional[int] = None) -> QMenu:
+        """Return the menu for a time [s], and for a lane if there is one."""
+        menu = timeline_menu(self, self._playback, self.zoom, time_s,
                              lambda: self.mark_wanted.emit(time_s))
+        menu.addSeparator()
+        if row is not None:
+            lane = self.stack.lanes[row]
+            menu.addAction(f'Hide “{lane.label}”', lambda: self.hide_wanted.emit(lane.key))
+        menu.addAction('Curves…', self.curves_wanted)
+        return menu
 
     def zoom_in(self, steps: float) -> None:
         """Zoom in, or (below 0) out, around the position."""
