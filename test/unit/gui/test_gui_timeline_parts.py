@@ -102,7 +102,7 @@ class TestTexts:
 
     @pytest.mark.parametrize('at_position, at_mouse, texts', [
         (5.0, None, ('5.0 N', '', '')), (5.0, 4.0, ('5.0', '4.0', 'Δ −1.0 N')),
-        (4.0, 5.0, ('4.0', '5.0', 'Δ +1.0 N')), (NAN, 5.0, ('–', '5.0', 'Δ – N')),
+        (4.04, 5.26, ('4.0', '5.3', 'Δ +1.3 N')), (NAN, 5.0, ('–', '5.0', 'Δ – N')),
         (None, None, ('… N', '', '')), (None, 5.0, ('…', '5.0', 'Δ – N'))])
     def test_values(self, at_position: float, at_mouse: float, texts: tuple) -> None:
         assert lane_texts(self.LANE, 20.0, at_position, at_mouse) == texts

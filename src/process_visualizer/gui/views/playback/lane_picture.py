@@ -100,6 +100,21 @@ def lane_picture(lane: Lane, look: LaneLook, part: VisiblePart, scale: ValueScal
     return picture
 
 
+def curve_picture(lane: Lane, width: int, height: int, dots: float) -> QPixmap:
+    """Return the curve of a whole recording alone, in a size [px]."""
+    look = LaneLook(TimeAxis(1.0, 0.0, width), width, height + TEXT_HEIGHT + _BELOW, dots, QFont(),
+                    1.0)
+    part = visible_part(lane, look)
+    picture = QPixmap(int(width * dots), int(height * dots))
+    picture.setDevicePixelRatio(dots)
+    picture.fill(Qt.transparent)
+    painter = QPainter(picture)
+    painter.translate(0.0, -TEXT_HEIGHT)
+    _draw_curve(painter, lane, look, part, visible_scale(lane, part))
+    painter.end()
+    return picture
+
+
 def value_y(value: float, rect: QRectF, scale: ValueScale) -> float:
     """Return the middle of the line at a value [px]."""
     return float(rect.top() + _LINE / 2

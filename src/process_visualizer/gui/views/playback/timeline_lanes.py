@@ -103,7 +103,8 @@ def lane_texts(lane: Lane, span: float, at_position: Optional[float],
     known = '…' if at_position is None else number_text(at_position, decimals)
     if at_mouse is None:
         return LaneTexts(f'{known} {lane.unit}'.rstrip())
-    difference = math.nan if at_position is None else at_mouse - at_position
+    difference = math.nan if at_position is None else (
+        round(at_mouse, decimals) - round(at_position, decimals))  # of the numbers that are read
     return LaneTexts(known, number_text(at_mouse, decimals),
                      f"Δ {number_text(difference, decimals, '+')} {lane.unit}".rstrip())
 

@@ -25,6 +25,7 @@ from process_visualizer.gui.models.playback.playback_model import PlaybackModel
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
 from process_visualizer.gui.views.playback import timeline_header as header
 from process_visualizer.gui.views.playback.lane_stack import LaneStack
+from process_visualizer.gui.views.playback.minimap import MapContent
 from process_visualizer.gui.views.playback.timeline_lanes import Lane, LaneTexts, lane_texts
 from process_visualizer.gui.views.playback.timeline_layout import (
     AXIS_TOP,
@@ -95,11 +96,19 @@ class TimelineView(QWidget):
 
     def _take_length(self) -> None:
         self.zoom.set_length(self._playback.duration_s or self._length_s)
+        self._show_map()
         self.update()
+
+    def _show_map(self) -> None:
+        """Show the first curve and the marks of the whole recording."""
+        length_s = self.zoom.shown.length_s
+        marks = [mark.position_s / length_s for mark in self._playback.marks] if length_s else []
+        self.zoom.bar.show_content(MapContent(next(iter(self.stack.lanes), None), tuple(marks)))
 
     def set_lanes(self, lanes: Sequence[Lane]) -> None:
         """Set the curves, from top to bottom."""
         self.stack.set_lanes(lanes)
+        self._show_map()
         self._fit()
         self.updateGeometry()
         self.update()
@@ -194,6 +203,8 @@ class TimelineView(QWidget):
 
     def _follow(self) -> None:
         """Redraw the playhead when it has moved by a pixel."""
+        if self.zoom.shown.length_s > 0.0:
+            self.zoom.bar.show_position(self._playback.position_s / self.zoom.shown.length_s)
         self.zoom.follow(self._playback.position_s, self._playback.is_playing)
         x = round(self.axis.x(self._playback.position_s))
         if x == self._drawn_x:
