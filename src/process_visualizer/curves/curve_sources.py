@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from enum import Enum
-from typing import List, NamedTuple, Sequence, Set, Tuple
+from typing import List, NamedTuple, Optional, Sequence, Set, Tuple
 
 from process_visualizer.cell.model import (
     Color,
@@ -12,6 +12,7 @@ from process_visualizer.cell.model import (
     Topic,
     TopicFunction,
     Variable,
+    WarningLimits,
 )
 from process_visualizer.cell.values import COLORS
 from process_visualizer.descriptions.robot_frames import pose_frames
@@ -49,6 +50,7 @@ class CurveSource(NamedTuple):
     frames: Tuple[str, str] = ('', '')
     model: str = ''
     plain: bool = False
+    limits: Optional[WarningLimits] = None
 
 
 def curve_sources(devices: Sequence[Device]) -> Tuple[CurveSource, ...]:
@@ -92,7 +94,8 @@ def _quantity_source(device: Device, topic: Topic, quantity: Quantity, label: st
 
 def _variable_source(device: Device, variable: Variable) -> CurveSource:
     return CurveSource(device.name, variable.label or variable.topic.strip('/'), variable.unit,
-                       variable.color, Quantity.NUMBER, variable.topic, field=variable.field)
+                       variable.color, Quantity.NUMBER, variable.topic, field=variable.field,
+                       limits=variable.limits)
 
 
 def _plain_sources(devices: Sequence[Device], taken: Set[str]) -> List[CurveSource]:

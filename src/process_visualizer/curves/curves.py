@@ -8,7 +8,7 @@ import numpy as np
 
 from process_visualizer.bags.record_batches import record_batches
 from process_visualizer.bags.recording import Recording
-from process_visualizer.cell.model import Color, Device
+from process_visualizer.cell.model import Color, Device, WarningLimits
 from process_visualizer.curves.curve_sources import (
     CurveSource,
     Quantity,
@@ -33,6 +33,7 @@ class Curve(NamedTuple):
 
     One column per part of the recording, all as long: ``times_s`` is its middle in s from the
     beginning, ``low`` and ``high`` the least and greatest value in it, NaN where there is none.
+    ``limits`` are those of the configuration.
     """
 
     device: str
@@ -43,6 +44,7 @@ class Curve(NamedTuple):
     times_s: np.ndarray
     low: np.ndarray
     high: np.ndarray
+    limits: Optional[WarningLimits] = None
 
 
 class ReadingCancelled(Exception):
@@ -150,7 +152,7 @@ def _curve(recording: Recording, series: _Series, columns: int) -> Curve:
     middles_s = (np.arange(columns) + 0.5) * (duration_s / columns)
     source = series.source
     return Curve(source.device, source.label, source.unit, source.color, source.topic,
-                 middles_s, low, high)
+                 middles_s, low, high, source.limits)
 
 
 def _values(recording: Recording, quantity: Quantity,

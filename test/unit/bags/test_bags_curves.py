@@ -219,7 +219,7 @@ def test_variables_and_topics_of_plain_numbers(tmp_path: Path, devices: Any) -> 
         <topic name="feed"/><topic name="quiet" record="False"/>
         <variable topic="feed" label="feed rate" unit="m/s" color="0.5 0 0.5"
                   frame="machine/base" axis="x"/>
-        <variable topic="array" field="data[2]" frame="machine/base" axis="x"/>
+        <variable topic="array" field="data[2]" frame="machine/base" axis="x" high="40"/>
       </device>""")
     rows = [row for number in range(50) for row in (
         Row('/edge_upper', number / 10, UInt16(number)), Row('/text', number / 10, String('a')),
@@ -231,6 +231,8 @@ def test_variables_and_topics_of_plain_numbers(tmp_path: Path, devices: Any) -> 
         ('feed rate', 'm/s'), ('array', ''), ('edge_upper', ''), ('edge_lower', '')]
     assert found[0].color == (0.5, 0.0, 0.5)
     assert len({it.color for it in found}) == 4
+    assert [it.limits and (it.limits.low, it.limits.high) for it in found] == [
+        None, (None, 40.0), None, None]
     feed, array, upper, lower = found
     assert feed.high.tolist() == [0.25] * 5
     assert array.high.tolist() == [9, 19, 29, 39, 49]

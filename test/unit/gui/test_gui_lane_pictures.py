@@ -9,7 +9,9 @@ import pytest
 from PyQt5.QtGui import QFont
 from pytestqt.qtbot import QtBot
 
+from process_visualizer.curves.value_scale import EMPTY_SCALE
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
+from process_visualizer.gui.views.playback.lane_picture import LaneLook
 from process_visualizer.gui.views.playback.lane_pictures import LanePictures
 from process_visualizer.gui.views.playback.timeline_lanes import Lane
 
@@ -25,7 +27,7 @@ def pictures(qtbot: QtBot) -> LanePictures:
 
 
 def want(pictures: LanePictures, width: int = 100) -> None:
-    pictures.want(AXIS, width, 42, 1.0, QFont(), 10.0)
+    pictures.want(LaneLook(AXIS, width, 46, 1.0, QFont(), 10.0))
 
 
 def test_nothing_is_drawn_at_once(pictures: LanePictures) -> None:
@@ -66,3 +68,24 @@ def test_other_lanes_have_no_pictures_yet(pictures: LanePictures, qtbot: QtBot) 
     qtbot.waitUntil(lambda: pictures.picture(2) is not None)
     pictures.set_lanes([])
     assert pictures.picture(0) is None
+
+
+def test_all_that_can_be_drawn_at_once_is_drawn_at_once(pictures: LanePictures) -> None:
+    want(pictures)
+    assert pictures.draw_some()[0] == 0
+    while not pictures.are_ready:
+        pictures.draw_some()
+    assert pictures.draw_some() == () and pictures.picture(2) is not None
+
+
+def test_the_scale_stays_while_the_lanes_stay(pictures: LanePictures) -> None:
+    want(pictures)
+    assert pictures.scale(0) == EMPTY_SCALE
+    pictures.draw_some()
+    assert (pictures.scale(0).low, pictures.scale(0).high) == (0.0, 1.0)
+    pictures.want(LaneLook(AXIS._replace(duration_s=8.0), 100, 46, 1.0, QFont(), 10.0))
+    pictures.draw_some()
+    assert pictures.scale(0).high == 1.0  # though only 0.8 is needed
+    pictures.want(LaneLook(AXIS._replace(duration_s=2.0), 100, 46, 1.0, QFont(), 10.0))
+    pictures.draw_some()
+    assert pictures.scale(0).high < 0.3

@@ -9,7 +9,8 @@ import genpy
 import pytest
 import rosbag
 from playback_stand import PlaybackStand
-from PyQt5.QtWidgets import QInputDialog
+from PyQt5.QtCore import Qt
+from PyQt5.QtWidgets import QDialog, QInputDialog
 from pytestqt.qtbot import QtBot
 from std_msgs.msg import Float32
 
@@ -59,12 +60,12 @@ def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
 
 def shown(bench: Bench) -> str:
     """The value at the position, as it is written."""
-    return bench.panel.timeline.lane_values(0)[0]
+    return bench.panel.timeline.lane_texts(0).at_position
 
 
 def test_the_curves_of_the_bag_are_in_the_timeline(bench: Bench, qtbot: QtBot) -> None:
     qtbot.waitUntil(lambda: shown(bench) == '1.00')
-    assert bench.panel.timeline.lane_values(0)[1] == 'max 4.00'
+    qtbot.waitUntil(lambda: bench.panel.timeline.stack.pictures.scale(0).high == 4.0)
 
 
 @pytest.mark.parametrize('position_s, value', [
@@ -84,9 +85,9 @@ def test_the_value_goes_on_while_the_mouse_rests(bench: Bench, qtbot: QtBot) -> 
     timeline._show_hover(timeline.axis.x(1.0))
     bench.stand.state(position_s=3.0)
     qtbot.waitUntil(lambda: shown(bench) == '3.00')
-    assert float(timeline.hover_value(0)) == pytest.approx(1.0, abs=0.01)
+    assert float(timeline.lane_texts(0).at_mouse) == pytest.approx(1.0, abs=0.01)
     timeline._show_hover(None)
-    assert timeline.hover_value(0) == ''
+    assert timeline.lane_texts(0).at_mouse == ''
 
 
 def test_values_of_another_recording_are_not_shown(bench: Bench, qtbot: QtBot,
@@ -99,6 +100,22 @@ def test_values_of_another_recording_are_not_shown(bench: Bench, qtbot: QtBot,
     bench.values.set_recording([str(path)])
     assert shown(bench) == '…'
     qtbot.waitUntil(lambda: shown(bench) == '7.00')
+
+
+def test_a_hidden_curve_is_not_shown(bench: Bench) -> None:
+    timeline, choices = bench.panel.timeline, bench.bag.curves.choices
+    timeline.hide_wanted.emit(timeline.stack.lanes[0].key)
+    assert timeline.stack.lanes == ()
+    choices.set_configuration('/another.xml')
+    assert len(timeline.stack.lanes) == 1
+
+
+def test_the_curves_are_asked_for(bench: Bench) -> None:
+    bench.panel.timeline.curves_wanted.emit()
+    dialog = bench.panel.findChild(QDialog, 'curves')
+    assert dialog.list.item(0).text() == bench.panel.timeline.stack.lanes[0].label
+    dialog.list.item(0).setCheckState(Qt.Unchecked)
+    assert bench.panel.timeline.stack.lanes == ()
 
 
 def test_its_topics_are_units_of_a_step(bench: Bench) -> None:

@@ -11,17 +11,24 @@ from hypothesis import strategies as st
 from PyQt5.QtGui import QColor, QFont, QImage
 from pytestqt.qtbot import QtBot
 
+from process_visualizer.cell.model import WarningLimits
 from process_visualizer.gui.toolkit.colours import contrast_to_white, readable_colour
 from process_visualizer.gui.toolkit.time_axis import TimeAxis, tick_label
-from process_visualizer.gui.views.playback.timeline_header import hover_value_rect
-from process_visualizer.gui.views.playback.timeline_lanes import (
+from process_visualizer.gui.views.playback.lane_picture import (
     LANE_HEIGHT,
     TEXT_HEIGHT,
-    Lane,
-    lane_of,
+    LaneLook,
+    VisiblePart,
     lane_picture,
+    visible_part,
+    visible_scale,
+)
+from process_visualizer.gui.views.playback.timeline_lanes import (
+    Lane,
+    decimals_for,
+    lane_of,
+    lane_texts,
     number_text,
-    value_range,
 )
 
 NAN = float('nan')
@@ -54,14 +61,6 @@ def test_ticks_are_far_enough_apart_and_not_too_few(duration_s: float, width: fl
     assert len(ticks) >= width / 60.0 / 4 - 1
 
 
-@pytest.mark.parametrize('time_s', [0.0, 3.0, 9.0, 10.0])
-def test_the_value_at_the_mouse_is_beside_its_line(time_s: float) -> None:
-    axis = TimeAxis(10.0, 12.0, 400.0)
-    place, x = hover_value_rect(axis, time_s, 50.0, 70.0, 15.0), axis.x(time_s)
-    assert place.right() <= axis.right and place.left() >= 1.0
-    assert min(abs(place.left() - x), abs(place.right() - x)) == 3.0
-
-
 @pytest.mark.parametrize('time_s, step_s, label', [
     (0.0, 10.0, '0:00'), (75.0, 15.0, '1:15'), (3700.0, 600.0, '1:01:40'), (1.5, 0.5, '0:01.5'),
     (1.25, 0.05, '0:01.25'), (0.004, 0.002, '0:00.004')])
@@ -85,19 +84,32 @@ def test_a_dark_colour_is_not_made_darker() -> None:
     assert readable_colour((0.0, 0.0, 0.4)).valueF() == pytest.approx(0.4, abs=0.01)
 
 
-@pytest.mark.parametrize('low, high, expected', [
-    (2.0, 10.0, (0.0, 10.0)), (-3.0, 10.0, (-3.0, 10.0)), (-10.0, -2.0, (-10.0, 0.0)),
-    (95.0, 100.0, (95.0, 100.0)), (0.0, 0.0, (0.0, 1.0)), (5.0, 5.0, (0.0, 5.0)),
-    (NAN, NAN, (0.0, 1.0))])
-def test_zero_is_shown_unless_it_is_far(low: float, high: float, expected: tuple) -> None:
-    assert value_range(low, high) == expected
+@pytest.mark.parametrize('value, decimals, text', [
+    (255.0, 0, '255'), (0.36, 1, '0.4'), (-12.34, 1, '−12.3'), (-1e-9, 3, '0.000'), (NAN, 1, '–')])
+def test_numbers(value: float, decimals: int, text: str) -> None:
+    assert number_text(value, decimals) == text
 
 
-@pytest.mark.parametrize('value, largest, text', [
-    (255.0, 282.0, '255'), (0.35, 19.7, '0.3'), (-12.34, 19.7, '−12.3'), (0.003, 0.31, '0.003'),
-    (-1e-9, 0.31, '0.000'), (NAN, 1.0, '–'), (1.0, 0.0, '1.0000'), (12345.6, 20000.0, '12346')])
-def test_numbers_have_the_decimals_of_their_lane(value: float, largest: float, text: str) -> None:
-    assert number_text(value, largest) == text
+@pytest.mark.parametrize('span, decimals', [(300.0, 0), (20.0, 1), (1.0, 2), (0.4, 3), (0.0, 6)])
+def test_a_hundredth_of_what_is_shown_can_be_read(span: float, decimals: int) -> None:
+    assert decimals_for(span) == decimals
+
+
+class TestTexts:
+    """The values at the position and at the mouse."""
+
+    LANE = Lane('a', 'N', (1.0, 0.0, 0.0), np.array([0.5]), np.array([19.8]))
+
+    @pytest.mark.parametrize('at_position, at_mouse, texts', [
+        (5.0, None, ('5.0 N', '', '')), (5.0, 4.0, ('5.0', '4.0', 'Δ −1.0 N')),
+        (4.04, 5.26, ('4.0', '5.3', 'Δ +1.3 N')), (NAN, 5.0, ('–', '5.0', 'Δ – N')),
+        (None, None, ('… N', '', '')), (None, 5.0, ('…', '5.0', 'Δ – N'))])
+    def test_values(self, at_position: float, at_mouse: float, texts: tuple) -> None:
+        assert lane_texts(self.LANE, 20.0, at_position, at_mouse) == texts
+
+    def test_whole_numbers_have_no_decimals(self) -> None:
+        lane = Lane('a', '', (1.0, 0.0, 0.0), np.array([254.0, NAN]), np.array([255.0, NAN]))
+        assert lane_texts(lane, 1.0, 254.0, 255.0) == ('254', '255', 'Δ +1')
 
 
 class TestLane:
@@ -120,11 +132,66 @@ class TestLane:
     def test_values(self) -> None:
         lane = Lane('a', 'N', (1.0, 0.0, 0.0), np.array([0.0, -8.0]), np.array([2.0, -6.0]))
         assert (lane.at(0.0), lane.at(0.6), lane.at(1.0)) == (1.0, -7.0, -7.0)
-        assert lane.largest == -8.0
+        assert lane.extent == (-8.0, 2.0)
 
     def test_an_empty_lane(self) -> None:
         lane = Lane('a', 'N', (1.0, 0.0, 0.0), np.array([]), np.array([]))
-        assert math.isnan(lane.at(0.5)) and math.isnan(lane.largest)
+        assert math.isnan(lane.at(0.5)) and math.isnan(lane.extent[0])
+
+
+def drawn(lane: Lane, axis: TimeAxis, scale: float = 1.0) -> np.ndarray:
+    """The dots (rows, columns, 4) of a lane of 100 px: red, green, blue, opacity."""
+    look = LaneLook(axis, 100, LANE_HEIGHT, scale, QFont(), 10.0)
+    part = visible_part(lane, look)
+    picture = lane_picture(lane, look, part, visible_scale(lane, part))
+    image = picture.toImage().convertToFormat(QImage.Format_RGBA8888)
+    dots = np.frombuffer(image.bits().asarray(image.byteCount()), np.uint8)
+    return dots.reshape(image.height(), -1, 4).copy()
+
+
+class TestLimits:
+    """The curve is red beyond them, and only there."""
+
+    @staticmethod
+    def is_red(low: float, high: float, values: np.ndarray) -> np.ndarray:
+        """Which columns have a red dot of the curve; the lines of the limits left out."""
+        lane = Lane('', '', (0.0, 0.0, 1.0), values, values,
+                    limits=WarningLimits(low, high, (1.0, 0.0, 0.0)))
+        dots = drawn(lane, TimeAxis(10.0, 0.0, 100.0)).astype(int)
+        is_curve = (dots[:, :, 0] > dots[:, :, 2] + 80) & (dots[:, :, 3] > 185)
+        return np.asarray(is_curve.any(axis=0))
+
+    def test_beyond_them(self, qtbot: QtBot) -> None:
+        values = np.repeat([1.0, 5.0, 9.0], 1000)
+        red = self.is_red(2.0, 8.0, values)
+        assert red[:32].all() and not red[36:64].any() and red[68:].all()
+
+    def test_not_below_a_good_value(self, qtbot: QtBot) -> None:
+        """The soft area below it reaches through the forbidden values, but is not one."""
+        lane = Lane('', '', (0.0, 0.0, 1.0), np.full(50, 9.0), np.full(50, 9.0),
+                    limits=WarningLimits(3.0, None, (1.0, 0.0, 0.0)))
+        dots = drawn(lane, TimeAxis(10.0, 0.0, 100.0)).astype(int)
+        rows = [row for row in range(TEXT_HEIGHT, LANE_HEIGHT)
+                if (dots[row, :, 0] > dots[row, :, 2] + 80).any()]
+        assert len(rows) == 1  # the line of the limit
+
+    def test_a_limit_that_is_near_is_shown(self) -> None:
+        values = np.linspace(0.0, 10.0, 50)
+        lane = Lane('', '', (0.0, 0.0, 1.0), values, values,
+                    limits=WarningLimits(-100.0, 14.0, (1.0, 0.0, 0.0)))
+        scale = visible_scale(lane, VisiblePart(values, values))
+        assert scale.high >= 14.0 and scale.low > -100.0
+
+
+def test_what_is_visible_decides_the_scale() -> None:
+    """0.4 N of a curve of 20 N: the wiggle is seen."""
+    values = np.concatenate([np.zeros(500), 19.8 + 0.2 * np.sin(np.linspace(0.0, 40.0, 500))])
+    lane = Lane('', 'N', (1.0, 0.0, 0.0), values, values)
+    parts = [visible_part(lane, LaneLook(TimeAxis(5.0, 0.0, 100.0, begin_s), 100, 46, 1.0,
+                                         QFont(), 10.0)) for begin_s in (0.0, 5.0)]
+    whole, close = (visible_scale(lane, part) for part in parts)
+    assert (close.low, close.high) == (19.6, 20.0)
+    assert whole.low <= 0.0
 
 
 class TestPicture:
@@ -134,11 +201,9 @@ class TestPicture:
     def alpha(lane: Lane, scale: float = 1.0, begin_s: float = 0.0,
               duration_s: float = 10.0) -> np.ndarray:
         """The opacity of each dot of a lane's curve (rows, columns); text and border left out."""
-        axis = TimeAxis(duration_s, 0.0, 100.0, begin_s)
-        picture = lane_picture(lane, axis, 100, LANE_HEIGHT, scale, QFont(), 10.0)
-        image = picture.toImage().convertToFormat(QImage.Format_RGBA8888)
-        dots = np.frombuffer(image.bits().asarray(image.byteCount()), np.uint8)
-        return dots.reshape(image.height(), -1, 4)[int(TEXT_HEIGHT * scale):, :, 3].copy()
+        dots = drawn(lane, TimeAxis(duration_s, 0.0, 100.0, begin_s), scale)
+        dots[np.all(dots[:, :, :3] > 200, axis=2)] = 0  # lines of the scale
+        return dots[int(TEXT_HEIGHT * scale):, :, 3]
 
     def test_a_step(self, qtbot: QtBot) -> None:
         values = np.repeat([0.0, 10.0], 500)
@@ -167,7 +232,7 @@ class TestPicture:
         before, at, after = (self.alpha(lane, 1.0, begin_s, 1.0)
                              for begin_s in (3.9, 4.75, 9.0))
         assert before[:20].max() == 0
-        assert after[0].min() > 200
+        assert after[6:12].max(axis=0).min() > 200  # below the end of the scale, 15
         assert at[:20, :24].max() == 0 and at[0, 27:].min() > 200
 
     def test_fine_screens_get_fine_curves(self, qtbot: QtBot) -> None:

@@ -12,15 +12,15 @@ from PyQt5.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from process_visualizer.gui.views.playback.timeline_lanes import Lane
-from process_visualizer.gui.views.playback.timeline_layout import SIDE
+from process_visualizer.gui.views.playback.timeline_layout import LEFT, SIDE
 from process_visualizer.gui.views.playback.timeline_view import TimelineView
 
-WIDTH = 400 + 2 * int(SIDE)  # 20 s: 20 px are 1 s
+WIDTH = 400 + int(LEFT + SIDE)  # 20 s: 20 px are 1 s
 TRACK_Y, FLAGS_Y, HANDLES_Y, LANES_Y = 38, 8, 26, 100
 
 
 def x_of(time_s: float) -> int:
-    return int(SIDE + 20 * time_s)
+    return int(LEFT + 20 * time_s)
 
 
 def lane(number: int = 0) -> Lane:

@@ -198,6 +198,7 @@ class LauncherApp(QMainWindow):
         self.file.setText(Path(cell.path).name if cell.path else '')
         self.file.setToolTip(cell.path)
         self.made.follow(cell.path)
+        self._launcher.bag.curves.choices.set_configuration(cell.path)
         self.devices.set_ticks(cell.is_ticked)
         self._devices_panel.show_problems(cell.problems, _devices_in_force(cell))
         is_playback = cell.mode is Mode.PLAYBACK

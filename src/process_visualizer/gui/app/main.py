@@ -139,6 +139,7 @@ def _begin(launcher: Launcher, settings: Settings, options: argparse.Namespace,
     launcher.begin()
     launcher.recording.choices.restore(settings.value('recording', {}))
     launcher.bag.restore(settings.value('bag', {}))
+    launcher.bag.curves.choices.restore(settings.value('curves', {}))
     if options.bag:
         launcher.bag.open([options.bag])
     launcher.cell.set_mode(Mode(options.mode or settings.value('mode', Mode.REALTIME.value)))
@@ -198,4 +199,5 @@ def _remember(app: QApplication, window: LauncherApp, launcher: Launcher,
     settings.store('configuration', launcher.cell.source)
     settings.store('recording', launcher.recording.choices.settings())
     settings.store('bag', launcher.bag.settings())
+    settings.store('curves', launcher.bag.curves.choices.settings())
     settings.sync()  # another program may replace this one at once

@@ -11,6 +11,7 @@ from process_visualizer.cell.model import Device
 from process_visualizer.curves.curve_sources import CurveSource, curve_sources
 from process_visualizer.curves.curves import Curve, ReadingCancelled, read_curves
 from process_visualizer.gui.models.playback.bag_reading import in_steps
+from process_visualizer.gui.models.playback.lane_choices import LaneChoices
 from process_visualizer.gui.toolkit.progress import Progress
 from process_visualizer.gui.toolkit.tasks import Tasks
 
@@ -26,6 +27,7 @@ class CurvesModel(QObject):
     def __init__(self, tasks: Tasks, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
         self._tasks = tasks
+        self.choices = LaneChoices(self)
         self._paths: Tuple[str, ...] = ()
         self._devices: Tuple[Device, ...] = ()
         self._sources: Tuple[CurveSource, ...] = ()

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from typing import Optional
+from typing import Dict, Optional
 
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QFrame, QInputDialog, QLabel, QVBoxLayout, QWidget
 
 from process_visualizer.curves.curves import Curve
-from process_visualizer.curves.position_values import key_of
+from process_visualizer.curves.position_values import Key, key_of
 from process_visualizer.gui.models.playback.bag_model import BagModel
 from process_visualizer.gui.models.playback.playback_model import PlaybackModel
 from process_visualizer.gui.models.playback.values_model import ValuesModel
 from process_visualizer.gui.toolkit.style import WARNING
 from process_visualizer.gui.views.playback.bag_view import BagView
+from process_visualizer.gui.views.playback.curves_dialog import CurvesDialog
 from process_visualizer.gui.views.playback.curves_row import CurvesRow
 from process_visualizer.gui.views.playback.timeline_lanes import Lane, lane_of
 from process_visualizer.gui.views.playback.timeline_view import TimelineView
@@ -37,6 +38,7 @@ class PlaybackPanel(QWidget):
         self.transport = TransportView(playback)
         self.timeline = TimelineView(playback, values.value)
         self.curves = CurvesRow(bag.curves)
+        self._lanes: Dict[Key, Lane] = {}
         self.notes = QLabel()
         self.notes.setObjectName('playback_notes')
         self.notes.setWordWrap(True)
@@ -48,6 +50,9 @@ class PlaybackPanel(QWidget):
         bag.curves.changed.connect(self._show_curves)
         values.changed.connect(self.timeline.show_values)
         self.timeline.mark_wanted.connect(self.ask_for_mark)
+        self.timeline.hide_wanted.connect(bag.curves.choices.hide)
+        self.timeline.curves_wanted.connect(self.ask_for_curves)
+        bag.curves.choices.changed.connect(self._show_lanes)
         playback.changed.connect(self._show_notes)
         self._show_bag()
         self._show_curves()
@@ -82,6 +87,10 @@ class PlaybackPanel(QWidget):
             lambda label: self._bag.add_mark(position_s, label.strip() or 'mark'))
         dialog.open()
 
+    def ask_for_curves(self) -> None:
+        """Ask which curves are shown, and in which order."""
+        CurvesDialog(tuple(self._lanes.values()), self._bag.curves.choices, self).open()
+
     def _show_bag(self) -> None:
         found = self._bag.catalogue
         self.timeline.set_recording(0.0 if found is None else found.duration_s, self._bag.gaps)
@@ -99,8 +108,14 @@ class PlaybackPanel(QWidget):
 
     def _show_curves(self) -> None:
         found = self._bag.catalogue
-        self.timeline.set_lanes([] if found is None else [
-            _lane(curve, found.duration_s) for curve in self._bag.curves.curves])
+        lanes = [] if found is None else [
+            _lane(curve, found.duration_s) for curve in self._bag.curves.curves]
+        self._lanes = {lane.key: lane for lane in lanes}
+        self._show_lanes()
+
+    def _show_lanes(self) -> None:
+        choice = self._bag.curves.choices.choice
+        self.timeline.set_lanes([self._lanes[key] for key in choice.shown(tuple(self._lanes))])
 
 
 def lane_label(device: str, label: str) -> str:
@@ -114,4 +129,4 @@ def _lane(curve: Curve, duration_s: float) -> Lane:
     label = lane_label(curve.device, curve.label)
     return replace(lane_of(label, curve.unit, curve.color, curve.low, curve.high,
                            duration_s / max(len(curve.low), 1)),
-                   key=key_of(curve.device, curve.label, curve.topic))
+                   key=key_of(curve.device, curve.label, curve.topic), limits=curve.limits)

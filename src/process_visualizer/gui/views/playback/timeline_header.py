@@ -26,6 +26,7 @@ from process_visualizer.gui.views.playback.timeline_layout import (
     FLAGS_HEIGHT,
     FLAGS_TOP,
     HEADER_HEIGHT,
+    SIDE,
     TRACK_TOP,
     track_rect,
 )
@@ -52,7 +53,7 @@ class Loop(NamedTuple):
 def header_picture(axis: TimeAxis, marks: Sequence[PlacedMark], hovered: int, scale: float,
                    font: QFont) -> QPixmap:
     """Return groove, ticks and flags; ``scale`` is how many dots a pixel of the screen has."""
-    picture = QPixmap(int((axis.width + 2 * axis.left) * scale), int(HEADER_HEIGHT * scale))
+    picture = QPixmap(int((axis.right + SIDE) * scale), int(HEADER_HEIGHT * scale))
     picture.setDevicePixelRatio(scale)
     picture.fill(Qt.transparent)
     painter = QPainter(picture)
@@ -77,7 +78,7 @@ def draw_axis(painter: QPainter, axis: TimeAxis) -> None:
         painter.setPen(QColor(QUIET))
         label = tick_label(time_s, step_s)
         width = metrics.horizontalAdvance(label) + 2
-        left = min(max(x - width / 2, 1.0), axis.left + axis.width + axis.left - width - 1)
+        left = min(max(x - width / 2, 1.0), axis.right + SIDE - width - 1)
         painter.drawText(QRectF(left, AXIS_TOP + 2, width, AXIS_HEIGHT - 2), Qt.AlignCenter, label)
 
 
@@ -152,7 +153,7 @@ def draw_flags(painter: QPainter, axis: TimeAxis, marks: Sequence[PlacedMark],
         if not axis.left - 1 <= x <= axis.right + 1:
             continue
         end = axis.x(marks[row + 1].position_s) if row + 1 < len(marks) \
-            else axis.left + axis.width + axis.left
+            else axis.right + SIDE
         colour = QColor(ACCENT if row == hovered else WARNING)
         painter.fillRect(QRectF(round(x), FLAGS_TOP + 2, 1, TRACK_TOP + 10 - FLAGS_TOP), colour)
         painter.setPen(Qt.NoPen)
@@ -192,40 +193,10 @@ def draw_hover(painter: QPainter, axis: TimeAxis, time_s: float, text: str, bott
     painter.setPen(QPen(QColor(TEXT), 1, Qt.DotLine))
     painter.drawLine(QPointF(x, TRACK_TOP), QPointF(x, bottom))
     width = painter.fontMetrics().horizontalAdvance(text) + 10.0
-    left = min(max(x - width / 2, 1.0), axis.width + 2 * axis.left - width - 1)
+    left = min(max(x - width / 2, 1.0), axis.right + SIDE - width - 1)
     rect = QRectF(left, AXIS_TOP + 1, width, AXIS_HEIGHT - 1)
     painter.setPen(Qt.NoPen)
     painter.setBrush(QColor(TEXT))
     painter.drawRoundedRect(rect, 3, 3)
     painter.setPen(Qt.white)
     painter.drawText(rect, Qt.AlignCenter, text)
-
-
-def draw_hover_value(painter: QPainter, axis: TimeAxis, time_s: float, text: str, top: float,
-                     height: float) -> None:
-    """Draw a value beside the line at the mouse, in the style of its time, if there is room."""
-    rect = hover_value_rect(axis, time_s, painter.fontMetrics().horizontalAdvance(text) + 8.0, top,
-                            height)
-    painter.setPen(Qt.NoPen)
-    painter.setBrush(QColor(TEXT))
-    painter.drawRoundedRect(rect, 3, 3)
-    painter.setPen(Qt.white)
-    painter.drawText(rect, Qt.AlignCenter, text)
-
-
-def hover_value_rect(axis: TimeAxis, time_s: float, width: float, top: float,
-                     height: float) -> QRectF:
-    """Return the place of a value of a width [px]: beside the line, within the axis."""
-    x = axis.x(time_s)
-    left = x + 3.0 if x + 3.0 + width <= axis.right else x - 3.0 - width
-    return QRectF(max(left, 1.0), top, width, height)
-
-
-def draw_values(painter: QPainter, rect: QRectF, value: str, largest: str) -> None:
-    """Draw a lane's value, and after it, in grey, its largest one."""
-    metrics = QFontMetricsF(painter.font())
-    painter.setPen(QColor(QUIET))
-    painter.drawText(rect, Qt.AlignRight | Qt.AlignVCenter, largest)
-    left = rect.adjusted(0, 0, -metrics.horizontalAdvance(largest) - 8, 0)
-    painter.setPen(QColor(TEXT))
-    painter.drawText(left, Qt.AlignRight | Qt.AlignVCenter, value)

@@ -10,7 +10,8 @@ from process_visualizer.gui.models.playback.marks import PlacedMark
 from process_visualizer.gui.toolkit.shown_time import ShownTime
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
 
-SIDE = 12.0  # left and right of the line, so that the knob has room at the ends
+LEFT = 46.0  # left of the line, for the scales of the curves
+SIDE = 12.0  # right of the line, so that the knob has room at its end
 FLAGS_TOP, FLAGS_HEIGHT = 2.0, 18.0
 TRACK_TOP, TRACK_HEIGHT = 22.0, 26.0
 AXIS_TOP, AXIS_HEIGHT = 49.0, 17.0
@@ -28,7 +29,7 @@ class Target(NamedTuple):
 
 def axis_of(shown: ShownTime, width: float) -> TimeAxis:
     """Return the axis of a timeline of a width [px]."""
-    return TimeAxis(shown.duration_s, SIDE, max(width - 2 * SIDE, 0.0), shown.begin_s)
+    return TimeAxis(shown.duration_s, LEFT, max(width - LEFT - SIDE, 0.0), shown.begin_s)
 
 
 def track_rect(axis: TimeAxis) -> QRectF:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Callable, Optional, Sequence, Tuple
 
-from PyQt5.QtCore import QEvent, QPoint, QRect, QRectF, QSize, Qt, pyqtSignal
+from PyQt5.QtCore import QEvent, QPoint, QRect, QSize, Qt, pyqtSignal
 from PyQt5.QtGui import (
     QContextMenuEvent,
     QFont,
@@ -24,18 +24,13 @@ from process_visualizer.curves.position_values import Key
 from process_visualizer.gui.models.playback.playback_model import PlaybackModel
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
 from process_visualizer.gui.views.playback import timeline_header as header
-from process_visualizer.gui.views.playback.lane_pictures import LanePictures
-from process_visualizer.gui.views.playback.timeline_lanes import (
-    LANE_HEIGHT,
-    MOST_LANE_HEIGHT,
-    TEXT_HEIGHT,
-    VALUES_WIDTH,
-    Lane,
-    number_text,
-)
+from process_visualizer.gui.views.playback.lane_stack import LaneStack
+from process_visualizer.gui.views.playback.minimap import MapContent
+from process_visualizer.gui.views.playback.timeline_lanes import Lane, LaneTexts, lane_texts
 from process_visualizer.gui.views.playback.timeline_layout import (
     AXIS_TOP,
     HEADER_HEIGHT,
+    LEFT,
     SIDE,
     TRACK_TOP,
     Target,
@@ -60,6 +55,12 @@ class TimelineView(QWidget):
     mark_wanted = pyqtSignal(float)
     """A mark should be added at this time [s]."""
 
+    hide_wanted = pyqtSignal(object)
+    """The curve with this key should be hidden."""
+
+    curves_wanted = pyqtSignal()
+    """The operator wants to choose the curves."""
+
     def __init__(self, playback: PlaybackModel, value_of: Callable[[Key], Optional[float]],
                  parent: Optional[QWidget] = None) -> None:
         """``value_of`` returns a lane's value at the position: NaN: none, None: unknown yet."""
@@ -67,7 +68,6 @@ class TimelineView(QWidget):
         self._playback, self._value_of = playback, value_of
         self._length_s = 0.0
         self._gaps: Tuple[Tuple[float, float], ...] = ()
-        self._lanes: Tuple[Lane, ...] = ()
         self._header: Optional[Tuple[Any, QPixmap]] = None
         self._font = QFont(self.font())
         self._font.setPixelSize(_FONT_PX)
@@ -75,12 +75,8 @@ class TimelineView(QWidget):
         self._hover = Target('time')
         self._dragged: Optional[Target] = None
         self._drawn_x = 0
-        self._pictures = LanePictures(self)
-        self._pictures.drawn.connect(self._update_lane)
-        self._lane_height = LANE_HEIGHT
-        self._scroll = QScrollBar(Qt.Vertical, self)
-        self._scroll.setObjectName('timeline_scroll')
-        self._scroll.valueChanged.connect(lambda _value: self.update())
+        self.stack = LaneStack(self)
+        self.stack.redraw.connect(self.update)
         self.zoom = TimelineZoom(self)
         self.zoom.changed.connect(self.update)
         self.setObjectName('timeline')
@@ -100,12 +96,19 @@ class TimelineView(QWidget):
 
     def _take_length(self) -> None:
         self.zoom.set_length(self._playback.duration_s or self._length_s)
+        self._show_map()
         self.update()
+
+    def _show_map(self) -> None:
+        """Show the first curve and the marks of the whole recording."""
+        length_s = self.zoom.shown.length_s
+        marks = [mark.position_s / length_s for mark in self._playback.marks] if length_s else []
+        self.zoom.bar.show_content(MapContent(next(iter(self.stack.lanes), None), tuple(marks)))
 
     def set_lanes(self, lanes: Sequence[Lane]) -> None:
         """Set the curves, from top to bottom."""
-        self._lanes = tuple(lanes)
-        self._pictures.set_lanes(lanes)
+        self.stack.set_lanes(lanes)
+        self._show_map()
         self._fit()
         self.updateGeometry()
         self.update()
@@ -115,19 +118,12 @@ class TimelineView(QWidget):
         """The time axis."""
         return axis_of(self.zoom.shown, self.width())
 
-    def lane_values(self, row: int) -> Tuple[str, str]:
-        """Return a lane's value at the position, and its largest one."""
-        lane = self._lanes[row]
-        value, largest = self._value_of(lane.key), lane.largest
-        return ('…' if value is None else _with_unit(lane, value),
-                f'max {number_text(largest, largest)}')
-
-    def hover_value(self, row: int) -> str:
-        """Return the value of a lane's curve at the mouse; empty without a mouse."""
-        lane, length_s, time_s = self._lanes[row], self.zoom.shown.length_s, self._hover_s
-        if time_s is None or not length_s:
-            return ''
-        return _with_unit(lane, lane.at(time_s / length_s))
+    def lane_texts(self, row: int) -> LaneTexts:
+        """Return a lane's values at the position and at the mouse, and their difference."""
+        lane, length_s, time_s = self.stack.lanes[row], self.zoom.shown.length_s, self._hover_s
+        at_mouse = None if time_s is None or not length_s else lane.at(time_s / length_s)
+        return lane_texts(lane, self.stack.pictures.scale(row).span, self._value_of(lane.key),
+                          at_mouse)
 
     @property
     def _hover_s(self) -> Optional[float]:
@@ -142,30 +138,21 @@ class TimelineView(QWidget):
 
     def sizeHint(self) -> QSize:
         """Return a size with room for all lanes."""
-        return QSize(400, self._height_of(len(self._lanes)))
+        return QSize(400, self._height_of(len(self.stack.lanes)))
 
     def minimumSizeHint(self) -> QSize:
         """Return a size in which the slider and some lanes can be used."""
-        return QSize(220, self._height_of(min(len(self._lanes), _FEWEST_LANES)))
+        return QSize(260, self._height_of(min(len(self.stack.lanes), _FEWEST_LANES)))
 
     def _height_of(self, lanes: int) -> int:
-        return int(HEADER_HEIGHT) + lanes * LANE_HEIGHT + 2 + BAR_HEIGHT
+        return int(HEADER_HEIGHT) + self.stack.height_of(lanes) + BAR_HEIGHT
 
     def _fit(self) -> None:
-        """Give the scroll bars their place and range."""
-        count = len(self._lanes)
-        self.setMaximumHeight(self._height_of(count) + count * (MOST_LANE_HEIGHT - LANE_HEIGHT))
-        visible = self.height() - int(HEADER_HEIGHT) - BAR_HEIGHT
-        self.zoom.place(QRect(int(SIDE), self.height() - BAR_HEIGHT,
-                              self.width() - 2 * int(SIDE), BAR_HEIGHT))
-        self._lane_height = min(max((visible - 2) // max(count, 1), LANE_HEIGHT), MOST_LANE_HEIGHT)
-        hidden = max(count * self._lane_height + 2 - visible, 0)
-        self._scroll.setRange(0, hidden)
-        self._scroll.setPageStep(max(visible, 1))
-        self._scroll.setSingleStep(LANE_HEIGHT // 2)
-        self._scroll.setVisible(hidden > 0)
-        self._scroll.setGeometry(self.width() - int(SIDE) + 2, int(HEADER_HEIGHT),
-                                 int(SIDE) - 2, max(visible, 0))
+        """Give the lanes and the scroll bars their places."""
+        self.setMaximumHeight(int(HEADER_HEIGHT) + self.stack.most_height + BAR_HEIGHT)
+        self.stack.place(self.rect().adjusted(0, int(HEADER_HEIGHT), 0, -BAR_HEIGHT))
+        self.zoom.place(QRect(int(LEFT), self.height() - BAR_HEIGHT,
+                              self.width() - int(LEFT + SIDE), BAR_HEIGHT))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Give the lanes their height in the new size."""
@@ -179,7 +166,7 @@ class TimelineView(QWidget):
         painter.setFont(self._font)
         axis, bottom = self.axis, float(self.height() - BAR_HEIGHT)
         painter.fillRect(event.rect(), self.palette().color(QPalette.Base))
-        self._draw_lanes(painter, axis, event.rect())
+        self.stack.draw(painter, axis, self.zoom.shown.length_s, event.rect())
         header.draw_gaps(painter, axis, self._gaps, bottom)
         painter.setRenderHint(QPainter.Antialiasing)
         self._draw_header(painter, axis)
@@ -187,8 +174,7 @@ class TimelineView(QWidget):
         if loop is not None:
             header.draw_loop(painter, axis, loop, bottom)
         self._draw_position(painter, axis, bottom)
-        if event.rect().right() >= self.width() - SIDE - VALUES_WIDTH:
-            self._draw_values(painter, axis)
+        self.stack.draw_texts(painter, axis, event.rect(), self.lane_texts)
         painter.end()
 
     def _draw_header(self, painter: QPainter, axis: TimeAxis) -> None:
@@ -205,49 +191,8 @@ class TimelineView(QWidget):
             header.draw_playhead(painter, axis, position_s, bottom, self._playback.is_available)
         hover_s = self._hover_s
         if hover_s is not None:
-            header.draw_hover(painter, axis, hover_s, format_time(hover_s), bottom)
-            self._draw_hover_values(painter, axis, hover_s)
-
-    def _draw_hover_values(self, painter: QPainter, axis: TimeAxis, time_s: float) -> None:
-        painter.save()
-        painter.setClipRect(self._lanes_rect())
-        for row in range(len(self._lanes)):
-            top = self._lane_rect(row).bottom() - TEXT_HEIGHT - 2.0  # below the other numbers
-            header.draw_hover_value(painter, axis, time_s, self.hover_value(row), top, TEXT_HEIGHT)
-        painter.restore()
-
-    def _draw_lanes(self, painter: QPainter, axis: TimeAxis, area: QRect) -> None:
-        if not self._lanes:
-            return
-        self._pictures.want(axis, self.width(), self._lane_height, self.devicePixelRatioF(),
-                            self._font, self.zoom.shown.length_s)
-        painter.setClipRect(area.intersected(self._lanes_rect()))
-        for row in range(len(self._lanes)):
-            picture, place = self._pictures.picture(row), self._lane_rect(row)
-            if picture is not None and place.intersects(area):
-                painter.drawPixmap(place, picture)
-        painter.setClipRect(area)
-
-    def _lane_rect(self, row: int) -> QRect:
-        top = int(HEADER_HEIGHT) + row * self._lane_height - self._scroll.value()
-        return QRect(0, top, self.width(), self._lane_height)
-
-    def _update_lane(self, row: int) -> None:
-        self.update(self._lane_rect(row))
-
-    def _draw_values(self, painter: QPainter, axis: TimeAxis) -> None:
-        painter.setClipRect(self._lanes_rect())
-        for row in range(len(self._lanes)):
-            rect = self._values_rect(row, axis)
-            if HEADER_HEIGHT - self._lane_height < rect.top() < self.height() - BAR_HEIGHT:
-                header.draw_values(painter, rect, *self.lane_values(row))
-
-    def _values_rect(self, row: int, axis: TimeAxis) -> QRectF:
-        return QRectF(axis.right - VALUES_WIDTH, self._lane_rect(row).top() + 1, VALUES_WIDTH,
-                      TEXT_HEIGHT)
-
-    def _lanes_rect(self) -> QRect:
-        return self.rect().adjusted(0, int(HEADER_HEIGHT), 0, -BAR_HEIGHT)
+            text = f'{format_time(hover_s)}  {_difference(hover_s - position_s)}'
+            header.draw_hover(painter, axis, hover_s, text, bottom)
 
     def _loop(self) -> Optional[header.Loop]:
         """The loop to show: A and B, or everything while that is repeated."""
@@ -258,6 +203,8 @@ class TimelineView(QWidget):
 
     def _follow(self) -> None:
         """Redraw the playhead when it has moved by a pixel."""
+        if self.zoom.shown.length_s > 0.0:
+            self.zoom.bar.show_position(self._playback.position_s / self.zoom.shown.length_s)
         self.zoom.follow(self._playback.position_s, self._playback.is_playing)
         x = round(self.axis.x(self._playback.position_s))
         if x == self._drawn_x:
@@ -272,12 +219,13 @@ class TimelineView(QWidget):
                 self.update(round(shown_x) - _HOVER_REACH, 0, 2 * _HOVER_REACH, self.height())
         self._hover_x = x
         self.update(0, 0, self.width(), int(HEADER_HEIGHT))
+        self._update_values()
 
     def _update_values(self) -> None:
         """Redraw only the numbers: everything that is drawn is sent to the screen."""
         axis = self.axis
-        for row in range(len(self._lanes)):
-            self.update(self._values_rect(row, axis).toAlignedRect())
+        for row in range(len(self.stack.lanes)):
+            self.update(self.stack.texts_rect(row, axis).toAlignedRect())
 
     # The mouse
 
@@ -320,8 +268,8 @@ class TimelineView(QWidget):
         """Zoom in or out; over lanes that do not fit, without Ctrl, scroll them."""
         is_over_lanes = event.pos().y() >= HEADER_HEIGHT
         modifiers = event.modifiers()
-        if self._scroll.maximum() and is_over_lanes and modifiers == Qt.NoModifier:
-            self._scroll.event(event)
+        if self.stack.scroll.maximum() and is_over_lanes and modifiers == Qt.NoModifier:
+            self.stack.scroll.event(event)
         else:
             self.zoom.turn_wheel(event.angleDelta(), modifiers,
                                  self.axis.time_s(event.pos().x()))
@@ -360,7 +308,7 @@ class TimelineView(QWidget):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Move with the keys of the window; up and down scroll."""
-        playback, scroll = self._playback, self._scroll
+        playback, scroll = self._playback, self.stack.scroll
         action = {Qt.Key_Left: lambda: playback.step(-1), Qt.Key_Right: lambda: playback.step(1),
                   Qt.Key_Home: playback.to_start, Qt.Key_End: playback.to_end,
                   Qt.Key_PageUp: playback.to_previous_mark,
@@ -379,19 +327,26 @@ class TimelineView(QWidget):
             return
         by_mouse = event.reason() == QContextMenuEvent.Mouse
         time_s = self.axis.time_s(event.x()) if by_mouse else self._playback.position_s
-        menu = self.menu_at(time_s)
+        menu = self.menu_at(time_s, self.stack.row_at(event.y()) if by_mouse else None)
         menu.setAttribute(Qt.WA_DeleteOnClose)
         menu.popup(event.globalPos())
 
-    def menu_at(self, time_s: float) -> QMenu:
-        """Return the menu for a time [s]."""
-        return timeline_menu(self, self._playback, self.zoom, time_s,
+    def menu_at(self, time_s: float, row: Optional[int] = None) -> QMenu:
+        """Return the menu for a time [s], and for a lane if there is one."""
+        menu = timeline_menu(self, self._playback, self.zoom, time_s,
                              lambda: self.mark_wanted.emit(time_s))
+        menu.addSeparator()
+        if row is not None:
+            lane = self.stack.lanes[row]
+            menu.addAction(f'Hide “{lane.label}”', lambda: self.hide_wanted.emit(lane.key))
+        menu.addAction('Curves…', self.curves_wanted)
+        return menu
 
     def zoom_in(self, steps: float) -> None:
         """Zoom in, or (below 0) out, around the position."""
         self.zoom.step(steps, self._playback.position_s)
 
 
-def _with_unit(lane: Lane, value: float) -> str:
-    return f'{number_text(value, lane.largest)} {lane.unit}'.rstrip()
+def _difference(time_s: float) -> str:
+    """Return how long a moment is after (+) or before (−) the position."""
+    return f'Δ {time_s:+.3f} s'.replace('-', '−')

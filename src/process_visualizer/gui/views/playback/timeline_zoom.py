@@ -1,18 +1,19 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The part of the recording that the timeline shows, with the scroll bar that moves it."""
+"""The part of the recording that the timeline shows, with the strip that moves it."""
 from __future__ import annotations
 
 from PyQt5.QtCore import QObject, QPoint, QRect, Qt, pyqtSignal
-from PyQt5.QtWidgets import QScrollBar, QWidget
+from PyQt5.QtWidgets import QWidget
 
 from process_visualizer.gui.toolkit.shown_time import ShownTime, whole
+from process_visualizer.gui.views.playback.minimap import HEIGHT, Minimap
 
-BAR_HEIGHT = 10
+BAR_HEIGHT = HEIGHT + 2
 _STEP = 1.25
 """One notch of a wheel, or one press of a key, zooms by this factor."""
 _NOTCH = 120  # eighths of a degree, as Qt reports one notch
 _MOVED_SHARE = 0.15  # of the shown time: the movement for a notch
-_PARTS = 1_000_000  # of the recording: the steps of the scroll bar
+_PARTS = 1_000_000  # of the recording: the steps of the strip
 
 
 class TimelineZoom(QObject):
@@ -24,7 +25,7 @@ class TimelineZoom(QObject):
         super().__init__(parent)
         self._shown = whole(0.0)
         self._position_s = 0.0
-        self.bar = QScrollBar(Qt.Horizontal, parent)
+        self.bar = Minimap(parent)
         self.bar.setObjectName('timeline_part')
         self.bar.setAccessibleName('Part of the recording that is shown')
         self.bar.valueChanged.connect(self._follow_bar)
@@ -68,8 +69,8 @@ class TimelineZoom(QObject):
             self._take(self._shown.showing(position_s))
 
     def place(self, rect: QRect) -> None:
-        """Set the place of the scroll bar."""
-        self.bar.setGeometry(rect)
+        """Set the place of the strip."""
+        self.bar.setGeometry(rect.adjusted(0, 0, 0, HEIGHT - BAR_HEIGHT))
 
     def _take(self, shown: ShownTime) -> None:
         if shown != self._shown:

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The whole recording as a thin strip, while a part of it is shown: a frame that is dragged."""
+from __future__ import annotations
+
+from typing import NamedTuple, Optional, Tuple
+
+from PyQt5.QtCore import QPoint, QRectF, Qt
+from PyQt5.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QPixmap
+from PyQt5.QtWidgets import QScrollBar, QWidget
+
+from process_visualizer.gui.toolkit.style import ACCENT, LINE, WARNING
+from process_visualizer.gui.views.playback.lane_picture import curve_picture
+from process_visualizer.gui.views.playback.timeline_lanes import Lane
+
+HEIGHT = 18
+_LEAST_FRAME = 8.0  # px: it can be grabbed however short the part is
+_OUTSIDE = QColor(243, 245, 246, 190)  # over what is not shown
+
+
+class MapContent(NamedTuple):
+    """What the strip shows: a curve, and the marks as parts (0 to 1) of the recording."""
+
+    lane: Optional[Lane] = None
+    marks: Tuple[float, ...] = ()
+
+
+class Minimap(QScrollBar):
+    """A scroll bar whose slider is the frame; keys and the wheel work as in any other."""
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(Qt.Horizontal, parent)
+        self._content = MapContent()
+        self._picture: Optional[QPixmap] = None
+        self._position = 0.0
+        self._grabbed: Optional[float] = None
+        self.setToolTip('The whole recording. Drag the frame, or press where you want to look.')
+        self.setContextMenuPolicy(Qt.PreventContextMenu)
+        self.setCursor(Qt.OpenHandCursor)
+
+    def show_content(self, content: MapContent) -> None:
+        """Show another curve or other marks."""
+        if content.lane is not self._content.lane:
+            self._picture = None
+        self._content = content
+        self.update()
+
+    def show_position(self, share: float) -> None:
+        """Show the position, a part (0 to 1) of the recording."""
+        moved = round(share * self.width()) != round(self._position * self.width())
+        self._position = share
+        if moved:
+            self.update()
+
+    @property
+    def frame(self) -> QRectF:
+        """The place of the part that is shown."""
+        scale = self.width() / self._total
+        width = max(self.pageStep() * scale, _LEAST_FRAME)
+        middle = (self.value() + self.pageStep() / 2) * scale
+        left = min(max(middle - width / 2, 0.0), self.width() - width)
+        return QRectF(left, 0.0, width, self.height())
+
+    @property
+    def _total(self) -> int:
+        return max(self.maximum() + self.pageStep(), 1)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Draw the strip, pale but for the frame."""
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), Qt.white)
+        self._draw_curve(painter)
+        for share in self._content.marks:
+            painter.fillRect(QRectF(round(share * self.width()), 0.0, 1.0, self.height()),
+                             QColor(WARNING))
+        frame = self.frame
+        painter.fillRect(QRectF(0.0, 0.0, frame.left(), self.height()), _OUTSIDE)
+        painter.fillRect(QRectF(frame.right(), 0.0, self.width() - frame.right(), self.height()),
+                         _OUTSIDE)
+        painter.fillRect(QRectF(round(self._position * self.width()) - 1, 0.0, 2.0,
+                                self.height()), QColor(ACCENT))
+        painter.setPen(QPen(QColor(LINE), 1))
+        painter.drawRect(QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5))
+        painter.setPen(QPen(QColor(ACCENT), 2))
+        painter.drawRect(frame.adjusted(1.0, 1.0, -1.0, -1.0))
+        painter.end()
+
+    def _draw_curve(self, painter: QPainter) -> None:
+        lane, dots = self._content.lane, self.devicePixelRatioF()
+        if lane is None:
+            return
+        if self._picture is None or self._picture.width() != int(self.width() * dots):
+            self._picture = curve_picture(lane, self.width(), self.height(), dots)
+        painter.drawPixmap(QPoint(0, 0), self._picture)
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Grab the frame; elsewhere, move its middle there first."""
+        if event.button() != Qt.LeftButton:
+            return
+        is_inside = self.frame.contains(event.localPos())
+        place = self._value_at(event)
+        self._grabbed = place - self.value() if is_inside else self.pageStep() / 2
+        self.setCursor(Qt.ClosedHandCursor)
+        self._drag(event)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Drag the frame."""
+        self._drag(event)
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Release the frame."""
+        self._grabbed = None
+        self.setCursor(Qt.OpenHandCursor)
+
+    def _drag(self, event: QMouseEvent) -> None:
+        if self._grabbed is not None:
+            self.setValue(round(self._value_at(event) - self._grabbed))
+
+    def _value_at(self, event: QMouseEvent) -> float:
+        return event.localPos().x() / max(self.width(), 1) * self._total
