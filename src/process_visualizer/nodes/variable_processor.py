@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections import Counter
+from dataclasses import replace
 from typing import Dict, List, Optional, Sequence
 
 import rospy
@@ -117,17 +118,18 @@ class VariableProcessor:
 
     def __init__(self, device: str, parameters: VariablesParameters) -> None:
         """Subscribe, advertise, and start the timer of the markers."""
-        self._parameters = parameters
+        shown = [variable for variable in parameters.variables if variable.is_shown]
+        self._parameters = replace(parameters, variables=shown)
         self._board = ValueBoard(parameters.text_height_m, parameters.stale_after_s)
-        self._namespaces = marker_namespaces(parameters.variables)
+        self._namespaces = marker_namespaces(shown)
         self._playback = PlaybackFollower()
         topics = {variable.topic: NewestMessage(variable.topic, self._playback.data_time_s)
                   for variable in parameters.variables}
-        feet = arrow_feet([(variable.frame, variable.axis) for variable in parameters.variables],
+        feet = arrow_feet([(variable.frame, variable.axis) for variable in shown],
                           FOOT_DISTANCE_M)
         complaints = Complaints(device)
         self._variables = [Variable(complaints, variable, topics[variable.topic], foot)
-                           for variable, foot in zip(parameters.variables, feet)]
+                           for variable, foot in zip(shown, feet)]
         self._publisher = rospy.Publisher('marker_array', MarkerArray, queue_size=1)
         self._timer = rospy.Timer(rospy.Duration(1.0 / parameters.marker_rate_hz),
                                   self._on_timer, reset=True)
