@@ -11,6 +11,7 @@ import rosgraph.names
 from process_visualizer.cell.language import TAGS
 from process_visualizer.cell.values import CONVERTERS
 from process_visualizer.motion.field_path import FieldPath
+from process_visualizer.motion.limit_alarms import Limits
 from process_visualizer.motion.variables import MAX_LENGTH_M
 from process_visualizer.parameters.reading import (
     STALE_AFTER_S,
@@ -42,6 +43,11 @@ class VariableColors:
     low: float = -math.inf
     high: float = math.inf
     warning_color: Color = WARNING_COLOR
+
+    @property
+    def limits(self) -> Limits:
+        """The least and the greatest good value."""
+        return Limits(self.low, self.high)
 
     def of(self, value: float) -> Color:
         """Return the colour of a value."""
