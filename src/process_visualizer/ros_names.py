@@ -41,4 +41,4 @@ TF_TYPES = (TF_MESSAGE, 'tf/tfMessage')
 """The second one is that of the old tf, with the same bytes."""
 
 LIMIT_KEY = 'beyond_limit'
-"""Of a status on /diagnostics about a variable beyond its limits: the farthest value."""
+"""Of a status on /diagnostics about a variable beyond its limits: how far it went."""

@@ -40,7 +40,7 @@ def test_from_the_first_value_beyond_until_it_is_back() -> None:
     now_s = fed(state, 0.0, 99.0, 101.0, 130.0)
     assert told.present == {}
     now_s = fed(state, now_s, 120.0, 120.0)
-    assert told.present == {'limits of /oven data': ('oven is above 100 °C', '130 °C')}
+    assert told.present == {'limits of /oven data': ('oven is above 100 °C', 'up to 130 °C')}
     now_s = fed(state, now_s, *[90.0] * 5)
     assert told.present
     fed(state, now_s, 90.0, 90.0)
@@ -51,7 +51,7 @@ def test_another_time_ends_it() -> None:
     told = Told()
     state = LimitState(told, '/edge data', 'edge', Limits(low=10.0), '')  # type: ignore
     fed(state, 5.0, 1.0, 1.0, 1.0, 1.0)
-    assert told.present == {'limits of /edge data': ('edge is below 10', '1')}
+    assert told.present == {'limits of /edge data': ('edge is below 10', 'down to 1')}
     state.forget()
     assert told.present == {}
     fed(state, 0.0, 1.0, 20.0, 20.0)

@@ -38,9 +38,14 @@ class Limits:
         """Return how far values (n,) are beyond the limit that is nearer; below 0: inside."""
         return np.maximum(values - self.high, self.low - values)
 
-    def text(self, value: float) -> str:
-        """Return which limit a value is beyond, in words."""
-        return f'above {self.high:g}' if value > self.high else f'below {self.low:g}'
+    def sentence(self, label: str, value: float, unit: str) -> str:
+        """Return which limit a value is beyond, such as 'oven is above 200 °C'."""
+        side = f'above {self.high:g}' if value > self.high else f'below {self.low:g}'
+        return f'{label} is {side} {unit}'.rstrip()
+
+    def reach(self, extreme: float, unit: str) -> str:
+        """Return how far a value went, such as 'up to 230 °C'."""
+        return f'{"up" if extreme > self.high else "down"} to {extreme:g} {unit}'.rstrip()
 
 
 class LimitAlarm(NamedTuple):

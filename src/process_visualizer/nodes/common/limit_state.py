@@ -28,8 +28,8 @@ class LimitState:
         if present is None:
             self._complaints.end(self._key)
             return
-        text = f'{self._label} is {self._limits.text(present.extreme)} {self._unit}'.rstrip()
-        values = {LIMIT_KEY: f'{present.extreme:g} {self._unit}'.rstrip()}
+        text = self._limits.sentence(self._label, present.extreme, self._unit)
+        values = {LIMIT_KEY: self._limits.reach(present.extreme, self._unit)}
         self._complaints.state(self._key, text, values, log_period_s=math.inf, is_error=True)
 
     def forget(self) -> None:
