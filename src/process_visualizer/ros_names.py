@@ -39,3 +39,6 @@ WRENCH_STAMPED = 'geometry_msgs/WrenchStamped'
 TF_MESSAGE = 'tf2_msgs/TFMessage'
 TF_TYPES = (TF_MESSAGE, 'tf/tfMessage')
 """The second one is that of the old tf, with the same bytes."""
+
+LIMIT_KEY = 'beyond_limit'
+"""Of a status on /diagnostics about a variable beyond its limits: how far it went."""

@@ -12,6 +12,7 @@ import genpy
 import rospy
 import rostest
 from cloud_testing import Listener, log_listener, logged, wait_until
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import WrenchStamped
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Temperature
@@ -163,6 +164,18 @@ class VariableProcessorTest(unittest.TestCase):
                        lambda: source.publish(float('nan')))
         self.assertAlmostEqual(self.arrow('nan').scale.x, 0.5)
         self.wait_for_text('nan', 'nan 0.250 V', lambda: source.publish(0.25))
+
+    def test_beyond_a_limit(self) -> None:
+        watched = publisher('/oven/watched', Float32)
+        with Listener('/diagnostics', DiagnosticArray) as diagnostics:
+            def levels() -> List[int]:
+                return [status.level for report in list(diagnostics.messages)
+                        for status in report.status if 'limits of /oven/watched' in status.name]
+            wait_until(lambda: DiagnosticStatus.ERROR in levels(), 'an alarm',
+                       lambda: watched.publish(4.0))
+            wait_until(lambda: levels()[-1] == DiagnosticStatus.OK, 'its end',
+                       lambda: watched.publish(1.0))
+        self.assertEqual(self.text('watched'), '')  # it is not shown
 
     def test_rate_of_the_markers(self) -> None:
         wait_until(lambda: bool(self.listener.messages), 'markers')

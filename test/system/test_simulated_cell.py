@@ -14,6 +14,7 @@ NODES = {
     '/ur_rt_upper/robot_proc', '/ur_rt_upper/robot_state_publisher',
     '/ur_rt_lower/robot_proc', '/ur_rt_lower/robot_state_publisher',
     '/kinect/depth_proc', '/kinect/kinect_roi', '/sewing_machine/sewing_machine',
+    '/sewing_machine/variable_proc',
     '/sewing_machine/needle_frame_transformer', '/rviz', '/cell_frames',
     '/scene_watch', '/simulator'}
 """Appendix D.2, with the frame publisher and the simulator."""

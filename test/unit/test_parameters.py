@@ -70,7 +70,7 @@ def variables(draw: Any) -> VariableParameters:
     return VariableParameters(
         draw(NAMES), FieldPath(draw(st.sampled_from(('data', 'v[2]', 'wrench.force.z')))),
         draw(NAMES), axis, colors, draw(NAMES), draw(NUMBERS), draw(NUMBERS), draw(NAMES),
-        draw(st.sampled_from(('', 'setpoint'))), draw(LENGTHS_M))
+        draw(st.sampled_from(('', 'setpoint'))), draw(LENGTHS_M), draw(st.booleans()))
 
 
 @given(st.lists(variables(), min_size=1, max_size=3), st.one_of(st.none(), VECTORS), LENGTHS_M)

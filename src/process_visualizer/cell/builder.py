@@ -181,7 +181,8 @@ def _variable(parsed: Parsed) -> Variable:
     return Variable(absolute_topic('', values['topic']), values['field'], values['frame'],
                     cast(Vector3, values['axis']), values['color'], values['unit'],
                     values['scale'], values['offset'], label, parsed.location,
-                    values['offset_param'], _limits(values), _color_scale(values), values['max'])
+                    values['offset_param'], _limits(values), _color_scale(values), values['max'],
+                    values['shown'])
 
 
 def _limits(values: Dict[str, Any]) -> Optional[WarningLimits]:

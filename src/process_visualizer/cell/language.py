@@ -270,14 +270,17 @@ _DRAWN: Dict[str, Tag] = {
          'offset': _optional('number', 'value (setpoint) at which the arrow has no length', '0'),
          'offset_param': _optional('resource', 'parameter that holds the offset and may change at '
                                                'any time; `offset` is used until it is set'),
-         'low': _optional('number', 'below this value the arrow has the warning colour'),
-         'high': _optional('number', 'above this value the arrow has the warning colour'),
+         'low': _optional('number', 'lower limit, in the unit of the value: below it the arrow has '
+                                    'the warning colour, and the launcher shows an alarm'),
+         'high': _optional('number', 'upper limit, likewise'),
          'warning_color': _optional('color', 'the warning colour', 'red'),
          'color_begin': _optional('number', 'value up to which the arrow has its `color`; from '
                                             'there it fades to `end_color`'),
          'color_end': _optional('number', 'value from which it has its `end_color`'),
          'end_color': _optional('color', 'the other end of the colour scale'),
-         'label': _optional('text', 'text before the value; default: the name of the topic')}),
+         'label': _optional('text', 'text before the value; default: the name of the topic'),
+         'shown': _optional('boolean', 'whether RViz shows it; if not, it has its curve and its '
+                                       'limits all the same', 'True')}),
 }
 
 ROOT = 'visualizer'

@@ -216,6 +216,7 @@ class Variable:
     limits: Optional[WarningLimits] = None
     color_scale: Optional[ColorScale] = None
     maximum_m: Optional[float] = None  # longest length
+    is_shown: bool = True  # in RViz; limits and curve are independent of it
 
 
 @dataclass(frozen=True)

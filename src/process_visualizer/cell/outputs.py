@@ -22,4 +22,5 @@ def outputs(devices: Iterable[Device]) -> Dict[str, str]:
 
 
 def _outputs(device: Device) -> Tuple[str, ...]:
-    return _OUTPUTS[device.type] + (('marker_array',) if device.variables else ())
+    return _OUTPUTS[device.type] + (
+        ('marker_array',) if any(it.is_shown for it in device.variables) else ())

@@ -165,4 +165,4 @@ def _variable(variable: Variable) -> VariableParameters:
         variable.topic, FieldPath(variable.field), variable.frame, variable.axis, colors,
         variable.unit, variable.scale, variable.offset, variable.label,
         variable.offset_param or '',
-        MAX_LENGTH_M if variable.maximum_m is None else variable.maximum_m)
+        MAX_LENGTH_M if variable.maximum_m is None else variable.maximum_m, variable.is_shown)

@@ -2,7 +2,7 @@
 """What the node scene_watch must know: who draws what of each device, and where its words stand."""
 from __future__ import annotations
 
-from typing import List, Optional, Sequence
+from typing import Dict, List, Optional, Sequence
 
 import numpy as np
 
@@ -66,9 +66,16 @@ def _device(cell: Cell, device: Device, base: Optional[BaseFrame],
     has_cloud = device.topic_for(TopicFunction.POINTCLOUD) is not None
     return WatchedDevice(
         device.name, cell.frame if base is None else base.frame, (x, y, z),
-        {f'/{device.name}/{name}': meaning for name, meaning in _MEANINGS.items()},
+        {f'/{device.name}/{name}': meaning for name, meaning in _meanings(device).items()},
         tuple(sorted(set(_topics(device_displays(device))))),
         f'/{device.name}/points_age' if has_cloud else '')
+
+
+def _meanings(device: Device) -> Dict[str, str]:
+    """What it means for a device that a node has ended."""
+    if device.variables and not any(it.is_shown for it in device.variables):
+        return {**_MEANINGS, VARIABLE_PROC: 'limits are not watched'}
+    return _MEANINGS
 
 
 def _is_drawn(device: Device) -> bool:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import sys
+import time
 from collections import Counter
+from dataclasses import replace
 from typing import Dict, List, Optional, Sequence
 
 import rospy
@@ -22,6 +24,7 @@ from process_visualizer.motion.variables import (
     variable_vector,
 )
 from process_visualizer.nodes.common.complaints import Complaints
+from process_visualizer.nodes.common.limit_state import LimitState
 from process_visualizer.nodes.common.live_number import LiveNumber
 from process_visualizer.nodes.common.markers import VectorSample
 from process_visualizer.nodes.common.newest_message import NewestMessage, RawMessage
@@ -57,6 +60,18 @@ class Variable:
         self._value: Optional[Number] = None
         self._time_s = -math.inf  # when the value came
         self._name = f'{parameters.topic} {parameters.field}'
+        self._limits = LimitState(complaints, self._name, parameters.label or self._name,
+                                  parameters.colors.limits, parameters.unit)
+
+    def judge(self, now_s: float) -> None:
+        """Compare the present value with its limits; now_s is of a clock that does not jump."""
+        self._update()
+        if self._value is not None:
+            self._limits.take(now_s, self._value)
+
+    def forget_alarm(self) -> None:
+        """End an alarm, as the window finds those of a recording by itself."""
+        self._limits.forget()
 
     def sample(self) -> VectorSample:
         """Return the present arrow [m]; without length before the first value."""
@@ -117,23 +132,36 @@ class VariableProcessor:
 
     def __init__(self, device: str, parameters: VariablesParameters) -> None:
         """Subscribe, advertise, and start the timer of the markers."""
-        self._parameters = parameters
+        shown = [variable for variable in parameters.variables if variable.is_shown]
+        self._parameters = replace(parameters, variables=shown)
         self._board = ValueBoard(parameters.text_height_m, parameters.stale_after_s)
-        self._namespaces = marker_namespaces(parameters.variables)
+        self._namespaces = marker_namespaces(shown)
         self._playback = PlaybackFollower()
         topics = {variable.topic: NewestMessage(variable.topic, self._playback.data_time_s)
                   for variable in parameters.variables}
-        feet = arrow_feet([(variable.frame, variable.axis) for variable in parameters.variables],
+        feet = arrow_feet([(variable.frame, variable.axis) for variable in shown],
                           FOOT_DISTANCE_M)
         complaints = Complaints(device)
         self._variables = [Variable(complaints, variable, topics[variable.topic], foot)
-                           for variable, foot in zip(parameters.variables, feet)]
+                           for variable, foot in zip(shown, feet)]
+        self._judged = self._variables + [
+            Variable(complaints, variable, topics[variable.topic])
+            for variable in parameters.variables if not variable.is_shown]
         self._publisher = rospy.Publisher('marker_array', MarkerArray, queue_size=1)
         self._timer = rospy.Timer(rospy.Duration(1.0 / parameters.marker_rate_hz),
                                   self._on_timer, reset=True)
 
     def _on_timer(self, _event: rospy.timer.TimerEvent) -> None:
-        if self._publisher.get_num_connections() > 0:
+        is_playback = self._playback.clock.follows_player(rospy.get_time())
+        for variable in self._judged:
+            if is_playback:
+                variable.forget_alarm()
+            else:
+                variable.judge(time.monotonic())
+        self._show()
+
+    def _show(self) -> None:
+        if self._variables and self._publisher.get_num_connections() > 0:
             data_s = self._playback.data_time_s()
             self._publisher.publish(MarkerArray(self._board.markers(
                 self._shown(data_s), data_s, rospy.get_time())))

@@ -57,6 +57,13 @@ class Parameters:
             raise self.error(name, 'a text', value)
         return value
 
+    def flag(self, name: str, default: bool) -> bool:
+        """Return true or false."""
+        value = self._values.get(name, default)
+        if not isinstance(value, bool):
+            raise self.error(name, 'true or false', value)
+        return value
+
     def choice(self, name: str, choices: Sequence[str]) -> str:
         """Return one of some texts; the first one where it is not set."""
         value = self.text(name, choices[0])

@@ -11,6 +11,7 @@ import rosgraph.names
 from process_visualizer.cell.language import TAGS
 from process_visualizer.cell.values import CONVERTERS
 from process_visualizer.motion.field_path import FieldPath
+from process_visualizer.motion.limit_alarms import Limits
 from process_visualizer.motion.variables import MAX_LENGTH_M
 from process_visualizer.parameters.reading import (
     STALE_AFTER_S,
@@ -42,6 +43,11 @@ class VariableColors:
     low: float = -math.inf
     high: float = math.inf
     warning_color: Color = WARNING_COLOR
+
+    @property
+    def limits(self) -> Limits:
+        """The least and the greatest good value."""
+        return Limits(self.low, self.high)
 
     def of(self, value: float) -> Color:
         """Return the colour of a value."""
@@ -97,6 +103,7 @@ class VariableParameters:
     label: str
     offset_param: str = ''  # a parameter that holds the offset; empty: there is none
     max_m: float = MAX_LENGTH_M  # longest length of the arrow
+    is_shown: bool = True  # drawn; the limits of a hidden one are watched all the same
 
     @staticmethod
     def read(parameters: Parameters) -> 'VariableParameters':
@@ -112,15 +119,17 @@ class VariableParameters:
             scale_m=parameters.number('scale', _default('scale')),
             offset=parameters.number('offset', _default('offset')),
             label=parameters.text('label', ''), offset_param=_offset_param(parameters),
-            max_m=parameters.number('max', MAX_LENGTH_M, above=0.0))
+            max_m=parameters.number('max', MAX_LENGTH_M, above=0.0),
+            is_shown=parameters.flag('shown', True))
 
     def to_parameters(self) -> Dict[str, Any]:
         """Return the parameters that ``read`` reads."""
         return {'topic': self.topic, 'field': str(self.field), 'frame': self.frame,
                 'axis': list(self.axis), 'unit': self.unit, 'scale': self.scale_m,
                 'offset': self.offset, 'label': self.label, **self.colors.to_parameters(),
-                **changed({'offset_param': self.offset_param, 'max': self.max_m},
-                          {'offset_param': '', 'max': MAX_LENGTH_M})}
+                **changed({'offset_param': self.offset_param, 'max': self.max_m,
+                           'shown': self.is_shown},
+                          {'offset_param': '', 'max': MAX_LENGTH_M, 'shown': True})}
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ def _default_displays(device: Device) -> List[Display]:
     types: List[str] = []
     if device.model is not None:
         types.append('RobotModel')
-    if device.type is DeviceType.ROBOT or device.variables:
+    if device.type is DeviceType.ROBOT or any(it.is_shown for it in device.variables):
         types.append('MarkerArray')
     if device.type is DeviceType.DEPTH_SENSOR:
         types.append('PointCloud2')

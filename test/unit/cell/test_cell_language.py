@@ -182,6 +182,14 @@ def test_everything_of_a_variable(device: Callable[..., Device]) -> None:
             variable.label) == ('pose.position[2].x', (0, 0.5, 1), 'mm/s', -0.2, 255, '')
 
 
+def test_a_variable_that_is_not_shown(device: Callable[..., Device]) -> None:
+    variable = device('<variable topic="t" frame="f" low="1" shown="False"/>',
+                      'other').variables[0]
+    assert not variable.is_shown
+    assert variable.limits is not None
+    assert (variable.limits.low, variable.limits.high) == (1.0, None)
+
+
 def test_colours_and_live_offset_of_a_variable(device: Callable[..., Device]) -> None:
     variable = device('<variable topic="t" frame="f" high="90" warning_color="#ff0000" '
                       'color_begin="20" color_end="60" end_color="0 1 0" '

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Callable, List, Tuple
 
 from process_visualizer.cell.model import Cell
+from process_visualizer.cell.outputs import outputs
 
 VARIABLE = '<variable topic="{}" frame="oven"/>'
 Parse = Callable[..., Cell]
@@ -22,6 +23,12 @@ def oven(*elements: str) -> str:
 
 def test_the_topic_of_a_variable(parse: Parse) -> None:
     assert topics(parse, oven(VARIABLE.format('heat'))) == [('/heat', True)]
+
+
+def test_the_topic_of_a_variable_that_is_not_shown(parse: Parse) -> None:
+    hidden = VARIABLE.format('heat').replace('/>', ' shown="False"/>')
+    assert topics(parse, oven(hidden)) == [('/heat', True)]
+    assert outputs(parse(f'<visualizer>{oven(hidden)}</visualizer>').devices) == {}
 
 
 def test_two_variables_of_one_topic(parse: Parse) -> None:

@@ -170,7 +170,8 @@ def test_property_cannot_change_what_a_display_is(name: str, displays: Displays)
     ('depth_sensor', '', ['PointCloud2']),
     ('other', '', []),
     ('other', '<model pkg="a" path="a.urdf"/>', ['RobotModel']),
-    ('other', '<variable topic="t" frame="f"/>', ['MarkerArray'])])
+    ('other', '<variable topic="t" frame="f"/>', ['MarkerArray']),
+    ('other', '<variable topic="t" frame="f" shown="False"/>', [])])
 def test_default_displays(kind: str, elements: str, expected: List[str], parse: Parse) -> None:
     device = parse(f'<device type="{kind}" name="d">{elements}</device>').devices[0]
     found = device_displays(device)

@@ -29,7 +29,8 @@ NODES = {
     'devices_realtime': [*DEVICE_NODES, *CAMERA_NODES, '/camera/driver', '/camera/debayer',
                          '/bag_recorder'],
     'devices_playback': [*DEVICE_NODES, *CAMERA_NODES, '/bag_player'],
-    'simulated_realtime': [*DEVICE_NODES, *CAMERA_NODES, '/simulator', '/bag_recorder'],
+    'simulated_realtime': [*DEVICE_NODES, *CAMERA_NODES, '/sewing_machine/variable_proc',
+                           '/simulator', '/bag_recorder'],
 }
 
 

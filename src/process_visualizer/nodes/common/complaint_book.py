@@ -39,9 +39,9 @@ class ComplaintBook:
         self._write(key, text, now_s, is_error).count += 1
 
     def state(self, key: str, text: str, now_s: float,
-              values: Optional[Mapping[str, str]] = None) -> None:
+              values: Optional[Mapping[str, str]] = None, is_error: bool = False) -> None:
         """Set a complaint that lasts until `end`."""
-        self._write(key, text, now_s).values = values or {}
+        self._write(key, text, now_s, is_error).values = values or {}
 
     def note_good(self, key: str, now_s: float) -> None:
         """Note a good message."""

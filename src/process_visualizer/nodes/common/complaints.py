@@ -43,12 +43,12 @@ class Complaints:
         self._log(key, text, now_s, is_error, LOG_PERIOD_S)
 
     def state(self, key: str, text: str, values: Optional[Mapping[str, str]] = None,
-              log_period_s: float = LOG_PERIOD_S) -> None:
+              log_period_s: float = LOG_PERIOD_S, is_error: bool = False) -> None:
         """Complain of something until `end`; values are for programs."""
         now_s = time.monotonic()
         with self._lock:
-            self._book.state(key, text, now_s, values)
-        self._log(key, text, now_s, False, log_period_s)
+            self._book.state(key, text, now_s, values, is_error)
+        self._log(key, text, now_s, is_error, log_period_s)
 
     def note_good(self, key: str) -> None:
         """Note a message without a problem."""

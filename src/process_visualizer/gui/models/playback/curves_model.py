@@ -10,6 +10,7 @@ from process_visualizer.bags.bag_errors import BagError
 from process_visualizer.cell.model import Device
 from process_visualizer.curves.curve_sources import CurveSource, curve_sources
 from process_visualizer.curves.curves import Curve, ReadingCancelled, read_curves
+from process_visualizer.curves.recorded_alarms import RecordedAlarm, recorded_alarms
 from process_visualizer.gui.models.playback.bag_reading import in_steps
 from process_visualizer.gui.models.playback.lane_choices import LaneChoices
 from process_visualizer.gui.toolkit.progress import Progress
@@ -32,6 +33,7 @@ class CurvesModel(QObject):
         self._devices: Tuple[Device, ...] = ()
         self._sources: Tuple[CurveSource, ...] = ()
         self._curves: Tuple[Curve, ...] = ()
+        self._alarms: Tuple[RecordedAlarm, ...] = ()
         self._reading: Optional[Progress] = None
         self._is_cancelled = False
 
@@ -39,6 +41,11 @@ class CurvesModel(QObject):
     def curves(self) -> Tuple[Curve, ...]:
         """The curves, in the order of the devices."""
         return self._curves
+
+    @property
+    def alarms(self) -> Tuple[RecordedAlarm, ...]:
+        """When variables were beyond their limits, in the order of time."""
+        return self._alarms
 
     @property
     def reading(self) -> Optional[Progress]:
@@ -62,11 +69,13 @@ class CurvesModel(QObject):
         if sources != self._sources:
             self._sources = sources
             self.read()
+        elif self._judge():
+            self.changed.emit()
 
     def read(self) -> None:
         """Read all curves anew."""
         self._stop()
-        self._curves, self._is_cancelled = (), False
+        self._curves, self._alarms, self._is_cancelled = (), (), False
         if self._paths and self._sources:
             self._reading = progress = Progress(self)
             paths, devices = self._paths, self._devices
@@ -84,6 +93,11 @@ class CurvesModel(QObject):
             self._is_cancelled = True
             self.changed.emit()
 
+    def _judge(self) -> bool:
+        """Find the alarms, and tell whether there are others: limits may have changed."""
+        before, self._alarms = self._alarms, recorded_alarms(self._devices, self._curves)
+        return self._alarms != before
+
     def _stop(self) -> None:
         if self._reading is not None:
             self._reading.cancel()
@@ -92,6 +106,7 @@ class CurvesModel(QObject):
     def _take(self, progress: Progress, curves: Tuple[Curve, ...]) -> None:
         if progress is self._reading:
             self._reading, self._curves = None, curves
+            self._judge()
             self.changed.emit()
 
     def _refuse(self, progress: Progress, error: Exception) -> None:

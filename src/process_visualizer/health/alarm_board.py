@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The alarms of a cell, and the list of what happened: both follow from what is wrong now."""
+from __future__ import annotations
+
+from enum import Enum
+from typing import Dict, Iterable, List, NamedTuple, Optional, Tuple
+
+from process_visualizer.health.device_state import Level
+
+MOST_EVENTS = 5000
+
+
+class Action(Enum):
+    """What the operator can do about an alarm."""
+
+    RESTART_DEVICE = 'Restart device'
+    RESTART_RVIZ = 'Restart RViz'
+    SHOW_LOG = 'Show log'
+    GO_THERE = 'Go there'
+
+
+class Condition(NamedTuple):
+    """Something that is wrong now.
+
+    ``source`` is the device, or what else is concerned; with ``about`` it identifies the alarm
+    while its ``text`` changes. ``part`` and ``node`` are what an action is about. ``since_s`` is
+    the time since the epoch, if known; ``position_s`` is given for alarms of a recording: where it
+    begins there.
+    """
+
+    source: str
+    about: str
+    text: str
+    level: Level
+    actions: Tuple[Action, ...] = ()
+    part: str = ''
+    node: str = ''
+    since_s: Optional[float] = None
+    position_s: Optional[float] = None
+
+
+class Alarm(NamedTuple):
+    """A condition and since when it lasts [s since the epoch]."""
+
+    condition: Condition
+    since_s: float
+
+
+class Event(NamedTuple):
+    """Something that happened [s since the epoch]."""
+
+    time_s: float
+    text: str
+
+
+class AlarmBoard(NamedTuple):
+    """The present alarms, the worst first, then the oldest; and all events in their order."""
+
+    alarms: Tuple[Alarm, ...] = ()
+    events: Tuple[Event, ...] = ()
+
+    def seen(self, conditions: Iterable[Condition], now_s: float) -> AlarmBoard:
+        """Return the board when this is all that is wrong now; what changed becomes events.
+
+        Alarms of a recording are no events: they come and go with the position.
+        """
+        before = {_key(alarm.condition): alarm for alarm in self.alarms}
+        present: Dict[Tuple[object, ...], Alarm] = {}
+        events: List[Event] = []
+        for condition in conditions:
+            key = _key(condition)
+            known = before.get(key)
+            since_s = known.since_s if known is not None else \
+                now_s if condition.since_s is None else condition.since_s
+            if known is None and key not in present:
+                events.append(Event(since_s, _begun(condition)))
+            present[key] = Alarm(condition, since_s)
+        events += [Event(now_s, _ended(alarm, now_s)) for key, alarm in before.items()
+                   if key not in present]
+        ordered = sorted(present.values(), key=lambda it: (-it.condition.level, it.since_s))
+        return AlarmBoard(tuple(ordered), self.events)._with(
+            event for event in events if event.text)
+
+    def noted(self, text: str, now_s: float) -> AlarmBoard:
+        """Return the board with another event."""
+        return self._with([Event(now_s, text)])
+
+    def events_since(self, time_s: float) -> Tuple[Event, ...]:
+        """Return the events from a time [s since the epoch] on."""
+        return tuple(event for event in self.events if event.time_s >= time_s)
+
+    def _with(self, events: Iterable[Event]) -> AlarmBoard:
+        return self._replace(events=(*self.events, *events)[-MOST_EVENTS:])
+
+
+def _key(condition: Condition) -> Tuple[object, ...]:
+    return condition.source, condition.about, condition.position_s
+
+
+def _begun(condition: Condition) -> str:
+    return '' if condition.position_s is not None else f'{condition.source}: {condition.text}'
+
+
+def _ended(alarm: Alarm, now_s: float) -> str:
+    begun = _begun(alarm.condition)
+    return begun and f'{begun}: over after {max(now_s - alarm.since_s, 0.0):.1f} s'

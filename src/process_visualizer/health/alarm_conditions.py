@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What is wrong with a running cell: dead nodes, silent topics, values beyond limits, losses."""
+from __future__ import annotations
+
+from typing import Iterable, List, Mapping, Sequence, Tuple
+
+from process_visualizer.health.alarm_board import Action, Condition
+from process_visualizer.health.device_state import Level, Line, node_line
+from process_visualizer.health.node_warnings import NodeWarning
+from process_visualizer.launching.part_report import PartReport, PartState
+from process_visualizer.ros_names import LIMIT_KEY
+
+_OVER = (PartState.STOPPED, PartState.STOPPING)
+
+
+def part_conditions(source: str, report: PartReport, restart: Action) -> List[Condition]:
+    """Return the dead nodes of a part, or that it has failed; ``restart`` is what may help."""
+    if report.state in _OVER:
+        return []
+    actions = restart, Action.SHOW_LOG
+    dead = [(node.name, node_line(node)) for node in report.nodes
+            if node_line(node).level >= Level.WARNING]
+    if not dead and report.state is PartState.FAILED:
+        return [Condition(source, report.part, report.reason, Level.BAD, actions, report.part)]
+    return [Condition(source, name, f'{name.rpartition("/")[2]} {line.text}', line.level,
+                      actions, report.part, name) for name, line in dead]
+
+
+def topic_conditions(device: str, lines: Mapping[str, Line]) -> List[Condition]:
+    """Return which topics of a running device send nothing, for how long is told apart."""
+    return [Condition(device, name, f'{name} is silent', Level.WARNING,
+                      (Action.RESTART_DEVICE,), device)
+            for name, line in lines.items() if line.level is Level.WARNING]
+
+
+def limit_conditions(device: str, warnings: Iterable[NodeWarning],
+                     epoch_s: float) -> List[Condition]:
+    """Return which variables of a device are beyond their limits, as its nodes say.
+
+    Args:
+        device: its name.
+        warnings: of its nodes.
+        epoch_s: the time since the epoch at which the clock of warnings was 0.
+    """
+    return [Condition(device, it.text, f'{it.text}, {it.values[LIMIT_KEY]}', Level.BAD,
+                      since_s=it.since_s + epoch_s)
+            for it in warnings if LIMIT_KEY in it.values]
+
+
+def loss_conditions(is_recording: bool, dropped: int, lost: int) -> List[Condition]:
+    """Return how many messages a recording lacks."""
+    words = [f'{count} {what}' for count, what in ((dropped, 'dropped'), (lost, 'lost')) if count]
+    if not is_recording or not words:
+        return []
+    return [Condition('recording', 'losses', f'messages are missing: {", ".join(words)}',
+                      Level.WARNING)]
+
+
+def recorded_conditions(alarms: Sequence[Tuple[str, str, float, float]],
+                        position_s: float) -> List[Condition]:
+    """Return the alarms of a recording at a position [s]: device, text, begin and end [s] each."""
+    return [Condition(device, text, text, Level.BAD, (Action.GO_THERE,), position_s=begin_s)
+            for device, text, begin_s, end_s in alarms if begin_s <= position_s <= end_s]

@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""When a process variable is beyond its limits, and how far: alarms, one for each time."""
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import List, NamedTuple, Optional, Tuple
+
+import numpy as np
+
+BEGIN_S = 0.2
+"""A value that is beyond a limit for a shorter time is no alarm."""
+END_S = 0.5
+"""An alarm ends when the value has been back inside for so long."""
+_MARGIN = 0.05
+
+
+@dataclass(frozen=True)
+class Limits:
+    """The least and the greatest good value, in the variable's own unit."""
+
+    low: float = -math.inf
+    high: float = math.inf
+
+    @property
+    def exist(self) -> bool:
+        """Whether there is any limit."""
+        return self.low > -math.inf or self.high < math.inf
+
+    @property
+    def margin(self) -> float:
+        """How far inside a value is back; so noise at a limit does not end an alarm."""
+        if -math.inf < self.low and self.high < math.inf:
+            return _MARGIN * (self.high - self.low)
+        return _MARGIN * abs(self.low if self.low > -math.inf else self.high)
+
+    def excess(self, values: np.ndarray) -> np.ndarray:
+        """Return how far values (n,) are beyond the limit that is nearer; below 0: inside."""
+        return np.maximum(values - self.high, self.low - values)
+
+    def sentence(self, label: str, value: float, unit: str) -> str:
+        """Return which limit a value is beyond, such as 'oven is above 200 °C'."""
+        side = f'above {self.high:g}' if value > self.high else f'below {self.low:g}'
+        return f'{label} is {side} {unit}'.rstrip()
+
+    def reach(self, extreme: float, unit: str) -> str:
+        """Return how far a value went, such as 'up to 230 °C'."""
+        return f'{"up" if extreme > self.high else "down"} to {extreme:g} {unit}'.rstrip()
+
+
+class LimitAlarm(NamedTuple):
+    """From when to when [s], and the value that was farthest beyond a limit."""
+
+    begin_s: float
+    end_s: float
+    extreme: float
+
+
+class _Run(NamedTuple):
+    """Samples in a row that are all beyond (1), inside (-1), or in the margin between (0)."""
+
+    begin_s: float
+    end_s: float
+    side: int
+    extreme: float
+    excess: float
+
+
+class LimitWatch:
+    """Judges a variable as its values come; a value holds until the next one."""
+
+    def __init__(self, limits: Limits) -> None:
+        self._limits = limits
+        self._open: Optional[LimitAlarm] = None
+        self._excess = 0.0  # of its extreme
+        self._inside_since_s: Optional[float] = None
+        self._ended: List[LimitAlarm] = []
+
+    @property
+    def present(self) -> Optional[LimitAlarm]:
+        """The alarm that lasts, up to the last value; None: all is well."""
+        return self._open if self._open is not None and _is_long(self._open) else None
+
+    def add(self, time_s: float, value: float) -> None:
+        """Take a value; times [s] must not decrease."""
+        self.add_all(np.array([time_s]), np.array([value], dtype=float))
+
+    def add_all(self, times_s: np.ndarray, values: np.ndarray) -> None:
+        """Take values (n,) in the order of their times (n,) [s]."""
+        for run in _runs(self._limits, times_s, values):
+            self._take(run)
+
+    def take_ended(self) -> Tuple[LimitAlarm, ...]:
+        """Return the alarms that have ended since the last call."""
+        ended, self._ended = self._ended, []
+        return tuple(ended)
+
+    def _take(self, run: _Run) -> None:
+        if run.side > 0:
+            self._take_beyond(run)
+        elif self._open is not None:
+            self._take_inside(run, self._open)
+
+    def _take_beyond(self, run: _Run) -> None:
+        if self._open is None or run.excess > self._excess:
+            begin_s = run.begin_s if self._open is None else self._open.begin_s
+            self._open, self._excess = LimitAlarm(begin_s, run.end_s, run.extreme), run.excess
+        self._open = self._open._replace(end_s=run.end_s)
+        self._inside_since_s = None
+
+    def _take_inside(self, run: _Run, alarm: LimitAlarm) -> None:
+        if run.side == 0:
+            self._open, self._inside_since_s = alarm._replace(end_s=run.end_s), None
+            return
+        if self._inside_since_s is None:
+            self._inside_since_s = run.begin_s
+            self._open = alarm = alarm._replace(end_s=run.begin_s)
+        if run.end_s - self._inside_since_s >= END_S:
+            self._open = None
+            self._ended += [alarm] if _is_long(alarm) else []
+
+
+def limit_alarms(limits: Limits, times_s: np.ndarray,
+                 values: np.ndarray) -> Tuple[LimitAlarm, ...]:
+    """Return the alarms of a whole recording, in the order of time; none overlaps another.
+
+    Args:
+        limits: of the variable.
+        times_s: (n,) [s], rising.
+        values: (n,), finite.
+    """
+    watch = LimitWatch(limits)
+    watch.add_all(times_s, values)
+    last = () if watch.present is None else (watch.present,)
+    return watch.take_ended() + last
+
+
+def _is_long(alarm: LimitAlarm) -> bool:
+    return alarm.end_s - alarm.begin_s >= BEGIN_S
+
+
+def _runs(limits: Limits, times_s: np.ndarray, values: np.ndarray) -> List[_Run]:
+    if not len(values):
+        return []
+    excess = limits.excess(values)
+    side = np.where(excess > 0.0, 1, np.where(excess <= -limits.margin, -1, 0))
+    begins = np.flatnonzero(np.diff(side, prepend=side[0] + 1))
+    runs = []
+    for begin, end in zip(begins.tolist(), [*begins[1:].tolist(), len(values)]):
+        worst = begin + int(np.argmax(excess[begin:end]))
+        runs.append(_Run(float(times_s[begin]), float(times_s[end - 1]), int(side[begin]),
+                         float(values[worst]), float(excess[worst])))
+    return runs

@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The alarms of a cell and its events, and when a recording was beyond its limits."""
+from __future__ import annotations
+
+from typing import Any, List
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from process_visualizer.cell.errors import Location
+from process_visualizer.cell.model import Device, DeviceType, Variable, WarningLimits
+from process_visualizer.curves.curves import Curve
+from process_visualizer.curves.recorded_alarms import recorded_alarms
+from process_visualizer.health.alarm_board import Action, AlarmBoard, Condition
+from process_visualizer.health.alarm_conditions import (
+    limit_conditions,
+    loss_conditions,
+    part_conditions,
+    recorded_conditions,
+    topic_conditions,
+)
+from process_visualizer.health.device_state import Level, Line
+from process_visualizer.health.node_warnings import NodeWarning, Severity
+from process_visualizer.launching.node_state import NodeReport, NodeState
+from process_visualizer.launching.part_report import PartReport, PartState
+from process_visualizer.ros_names import LIMIT_KEY
+
+HERE = Location('cell.xml', 1)
+SILENT = Condition('arm', '/arm/q', '/arm/q is silent', Level.WARNING)
+BEYOND = Condition('oven', 'limit', 'oven is above 200', Level.BAD)
+
+
+def texts(board: AlarmBoard) -> List[str]:
+    return [event.text for event in board.events]
+
+
+# The board
+
+def test_an_alarm_begins_and_ends() -> None:
+    board = AlarmBoard().seen([SILENT], 10.0).seen([SILENT], 11.0).seen([], 12.5)
+    assert board.alarms == ()
+    assert [tuple(event) for event in board.events] == [
+        (10.0, 'arm: /arm/q is silent'), (12.5, 'arm: /arm/q is silent: over after 2.5 s')]
+
+
+def test_the_worst_comes_first_then_the_oldest() -> None:
+    board = AlarmBoard().seen([SILENT], 1.0)
+    board = board.seen([SILENT, SILENT._replace(about='/arm/tcf'), BEYOND], 2.0)
+    assert [(it.condition.about, it.since_s) for it in board.alarms] == [
+        ('limit', 2.0), ('/arm/q', 1.0), ('/arm/tcf', 2.0)]
+
+
+def test_a_text_that_changes_is_the_same_alarm() -> None:
+    board = AlarmBoard().seen([BEYOND], 1.0).seen([BEYOND._replace(text='up to 230')], 2.0)
+    assert (len(board.events), board.alarms[0].since_s, board.alarms[0].condition.text) == (
+        1, 1.0, 'up to 230')
+    assert texts(board.seen([], 3.0))[-1] == 'oven: up to 230: over after 2.0 s'
+
+
+def test_since_when_as_the_node_says() -> None:
+    assert AlarmBoard().seen([BEYOND._replace(since_s=3.0)], 4.0).alarms[0].since_s == 3.0
+
+
+def test_alarms_of_a_recording_are_no_events() -> None:
+    board = AlarmBoard().seen([BEYOND._replace(position_s=7.0)], 1.0)
+    assert (len(board.alarms), board.seen([], 2.0).events) == (1, ())
+
+
+def test_notes_are_events_too() -> None:
+    board = AlarmBoard().noted('launched', 1.0).noted('mark seam', 5.0)
+    assert [event.text for event in board.events_since(2.0)] == ['mark seam']
+
+
+@given(st.lists(st.sets(st.sampled_from('abcd')), max_size=20))
+def test_every_begin_has_its_end(steps: Any) -> None:
+    board = AlarmBoard()
+    for now_s, names in enumerate(steps):
+        board = board.seen([SILENT._replace(about=name, text=name) for name in names], now_s)
+        assert {alarm.condition.about for alarm in board.alarms} == names
+    board = board.seen([], 99.0)
+    for name in 'abcd':
+        about = [text for text in texts(board) if text.startswith(f'arm: {name}')]
+        assert all(('over' in text) == bool(row % 2) for row, text in enumerate(about))
+        assert len(about) % 2 == 0
+
+
+# What is wrong
+
+def test_a_dead_node() -> None:
+    report = PartReport('arm', PartState.RUNNING, (
+        NodeReport('/arm/driver', NodeState.EXITED, -9), NodeReport('/arm/robot_proc',
+                                                                    NodeState.RUNNING)))
+    (found,) = part_conditions('arm', report, Action.RESTART_DEVICE)
+    assert (found.text, found.level, found.node) == ('driver killed by SIGKILL', Level.BAD,
+                                                     '/arm/driver')
+    assert found.actions == (Action.RESTART_DEVICE, Action.SHOW_LOG)
+
+
+def test_nodes_that_are_being_stopped_are_no_alarm() -> None:
+    dead = NodeReport('/rviz', NodeState.EXITED, 1)
+    assert part_conditions('RViz', PartReport('rviz', PartState.STOPPING, (dead,)),
+                           Action.RESTART_RVIZ) == []
+
+
+def test_a_part_that_has_failed() -> None:
+    (found,) = part_conditions('arm', PartReport('arm', PartState.FAILED, reason='no memory'),
+                               Action.RESTART_DEVICE)
+    assert (found.text, found.part) == ('no memory', 'arm')
+
+
+def test_silent_topics() -> None:
+    lines = {'/q': Line(Level.WARNING, 'silent for 2.2 s'), '/f': Line(Level.GOOD, '90 Hz'),
+             '/n': Line(Level.WAITING, 'no message yet')}
+    assert [it.text for it in topic_conditions('arm', lines)] == ['/q is silent']
+
+
+def test_variables_beyond_their_limits() -> None:
+    warning = NodeWarning('/oven/variable_proc', Severity.ERROR, 'oven is above 200 °C', 0, 5.0,
+                          9.0, {LIMIT_KEY: 'up to 230 °C'})
+    other = NodeWarning('/oven/variable_proc', Severity.WARNING, 'wrong type', 3, 5.0, 9.0)
+    (found,) = limit_conditions('oven', [warning, other], 1000.0)
+    assert (found.text, found.since_s) == ('oven is above 200 °C, up to 230 °C', 1005.0)
+
+
+def test_losses_only_while_recording() -> None:
+    assert loss_conditions(True, 0, 0) == loss_conditions(False, 3, 0) == []
+    assert [it.text for it in loss_conditions(True, 3, 2)] == [
+        'messages are missing: 3 dropped, 2 lost']
+
+
+# A recording
+
+def oven(**limits: Any) -> Device:
+    variable = Variable('/heat', 'data', 'oven', (1.0, 0.0, 0.0), (1.0, 0.0, 0.0), '°C', 1.0, 0.0,
+                        'heat', HERE, limits=WarningLimits(
+                            limits.get('low'), limits.get('high'), (1.0, 0.0, 0.0)))
+    return Device(DeviceType.OTHER, 'oven', HERE, variables=(variable,))
+
+
+def curve(low: Any, high: Any) -> Curve:
+    times_s = (np.arange(len(low)) + 0.5) * 0.1
+    return Curve('oven', 'heat', '°C', (1.0, 0.0, 0.0), '/heat', times_s, np.array(low),
+                 np.array(high))
+
+
+def test_alarms_of_a_recording() -> None:
+    low = [20.0] * 10 + [20.0] * 5 + [np.nan] * 5 + [20.0] * 10
+    high = [25.0] * 10 + [230.0] * 5 + [np.nan] * 5 + [25.0] * 10
+    (found,) = recorded_alarms([oven(low=0.0, high=200.0)], [curve(low, high)])
+    assert found[:2] == ('oven', 'heat is above 200 °C, up to 230 °C')
+    assert (round(found.begin_s, 6), round(found.end_s, 6)) == (1.05, 2.05)
+    at = [position_s for position_s in np.arange(0.0, 3.0, 0.1)
+          if recorded_conditions([found], position_s)]
+    assert (round(at[0], 6), round(at[-1], 6)) == (1.1, 2.0)
+    (condition,) = recorded_conditions([found], 1.5)
+    assert (condition.position_s, condition.actions) == (found.begin_s, (Action.GO_THERE,))
+
+
+def test_without_limits_or_curves_there_are_no_alarms() -> None:
+    assert recorded_alarms([oven()], [curve([0.0], [1e9])]) == ()
+    assert recorded_alarms([oven(high=1.0)], []) == ()
