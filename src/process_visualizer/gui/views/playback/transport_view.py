@@ -103,9 +103,9 @@ class TransportView(QWidget):
         self.backwards = self._button('play_backwards', 'Play backwards  (shift+space)',
                                       it.toggle_backwards, True)
         self.loop = self._button('loop', 'Repeat all, or from A to B  (L)', it.toggle_loop, True)
-        self.begin = self._button('loop_begin', 'The loop begins here  (A)',
+        self.begin = self._button('loop_begin', 'Set loop start  (A)',
                                   lambda: it.set_loop_begin(), True)
-        self.end = self._button('loop_end', 'The loop ends here  (B)',
+        self.end = self._button('loop_end', 'Set loop end  (B)',
                                 lambda: it.set_loop_end(), True)
         moving = [self._button('to_start', 'To the beginning  (home)', it.to_start),
                   self._button('step_back', 'One step back  (left arrow, or ,)',

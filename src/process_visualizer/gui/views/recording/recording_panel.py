@@ -75,7 +75,7 @@ class RecordingPanel(QScrollArea):
                             room.is_low)
         self._mark.setEnabled(is_recording)
         self._label.setEnabled(is_recording)
-        self._label.setPlaceholderText(state.next_label if is_recording else 'Label of a mark')
+        self._label.setPlaceholderText(state.next_label if is_recording else 'Mark label')
         if self._label.text().strip() != state.label:
             self._label.setText(state.label)
         self._show_save()
