@@ -170,9 +170,9 @@ class LauncherApp(QMainWindow):
         self.launch.launch_wanted.connect(launcher.start)
         self.launch.quit_wanted.connect(self._quit)
         self.launch.apply_wanted.connect(launcher.apply)
-        self.launch.restart_view_wanted.connect(launcher.view.restart)
-        self.launch.save_view_wanted.connect(self._save_view)
-        self.launch.view_chosen.connect(launcher.view.choose)
+        self.launch.rviz.restart_wanted.connect(launcher.view.restart)
+        self.launch.rviz.save_wanted.connect(self._save_view)
+        self.launch.rviz.chosen.connect(launcher.view.choose)
         launcher.view.changed.connect(self._show_views)
 
     def _bind_keys(self) -> None:
@@ -213,6 +213,7 @@ class LauncherApp(QMainWindow):
         launcher = self._launcher
         reason = launcher.blocked_reason()
         self.launch.show_phase(launcher.launch.phase, reason == '', reason)
+        self.launch.rviz.show_rviz(launcher.view.is_rviz_alive)
         pending = launcher.pending()
         self.launch.show_changes(f'Apply: {pending}' if pending else '', pending)
         self._enable_keys()
@@ -234,7 +235,7 @@ class LauncherApp(QMainWindow):
         self.launch.status.setText(self._launcher.status())
 
     def _show_views(self) -> None:
-        self.launch.show_views(self._launcher.view.names, self._launcher.view.chosen)
+        self.launch.rviz.show_views(self._launcher.view.names, self._launcher.view.chosen)
 
     def _show_log(self, device: str, node: str) -> None:
         report = self._launcher.launch.reports.get(device)
