@@ -89,13 +89,13 @@ def _level(warnings: Tuple[NodeWarning, ...]) -> Level:
     return Level.BAD if is_error else Level.WARNING
 
 
-def live_line(activity: TopicActivity) -> Line:
+def live_line(activity: TopicActivity, is_latched: bool = False) -> Line:
     """Return the state of a topic whose messages are counted."""
     if activity.silence_s is None:
         return Line(Level.WAITING, 'no message yet')
     if activity.is_stale:
         return Line(Level.WARNING, f'silent for {activity.silence_s:.1f} s')
-    return Line(Level.GOOD, live_rate_text(activity.rate_hz, activity.silence_s))
+    return Line(Level.GOOD, live_rate_text(activity.rate_hz, activity.silence_s, is_latched))
 
 
 def recorded_line(topic: CatalogueTopic, is_played: bool) -> Line:

@@ -81,7 +81,9 @@ def test_topic_without_a_message_waits() -> None:
 
 @pytest.mark.parametrize('line, text', [
     (live_line(TopicActivity(1250.0, 0.0, False)), '1250 Hz'),
-    (live_line(TopicActivity(0.0, 12.3, False)), 'last 12 s ago'),  # latched, or now and then
+    (live_line(TopicActivity(0.0, 12.3, False)), 'last 12 s ago'),  # now and then
+    (live_line(TopicActivity(0.0, 12.3, False), is_latched=True), 'latched'),
+    (live_line(TopicActivity(2.0, 0.3, False), is_latched=True), '2.0 Hz'),
     (recorded_line(CatalogueTopic('/arm/q', ('x/Y',), 500, 125.0), True), '125 Hz'),
     (recorded_line(CatalogueTopic('/arm/q', ('x/Y',), 2, 0.04), True), '0.04 Hz'),
     (recorded_line(CatalogueTopic('/arm/q', ('x/Y',), 3, 0.987, True), True), 'latched'),
