@@ -49,13 +49,14 @@ class LaunchView(QWidget):
         self.launch.setObjectName('launch')
         self.launch.setMinimumHeight(34)
         self.launch.clicked.connect(self._on_launch)
-        self.apply = QPushButton()
+        self.apply = QPushButton('Apply')
         self.apply.setObjectName('apply')
         self.apply.clicked.connect(self.apply_wanted)
         self.view = QToolButton()
         self.view.setObjectName('view')
         self.view.setIcon(icon('view'))
         self.view.setMinimumHeight(34)
+        self.view.setAccessibleName('RViz')
         self.view.setToolTip('RViz: restart it, save or choose a view')
         self.view.setPopupMode(QToolButton.InstantPopup)
         self.rviz = RvizMenu(self.view)
@@ -82,7 +83,7 @@ class LaunchView(QWidget):
     def show_changes(self, text: str, hint: str) -> None:
         """Offer to apply what is ticked or configured now; hidden without a text."""
         self.apply.setVisible(bool(text))
-        self.apply.setText(text)
+        self.apply.setText(text or 'Apply')
         self.apply.setToolTip(hint)
 
     def _mode_button(self, text: str, name: str, mode: Mode) -> QRadioButton:

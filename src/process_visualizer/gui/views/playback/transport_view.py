@@ -66,6 +66,7 @@ class TransportView(QWidget):
         self.unit.clear()
         for unit in (MESSAGE, *TIMES, *(StepUnit(topic) for topic in topics)):
             self.unit.addItem(unit.label, unit)
+            self.unit.setItemData(self.unit.count() - 1, unit.label, Qt.ToolTipRole)
         self.unit.insertSeparator(1 + len(TIMES))
         self.unit.blockSignals(False)
         if self._playback.step_unit.topic not in ('', *topics):
@@ -89,7 +90,6 @@ class TransportView(QWidget):
         self.slider.speed_chosen.connect(self._playback.set_speed)
         self.unit.setObjectName('step_unit')
         self.unit.setAccessibleName('Size of a step')
-        self.unit.setToolTip('Size of a step  (left and right arrow, or , and .)')
         self.unit.setSizeAdjustPolicy(QComboBox.AdjustToMinimumContentsLengthWithIcon)
         self.unit.setMinimumContentsLength(6)
         self.unit.setFocusPolicy(Qt.TabFocus)
@@ -205,6 +205,8 @@ class TransportView(QWidget):
         row = next((row for row in range(self.unit.count())
                     if self.unit.itemData(row) == self._playback.step_unit), 0)
         self.unit.setCurrentIndex(row)
+        self.unit.setToolTip(f'Size of a step: {self._playback.step_unit.label}'
+                             '  (left and right arrow, or , and .)')
 
     def _show_time(self) -> None:
         if self._playback.is_available:

@@ -92,10 +92,12 @@ class RecordingPanel(QScrollArea):
         self.setFocus()
 
     def _set_up(self) -> None:
+        self.setAccessibleName('Recording')
         self.setFrameShape(QFrame.NoFrame)
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarAlwaysOff)
         self._label.setObjectName('mark_label')
+        self._label.setAccessibleName('Mark label')
         self._label.setToolTip('The label of the next mark; without one it gets a number')
         self._label.textEdited.connect(self._model.set_label)
         self._label.returnPressed.connect(self._on_mark)
