@@ -13,6 +13,7 @@ void TopicBoard::add(const Message& message, bool is_recorded) {
   Arrival& arrival = arrivals_[message.topic()];
   ++arrival.count;
   arrival.type = message.connection->field("type");
+  arrival.is_latching = message.connection->isLatching();
   arrival.last = message.time;
   bytes_ += message.size();
   if (!is_counting_) return;
@@ -56,6 +57,7 @@ std::vector<TopicRecord> TopicBoard::records(const std::set<std::string>& topics
     const auto arrival = arrivals_.find(topic);
     if (arrival != arrivals_.end()) {
       record.type = arrival->second.type;
+      record.latching = arrival->second.is_latching;
       record.rate = arrival->second.rate;
       record.silence = (now - arrival->second.last).toSec();
     }

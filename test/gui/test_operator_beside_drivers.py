@@ -110,7 +110,7 @@ def it_is_asked(operator: Operator) -> None:
     operator.click('launch')
     operator.wait(lambda: question(operator) != '', 'the question')
     assert WHO in question(operator)
-    assert operator.text('status') == 'Currently not doing anything'
+    assert operator.text('status') == 'Idle'
 
 
 def it_is_asked_and_can_be_left(operator: Operator) -> None:

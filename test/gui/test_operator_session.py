@@ -90,7 +90,7 @@ def open_the_cell(operator: Operator) -> None:
     devices = operator.widget('devices', DevicesView)
     operator.wait(lambda: devices.topLevelItemCount() == 6, 'six devices')
     operator.wait(lambda: operator.widget('launch').isEnabled(), 'the master')
-    assert operator.text('status') == 'Currently not doing anything'
+    assert operator.text('status') == 'Idle'
     kinect = devices.topLevelItem(2)
     assert kinect.text(0) == 'kinect (depth_sensor)'
     operator.click_check_box(devices, kinect)
@@ -159,7 +159,7 @@ def record(operator: Operator, folder: Path) -> str:
 
 def quit_all(operator: Operator) -> None:
     operator.click('launch')
-    operator.wait(lambda: operator.text('status') == 'Currently not doing anything',
+    operator.wait(lambda: operator.text('status') == 'Idle',
                   'everything has ended', LAUNCH_S)
     left = operator.beside(registrations)
     assert set(left) == {'/process_visualizer', '/rosout'}, left

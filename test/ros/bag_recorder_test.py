@@ -130,6 +130,18 @@ class BagRecorderTest(unittest.TestCase):
             self.assertGreater(state.time_left, 0)
             self.assertEqual((state.dropped, state.lost, state.problems), (0, 0, []))
 
+    def test_a_latched_topic_is_told_as_one(self):
+        latched, topic = new_topic(), new_topic()
+        publisher = rospy.Publisher(latched, String, latch=True, queue_size=1)
+        publisher.publish('always')
+        with RecorderUnderTest(topics=[latched, topic]) as recorder, Stream(topic):
+            state = recorder.client.wait_for(
+                lambda state: len(state.topics) == 2
+                and all(it.silence >= 0.0 for it in state.topics), TIMEOUT_S)
+            self.assertIsNotNone(state)
+            self.assertEqual({it.name: it.latching for it in state.topics},
+                             {latched: True, topic: False})
+
     def test_lost_messages_are_counted_live_and_in_the_report(self):
         topic = new_topic()
 

@@ -137,7 +137,7 @@ def test_killed_node_with_the_end_of_its_log(output: str, observed: Observed, wr
     (dead,) = report.dead_nodes
     assert (dead.name, dead.state, dead.exit_code) == ('/box/n', NodeState.EXITED, -9)
     assert {'last words', 'complaint'} <= set(dead.log_tail)
-    assert report.reason == 'all nodes have ended: /box/n: exited with code -9'
+    assert report.reason == 'all nodes have ended: /box/n: killed by signal 9 (SIGKILL)'
     observed.cell.restart('box')
     observed.wait_until_up(plan)
 

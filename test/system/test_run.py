@@ -89,7 +89,7 @@ def test_a_failed_required_node_ends_the_run(run_cell, write_config, mark):
     node = '<node pkg="process_visualizer" type="view_picture" name="bad" required="true" />'
     run = run_cell(write_config(FRAMES.format(node)), '--no-rviz')
     assert run.wait() == 1
-    assert '/box/bad: exited with code' in run.text
+    assert '/box/bad: ended with code' in run.text
     assert 'the required node /box/bad' in run.text
     assert wait_until_alone(mark, SOON_S) == []
 
@@ -98,7 +98,7 @@ def test_a_respawned_node_is_reported(run_cell, write_config):
     node = ('<node pkg="process_visualizer" type="view_picture" name="bad" respawn="true" '
             'respawn_delay="1" />')
     run = run_cell(write_config(FRAMES.format(node)), '--no-rviz')
-    run.wait_for_line('/box/bad: exited with code')
+    run.wait_for_line('/box/bad: ended with code')
     run.wait_for_line('(restarted 1 time)')
     assert run.signal_and_wait(signal.SIGINT) == 0
 

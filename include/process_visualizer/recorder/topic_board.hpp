@@ -36,6 +36,7 @@ class TopicBoard {
     std::uint64_t count = 0, counted = 0;
     double rate = 0;
     std::string type;
+    bool is_latching = false;  // the publisher of the last message
     ros::Time last;
   };
 

@@ -2,7 +2,6 @@
 """The state of a device for the operator: its nodes and topics in one line."""
 from __future__ import annotations
 
-import signal
 from enum import IntEnum
 from typing import Dict, Mapping, NamedTuple, Optional, Tuple
 
@@ -11,6 +10,7 @@ from process_visualizer.cell.model import Device
 from process_visualizer.health.figures import live_rate_text, rate_text
 from process_visualizer.health.node_warnings import NodeWarning, Severity, by_node, counted
 from process_visualizer.health.topic_watch import TopicActivity
+from process_visualizer.launching.exit_words import exit_words
 from process_visualizer.launching.node_state import NodeReport, NodeState
 from process_visualizer.launching.part_report import PartReport, PartState
 
@@ -73,7 +73,7 @@ def node_line(node: NodeReport) -> Line:
         return Line(Level.WAITING, 'starting' + _restarts(node))
     if node.state is NodeState.EXITED:
         level = Level.BAD if node.exit_code else Level.WARNING
-        return Line(level, _end(node.exit_code))
+        return Line(level, exit_words(node.exit_code))
     return Line(Level.BAD, f'cannot be started: {node.reason}')
 
 
@@ -89,23 +89,13 @@ def _level(warnings: Tuple[NodeWarning, ...]) -> Level:
     return Level.BAD if is_error else Level.WARNING
 
 
-def _end(exit_code: Optional[int]) -> str:
-    """How a process ended; a negative code is a signal."""
-    if exit_code is not None and exit_code < 0:
-        try:
-            return f'killed by {signal.Signals(-exit_code).name}'
-        except ValueError:  # one that has no name
-            pass
-    return f'ended with code {exit_code}'
-
-
-def live_line(activity: TopicActivity) -> Line:
+def live_line(activity: TopicActivity, is_latched: bool = False) -> Line:
     """Return the state of a topic whose messages are counted."""
     if activity.silence_s is None:
         return Line(Level.WAITING, 'no message yet')
     if activity.is_stale:
         return Line(Level.WARNING, f'silent for {activity.silence_s:.1f} s')
-    return Line(Level.GOOD, live_rate_text(activity.rate_hz, activity.silence_s))
+    return Line(Level.GOOD, live_rate_text(activity.rate_hz, activity.silence_s, is_latched))
 
 
 def recorded_line(topic: CatalogueTopic, is_played: bool) -> Line:

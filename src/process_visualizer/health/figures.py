@@ -53,6 +53,11 @@ def rate_text(rate_hz: float) -> str:
     return f'{rate_hz:.1f}{_THIN}Hz' if rate_hz >= 0.995 else f'{rate_hz:.2g}{_THIN}Hz'
 
 
-def live_rate_text(rate_hz: float, silence_s: float) -> str:
-    """Return the rate of a topic, or when its last message came if it sends none now."""
-    return rate_text(rate_hz) if rate_hz > 0.0 else f'last {long_time_text(silence_s)} ago'
+def live_rate_text(rate_hz: float, silence_s: float, is_latched: bool = False) -> str:
+    """Return the rate of a topic, or when its last message came if it sends none now.
+
+    A latched topic sends when something changes; its last message holds, however old it is.
+    """
+    if rate_hz > 0.0:
+        return rate_text(rate_hz)
+    return 'latched' if is_latched else f'last {long_time_text(silence_s)} ago'

@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Optional, Tuple
 
+from process_visualizer.launching.exit_words import exit_words
+
 
 class NodeState(Enum):
     """``STARTING`` until the node has registered with the master."""
@@ -53,9 +55,8 @@ class NodeReport:
         return replace(self, state=NodeState.FAILED, exit_code=None, reason=reason)
 
     def __str__(self) -> str:
-        text = f'{self.name}: {self.state.value}'
-        if self.state is NodeState.EXITED:
-            text += f' with code {self.exit_code}'
+        is_over = self.state is NodeState.EXITED
+        text = f'{self.name}: {exit_words(self.exit_code) if is_over else self.state.value}'
         if self.reason:
             text += f': {self.reason}'
         if self.restarts:

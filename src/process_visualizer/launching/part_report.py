@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Dict, FrozenSet, Iterable, Mapping, Optional, Tuple
 
+from process_visualizer.launching.exit_words import exit_words
 from process_visualizer.launching.node_state import NodeReport, NodeState
 
 
@@ -122,5 +123,4 @@ def _reason(part: PartReport, exit_code: int, log_tail: Tuple[str, ...],
               if 'RLException: ' in line or line.startswith('ERROR')]
     if errors:
         return errors[-1]
-    how = f'with code {exit_code}' if exit_code >= 0 else f'by signal {-exit_code}'
-    return f'roslaunch has ended {how}'
+    return f'roslaunch: {exit_words(exit_code)}'

@@ -27,9 +27,10 @@ def devices() -> List[Device]:
 
 
 def seen(name: str, rate_hz: float = 125.0, silence_s: Optional[float] = 0.01,
-         publishers: int = 1, messages: int = 1000) -> TopicSnapshot:
+         publishers: int = 1, messages: int = 1000,
+         is_latched: bool = False) -> TopicSnapshot:
     return TopicSnapshot(name, 'std_msgs/Float32MultiArray', publishers, messages, rate_hz,
-                         messages * 60, 0, 0, silence_s)
+                         messages * 60, 0, 0, silence_s, is_latched)
 
 
 def updated(phase: str = 'idle', **values: Any) -> RecorderSnapshot:

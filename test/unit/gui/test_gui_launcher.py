@@ -84,7 +84,7 @@ def test_the_status_tells_at_once_that_it_launches(loaded: Launcher, qtbot: Any,
     loaded.start()
     assert loaded.status() == 'Launching nodes…'
     qtbot.waitUntil(lambda: len(launched) == 1)
-    assert loaded.status() == 'Currently not doing anything'
+    assert loaded.status() == 'Idle'
 
 
 def test_nothing_is_pending_while_what_runs_is_what_is_chosen(loaded: Launcher) -> None:
@@ -127,7 +127,7 @@ def test_what_the_status_waits_for(launcher: Launcher, qtbot: Any, config: Path)
     launcher.master.is_connecting = True
     assert launcher.status() == 'Starting the ROS master…'
     launcher.master.is_connecting = False
-    qtbot.waitUntil(lambda: launcher.status() == 'Currently not doing anything')
+    qtbot.waitUntil(lambda: launcher.status() == 'Idle')
 
 
 def test_all_files_of_a_split_recording_are_played(loaded: Launcher,

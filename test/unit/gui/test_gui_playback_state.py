@@ -16,7 +16,7 @@ from process_visualizer.gui.models.playback.step_unit import TIMES
 
 LENGTH_S = PAUSED.duration_s
 CHOSEN = PlaybackState(PAUSED, Sought(7.0, PAUSED.segment), LoopPoints(2.0, 5.0), True, TIMES[0],
-                       Marks.of([PlacedMark(3.0, 'seam')]))
+                       Marks.of([PlacedMark(3.0, 'seam')]), PAUSED.files)
 SENT_S = PAUSED.stamp_s
 times = st.floats(-1.0, LENGTH_S + 1.0)
 

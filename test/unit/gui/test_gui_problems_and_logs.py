@@ -10,7 +10,7 @@ from PyQt5.QtGui import QGuiApplication
 from PyQt5.QtWidgets import QLabel, QListWidget, QPlainTextEdit, QPushButton, QWidget
 
 from process_visualizer.cell.errors import Location, Problem
-from process_visualizer.gui.views.cell.log_view import LogView, exit_text
+from process_visualizer.gui.views.cell.log_view import LogView
 from process_visualizer.gui.views.cell.problems_view import ProblemsView, problem_html
 from process_visualizer.launching.node_state import NodeReport, NodeState
 from process_visualizer.launching.part_report import PartReport, PartState
@@ -70,7 +70,7 @@ def test_the_log_of_a_node(parent):
     log = LogView.show_node(parent, report, '/robot/robot_proc')
     assert log.isVisible() and not log.isModal()
     message = log.findChild(QLabel, 'log_message').text()
-    assert message == ('<b>/robot/robot_proc</b> of robot has ended, exit code 1. '
+    assert message == ('<b>/robot/robot_proc</b> of robot: ended with code 1. '
                        'It was restarted 2 times.')
     assert log.findChild(QPlainTextEdit, 'log_text').toPlainText() == 'first\nKeyError: 3'
     log.findChild(QPushButton, 'log_copy').click()
@@ -82,8 +82,3 @@ def test_the_log_of_a_part(parent):
     log = LogView.show_node(parent, report, '')
     assert 'kinect</b> is failed: a required' in log.findChild(QLabel, 'log_message').text()
     assert log.findChild(QPlainTextEdit, 'log_text').toPlainText() == 'bye'
-
-
-def test_exit_codes():
-    assert [exit_text(code) for code in (None, 3, -11)] == [
-        'exit code unknown', 'exit code 3', 'killed by signal 11']

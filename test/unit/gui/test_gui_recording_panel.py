@@ -216,7 +216,7 @@ def test_figures_are_those_of_the_bag_that_is_named(find, running, client, qtbot
     assert (text(find, 'record_figures'), text(find, 'record_time')) == (whole, '0:02.2')
     assert 'seam.bag' in text(find, 'record_notice')
     running.dismiss()
-    assert text(find, 'record_figures') == '20.0 MB/s arriving'
+    assert text(find, 'record_figures') == '20.0 MB/s incoming'
     assert text(find, 'record_time') == '0:00.0'
 
 

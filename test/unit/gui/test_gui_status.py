@@ -20,7 +20,7 @@ def player(rate: float, paused: bool = False) -> PlayerSnapshot:
 
 
 @pytest.mark.parametrize('text, expected', [
-    (status_text(Phase.IDLE, None, '', GOOD), 'Currently not doing anything'),
+    (status_text(Phase.IDLE, None, '', GOOD), 'Idle'),
     (status_text(Phase.LAUNCHING, Mode.REALTIME, '', GOOD), 'Launching nodes…'),
     (status_text(Phase.RUNNING, Mode.REALTIME, '', GOOD), 'In real-time mode.'),
     (status_text(Phase.RUNNING, Mode.REALTIME, 'Recording data', GOOD),

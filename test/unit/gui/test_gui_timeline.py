@@ -103,6 +103,18 @@ class TestLoop:
         bench.release(12.0, HANDLES_Y)
         assert bench.stand.commands() == [('set_loop', True, 5.0, 12.0)]
 
+    def test_a_and_b_are_dragged_while_it_plays_on(self, bench: Bench) -> None:
+        bench.stand.play(position_s=6.0, loop=(5.0, 10.0))
+        for begin_s, end_s in ((10.0, 12.0), (5.0, 3.0)):
+            bench.press(begin_s, HANDLES_Y)
+            bench.stand.now_s += 0.2
+            bench.stand.play(position_s=6.2)
+            bench.move(end_s, HANDLES_Y, Qt.LeftButton)
+            bench.release(end_s, HANDLES_Y)
+        assert bench.stand.commands() == [('set_loop', True, 5.0, 12.0),
+                                          ('set_loop', True, 3.0, 12.0)]
+        assert bench.stand.model.is_playing
+
     def test_dragging_a_over_b_stops_before_it(self, bench: Bench) -> None:
         bench.stand.state(loop=(5.0, 10.0))
         bench.press(5.0, HANDLES_Y)

@@ -6,6 +6,7 @@ import pytest
 from recording_stand_in import devices, seen
 
 from process_visualizer.gui.models.recording.topic_ticks import TopicHealth, TopicTicks
+from process_visualizer.gui.views.recording.topic_list import rate_or_silence
 
 
 @pytest.fixture
@@ -49,6 +50,14 @@ def test_health(ticks):
     assert health(ticks) is TopicHealth.NO_PUBLISHER
     ticks.take([seen('/robot/q_act', silence_s=None, messages=0, rate_hz=0.0)])
     assert health(ticks) is TopicHealth.NO_MESSAGE
+
+
+def test_a_latched_topic_has_no_rate_while_it_rests(ticks):
+    for rate_hz, text in ((0.0, 'latched'), (2.0, '2.0\u2009Hz')):
+        ticks.take([seen('/robot/q_act', rate_hz, 20.0, messages=1, is_latched=True)])
+        assert rate_or_silence(ticks.rows()[0]) == text
+    ticks.take([seen('/robot/q_act', 0.0, None, messages=0, publishers=0)])
+    assert rate_or_silence(ticks.rows()[0]) == 'no publisher'
 
 
 def test_what_is_slow_or_was_latched_is_not_silent(ticks):

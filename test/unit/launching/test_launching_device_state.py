@@ -43,13 +43,14 @@ def summary(state: PartState, *nodes: NodeReport, topic: Optional[TopicActivity]
 @pytest.mark.parametrize('line, level, text', [
     (summary(PartState.RUNNING, UP, topic=FLOWING), Level.GOOD, 'running'),
     (summary(PartState.STARTING, UP, STARTING), Level.WAITING, 'starting, 1 of 2 nodes up'),
-    (summary(PartState.RUNNING, DIED), Level.BAD, 'driver killed by SIGKILL'),
+    (summary(PartState.RUNNING, DIED), Level.BAD, 'driver killed by signal 9 (SIGKILL)'),
     (summary(PartState.RUNNING, ENDED, UP), Level.WARNING, 'driver ended with code 0'),
     (summary(PartState.RUNNING, REFUSED, ENDED), Level.BAD,
      'driver cannot be started: no such executable (and 1 more)'),
     (summary(PartState.FAILED, reason='no such file'), Level.BAD, 'no such file'),
     (summary(PartState.RUNNING, UP, topic=SILENT), Level.WARNING, '/arm/q silent for 3.2 s'),
-    (summary(PartState.RUNNING, DIED, topic=SILENT), Level.BAD, 'driver killed by SIGKILL'),
+    (summary(PartState.RUNNING, DIED, topic=SILENT), Level.BAD,
+     'driver killed by signal 9 (SIGKILL)'),
     (summary(PartState.STOPPING, UP), Level.WAITING, 'stopping'),
 ])
 def test_summary(line: Line, level: Level, text: str) -> None:
@@ -80,7 +81,9 @@ def test_topic_without_a_message_waits() -> None:
 
 @pytest.mark.parametrize('line, text', [
     (live_line(TopicActivity(1250.0, 0.0, False)), '1250 Hz'),
-    (live_line(TopicActivity(0.0, 12.3, False)), 'last 12 s ago'),  # latched, or now and then
+    (live_line(TopicActivity(0.0, 12.3, False)), 'last 12 s ago'),  # now and then
+    (live_line(TopicActivity(0.0, 12.3, False), is_latched=True), 'latched'),
+    (live_line(TopicActivity(2.0, 0.3, False), is_latched=True), '2.0 Hz'),
     (recorded_line(CatalogueTopic('/arm/q', ('x/Y',), 500, 125.0), True), '125 Hz'),
     (recorded_line(CatalogueTopic('/arm/q', ('x/Y',), 2, 0.04), True), '0.04 Hz'),
     (recorded_line(CatalogueTopic('/arm/q', ('x/Y',), 3, 0.987, True), True), 'latched'),

@@ -30,8 +30,8 @@ def after(*names: str) -> NodeReport:
 @pytest.mark.parametrize('changes, text', [
     ([], '/n: starting'), (['started'], '/n: starting'),
     (['started', 'registered'], '/n: running'),
-    (['started', 'registered', 'exited'], '/n: exited with code 0'),
-    (['started', 'died'], '/n: exited with code -11'),
+    (['started', 'registered', 'exited'], '/n: ended with code 0'),
+    (['started', 'died'], '/n: killed by signal 11 (SIGSEGV)'),
     (['started', 'died', 'started'], '/n: starting (restarted 1 time)'),
     (['started', 'died', 'started', 'died', 'started', 'registered'],
      '/n: running (restarted 2 times)'),
@@ -58,7 +58,9 @@ def test_any_order_of_events(names: List[str]) -> None:
     assert bool(report.reason) == (report.state is NodeState.FAILED)
     assert 0 <= report.restarts <= names.count('started')
     assert report.restarts <= names.count('exited') + names.count('died')
-    assert str(report).startswith(f'/n: {report.state.value}')
+    told = ('ended with code', 'killed by') if report.state is NodeState.EXITED \
+        else (report.state.value,)
+    assert str(report).startswith(tuple(f'/n: {words}' for words in told))
 
 
 @given(st.lists(st.sampled_from(sorted(CHANGES))), st.sampled_from(sorted(CHANGES)))

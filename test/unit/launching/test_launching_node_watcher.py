@@ -87,8 +87,8 @@ def test_reports_of_a_restarted_node() -> None:
         started('d/a-1'), started('b-2'), '[d/a-1] process has died [pid 7, exit code 9, cmd x].\n',
         '[d/a-1] restarting process\n', started('d/a-1'), '[b-2] process has finished cleanly\n')
     assert [str(report) for report in reports] == [
-        '/d/a: starting', '/b: starting', '/d/a: exited with code 9',
-        '/d/a: starting (restarted 1 time)', '/b: exited with code 0']
+        '/d/a: starting', '/b: starting', '/d/a: ended with code 9',
+        '/d/a: starting (restarted 1 time)', '/b: ended with code 0']
     assert {report.name: report.state for report in watcher.reports()} == {
         '/d/a': NodeState.STARTING, '/b': NodeState.EXITED}
 
@@ -101,7 +101,7 @@ def test_node_that_cannot_be_started() -> None:
 
 def test_required_node_died() -> None:
     watcher, reports, _ = watch(started('rviz-2'), *REQUIRED)
-    assert str(watcher.failed_required) == '/rviz: exited with code 3'
+    assert str(watcher.failed_required) == '/rviz: ended with code 3'
     assert reports[-1] == watcher.failed_required
 
 
@@ -113,7 +113,7 @@ def test_required_node_ended_as_it_should() -> None:
 def test_node_died_while_a_required_one_did() -> None:
     watcher, _, _ = watch(started('a-1'), started('rviz-2'), REQUIRED[0],
                           '[a-1] process has died [pid 7, exit code 9, cmd x].\n', *REQUIRED[1:])
-    assert str(watcher.failed_required) == '/rviz: exited with code 3'
+    assert str(watcher.failed_required) == '/rviz: ended with code 3'
     assert {report.name: report.exit_code for report in watcher.reports()} == {
         '/a': 9, '/rviz': 3}
 

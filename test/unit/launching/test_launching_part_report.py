@@ -63,13 +63,13 @@ def test_part_whose_work_is_done() -> None:
 
 @pytest.mark.parametrize('before, code, tail, required, reason', [
     (UP.node_changed(exited('/a', 3)), 0, (), exited('/a', 3),
-     'the required node /a: exited with code 3'),
-    (UP, 0, (), exited('/a', 0), 'the required node /a: exited with code 0'),
+     'the required node /a: ended with code 3'),
+    (UP, 0, (), exited('/a', 0), 'the required node /a: ended with code 0'),
     (UP.node_changed(exited('/a', 0)).node_changed(exited('/b', 5)), 0, (), None,
-     'all nodes have ended: /b: exited with code 5'),
-    (UP, -9, (), None, 'roslaunch has ended by signal 9'),
-    (STARTING, 1, ('some text',), None, 'roslaunch has ended with code 1'),
-    (STARTING, 0, (), None, 'roslaunch has ended with code 0')])
+     'all nodes have ended: /b: ended with code 5'),
+    (UP, -9, (), None, 'roslaunch: killed by signal 9 (SIGKILL)'),
+    (STARTING, 1, ('some text',), None, 'roslaunch: ended with code 1'),
+    (STARTING, 0, (), None, 'roslaunch: ended with code 0')])
 def test_roslaunch_has_ended_by_itself(before: PartReport, code: int, tail: 'tuple[str, ...]',
                                        required: 'NodeReport | None', reason: str) -> None:
     failed = before.ended(code, tail, required)

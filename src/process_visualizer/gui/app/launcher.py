@@ -12,6 +12,7 @@ from process_visualizer.cell.editing.changes import changes
 from process_visualizer.cell.model import Mode, Pose
 from process_visualizer.clients.player_client import PlayerError
 from process_visualizer.generate.choice import Choice, RvizStart
+from process_visualizer.generate.plan import BAG_PART
 from process_visualizer.gui.app.status import player_activity, recorder_activity, status_text
 from process_visualizer.gui.models.cell.calibration_model import CalibrationModel
 from process_visualizer.gui.models.cell.cell_model import CellModel
@@ -32,6 +33,7 @@ from process_visualizer.gui.ros.ros_link import RosLink, RosLinkError
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.health.device_state import Level, Line
+from process_visualizer.launching.part_report import PartState
 
 _MARKER = 'marker'
 
@@ -172,6 +174,7 @@ class Launcher(QObject):
         self.new.made.connect(self.cell.open)
         self.launch.changed.connect(self._follow_launch)
         self.launch.stopped.connect(self.recording.take_end_of_run)
+        self.launch.stopped.connect(self.playback.forget_player)
         self.mixture.begun.connect(self._pause_mixture)
         self.cell.changed.connect(self._follow_cell)
         for ready in (self.cell.loaded, self.master.connected, self.bag.changed):
@@ -182,6 +185,8 @@ class Launcher(QObject):
     def _follow_launch(self) -> None:
         running = self.launch.running
         mode = running.mode if running is not None and self.launch.is_running else None
+        player = self.launch.reports.get(BAG_PART)
+        self.playback.follow_player(player is not None and player.state is PartState.RUNNING)
         self.mixture.follow(running)
         self.warnings.follow(running is not None)
         self.recording.set_running(mode is Mode.REALTIME)

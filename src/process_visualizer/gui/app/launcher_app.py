@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import List, Optional, Sequence
+from typing import List, Optional, Sequence, Tuple
 
 from PyQt5.QtGui import QCloseEvent
 from PyQt5.QtWidgets import (
@@ -22,6 +22,7 @@ from PyQt5.QtWidgets import (
 
 from process_visualizer.cell.errors import Problem
 from process_visualizer.cell.model import Mode
+from process_visualizer.gui.app.dropped_files import DropTarget
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.app.shortcuts import (
@@ -31,13 +32,13 @@ from process_visualizer.gui.app.shortcuts import (
     playback_keys,
     recording_keys,
 )
-from process_visualizer.gui.models.cell.cell_model import CellModel
 from process_visualizer.gui.models.cell.launch_model import Phase
 from process_visualizer.gui.toolkit.editor import open_in_editor
 from process_visualizer.gui.toolkit.questions import ask, message_box
 from process_visualizer.gui.toolkit.style import QUIET
 from process_visualizer.gui.toolkit.working_folder import working_folder
 from process_visualizer.gui.views.cell.calibration_panel import CalibrationPanel
+from process_visualizer.gui.views.cell.changed_notice import ChangedNotice
 from process_visualizer.gui.views.cell.devices_panel import DevicesPanel
 from process_visualizer.gui.views.cell.launch_view import LaunchView
 from process_visualizer.gui.views.cell.log_view import LogView
@@ -67,7 +68,7 @@ class LauncherApp(QMainWindow):
         self._settings = settings
         self.restarts = False
         self._is_leaving = self._is_closed = False
-        self._bag_to_play = ''
+        self._bags_to_play: Tuple[str, ...] = ()
         self._message: Optional[QMessageBox] = None
         self._mixture_question: Optional[QMessageBox] = None
         self.setWindowTitle('Process Visualizer')
@@ -83,6 +84,7 @@ class LauncherApp(QMainWindow):
         self.recording = RecordingPanel(launcher.recording)
         self.playback = PlaybackPanel(launcher.playback, launcher.bag, launcher.values)
         self.calibration = CalibrationPanel(launcher.calibration)
+        self._drops = DropTarget(self, launcher)
         self._lay_out()
         self._connect()
         self._bind_keys()
@@ -134,6 +136,7 @@ class LauncherApp(QMainWindow):
         layout.addLayout(row)
         layout.addWidget(self.new)
         layout.addWidget(self.made)
+        layout.addWidget(ChangedNotice(self._launcher.cell))
         layout.addWidget(self._devices_panel)
         return group
 
@@ -160,7 +163,10 @@ class LauncherApp(QMainWindow):
         self.new.open_wanted.connect(self._open)
         self.made.open_wanted.connect(self._open_in_editor)
         launcher.recording.finished.connect(launcher.bag.add_recent)
-        self.recording.play_wanted.connect(self._play)
+        self.recording.play_wanted.connect(lambda path: self._play((path,)))
+        self._drops.play_wanted.connect(self._play)
+        self._drops.configuration_wanted.connect(self._open_file)
+        self._drops.refused.connect(self._show_message)
         self.problems.open_wanted.connect(self._open_in_editor)
         self.devices.ticked.connect(launcher.cell.tick)
         self.devices.restart_wanted.connect(launcher.launch.restart)
@@ -170,9 +176,9 @@ class LauncherApp(QMainWindow):
         self.launch.launch_wanted.connect(launcher.start)
         self.launch.quit_wanted.connect(self._quit)
         self.launch.apply_wanted.connect(launcher.apply)
-        self.launch.restart_view_wanted.connect(launcher.view.restart)
-        self.launch.save_view_wanted.connect(self._save_view)
-        self.launch.view_chosen.connect(launcher.view.choose)
+        self.launch.rviz.restart_wanted.connect(launcher.view.restart)
+        self.launch.rviz.save_wanted.connect(self._save_view)
+        self.launch.rviz.chosen.connect(launcher.view.choose)
         launcher.view.changed.connect(self._show_views)
 
     def _bind_keys(self) -> None:
@@ -200,7 +206,7 @@ class LauncherApp(QMainWindow):
         self.made.follow(cell.path)
         self._launcher.bag.curves.choices.set_configuration(cell.path)
         self.devices.set_ticks(cell.is_ticked)
-        self._devices_panel.show_problems(cell.problems, _devices_in_force(cell))
+        self._devices_panel.show_problems(cell.problems, cell.in_force)
         is_playback = cell.mode is Mode.PLAYBACK
         self.launch.show_mode(cell.mode)
         self._mode_panels.setCurrentWidget(self.playback if is_playback else self.recording)
@@ -214,6 +220,7 @@ class LauncherApp(QMainWindow):
         launcher = self._launcher
         reason = launcher.blocked_reason()
         self.launch.show_phase(launcher.launch.phase, reason == '', reason)
+        self.launch.rviz.show_rviz(launcher.view.is_rviz_alive)
         pending = launcher.pending()
         self.launch.show_changes(f'Apply: {pending}' if pending else '', pending)
         self._enable_keys()
@@ -235,7 +242,7 @@ class LauncherApp(QMainWindow):
         self.launch.status.setText(self._launcher.status())
 
     def _show_views(self) -> None:
-        self.launch.show_views(self._launcher.view.names, self._launcher.view.chosen)
+        self.launch.rviz.show_views(self._launcher.view.names, self._launcher.view.chosen)
 
     def _show_log(self, device: str, node: str) -> None:
         report = self._launcher.launch.reports.get(device)
@@ -296,8 +303,11 @@ class LauncherApp(QMainWindow):
         path, _ = QFileDialog.getOpenFileName(
             self, 'Open a configuration', folder, 'Configurations (*.xml)')
         if path:
-            self.new.hide()
-            self._launcher.cell.open(path)
+            self._open_file(path)
+
+    def _open_file(self, path: str) -> None:
+        self.new.hide()
+        self._launcher.cell.open(path)
 
     def _open_in_editor(self, file: str, line: int) -> None:
         self._launcher.tasks.run('editor', lambda: open_in_editor(file, line), None,
@@ -322,17 +332,17 @@ class LauncherApp(QMainWindow):
         dialog.textValueSelected.connect(self._launcher.view.save)
         dialog.open()
 
-    def _play(self, path: str) -> None:
-        """Switch from real-time mode to playback of a bag."""
-        self._bag_to_play = path
+    def _play(self, paths: Tuple[str, ...]) -> None:
+        """Switch from real-time mode to playback of a recording."""
+        self._bags_to_play = paths
         if self._launcher.launch.is_idle:
             self._play_now()
         else:
             self._launcher.launch.quit()
 
     def _play_now(self) -> None:
-        path, self._bag_to_play = self._bag_to_play, ''
-        self._launcher.bag.open([path])
+        paths, self._bags_to_play = self._bags_to_play, ()
+        self._launcher.bag.open(paths)
         self._launcher.cell.set_mode(Mode.PLAYBACK)
         self._launcher.when_ready(None, True)
 
@@ -346,7 +356,7 @@ class LauncherApp(QMainWindow):
     def _after_stop(self) -> None:
         if self._is_leaving:
             self._close_now()
-        elif self._bag_to_play:
+        elif self._bags_to_play:
             self._play_now()
         else:
             self._launcher.launch.prepare()
@@ -383,12 +393,3 @@ class LauncherApp(QMainWindow):
     def _close_now(self) -> None:
         self._is_closed = True
         self.close()
-
-
-def _devices_in_force(cell: CellModel) -> str:
-    """Which devices remain although the file has problems; empty if there are none."""
-    if cell.cell is None:
-        return ''
-    if cell.cell.file == cell.path:
-        return 'Keeping the last valid configuration; fix the file and press F5:'
-    return f'The devices are still those of {Path(cell.cell.file).name}:'

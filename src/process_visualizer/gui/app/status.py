@@ -19,7 +19,7 @@ _RECORDING = {RecordingPhase.STARTING: 'Waiting for the topics to record',
 def status_text(phase: Phase, mode: Optional[Mode], activity: str, trouble: Line) -> str:
     """Return the activity of the system; ``mode`` is that of the nodes, ``trouble`` the worst."""
     if phase is Phase.IDLE or mode is None:
-        return 'Currently not doing anything'
+        return 'Idle'
     if phase is Phase.LAUNCHING:
         return 'Launching nodes…'
     if phase is Phase.QUITTING:

@@ -199,7 +199,7 @@ def _topic(topic: TopicRecord) -> TopicSnapshot:
     return TopicSnapshot(
         name=topic.name, type=topic.type, publishers=topic.publishers, messages=topic.messages,
         rate_hz=topic.rate, bytes=topic.bytes, dropped=topic.dropped, lost=topic.lost,
-        silence_s=_known(topic.silence))
+        silence_s=_known(topic.silence), is_latched=topic.latching)
 
 
 def _known(value: float) -> Optional[float]:

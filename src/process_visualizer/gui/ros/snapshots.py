@@ -44,6 +44,7 @@ class TopicSnapshot(NamedTuple):
     dropped: int
     lost: int
     silence_s: Optional[float]
+    is_latched: bool = False
 
 
 class RecorderSnapshot(NamedTuple):

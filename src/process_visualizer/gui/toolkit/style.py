@@ -8,12 +8,13 @@ from PyQt5.QtWidgets import QApplication, QPushButton, QStyleFactory
 
 ACCENT = '#1f6f9f'
 TEXT = '#23292f'
-QUIET = '#66707a'  # text of less weight: units, hints, axes
+QUIET = '#5c6670'  # text of less weight: units, hints, axes
 LINE = '#d3d8dd'  # borders and grids
 WINDOW = '#f3f5f6'
-GOOD = '#2e8b57'
-WARNING = '#b26a00'
+GOOD = '#247a4b'
+WARNING = '#9a5b00'
 BAD = '#c0392b'
+SELECTED = '#e6f0f6'  # behind a selected row
 BEHIND_BAD = '#fdf4f3'  # a background
 TICK = '#aab2b9'  # marks of a scale
 DISABLED_TEXT = '#a3abb2'

@@ -12,6 +12,7 @@ from process_visualizer.cell.environment import check_environment
 from process_visualizer.cell.errors import ConfigurationError, Problem
 from process_visualizer.cell.model import Cell, Device, Mode
 from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.gui.models.cell.file_watch import Contents, FileWatch, contents_of
 from process_visualizer.gui.toolkit.tasks import Tasks
 
 
@@ -20,6 +21,7 @@ class _Loaded(NamedTuple):
     cell: Optional[Cell]
     problems: Tuple[Problem, ...]
     missing: Tuple[Problem, ...]
+    contents: Contents
     editor: Optional[PoseEditor] = None
 
 
@@ -39,6 +41,7 @@ class CellModel(QObject):
         self._tasks = tasks
         self._arguments: Dict[str, str] = {}
         self._unticked: Set[str] = set()
+        self.files = FileWatch(tasks, self)
         self.path = ''
         self.cell: Optional[Cell] = None
         self.problems: Tuple[Problem, ...] = ()
@@ -94,6 +97,15 @@ class CellModel(QObject):
         return tuple(device for device in self.devices if self.is_ticked(device.name))
 
     @property
+    def in_force(self) -> str:
+        """Which devices remain although the file has problems; empty if there are none."""
+        if self.cell is None:
+            return ''
+        if self.cell.file == self.path:
+            return 'Keeping the last valid configuration; fix the file and press F5:'
+        return f'The devices are still those of {os.path.basename(self.cell.file)}:'
+
+    @property
     def source(self) -> Dict[str, Any]:
         """The path and the arguments, for the settings."""
         return {'path': self.path, 'arguments': self._arguments}
@@ -103,6 +115,7 @@ class CellModel(QObject):
             return
         self.is_loading = False
         self.problems = loaded.problems
+        self.files.follow(loaded.contents)
         if loaded.cell is not None:
             self.cell, self.missing, self.editor = loaded.cell, loaded.missing, loaded.editor
         self.changed.emit()
@@ -110,11 +123,14 @@ class CellModel(QObject):
 
 
 def _load(path: str, arguments: Mapping[str, str]) -> _Loaded:
+    main = contents_of([path])  # before it is read: what is written meanwhile has changed it
     try:
         cell = XmlParser(arguments).parse(path)
     except ConfigurationError as error:
-        return _Loaded(path, None, tuple(error.problems), ())
-    return _Loaded(path, cell, (), tuple(check_environment(cell)), _editor(cell))
+        others = contents_of(problem.location.file for problem in error.problems)
+        return _Loaded(path, None, tuple(error.problems), (), {**others, **main})
+    contents = {**contents_of(cell.files), **main}
+    return _Loaded(path, cell, (), tuple(check_environment(cell)), contents, _editor(cell))
 
 
 def _editor(cell: Cell) -> Optional[PoseEditor]:

@@ -45,7 +45,7 @@ class DeviceStatesModel(QObject):
     def take_recorder(self, recorder: RecorderSnapshot) -> None:
         """Update from the recorder, which counts what arrives in real-time mode."""
         self._lines = {topic.name: live_line(self._watch.update(
-            topic.name, topic.rate_hz, topic.silence_s, topic.messages))
+            topic.name, topic.rate_hz, topic.silence_s, topic.messages), topic.is_latched)
             for topic in recorder.topics}
         self.changed.emit()
 

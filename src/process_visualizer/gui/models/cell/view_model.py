@@ -59,6 +59,12 @@ class ViewModel(QObject):
         """The content of the chosen view's file."""
         return self._views.content
 
+    @property
+    def is_rviz_alive(self) -> bool:
+        """Whether RViz runs, so that it has a view."""
+        report = self._launch.reports.get(RVIZ_PART)
+        return report is not None and report.state is PartState.RUNNING
+
     def save(self, name: str) -> None:
         """Save the present view of RViz under a name, for these devices."""
         views = self._saved_views()
@@ -72,8 +78,7 @@ class ViewModel(QObject):
     def restart(self) -> None:
         """Restart RViz; if it is running, with its present view."""
         path = os.path.join(self._launch.folder, RVIZ_FILE)
-        report = self._launch.reports.get(RVIZ_PART)
-        is_alive = report is not None and report.state is PartState.RUNNING
+        is_alive = self.is_rviz_alive
 
         def restart(_outcome: object) -> None:  # if RViz cannot write its view: the last one
             self._launch.restart(RVIZ_PART)

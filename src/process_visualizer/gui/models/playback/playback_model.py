@@ -12,6 +12,7 @@ from process_visualizer.gui.models.playback.marks import Marks, PlacedMark
 from process_visualizer.gui.models.playback.motion_commands import MotionCommands
 from process_visualizer.gui.models.playback.newest_call import NewestCall
 from process_visualizer.gui.models.playback.playback_position import PlaybackPosition
+from process_visualizer.gui.models.playback.playback_return import PlaybackReturn, go_on, hold
 from process_visualizer.gui.models.playback.playback_state import PlaybackState
 from process_visualizer.gui.models.playback.player_commands import PlayerCommands
 from process_visualizer.gui.models.playback.seek_commands import SeekCommands
@@ -54,6 +55,7 @@ class PlaybackModel(QObject):
         self._clock = clock
         self._state = PlaybackState()
         self._position = PlaybackPosition()
+        self._return = PlaybackReturn()
         self._seeks = SeekCommands(client, clock,
                                    lambda send: self._newest(send, self._forget_seek))
         self._motion = MotionCommands(client.set_rate, client.play, self._newest)
@@ -75,6 +77,18 @@ class PlaybackModel(QObject):
         if self._state.differs_from(before):
             self.changed.emit()
         self.moved.emit()
+        if snapshot is not None:
+            self._go_back(self._return.take(snapshot))
+
+    def follow_player(self, is_up: bool) -> None:
+        """Take whether the player runs; one that is started again goes on where it was."""
+        self._return.follow(is_up)
+
+    def forget_player(self) -> None:
+        """Let the next player begin at the beginning."""
+        self._return.forget()
+        self._state = self._state._replace(points=LoopPoints())
+        self.changed.emit()
 
     @property
     def is_available(self) -> bool:
@@ -307,6 +321,12 @@ class PlaybackModel(QObject):
     def _stand(self, command: Callable[[], Any]) -> None:
         self._motion.stand()
         self._run(command)
+
+    def _go_back(self, spot: Optional[PlayerSnapshot]) -> None:
+        if spot is not None:
+            self._run(lambda: hold(self._client, spot))
+            self.seek(spot.position_s)
+            self._run(lambda: go_on(self._client, spot))
 
     def _forget_seek(self) -> None:
         self._state = self._state.arrived(self._seeks.done_since_s)

@@ -23,7 +23,8 @@ class PlaybackState(NamedTuple):
     """What the player said last, None where there is none, and what the operator has chosen.
 
     ``sought`` is where a seek leads that no state of the player tells of yet; ``points`` stay
-    while the loop is off; ``resumes`` says whether it plays on after dragging.
+    while the loop is off; ``resumes`` says whether it plays on after dragging; ``files`` are
+    those of the player that was there last.
     """
 
     snapshot: Optional[PlayerSnapshot] = None
@@ -32,6 +33,7 @@ class PlaybackState(NamedTuple):
     resumes: bool = False
     unit: StepUnit = MESSAGE
     marks: Marks = Marks()
+    files: Tuple[str, ...] = ()
 
     @property
     def duration_s(self) -> float:
@@ -78,12 +80,15 @@ class PlaybackState(NamedTuple):
     def updated(self, snapshot: Optional[PlayerSnapshot], asks_for_loop: bool) -> PlaybackState:
         """Take the newest state of the player.
 
-        Another recording has no points. A loop that somebody else has set is taken over, unless
-        one is being asked for.
+        Another recording has no points; those of this one stay while its player is away. A loop
+        that somebody else has set is taken over, unless one is being asked for.
         """
-        before, state = self, self._replace(snapshot=snapshot)
+        files = self.files if self.snapshot is None else self.snapshot.files
+        before, state = self, self._replace(snapshot=snapshot, files=files)
         if _files(self.snapshot) != _files(snapshot):
-            before, state = PlaybackState(), state._replace(points=LoopPoints())
+            before = PlaybackState()
+        if snapshot is not None and snapshot.files != files:
+            state = state._replace(points=LoopPoints())
         return state if asks_for_loop or state.loop == before.loop else state.with_players_loop()
 
     def sought_at(self, position_s: float) -> Sought:

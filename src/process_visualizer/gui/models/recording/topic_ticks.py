@@ -31,6 +31,7 @@ class TopicRow(NamedTuple):
     silence_s: Optional[float] = None
     dropped: int = 0
     lost: int = 0
+    is_latched: bool = False
 
 
 class TopicTicks:
@@ -84,7 +85,7 @@ class TopicTicks:
         if seen is None:
             return TopicRow(name, device, self._is_ticked(name), TopicHealth.UNKNOWN)
         return TopicRow(name, device, self._is_ticked(name), self._health(seen), seen.rate_hz,
-                        seen.silence_s, seen.dropped, seen.lost)
+                        seen.silence_s, seen.dropped, seen.lost, seen.is_latched)
 
     def _health(self, topic: TopicSnapshot) -> TopicHealth:
         if topic.publishers == 0:

@@ -94,6 +94,7 @@ class CalibrationPanel(QWidget):
 
     def _set_up(self) -> None:
         self._device.setObjectName('calibration_device')
+        self._device.setAccessibleName('Device')
         self._device.setToolTip('The device whose base frame is moved')
         self._device.activated.connect(
             lambda index: self._model.choose(str(self._device.itemData(index))))

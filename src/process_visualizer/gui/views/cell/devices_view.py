@@ -18,6 +18,7 @@ from PyQt5.QtWidgets import (
 from process_visualizer.cell.model import Device
 from process_visualizer.gui.toolkit.icons import icon
 from process_visualizer.gui.toolkit.style import BAD, GOOD, QUIET, WARNING
+from process_visualizer.gui.views.parts.row_delegate import RowDelegate
 from process_visualizer.health.device_state import DeviceState, Level, Line
 
 _NAME, _STATE = 0, 1
@@ -42,8 +43,10 @@ class DevicesView(QTreeWidget):
     def __init__(self, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
         self.setObjectName('devices')
+        self.setAccessibleName('Devices')
         self.setHeaderHidden(True)
         self.setColumnCount(2)
+        self.setItemDelegate(RowDelegate(self))
         self.setIconSize(QSize(14, 14))
         self.setIndentation(16)
         self.header().setSectionResizeMode(_NAME, QHeaderView.Fixed)
@@ -71,6 +74,7 @@ class DevicesView(QTreeWidget):
         self._rows, self._children = {}, {}
         for device in devices:
             row = QTreeWidgetItem(self, [f'{device.name} ({device.type.value})', ''])
+            row.setToolTip(_NAME, row.text(_NAME))
             row.setData(_NAME, Qt.UserRole, (_DEVICE, device.name, ''))
             row.setCheckState(_NAME, Qt.Checked if is_ticked(device.name) else Qt.Unchecked)
             self._rows[device.name] = row

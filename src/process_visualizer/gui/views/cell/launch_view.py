@@ -2,7 +2,7 @@
 """Mode, status, and the button that launches and quits all nodes."""
 from __future__ import annotations
 
-from typing import Optional, Tuple
+from typing import Optional
 
 from PyQt5.QtCore import Qt, pyqtSignal
 from PyQt5.QtWidgets import (
@@ -10,7 +10,6 @@ from PyQt5.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
     QLabel,
-    QMenu,
     QPushButton,
     QRadioButton,
     QToolButton,
@@ -21,6 +20,7 @@ from process_visualizer.cell.model import Mode
 from process_visualizer.gui.models.cell.launch_model import Phase
 from process_visualizer.gui.toolkit.icons import icon
 from process_visualizer.gui.toolkit.style import set_primary
+from process_visualizer.gui.views.cell.rviz_menu import RvizMenu
 from process_visualizer.gui.views.parts.labels import title
 
 _LAUNCH_TEXT = {Phase.IDLE: 'Launch nodes', Phase.LAUNCHING: 'Quit all nodes',
@@ -34,10 +34,6 @@ class LaunchView(QWidget):
     launch_wanted = pyqtSignal()
     quit_wanted = pyqtSignal()
     apply_wanted = pyqtSignal()
-    restart_view_wanted = pyqtSignal()
-    save_view_wanted = pyqtSignal()
-    view_chosen = pyqtSignal(object)
-    """The name of a saved view, or None for the generated one."""
 
     def __init__(self, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -53,16 +49,18 @@ class LaunchView(QWidget):
         self.launch.setObjectName('launch')
         self.launch.setMinimumHeight(34)
         self.launch.clicked.connect(self._on_launch)
-        self.apply = QPushButton()
+        self.apply = QPushButton('Apply')
         self.apply.setObjectName('apply')
         self.apply.clicked.connect(self.apply_wanted)
         self.view = QToolButton()
         self.view.setObjectName('view')
         self.view.setIcon(icon('view'))
         self.view.setMinimumHeight(34)
+        self.view.setAccessibleName('RViz')
         self.view.setToolTip('RViz: restart it, save or choose a view')
         self.view.setPopupMode(QToolButton.InstantPopup)
-        self.view.setMenu(QMenu(self.view))
+        self.rviz = RvizMenu(self.view)
+        self.view.setMenu(self.rviz)
         self._lay_out()
 
     def show_mode(self, mode: Mode) -> None:
@@ -85,21 +83,8 @@ class LaunchView(QWidget):
     def show_changes(self, text: str, hint: str) -> None:
         """Offer to apply what is ticked or configured now; hidden without a text."""
         self.apply.setVisible(bool(text))
-        self.apply.setText(text)
+        self.apply.setText(text or 'Apply')
         self.apply.setToolTip(hint)
-
-    def show_views(self, names: Tuple[str, ...], chosen: Optional[str]) -> None:
-        """Offer the saved views of the ticked devices."""
-        menu = self.view.menu()
-        menu.clear()
-        menu.addAction('Restart RViz with its present view', self.restart_view_wanted.emit)
-        menu.addAction('Save this view as…', self.save_view_wanted.emit)
-        menu.addSection('View of the next launch')
-        for name in (None, *names):
-            action = menu.addAction(name or 'generated')
-            action.setCheckable(True)
-            action.setChecked(name == chosen)
-            action.triggered.connect(lambda _checked, it=name: self.view_chosen.emit(it))
 
     def _mode_button(self, text: str, name: str, mode: Mode) -> QRadioButton:
         button = QRadioButton(text)

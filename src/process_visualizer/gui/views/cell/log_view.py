@@ -8,6 +8,7 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QWidget
 
 from process_visualizer.gui.views.parts.text_dialog import TextDialog
+from process_visualizer.launching.exit_words import exit_words
 from process_visualizer.launching.node_state import NodeReport, NodeState
 from process_visualizer.launching.part_report import PartReport
 
@@ -42,7 +43,7 @@ def node_message(part: str, node: NodeReport) -> str:
     name = f'<b>{node.name}</b> of {part}'
     again = f' It was restarted {node.restarts} times.' if node.restarts else ''
     if node.state is NodeState.EXITED:
-        return f'{name} has ended, {exit_text(node.exit_code)}.{again}'
+        return f'{name}: {exit_words(node.exit_code)}.{again}'
     if node.state is NodeState.FAILED:
         return f'{name} could not be started: {node.reason}'
     state = 'runs' if node.state is NodeState.RUNNING else 'is starting'
@@ -53,10 +54,3 @@ def part_message(report: PartReport) -> str:
     """Return the fate of a part, in a sentence of rich text."""
     reason = f': {report.reason}' if report.reason else ''
     return f'<b>{report.part}</b> is {report.state.value}{reason}'
-
-
-def exit_text(code: Optional[int]) -> str:
-    """Return an exit code in words; below 0 it is the number of a signal."""
-    if code is None:
-        return 'exit code unknown'
-    return f'killed by signal {-code}' if code < 0 else f'exit code {code}'

@@ -122,6 +122,7 @@ class _ProblemDelegate(QStyledItemDelegate):
 def _list() -> QListWidget:
     problems = QListWidget()
     problems.setObjectName('problems')
+    problems.setAccessibleName('Problems')
     problems.setItemDelegate(_ProblemDelegate(problems))
     problems.setMouseTracking(True)
     problems.viewport().setCursor(Qt.PointingHandCursor)

@@ -19,7 +19,7 @@ class ToolNotice(NoticeFrame):
     def __init__(self, model: ToolModel, parent: Optional[QWidget] = None) -> None:
         super().__init__('tool', WARNING, '#fdf8ef', parent)
         self._model = model
-        self._write = QPushButton(icon('save'), '')
+        self._write = QPushButton(icon('save'), 'Write')
         self._write.setObjectName('tool_write')
         self._write.setToolTip('Write it into the file and keep a backup beside it; the rest of '
                                'the file stays as it is. Apply restarts the robot.')

@@ -43,6 +43,7 @@ def tool_button(name: str, icon_name: str, hint: str, action: Callable[[], objec
     button.setObjectName(name)
     button.setIcon(icon(icon_name))
     button.setToolTip(hint)
+    button.setAccessibleName(hint.split(' (')[0])  # without the key
     button.setAutoRaise(True)
     if text is not None:
         button.setText(text)

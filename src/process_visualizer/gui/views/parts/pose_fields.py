@@ -69,6 +69,7 @@ class NumberField(QDoubleSpinBox):
     def __init__(self, name: str, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
         self.setObjectName(name)
+        self.setAccessibleName(name)
         self.setFocusPolicy(Qt.StrongFocus)
         self.setKeyboardTracking(False)
         self.setAlignment(Qt.AlignRight)

@@ -82,7 +82,7 @@ class PlaybackPanel(QWidget):
         dialog = QInputDialog(self)
         dialog.setObjectName('mark_label')
         dialog.setWindowTitle('Add a mark')
-        dialog.setLabelText(f'Label of the mark at {format_time(position_s)}:')
+        dialog.setLabelText(f'Mark label at {format_time(position_s)}:')
         dialog.textValueSelected.connect(
             lambda label: self._bag.add_mark(position_s, label.strip() or 'mark'))
         dialog.open()

@@ -66,6 +66,7 @@ class TransportView(QWidget):
         self.unit.clear()
         for unit in (MESSAGE, *TIMES, *(StepUnit(topic) for topic in topics)):
             self.unit.addItem(unit.label, unit)
+            self.unit.setItemData(self.unit.count() - 1, unit.label, Qt.ToolTipRole)
         self.unit.insertSeparator(1 + len(TIMES))
         self.unit.blockSignals(False)
         if self._playback.step_unit.topic not in ('', *topics):
@@ -89,7 +90,6 @@ class TransportView(QWidget):
         self.slider.speed_chosen.connect(self._playback.set_speed)
         self.unit.setObjectName('step_unit')
         self.unit.setAccessibleName('Size of a step')
-        self.unit.setToolTip('Size of a step  (left and right arrow, or , and .)')
         self.unit.setSizeAdjustPolicy(QComboBox.AdjustToMinimumContentsLengthWithIcon)
         self.unit.setMinimumContentsLength(6)
         self.unit.setFocusPolicy(Qt.TabFocus)
@@ -103,9 +103,9 @@ class TransportView(QWidget):
         self.backwards = self._button('play_backwards', 'Play backwards  (shift+space)',
                                       it.toggle_backwards, True)
         self.loop = self._button('loop', 'Repeat all, or from A to B  (L)', it.toggle_loop, True)
-        self.begin = self._button('loop_begin', 'The loop begins here  (A)',
+        self.begin = self._button('loop_begin', 'Set loop start  (A)',
                                   lambda: it.set_loop_begin(), True)
-        self.end = self._button('loop_end', 'The loop ends here  (B)',
+        self.end = self._button('loop_end', 'Set loop end  (B)',
                                 lambda: it.set_loop_end(), True)
         moving = [self._button('to_start', 'To the beginning  (home)', it.to_start),
                   self._button('step_back', 'One step back  (left arrow, or ,)',
@@ -205,6 +205,8 @@ class TransportView(QWidget):
         row = next((row for row in range(self.unit.count())
                     if self.unit.itemData(row) == self._playback.step_unit), 0)
         self.unit.setCurrentIndex(row)
+        self.unit.setToolTip(f'Size of a step: {self._playback.step_unit.label}'
+                             '  (left and right arrow, or , and .)')
 
     def _show_time(self) -> None:
         if self._playback.is_available:

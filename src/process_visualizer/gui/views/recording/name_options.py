@@ -34,10 +34,11 @@ class NameOptions(QWidget):
         self._group = QButtonGroup(self)
         for choice in NameChoice:
             self._add_button(choice)
-        self._prefix = _line('record_prefix', 'seam', 'Put before date and time')
-        self._name = _line('record_name', 'seam', 'The name of the file; never overwrites')
-        self._folder = _line('record_folder', '', 'Recordings go here; created if it does not '
-                                                  'exist')
+        self._prefix = _line('record_prefix', 'Prefix', 'seam', 'Put before date and time')
+        self._name = _line('record_name', 'File name', 'seam',
+                           'The name of the file; never overwrites')
+        self._folder = _line('record_folder', 'Folder', '',
+                             'Recordings go here; created if it does not exist')
         self._browse = tool_button('choose_record_folder', 'folder', 'Choose the folder',
                                    self._choose_folder)
         self._problem = small(QLabel())
@@ -115,9 +116,10 @@ def _row(before: QWidget, line: QLineEdit, after: QWidget) -> QHBoxLayout:
     return layout
 
 
-def _line(name: str, placeholder: str, hint: str) -> QLineEdit:
+def _line(name: str, accessible_name: str, placeholder: str, hint: str) -> QLineEdit:
     line = QLineEdit()
     line.setObjectName(name)
+    line.setAccessibleName(accessible_name)
     line.setPlaceholderText(placeholder)
     line.setToolTip(hint)
     return line

@@ -68,11 +68,11 @@ class RecordBar(QFrame):
 
     def _show_figures(self) -> None:
         state = self._model.state
-        figures, arriving = state.figures, state.snapshot.rate
+        figures, incoming = state.figures, state.snapshot.rate
         is_known = figures is not None and state.phase is not Phase.STARTING
         colour(self._clock, TEXT if state.is_busy or is_known else QUIET)
         if figures is None or not is_known:
-            self._figures.setText(f'{size_text(arriving)}/s arriving' if arriving else ' ')
+            self._figures.setText(f'{size_text(incoming)}/s incoming' if incoming else ' ')
             return
         parts = [size_text(figures.bytes), count_text(figures.messages, 'message')]
         parts += [f'<span style="color:{BAD}"><b>{count_text(number)} {word}</b></span>'

@@ -75,7 +75,7 @@ class RecordingPanel(QScrollArea):
                             room.is_low)
         self._mark.setEnabled(is_recording)
         self._label.setEnabled(is_recording)
-        self._label.setPlaceholderText(state.next_label if is_recording else 'Label of a mark')
+        self._label.setPlaceholderText(state.next_label if is_recording else 'Mark label')
         if self._label.text().strip() != state.label:
             self._label.setText(state.label)
         self._show_save()
@@ -92,10 +92,12 @@ class RecordingPanel(QScrollArea):
         self.setFocus()
 
     def _set_up(self) -> None:
+        self.setAccessibleName('Recording')
         self.setFrameShape(QFrame.NoFrame)
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarAlwaysOff)
         self._label.setObjectName('mark_label')
+        self._label.setAccessibleName('Mark label')
         self._label.setToolTip('The label of the next mark; without one it gets a number')
         self._label.textEdited.connect(self._model.set_label)
         self._label.returnPressed.connect(self._on_mark)

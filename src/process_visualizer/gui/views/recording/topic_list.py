@@ -142,7 +142,7 @@ def rate_or_silence(row: TopicRow) -> str:
         return f'silent for {long_time_text(row.silence_s)}'
     if row.health in _UNHEALTHY:
         return row.health.value
-    return live_rate_text(row.rate_hz, row.silence_s or 0.0)
+    return live_rate_text(row.rate_hz, row.silence_s or 0.0, row.is_latched)
 
 
 def _show(item: QTreeWidgetItem, row: TopicRow) -> None:
@@ -179,6 +179,7 @@ def _topic_item(parent: QTreeWidgetItem, row: TopicRow) -> QTreeWidgetItem:
 
 def _tree() -> TopicTree:
     tree = TopicTree('record_topics', 2)
+    tree.setAccessibleName('Topics to record')
     tree.setHeaderHidden(True)
     tree.setIndentation(16)
     tree.setIconSize(QSize(14, 14))

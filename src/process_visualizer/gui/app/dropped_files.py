@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Files that are dropped on the window: a recording, or a configuration."""
+from __future__ import annotations
+
+import os
+from typing import NamedTuple, Optional, Sequence, Tuple
+
+from PyQt5.QtCore import QEvent, QObject, pyqtSignal
+from PyQt5.QtGui import QDropEvent
+from PyQt5.QtWidgets import QWidget
+
+from process_visualizer.cell.model import Mode
+from process_visualizer.gui.app.launcher import Launcher
+from process_visualizer.gui.toolkit.questions import ask
+
+_BAGS = ('.bag', '.bag.active')
+_WHAT = 'Drop a recording (all .bag files of a split one), or one configuration (.xml).'
+
+
+class Dropped(NamedTuple):
+    """The files of a recording, or a configuration, or why nothing can be done with them."""
+
+    bags: Tuple[str, ...] = ()
+    configuration: str = ''
+    refusal: str = ''
+
+
+def sort_out(paths: Sequence[str]) -> Dropped:
+    """Return what paths are; '' stands for what is no file of this computer."""
+    names = [path.lower() for path in paths]
+    if paths and all(name.endswith(_BAGS) for name in names):
+        return Dropped(bags=tuple(paths))
+    if len(paths) == 1 and names[0].endswith('.xml'):
+        return Dropped(configuration=paths[0])
+    strange = next((os.path.basename(path) for path in paths
+                    if path and not path.lower().endswith((*_BAGS, '.xml'))), '')
+    return Dropped(refusal=f'{strange} cannot be opened here. {_WHAT}' if strange else _WHAT)
+
+
+class DropTarget(QObject):
+    """Makes a window take files, wherever they are dropped on it; not during a recording."""
+
+    play_wanted = pyqtSignal(object)
+    """The operator wants to quit what runs, and to play a recording (its paths)."""
+    configuration_wanted = pyqtSignal(str)
+    refused = pyqtSignal(str)
+
+    def __init__(self, window: QWidget, launcher: Launcher) -> None:
+        super().__init__(window)
+        self._window, self._launcher = window, launcher
+        window.setAcceptDrops(True)
+        window.installEventFilter(self)
+
+    def eventFilter(self, window: Optional[QObject], event: Optional[QEvent]) -> bool:
+        """Take files; leave all other events to the window."""
+        if not isinstance(event, QDropEvent) or not event.mimeData().hasUrls():
+            return super().eventFilter(window, event)
+        event.acceptProposedAction()
+        if event.type() == QEvent.Drop:
+            self._take(sort_out([url.toLocalFile() for url in event.mimeData().urls()]))
+        return True
+
+    def _take(self, dropped: Dropped) -> None:
+        if dropped.refusal:
+            self.refused.emit(dropped.refusal)
+        elif self._launcher.recording.is_recording:
+            self.refused.emit('A recording is in progress: stop it before you open another file.')
+        elif dropped.configuration:
+            self.configuration_wanted.emit(dropped.configuration)
+        else:
+            self._open(dropped.bags)
+
+    def _open(self, bags: Tuple[str, ...]) -> None:
+        """Open a recording in playback mode; a cell that runs is quit only if that is wanted."""
+        cell, bag = self._launcher.cell, self._launcher.bag
+        if self._launcher.launch.is_idle or cell.mode is Mode.PLAYBACK:
+            bag.open(bags)
+            cell.set_mode(Mode.PLAYBACK)
+        else:
+            ask(self._window, f'Quit all nodes, and play {os.path.basename(bags[0])}?',
+                'Quit and play', lambda: self.play_wanted.emit(bags))

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The window without a mouse: what has the focus has a name, and every button can have it."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Iterator, List
+
+import pytest
+from PyQt5.QtCore import QPoint, QRect, QSettings, Qt
+from PyQt5.QtWidgets import QAbstractButton, QApplication, QLabel, QWidget
+
+from process_visualizer.cell.model import Mode
+from process_visualizer.gui.app.launcher import Launcher
+from process_visualizer.gui.app.launcher_app import LauncherApp
+from process_visualizer.gui.app.settings import Settings
+
+
+@pytest.fixture
+def window(qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[LauncherApp]:
+    monkeypatch.setenv('ROS_HOME', str(tmp_path))
+    launcher = Launcher()
+    app = LauncherApp(launcher, Settings(QSettings(str(tmp_path / 'settings'),
+                                                   QSettings.IniFormat)))
+    qtbot.addWidget(app)
+    app.show()
+    yield app
+    launcher.close()
+
+
+def focusable(window: LauncherApp) -> List[QWidget]:
+    """All that may have the focus, but for Qt's parts of other widgets, and texts, which are read.
+    """
+    return [it for it in window.findChildren(QWidget)
+            if it.window() is window and it.focusPolicy() != Qt.NoFocus and it.focusProxy() is None
+            and not it.objectName().startswith('qt_') and not isinstance(it, QLabel)]
+
+
+def words(widget: QWidget) -> str:
+    """What a screen reader says."""
+    return widget.accessibleName() or (widget.text() if isinstance(widget, QAbstractButton) else '')
+
+
+def tab_order(window: LauncherApp) -> List[QWidget]:
+    """What is reached by the key Tab, in order, of what is shown."""
+    reached, widget = [], window.nextInFocusChain()
+    while widget is not window:
+        if widget.isVisible() and widget.isEnabled() and widget.focusPolicy() & Qt.TabFocus:
+            reached.append(widget)
+        widget = widget.nextInFocusChain()
+    return reached
+
+
+def test_whatever_can_have_the_focus_has_a_name(window: LauncherApp) -> None:
+    nameless = [(type(it).__name__, it.objectName()) for it in focusable(window) if not words(it)]
+    assert nameless == []
+
+
+def test_every_button_can_be_reached(window: LauncherApp) -> None:
+    unreachable = [it.objectName() for it in window.findChildren(QAbstractButton)
+                   if not it.focusPolicy() & Qt.TabFocus and not it.objectName().startswith('qt_')]
+    assert unreachable == []
+
+
+@pytest.mark.parametrize('mode', list(Mode))
+def test_the_key_tab_goes_from_the_top_to_the_bottom(window: LauncherApp, mode: Mode) -> None:
+    window._launcher.cell.set_mode(mode)
+    QApplication.processEvents()
+    places = [QRect(it.mapTo(window, QPoint(0, 0)), it.size()) for it in tab_order(window)]
+    assert len(places) > 10
+    assert [(before, after) for before, after in zip(places, places[1:])
+            if after.bottom() < before.top()] == []
