@@ -8,7 +8,6 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, Callable, List, cast
 from xmlrpc.client import ServerProxy
@@ -20,9 +19,9 @@ from PyQt5.QtWidgets import QAbstractButton, QApplication, QDialog, QLabel, QWid
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
-from process_visualizer.gui.app.main import make_application, place_window
+from process_visualizer.gui.app.main import make_application
 from process_visualizer.gui.app.settings import Settings
-from process_visualizer.rviz.window_geometry import TITLE_BAR_PX
+from process_visualizer.gui.app.window_keeper import WindowKeeper
 
 _PERIOD_MS = 20
 _RECORDED_S = 20.0
@@ -39,8 +38,7 @@ class Photographer:
         self._settings = Settings()
         self.launcher = Launcher()
         self.window = LauncherApp(self.launcher, self._settings)
-        place_window(self._app, self.window, self.launcher, self._settings)
-        self._use_title_bar()
+        WindowKeeper(self.window, self.launcher, self._settings)
         self.window.show()
         QApplication.setActiveWindow(self.window)
         self.launcher.begin()
@@ -57,12 +55,6 @@ class Photographer:
         self.window.leave()
         self._until(lambda: not self.window.isVisible(), 60.0)
         self.launcher.close()
-
-    def _use_title_bar(self) -> None:
-        """Leave room for a title bar, which a virtual screen does not draw."""
-        view = self.launcher.view
-        assert view.window is not None
-        view.window = replace(view.window, height=view.window.height + TITLE_BAR_PX)
 
     # The states
 

@@ -6,8 +6,10 @@
 #include <rviz/render_panel.h>
 #include <rviz/view_manager.h>
 #include <rviz/visualization_manager.h>
+#include <rviz/window_manager_interface.h>
 
 #include <QGuiApplication>
+#include <QWidget>
 #include <pluginlib/class_list_macros.hpp>
 
 #include "display_report.hpp"
@@ -41,7 +43,18 @@ void showSilences(const rviz::DisplayGroup& group) {
 void DisplayStatus::onInitialize() {
   publisher_ = ros::NodeHandle("~").advertise<diagnostic_msgs::DiagnosticArray>("display_status", 1,
                                                                                 /*latch=*/true);
+  subscriber_ = ros::NodeHandle("~").subscribe("place", 1, &DisplayStatus::place, this);
   stopDrawingAtTheEnd();
+}
+
+void DisplayStatus::place(const sensor_msgs::RegionOfInterest& place) {
+  rviz::WindowManagerInterface* manager = context_->getWindowManager();
+  QWidget* parent = manager ? manager->getParentWindow() : nullptr;
+  if (!parent) return;
+  QWidget& window = *parent->window();
+  const double scale = window.devicePixelRatioF();
+  window.resize(qRound(place.width / scale), qRound(place.height / scale));
+  window.move(qRound(place.x_offset / scale), qRound(place.y_offset / scale));
 }
 
 void DisplayStatus::stopDrawingAtTheEnd() {

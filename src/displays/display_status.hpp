@@ -3,7 +3,9 @@
 
 #include <diagnostic_msgs/DiagnosticStatus.h>
 #include <ros/publisher.h>
+#include <ros/subscriber.h>
 #include <rviz/display.h>
+#include <sensor_msgs/RegionOfInterest.h>
 
 #include <cstdint>
 
@@ -15,6 +17,10 @@ namespace process_visualizer::displays {
 /// `~display_status` of the RViz node (diagnostic_msgs/DiagnosticArray, latched): first an entry
 /// "rviz" with the global status, the count of rendered `frames`, `fps`, and the `width` and
 /// `height` of the 3D view in pixels, then one entry for each display.
+///
+/// It moves RViz's window to where `~place` (sensor_msgs/RegionOfInterest) says: the corner of its
+/// frame, and its size without the frame, in pixels of the screen, whatever Qt scales by. Only the
+/// process that owns a window can move it without knowing which window system that is.
 class DisplayStatus : public rviz::Display {
  public:
   void update(float wall_dt, float ros_dt) override;
@@ -26,10 +32,12 @@ class DisplayStatus : public rviz::Display {
   /// RViz would draw once more after its window is gone, into memory that is no picture's: Mesa
   /// takes a window that it cannot ask for its size to have none. That ended RViz now and then.
   void stopDrawingAtTheEnd();
+  void place(const sensor_msgs::RegionOfInterest& place);
   void publishReport();
   diagnostic_msgs::DiagnosticStatus reportRviz() const;
 
   ros::Publisher publisher_;
+  ros::Subscriber subscriber_;
   float seconds_since_report_ = 0;
   std::uint64_t frames_at_report_ = 0;
 };

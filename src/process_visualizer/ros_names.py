@@ -29,6 +29,7 @@ PLAYBACK_RATE = f'{OWN_TOPICS}playback_rate'
 """The parameter that says how fast a recording is played."""
 PLAYER_STATE_TOPIC = f'/{BAG_PLAYER}/state'
 DISPLAY_STATUS_TOPIC = f'/{RVIZ}/display_status'  # published by src/displays
+RVIZ_PLACE_TOPIC = f'/{RVIZ}/place'  # subscribed there
 
 TF_TOPIC, STATIC_TF_TOPIC = '/tf', '/tf_static'
 

@@ -27,6 +27,7 @@ from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.processor_wait import ProcessorWait
 from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.app.watchdog import BEAT_MS, Entry, Watchdog, read_report
+from process_visualizer.gui.app.window_keeper import WindowKeeper
 
 LONGEST_BLOCK_MS = 50.0
 LONGEST_WAIT_MS = 200.0
@@ -54,8 +55,9 @@ class Operator:
         self._wait = ProcessorWait()
         self._begin_s, self._waited_before_s = time.monotonic(), self._wait.seconds()
         self.launcher = Launcher()
-        self.window = LauncherApp(self.launcher, Settings())
-        self.window.resize(460, 1000)
+        settings = Settings()
+        self.window = LauncherApp(self.launcher, settings)
+        self.keeper = WindowKeeper(self.window, self.launcher, settings)
         with qtbot.waitExposed(self.window):
             self.window.show()
         QApplication.setActiveWindow(self.window)  # there is no window manager to do it

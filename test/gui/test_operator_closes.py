@@ -21,7 +21,7 @@ from process_visualizer.gui.models.recording.recording_types import Phase
 from process_visualizer.rviz.window_geometry import Rectangle
 
 LAUNCH_S = 60.0
-RVIZ = Rectangle(460, 0, 1140, 968)
+RVIZ = Rectangle(460, 0, 1140, 1000)
 
 
 @pytest.fixture
@@ -55,7 +55,6 @@ def launch(operator: Operator, folder: Path) -> None:
     config = folder / 'cell.xml'
     config.write_text(SMALL_CELL)
     operator.launcher.recording.choices.set_folder(str(folder))
-    operator.launcher.view.window = RVIZ
     operator.launcher.cell.open(str(config))
     operator.wait(lambda: operator.widget('launch').isEnabled(), 'it can be launched')
     operator.click('launch')

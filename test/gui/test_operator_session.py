@@ -22,7 +22,7 @@ RECORDED_S = 10.0
 LAUNCH_S = 60.0
 REALTIME = 'In real-time mode.'
 """What nodes say follows, as that of the simulator where the computer is too busy for it."""
-RVIZ = Rectangle(460, 0, 1140, 968)
+RVIZ = Rectangle(460, 0, 1140, 1000)
 
 
 @pytest.fixture
@@ -85,7 +85,6 @@ def test_session(operator: Operator, tmp_path: Path) -> None:
 
 
 def open_the_cell(operator: Operator) -> None:
-    operator.launcher.view.window = RVIZ
     operator.launcher.cell.open(CONFIG, {'image_rate': '10'})
     devices = operator.widget('devices', DevicesView)
     operator.wait(lambda: devices.topLevelItemCount() == 6, 'six devices')

@@ -16,6 +16,7 @@ from process_visualizer.ros_names import (
     JOINT_PROC,
     JOINT_STATE,
     OWN_TOPICS,
+    RVIZ_PLACE_TOPIC,
     STATIC_TF_TOPIC,
 )
 
@@ -56,5 +57,7 @@ def test_names_that_nodes_give_themselves() -> None:
     for file, text in (('joints/joint_processor_main.cpp', f'ros::init(argc, argv, "{JOINT_PROC}"'),
                        ('recorder/main.cpp', f'ros::init(argc, argv, "{BAG_RECORDER}"'),
                        ('displays/display_status.cpp',
-                        f'("{DISPLAY_STATUS_TOPIC.rpartition("/")[2]}"')):
+                        f'("{DISPLAY_STATUS_TOPIC.rpartition("/")[2]}"'),
+                       ('displays/display_status.cpp',
+                        f'("{RVIZ_PLACE_TOPIC.rpartition("/")[2]}"')):
         assert text in (SOURCES / file).read_text(encoding='utf-8'), file

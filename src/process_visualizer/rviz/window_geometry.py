@@ -1,13 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How the launcher and RViz share a screen."""
+"""RViz's window: its place on the screen, and what it shows beside the scene."""
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Any, Dict, Optional
 
-TITLE_BAR_PX = 32
-"""Room for the title bar, which a window's height does not include."""
-_SMALLEST_WIDTH_PX = 640
 _WIDTH_FOR_DISPLAYS_PX = 1300
 """From this width on there is room for the list of displays beside the scene."""
 _DISPLAYS_PX, _DOCK_EDGES_PX, _BARS_PX = 345, 30, 90
@@ -31,19 +28,6 @@ class Rectangle:
     y: int
     width: int
     height: int
-
-
-def view_rectangle(room: Rectangle, launcher: Rectangle) -> Rectangle:
-    """RViz's window, without its title bar, on the side of the launcher where there is more room.
-
-    ``room`` is the usable part of the screen, ``launcher`` the launcher's window with its frame.
-    On a screen too small for both, RViz covers a part of the launcher.
-    """
-    left = launcher.x - room.x
-    right = room.x + room.width - (launcher.x + launcher.width)
-    width = min(room.width, max(_SMALLEST_WIDTH_PX, left, right))
-    x = room.x if left > right else room.x + room.width - width
-    return Rectangle(x, room.y, width, max(1, room.height - TITLE_BAR_PX))
 
 
 def scene_aspect(width: int, height: int) -> float:

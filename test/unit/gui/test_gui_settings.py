@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from PyQt5.QtCore import QByteArray, QSettings
+from PyQt5.QtCore import QSettings
 
 from process_visualizer.gui.app.settings import Settings
 
@@ -26,7 +26,6 @@ def test_values_keep_their_types(tmp_path: Path) -> None:
 
 def test_what_was_never_stored_has_its_default(tmp_path: Path) -> None:
     assert settings(tmp_path).value('mode', 'realtime') == 'realtime'
-    assert settings(tmp_path).geometry('HDMI-1') is None
 
 
 def test_what_another_version_has_written_does_not_matter(tmp_path: Path) -> None:
@@ -34,13 +33,6 @@ def test_what_another_version_has_written_does_not_matter(tmp_path: Path) -> Non
     file.setValue('mode', '{not json')
     file.sync()
     assert settings(tmp_path).value('mode', 'playback') == 'playback'
-
-
-def test_the_place_of_the_window_belongs_to_a_screen(tmp_path: Path) -> None:
-    place = QByteArray(b'\x01\xd9\xd0\xcb\x00')
-    settings(tmp_path).store_geometry('HDMI-1', place)
-    assert settings(tmp_path).geometry('HDMI-1') == place
-    assert settings(tmp_path).geometry('eDP-1') is None
 
 
 def test_a_program_that_takes_the_place_of_this_one_finds_them(tmp_path: Path) -> None:

@@ -47,6 +47,7 @@ from process_visualizer.gui.views.cell.mixture_notice import MixtureNotice
 from process_visualizer.gui.views.cell.new_configuration_view import NewConfigurationView
 from process_visualizer.gui.views.cell.tool_notice import ToolNotice
 from process_visualizer.gui.views.cell.warnings_view import WarningsView
+from process_visualizer.gui.views.parts.column_scroll import ColumnScroll
 from process_visualizer.gui.views.parts.keys_dialog import KeysDialog
 from process_visualizer.gui.views.parts.labels import colour, title, tool_button
 from process_visualizer.gui.views.playback.playback_panel import PlaybackPanel
@@ -111,7 +112,7 @@ class LauncherApp(QMainWindow):
         layout.addWidget(self.mixture)
         layout.addWidget(self.tool)
         layout.addWidget(self.panels, 1)
-        self.setCentralWidget(body)
+        self.setCentralWidget(ColumnScroll(body))
 
     def _devices_group(self) -> QWidget:
         group = QWidget()

@@ -11,7 +11,7 @@ import sys
 from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import rospkg
-from PyQt5.QtCore import QObject, QRect, QSocketNotifier, Qt, pyqtSignal
+from PyQt5.QtCore import QObject, QSocketNotifier, Qt, pyqtSignal
 from PyQt5.QtWidgets import QApplication
 
 from process_visualizer.cell.model import Mode
@@ -20,13 +20,12 @@ from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.app.uncaught import install_hooks
 from process_visualizer.gui.app.watchdog import watch_if_wanted
+from process_visualizer.gui.app.window_keeper import WindowKeeper
 from process_visualizer.gui.models.cell.cell_model import CellModel
 from process_visualizer.gui.toolkit.style import apply_style
 from process_visualizer.health.user_limits import give_real_time_advice
-from process_visualizer.rviz.window_geometry import Rectangle, view_rectangle
 
 _NAMED_VALUE = re.compile('[A-Za-z]\\w*:=')
-_WIDTH = 460
 
 _NO_SHARED_PICTURE = 'QT_XCB_NO_MITSHM'
 """Variable of Qt. Otherwise each paint waits until the X server has read the last picture from
@@ -48,13 +47,13 @@ def main() -> int:
     watcher = watch_if_wanted(app)
     signals = StopSignals(app)
     signals.received.connect(window.leave)
-    place_window(app, window, launcher, settings)
+    keeper = WindowKeeper(window, launcher, settings)
     window.show()
     _begin(launcher, settings, options, arguments)
     if not options.config and not _last_configuration(settings):
         window.new.offer()
     code = app.exec_()
-    _remember(app, window, launcher, settings)
+    _remember(keeper, launcher, settings)
     launcher.close()
     if watcher is not None:
         watcher.close()
@@ -169,32 +168,8 @@ def _package_folder() -> str:
     return str(rospkg.RosPack().get_path('process_visualizer'))
 
 
-def place_window(app: QApplication, window: LauncherApp, launcher: Launcher,
-                 settings: Settings) -> None:
-    """Place the window as it was left on this screen, or on the left; RViz takes the rest."""
-    screen = app.primaryScreen()
-    room = screen.availableGeometry()
-    window.resize(_WIDTH, room.height())
-    window.move(room.topLeft())
-    geometry = settings.geometry(_name(screen.name(), room))
-    if geometry is not None:
-        window.restoreGeometry(geometry)
-    launcher.view.window = view_rectangle(_rectangle(room), _rectangle(window.frameGeometry()))
-
-
-def _name(screen: str, room: QRect) -> str:
-    return f'{screen}-{room.width()}x{room.height()}'
-
-
-def _rectangle(rectangle: QRect) -> Rectangle:
-    return Rectangle(rectangle.x(), rectangle.y(), rectangle.width(), rectangle.height())
-
-
-def _remember(app: QApplication, window: LauncherApp, launcher: Launcher,
-              settings: Settings) -> None:
-    screen = app.primaryScreen()
-    settings.store_geometry(_name(screen.name(), screen.availableGeometry()),
-                            window.saveGeometry())
+def _remember(keeper: WindowKeeper, launcher: Launcher, settings: Settings) -> None:
+    keeper.remember()
     settings.store('mode', launcher.cell.mode.value)
     settings.store('configuration', launcher.cell.source)
     settings.store('recording', launcher.recording.choices.settings())

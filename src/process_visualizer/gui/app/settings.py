@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any, Optional
 
-from PyQt5.QtCore import QByteArray, QSettings
+from PyQt5.QtCore import QSettings
 
 
 class Settings:
@@ -31,12 +31,3 @@ class Settings:
     def sync(self) -> None:
         """Write everything into the file now; otherwise Qt does, when the program is idle."""
         self._settings.sync()
-
-    def geometry(self, screen: str) -> Optional[QByteArray]:
-        """Return the window's place on a screen, as saved by Qt."""
-        text = self.value(f'geometry/{screen}')
-        return None if text is None else QByteArray.fromBase64(str(text).encode())
-
-    def store_geometry(self, screen: str, geometry: QByteArray) -> None:
-        """Remember the window's place on a screen."""
-        self.store(f'geometry/{screen}', bytes(geometry.toBase64()).decode())

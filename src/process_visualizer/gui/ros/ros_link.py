@@ -13,6 +13,7 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from PyQt5.QtCore import QObject, pyqtSignal
 from rosgraph_msgs.msg import Log
+from sensor_msgs.msg import RegionOfInterest
 
 from process_visualizer.cell.model import Pose
 from process_visualizer.clients.bag_recorder import BagRecorder
@@ -28,7 +29,8 @@ from process_visualizer.gui.ros.snapshots import (
 )
 from process_visualizer.health.node_warnings import NodeWarnings, Severity
 from process_visualizer.msg import PlayerState, RecorderState, TopicRecord
-from process_visualizer.ros_names import CELL_FRAMES, DISPLAY_STATUS_TOPIC
+from process_visualizer.ros_names import CELL_FRAMES, DISPLAY_STATUS_TOPIC, RVIZ_PLACE_TOPIC
+from process_visualizer.rviz.window_geometry import Rectangle
 from process_visualizer.srv import SetFrame
 
 NODE = 'process_visualizer'
@@ -64,6 +66,8 @@ class RosLink(QObject):
         self.warnings = NodeWarnings()
         self._subscribers: List[rospy.Subscriber] = []
         self._marker = PoseMarker(self.pose_dragged.emit)
+        self._place: Optional[Rectangle] = None
+        self._place_publisher: Optional[rospy.Publisher] = None
 
     def begin(self) -> None:
         """Become a node of the master.
@@ -79,7 +83,25 @@ class RosLink(QObject):
             raise RosLinkError(f'The ROS master at {rosgraph.get_master_uri()} has refused the '
                                f'launcher ({error}). Start the launcher again.') from error
 
+    def place_rviz(self, place: Rectangle) -> None:
+        """Move RViz, now and whenever it starts, to a place in pixels of the screen, unscaled.
+
+        Returns at once. x and y are of its frame, the size is without the frame.
+        """
+        self._place = place
+        self._send_place()
+
+    def _send_place(self) -> None:
+        place, publisher = self._place, self._place_publisher
+        if place is not None and publisher is not None:
+            publisher.publish(RegionOfInterest(
+                x_offset=max(place.x, 0), y_offset=max(place.y, 0), width=place.width,
+                height=place.height))
+
     def _subscribe(self) -> None:
+        self._place_publisher = rospy.Publisher(RVIZ_PLACE_TOPIC, RegionOfInterest, queue_size=1,
+                                                latch=True)
+        self._send_place()
         self.player.begin()
         self.recorder.begin()
         self._subscribers = [

@@ -15,6 +15,7 @@ from process_visualizer.gui.models.playback.bag_model import BagModel
 from process_visualizer.gui.models.playback.playback_model import PlaybackModel
 from process_visualizer.gui.models.playback.values_model import ValuesModel
 from process_visualizer.gui.toolkit.style import WARNING
+from process_visualizer.gui.views.parts.layouts import in_column
 from process_visualizer.gui.views.playback.bag_view import BagView
 from process_visualizer.gui.views.playback.curves_dialog import CurvesDialog
 from process_visualizer.gui.views.playback.curves_row import CurvesRow
@@ -27,7 +28,10 @@ _IN_WORDS = {'v': 'tool speed v', 'F': 'tool force F'}  # with the letters at th
 
 
 class PlaybackPanel(QWidget):
-    """The panel of playback mode, from top to bottom."""
+    """The panel of playback mode, from top to bottom.
+
+    ``below`` is its part with the buttons and the timeline, which a wider place can take over.
+    """
 
     def __init__(self, playback: PlaybackModel, bag: BagModel, values: ValuesModel,
                  parent: Optional[QWidget] = None) -> None:
@@ -68,13 +72,13 @@ class PlaybackPanel(QWidget):
         inside.setSizeConstraint(QVBoxLayout.SetMinAndMaxSize)  # it grows as far as its lanes do
         inside.addWidget(self.timeline, 1)
         inside.addWidget(self.curves)
-        layout = QVBoxLayout(self)
+        self.below = QWidget()
+        below = in_column(self.below, 8, self.transport, frame)
+        below.setStretchFactor(frame, 1)
+        below.addStretch(0)
+        layout = in_column(self, 8, self.bag, self.notes, self.below)
         layout.setContentsMargins(0, 6, 0, 0)
-        layout.setSpacing(8)
-        layout.addWidget(self.bag)
-        layout.addWidget(self.transport)
-        layout.addWidget(self.notes)
-        layout.addWidget(frame, 1)
+        layout.setStretchFactor(self.below, 1)
         layout.addStretch(0)
 
     def ask_for_mark(self, position_s: float) -> None:

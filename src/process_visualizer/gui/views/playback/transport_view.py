@@ -27,6 +27,7 @@ from process_visualizer.playback.timeline import MAX_RATE, MIN_RATE
 
 _WIDE_SPACING, _NARROW_SPACING = 24, 8
 _LEAST_WIDTH = 400
+_LONGEST_SLIDER, _UNLIMITED = 420, 16777215  # px; the second one is Qt's own
 _ICON = QSize(20, 20)
 
 
@@ -175,8 +176,9 @@ class TransportView(QWidget):
             self._grid.addWidget(widget, row, column, 1, 2 if spans else 1)
         self.reached.setMinimumWidth(self._reached_width() if is_wide else 0)
         self._grid.setHorizontalSpacing(_WIDE_SPACING if is_wide else _NARROW_SPACING)
-        for column in range(4):
-            self._grid.setColumnStretch(column, int(column == 2 if is_wide else column == 0))
+        self.slider.setMaximumWidth(_LONGEST_SLIDER if is_wide else _UNLIMITED)
+        for column in range(5):
+            self._grid.setColumnStretch(column, int(column == 4 if is_wide else column == 0))
 
     # What is shown
 

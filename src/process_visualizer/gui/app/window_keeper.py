@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Keeps the launcher, RViz and the timeline together on the screen."""
+from __future__ import annotations
+
+from dataclasses import replace
+
+from PyQt5.QtCore import QEvent, QObject, QRect, Qt, QTimer
+from PyQt5.QtGui import QGuiApplication, QScreen
+from PyQt5.QtWidgets import QWidget
+
+from process_visualizer.cell.model import Mode
+from process_visualizer.gui.app.launcher import Launcher
+from process_visualizer.gui.app.launcher_app import LauncherApp
+from process_visualizer.gui.app.settings import Settings
+from process_visualizer.gui.views.playback.timeline_dock import TimelineDock
+from process_visualizer.rviz.screen_layout import (
+    Frame,
+    Places,
+    followed,
+    places,
+    settings_of,
+    sizes_from,
+)
+from process_visualizer.rviz.window_geometry import Rectangle
+
+_SETTLED_MS = 250  # without a change: the operator has let go of the window
+_CHANGES = (QEvent.Move, QEvent.Resize, QEvent.Show, QEvent.Hide, QEvent.WindowStateChange)
+
+
+class WindowKeeper(QObject):
+    """Places the three windows, at first and whenever the operator changes one of them.
+
+    In playback mode the timeline is below the others; in real-time mode they have its room.
+    """
+
+    def __init__(self, window: LauncherApp, launcher: Launcher, settings: Settings) -> None:
+        super().__init__(window)
+        self._window, self._launcher, self._settings = window, launcher, settings
+        self._screen: QScreen = QGuiApplication.primaryScreen()
+        self._sizes = sizes_from(settings.value(self._name()))
+        self.dock = TimelineDock(window.playback.below, window)
+        self.dock.height_wanted.connect(self._set_timeline_height)
+        self._had_timeline = self._has_timeline
+        self._asked, self._refused = QRect(), QRect()
+        self._is_asking = False
+        self._timer = QTimer(self)
+        self._timer.setSingleShot(True)
+        self._timer.setInterval(_SETTLED_MS)
+        self._timer.timeout.connect(self._follow)
+        self._arrange()
+        window.installEventFilter(self)
+        launcher.cell.changed.connect(self._follow_mode)
+        for screen in QGuiApplication.screens():
+            screen.availableGeometryChanged.connect(lambda _room: self._timer.start())
+
+    def remember(self) -> None:
+        """Store the sizes for this screen."""
+        self._settings.store(self._name(), settings_of(self._sizes))
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Follow the launcher's window."""
+        if event.type() in _CHANGES:
+            self._timer.start()
+            self._show_dock()
+        return False
+
+    @property
+    def _has_timeline(self) -> bool:
+        return self._launcher.cell.mode is Mode.PLAYBACK
+
+    def _follow_mode(self) -> None:
+        if self._has_timeline != self._had_timeline:
+            self._had_timeline = self._has_timeline
+            self._arrange()
+            self._show_dock()
+
+    def _show_dock(self) -> None:
+        """Show it in playback mode, unless the launcher is closed or minimised."""
+        window = self._window
+        self.dock.setVisible(self._has_timeline and window.isVisible()
+                             and not window.isMinimized())
+
+    def _set_timeline_height(self, height: int) -> None:
+        """Change the height at once; the other windows follow when the operator lets go."""
+        self._sizes = replace(self._sizes, timeline_height=height)
+        self._place_dock(self._places())
+        self._sizes = replace(self._sizes, timeline_height=self.dock.height())
+        self._timer.start()
+
+    def _follow(self) -> None:
+        """Arrange the windows around the launcher, once the operator has let go of it.
+
+        If the window manager puts it elsewhere, it stays there until the operator moves it.
+        """
+        window = self._window
+        if not window.isVisible() or window.windowState() != Qt.WindowNoState:
+            return
+        here = QRect(window.pos(), window.size())
+        if self._is_asking and here != self._asked:
+            self._refused = here
+        is_moved = here not in (self._asked, self._refused)
+        if self._screen is not window.windowHandle().screen():
+            self._change_screen(window.windowHandle().screen())
+        elif is_moved:
+            self._sizes = followed(self._sizes, self._room(), _rectangle(here),
+                                   _rectangle(self._asked))
+        self._is_asking = False
+        self._arrange(is_moved)
+
+    def _change_screen(self, screen: QScreen) -> None:
+        self.remember()
+        self._screen = screen
+        self._sizes = sizes_from(self._settings.value(self._name()))
+
+    def _arrange(self, is_moved: bool = True) -> None:
+        """Give every window its place; the launcher if it has been moved, or has another one."""
+        found = self._places()
+        self._place_dock(found)
+        asked = _rect(found.launcher)
+        if is_moved or asked != self._asked:
+            self._asked, self._is_asking = asked, True
+            self._window.resize(asked.size())
+            self._window.move(asked.topLeft())
+        self._launcher.view.window = found.rviz
+        self._launcher.link.place_rviz(_scaled(found.rviz, self._window.devicePixelRatioF()))
+
+    def _place_dock(self, found: Places) -> None:
+        if found.timeline is not None:
+            self.dock.setGeometry(_rect(found.timeline))
+
+    def _places(self) -> Places:
+        return places(self._room(), _frame_of(self._window), self._sizes, self._has_timeline)
+
+    def _room(self) -> Rectangle:
+        return _rectangle(self._screen.availableGeometry())
+
+    def _name(self) -> str:
+        room = self._room()
+        return f'layout/{self._screen.name()}-{room.width}x{room.height}'
+
+
+def _frame_of(window: QWidget) -> Frame:
+    """The window's frame; none is known before it is on the screen."""
+    handle = window.windowHandle()
+    if handle is None:
+        return Frame()
+    margins = handle.frameMargins()
+    return Frame(margins.left(), margins.top(), margins.right(), margins.bottom())
+
+
+def _rectangle(rect: QRect) -> Rectangle:
+    return Rectangle(rect.x(), rect.y(), rect.width(), rect.height())
+
+
+def _rect(rectangle: Rectangle) -> QRect:
+    return QRect(rectangle.x, rectangle.y, rectangle.width, rectangle.height)
+
+
+def _scaled(place: Rectangle, scale: float) -> Rectangle:
+    return Rectangle(*(round(scale * it) for it in (place.x, place.y, place.width, place.height)))

@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A column that can be scrolled where the screen is too low for it."""
+from __future__ import annotations
+
+from PyQt5.QtCore import QSize, Qt
+from PyQt5.QtWidgets import QFrame, QScrollArea, QStyle, QWidget
+
+_LEAST_HEIGHT_PX = 160
+
+
+class ColumnScroll(QScrollArea):
+    """Scrolls up and down only; it is never narrower than its content."""
+
+    def __init__(self, content: QWidget) -> None:
+        super().__init__()
+        self.setFrameShape(QFrame.NoFrame)
+        self.setWidgetResizable(True)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarAlwaysOff)
+        self.setFocusPolicy(Qt.NoFocus)  # the keys are the window's
+        self.setWidget(content)
+
+    def minimumSizeHint(self) -> QSize:
+        """Return a size with room for the content's width and the scroll bar."""
+        bar = self.style().pixelMetric(QStyle.PM_ScrollBarExtent)
+        return QSize(self.widget().minimumSizeHint().width() + bar, _LEAST_HEIGHT_PX)

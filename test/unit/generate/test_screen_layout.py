@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The windows share a screen: inside it, beside each other, and large enough where it is."""
+from __future__ import annotations
+
+import itertools
+from typing import List
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from process_visualizer.rviz.screen_layout import (
+    LEAST_LAUNCHER_PX,
+    LEAST_RVIZ_PX,
+    LEAST_TIMELINE_PX,
+    LEAST_UPPER_PX,
+    Frame,
+    Places,
+    Sizes,
+    followed,
+    places,
+    settings_of,
+    sizes_from,
+)
+from process_visualizer.rviz.window_geometry import Rectangle
+
+FRAME = Frame(1, 20, 1, 2)
+FRAMES = st.builds(Frame, *(4 * [st.integers(0, 40)]))
+SIZES = st.builds(Sizes, st.integers(-10, 9000), st.none() | st.integers(-10, 9000), st.booleans())
+POSITIONS = st.integers(-4000, 4000)
+SCREENS = st.builds(Rectangle, POSITIONS, POSITIONS, st.integers(240, 8000),
+                    st.integers(240, 5000))
+
+
+def framed(found: Places, frame: Frame) -> List[Rectangle]:
+    """The windows with their frames."""
+    upper = [Rectangle(it.x, it.y, it.width + frame.left + frame.right,
+                       it.height + frame.top + frame.bottom) for it in found[:2]]
+    return upper if found.timeline is None else [*upper, found.timeline]
+
+
+def is_inside(one: Rectangle, room: Rectangle) -> bool:
+    return (room.x <= one.x and one.x + one.width <= room.x + room.width
+            and room.y <= one.y and one.y + one.height <= room.y + room.height)
+
+
+def overlap(one: Rectangle, other: Rectangle) -> bool:
+    return (one.x < other.x + other.width and other.x < one.x + one.width
+            and one.y < other.y + other.height and other.y < one.y + one.height)
+
+
+@given(SCREENS, FRAMES, SIZES, st.booleans())
+def test_inside_the_screen_and_beside_each_other(room: Rectangle, frame: Frame, sizes: Sizes,
+                                                 has_timeline: bool) -> None:
+    found = places(room, frame, sizes, has_timeline)
+    windows = framed(found, frame)
+    assert len(windows) == (3 if has_timeline else 2)
+    assert all(is_inside(it, room) for it in windows), windows
+    assert not any(overlap(*two) for two in itertools.combinations(windows, 2)), windows
+    assert sum(it.width * it.height for it in windows) == room.width * room.height
+
+
+@given(SCREENS, FRAMES, SIZES, st.booleans())
+def test_no_window_is_too_small_unless_the_screen_is(room: Rectangle, frame: Frame, sizes: Sizes,
+                                                     has_timeline: bool) -> None:
+    launcher, rviz, timeline = places(room, frame, sizes, has_timeline)
+    sides = frame.left + frame.right
+    if room.width >= LEAST_LAUNCHER_PX + LEAST_RVIZ_PX + 2 * sides:
+        assert launcher.width >= LEAST_LAUNCHER_PX and rviz.width >= LEAST_RVIZ_PX
+    if timeline is not None and room.height >= LEAST_UPPER_PX + LEAST_TIMELINE_PX:
+        assert timeline.height >= LEAST_TIMELINE_PX
+        assert launcher.height + frame.top + frame.bottom >= LEAST_UPPER_PX
+
+
+@given(st.builds(Rectangle, POSITIONS, POSITIONS, st.integers(-5, 300), st.integers(-5, 300)),
+       FRAMES, SIZES, st.booleans())
+def test_every_screen_has_an_answer(room: Rectangle, frame: Frame, sizes: Sizes,
+                                    has_timeline: bool) -> None:
+    found = places(room, frame, sizes, has_timeline)
+    assert all(it.width > 0 and it.height > 0 for it in found if it is not None)
+
+
+@pytest.mark.parametrize('width, height', [(1024, 700), (1600, 1000), (1920, 1080), (960, 540)])
+def test_what_the_operator_chose_is_kept(width: int, height: int) -> None:
+    sizes = Sizes(430, 200)
+    launcher, rviz, timeline = places(Rectangle(0, 0, width, height), FRAME, sizes, True)
+    assert launcher == Rectangle(0, 0, 430, height - 200 - 22)
+    assert rviz == Rectangle(432, 0, width - 434, height - 200 - 22)
+    assert timeline == Rectangle(0, height - 200, width, 200)
+
+
+def test_launcher_at_the_right() -> None:
+    launcher, rviz, timeline = places(Rectangle(10, 30, 1600, 970), Frame(),
+                                      Sizes(is_right=True), False)
+    assert launcher == Rectangle(1150, 30, 460, 970)
+    assert rviz == Rectangle(10, 30, 1140, 970)
+    assert timeline is None
+
+
+ROOM, ASKED = Rectangle(0, 0, 1600, 1000), Rectangle(0, 0, 460, 980)
+
+
+@pytest.mark.parametrize('launcher, expected', [
+    (Rectangle(30, 40, 460, 980), Sizes(500, 200)),
+    (Rectangle(0, 0, 520, 980), Sizes(520, 200)),
+    (Rectangle(900, 0, 460, 980), Sizes(500, 200, is_right=True))])
+def test_sizes_follow_the_launcher(launcher: Rectangle, expected: Sizes) -> None:
+    """A width that the screen was too small for is kept until the operator changes it."""
+    assert followed(Sizes(500, 200), ROOM, launcher, ASKED) == expected
+
+
+@given(SIZES)
+def test_sizes_are_stored(sizes: Sizes) -> None:
+    assert sizes_from(settings_of(sizes)) == sizes
+    assert sizes_from(list(settings_of(sizes))) == sizes
+
+
+@pytest.mark.parametrize('values', [None, [], 'broken', [1, 2], ['a', None, False],
+                                    [400, 'b', False]])
+def test_sizes_of_another_version(values: object) -> None:
+    assert sizes_from(values) == Sizes()
