@@ -33,7 +33,7 @@ def seen(name: str, rate_hz: float = 125.0, silence_s: Optional[float] = 0.01,
                          messages * 60, 0, 0, silence_s, is_latched)
 
 
-def updated(phase: str = 'idle', **values: Any) -> RecorderSnapshot:
+def told(phase: str = 'idle', **values: Any) -> RecorderSnapshot:
     topics = (seen('/robot/q_act'), seen('/robot/tcf'), seen('/kinect/image', 30.0))
     return RecorderSnapshot(phase, **{'rate': 20e6, 'recent_s': 30.0, 'topics': topics, **values})
 
