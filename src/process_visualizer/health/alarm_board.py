@@ -14,6 +14,7 @@ class Action(Enum):
     """What the operator can do about an alarm."""
 
     RESTART_DEVICE = 'Restart device'
+    RESTART_PART = 'Restart'
     RESTART_RVIZ = 'Restart RViz'
     SHOW_LOG = 'Show log'
     GO_THERE = 'Go there'
