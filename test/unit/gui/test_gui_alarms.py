@@ -7,14 +7,24 @@ from shutil import rmtree
 from typing import Any, Iterator, List, Tuple
 
 import pytest
+import rosbag
+from genpy import Time
 from held_tasks import HeldTasks
 from PyQt5.QtCore import QObject, Qt, pyqtSignal
 from PyQt5.QtWidgets import QPlainTextEdit, QPushButton
+from std_msgs.msg import Float64
 
 from process_visualizer.bags.bag_errors import BagError
 from process_visualizer.bags.events_file import events_path, write_events
 from process_visualizer.cell.errors import Location
-from process_visualizer.cell.model import Cell, Device, DeviceType, Mode
+from process_visualizer.cell.model import (
+    Cell,
+    Device,
+    DeviceType,
+    Mode,
+    Variable,
+    WarningLimits,
+)
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.plan import RVIZ_PART
 from process_visualizer.gui.app.event_notes import EventNotes
@@ -22,6 +32,7 @@ from process_visualizer.gui.models.cell.alarms_model import AlarmsModel
 from process_visualizer.gui.models.cell.device_states_model import DeviceStatesModel
 from process_visualizer.gui.models.cell.launch_model import LaunchModel, Phase
 from process_visualizer.gui.models.cell.warnings_model import WarningsModel
+from process_visualizer.gui.models.playback.curves_model import CurvesModel
 from process_visualizer.gui.models.recording.recording_state import RecordingState
 from process_visualizer.gui.models.recording.recording_types import Mark
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot
@@ -249,3 +260,31 @@ def test_where_events_cannot_be_saved(noted: Tuple[Stand, Recording], tmp_path: 
     assert 'seam.bag.events.txt' in stand.model.events[-1].text
     with pytest.raises(BagError):
         write_events(str(tmp_path / 'absent' / 'seam.bag'), '')
+
+
+# A recording
+
+def heated(high: float) -> Device:
+    variable = Variable('/heat', 'data', 'oven', (1.0, 0.0, 0.0), (1.0, 0.0, 0.0), '', 1.0, 0.0,
+                        'heat', Location('cell.xml', 1),
+                        limits=WarningLimits(None, high, (1.0, 0.0, 0.0)))
+    return Device(DeviceType.OTHER, 'oven', Location('cell.xml', 1), variables=(variable,))
+
+
+def test_alarms_of_a_recording_follow_the_limits(qtbot: Any, tmp_path: Path) -> None:
+    path = str(tmp_path / 'a.bag')
+    with rosbag.Bag(path, 'w') as bag:
+        for number in range(500):
+            bag.write('/heat', Float64(number), Time.from_sec(1000.0 + number / 50))
+    tasks = HeldTasks()
+    model = CurvesModel(tasks)
+    model.set_devices([heated(1e6)])
+    model.set_recording([path])
+    while tasks.held:
+        tasks.end_one()
+    assert (len(model.curves), model.alarms) == (1, ())
+    model.set_devices([heated(250.0)])
+    while tasks.held:
+        tasks.end_one()
+    (alarm,) = model.alarms
+    assert (alarm.text, round(alarm.begin_s, 1)) == ('heat is above 250, up to 499', 5.0)

@@ -163,4 +163,4 @@ def _colour(condition: Condition) -> str:
 
 def _lasting(alarm: Alarm) -> Alarm:
     """An alarm without what changes while it lasts."""
-    return alarm._replace(condition=alarm.condition._replace(text='', since_s=None))
+    return alarm._replace(condition=alarm.condition._replace(text=''))
