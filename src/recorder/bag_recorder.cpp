@@ -162,7 +162,7 @@ std::vector<std::string> BagRecorder::ownPrefixes() const { return {kOwnPrefix, 
 void BagRecorder::connect() {
   setPhase(RecorderState::STARTING);
   if (!ros::Time::isValid()) {
-    addProblem("waiting for the first time on /clock, as the time is simulated");
+    addProblem("waiting for the first message on /clock, as the time is simulated");
     if (!ros::Time::waitForValid(ros::WallDuration(connection_timeout_)))
       throw RecordingError(kNoTime);
   }

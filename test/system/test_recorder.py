@@ -298,7 +298,7 @@ def test_the_first_simulated_time_is_waited_for(start_recording, mortal, tmp_pat
     assert run_command(mortal.environment, 'rosparam', 'set', '/use_sim_time',
                        'true').returncode == 0
     run = start_recording(mortal.environment, '--name', 'seam', '--duration', '3')
-    run.wait_for_line('waiting for the first time on /clock')
+    run.wait_for_line('waiting for the first message on /clock')
     with running(mortal.environment, sys.executable, '-c', CLOCK):
         assert run.wait() == 0, run.text
     with rosbag.Bag(str(tmp_path / 'bags' / 'seam.bag')) as bag:

@@ -62,6 +62,11 @@ def test_since_when_as_the_node_says() -> None:
     assert AlarmBoard().seen([BEYOND._replace(since_s=3.0)], 4.0).alarms[0].since_s == 3.0
 
 
+def test_a_time_that_is_told_a_little_differently_changes_nothing() -> None:
+    board = AlarmBoard().seen([BEYOND._replace(since_s=3.0)], 4.0)
+    assert board.seen([BEYOND._replace(since_s=3.0001)], 5.0) == board
+
+
 def test_alarms_of_a_recording_are_no_events() -> None:
     board = AlarmBoard().seen([BEYOND._replace(position_s=7.0)], 1.0)
     assert (len(board.alarms), board.seen([], 2.0).events) == (1, ())

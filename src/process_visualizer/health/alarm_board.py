@@ -14,6 +14,7 @@ class Action(Enum):
     """What the operator can do about an alarm."""
 
     RESTART_DEVICE = 'Restart device'
+    RESTART_PART = 'Restart'
     RESTART_RVIZ = 'Restart RViz'
     SHOW_LOG = 'Show log'
     GO_THERE = 'Go there'
@@ -74,7 +75,7 @@ class AlarmBoard(NamedTuple):
                 now_s if condition.since_s is None else condition.since_s
             if known is None and key not in present:
                 events.append(Event(since_s, _begun(condition)))
-            present[key] = Alarm(condition, since_s)
+            present[key] = Alarm(condition._replace(since_s=since_s), since_s)
         events += [Event(now_s, _ended(alarm, now_s)) for key, alarm in before.items()
                    if key not in present]
         ordered = sorted(present.values(), key=lambda it: (-it.condition.level, it.since_s))

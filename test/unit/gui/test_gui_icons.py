@@ -17,7 +17,7 @@ from process_visualizer.gui.toolkit.style import ACCENT, BAD, apply_style
 PROMISED = ('play', 'pause', 'stop', 'to_start', 'to_end', 'step_back', 'step_forward',
             'play_backwards', 'loop', 'loop_begin', 'loop_end', 'mark', 'record', 'restart',
             'reload', 'folder', 'open', 'new', 'view', 'save', 'revert', 'help', 'warning', 'ok',
-            'died', 'waiting')
+            'died', 'waiting', 'list')
 
 
 def image_of(name: str, side: int, mode: QIcon.Mode = QIcon.Normal,

@@ -10,7 +10,7 @@ from pytestqt.qtbot import QtBot
 from timeline_bench import FLAGS_Y, HANDLES_Y, LANES_Y, TRACK_Y, WIDTH, Bench, lane, x_of
 
 from process_visualizer.gui.models.playback.marks import PlacedMark
-from process_visualizer.gui.toolkit.style import ACCENT
+from process_visualizer.gui.toolkit.style import ACCENT, BAD
 from process_visualizer.gui.views.playback.timeline_layout import HEADER_HEIGHT
 from process_visualizer.gui.views.playback.timeline_zoom import BAR_HEIGHT
 
@@ -227,3 +227,14 @@ class TestKeysAndMenu:
         with bench.qtbot.waitSignal(bench.view.mark_wanted) as wanted:
             actions['Add a mark here…'].trigger()
         assert wanted.args == [7.5]
+
+
+def test_alarms_are_red_bars_below_the_groove(qtbot: QtBot) -> None:
+    bench = Bench(qtbot)
+    below = TRACK_Y + 9
+    assert bench.pixel(x_of(12.0), below) != BAD
+    bench.view.alarms = ((11.0, 14.0), (16.0, 16.0))
+    bench.view.set_lanes([lane()])
+    assert [bench.pixel(x_of(time_s), below) == BAD
+            for time_s in (10.8, 11.1, 12.5, 13.9, 14.2, 16.05, 16.5)] == [
+        False, True, True, True, False, True, False]

@@ -13,7 +13,9 @@ from process_visualizer.cell.model import Mode, Pose
 from process_visualizer.clients.player_client import PlayerError
 from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.plan import BAG_PART
+from process_visualizer.gui.app.event_notes import EventNotes
 from process_visualizer.gui.app.status import player_activity, recorder_activity, status_text
+from process_visualizer.gui.models.cell.alarms_model import AlarmsModel
 from process_visualizer.gui.models.cell.calibration_model import CalibrationModel
 from process_visualizer.gui.models.cell.cell_model import CellModel
 from process_visualizer.gui.models.cell.device_states_model import DeviceStatesModel
@@ -66,6 +68,8 @@ class Launcher(QObject):
         self.view = ViewModel(self.tasks, self.cell, self.launch)
         self.calibration = CalibrationModel(self.tasks, self.link.move_frame, self)
         self.tool = ToolModel(self.tasks, self)
+        self.alarms = AlarmsModel(self.launch, self.states)
+        self._notes = EventNotes(self.tasks, self.alarms, self.launch, self.recording)
         self._player: Optional[PlayerSnapshot] = None
         self._devices_when_ready: Optional[Sequence[str]] = None
         self._launches_when_ready = False
@@ -165,6 +169,10 @@ class Launcher(QObject):
         self.warnings.changed.connect(self._follow_warnings)
         self.link.recorder_state.connect(self.recording.take_state)
         self.link.recorder_state.connect(self.states.take_recorder)
+        self.link.recorder_state.connect(self.alarms.take_recorder)
+        self.playback.moved.connect(lambda: self.alarms.take_position(self.playback.position_s))
+        curves = self.bag.curves
+        curves.changed.connect(lambda: self.alarms.set_recorded(curves.alarms))
         for model in (self.master, self.launch, self.recording, self.playback, self.bag,
                       self.calibration, self.tool, self.view, self.new):
             model.failed.connect(self.failed)

@@ -22,6 +22,7 @@ from PyQt5.QtWidgets import (
 
 from process_visualizer.cell.errors import Problem
 from process_visualizer.cell.model import Mode
+from process_visualizer.gui.app.alarm_actions import alarm_strip
 from process_visualizer.gui.app.dropped_files import DropTarget
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.settings import Settings
@@ -74,6 +75,7 @@ class LauncherApp(QMainWindow):
         self._mixture_question: Optional[QMessageBox] = None
         self.setWindowTitle('Process Visualizer')
         self.file = QLabel()
+        self.alarms = alarm_strip(launcher, self._show_log)
         self._devices_panel = DevicesPanel()
         self.devices = self._devices_panel.devices
         self.problems = self._devices_panel.problems
@@ -107,6 +109,7 @@ class LauncherApp(QMainWindow):
         body = QWidget()
         layout = QVBoxLayout(body)
         layout.setContentsMargins(_MARGIN, _MARGIN, _MARGIN, _MARGIN)
+        layout.addWidget(self.alarms)
         layout.addWidget(self._devices_group())
         layout.addWidget(self.launch)
         layout.addWidget(self.mixture)

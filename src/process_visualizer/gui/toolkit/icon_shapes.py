@@ -201,6 +201,12 @@ def _revert() -> Shape:
                        _line((14, 18.4), (7, 18.4))))
 
 
+def _list() -> Shape:
+    rows = (6.0, 12.0, 18.0)
+    return Shape(_path(*(_circle(4.5, y, 1.2) for y in rows)),
+                 _path(*(_line((9, y), (20, y)) for y in rows)))
+
+
 def _help() -> Shape:
     hook = QPainterPath(QPointF(9.2, 9.6))
     hook.cubicTo(9.2, 5.4, 15, 5.6, 15, 9.2)
@@ -232,5 +238,6 @@ _SHAPES: Dict[str, Callable[[], Shape]] = {
     'loop': _loop, 'loop_begin': _loop_begin, 'loop_end': _loop_end, 'mark': _mark,
     'record': _record, 'restart': _restart, 'reload': _reload, 'folder': _folder, 'open': _open,
     'new': _new, 'view': _view, 'save': _save, 'revert': _revert, 'help': _help,
+    'list': _list,
     'warning': _warning, 'ok': _ok, 'died': _died, 'waiting': _waiting,
 }

@@ -24,7 +24,7 @@ from process_visualizer.health.device_state import (
 from process_visualizer.health.node_warnings import NodeWarning, by_node
 from process_visualizer.health.topic_watch import TopicWatch
 
-_PARTS = {FRAMES_PART: 'frames', BAG_PART: 'recorder or player', RVIZ_PART: 'RViz'}
+PART_TITLES = {FRAMES_PART: 'frames', BAG_PART: 'recorder or player', RVIZ_PART: 'RViz'}
 
 
 class DeviceStatesModel(QObject):
@@ -78,8 +78,9 @@ class DeviceStatesModel(QObject):
     def trouble(self, devices: Tuple[Device, ...]) -> Line:
         """Return the worst state of devices and of the program's own parts, with its name."""
         lines = [(device.name, self.state(device).summary) for device in devices]
-        lines += [(title, part_line(self._launch.reports[part])) for part, title in _PARTS.items()
-                  if part in self._launch.reports]
+        reports = self._launch.reports
+        lines += [(title, part_line(reports[part])) for part, title in PART_TITLES.items()
+                  if part in reports]
         return worst(tuple(Line(line.level, f'{name}: {line.text}') for name, line in lines))
 
     def _forget(self) -> None:

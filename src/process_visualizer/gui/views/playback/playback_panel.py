@@ -112,6 +112,7 @@ class PlaybackPanel(QWidget):
 
     def _show_curves(self) -> None:
         found = self._bag.catalogue
+        self.timeline.alarms = tuple((it.begin_s, it.end_s) for it in self._bag.curves.alarms)
         lanes = [] if found is None else [
             _lane(curve, found.duration_s) for curve in self._bag.curves.curves]
         self._lanes = {lane.key: lane for lane in lanes}

@@ -17,7 +17,15 @@ from PyQt5.QtGui import (
 )
 
 from process_visualizer.gui.models.playback.marks import PlacedMark
-from process_visualizer.gui.toolkit.style import ACCENT, DISABLED_TEXT, QUIET, TEXT, TICK, WARNING
+from process_visualizer.gui.toolkit.style import (
+    ACCENT,
+    BAD,
+    DISABLED_TEXT,
+    QUIET,
+    TEXT,
+    TICK,
+    WARNING,
+)
 from process_visualizer.gui.toolkit.time_axis import TimeAxis, tick_label
 from process_visualizer.gui.views.playback.timeline_layout import (
     AXIS_HEIGHT,
@@ -33,6 +41,7 @@ from process_visualizer.gui.views.playback.timeline_layout import (
 
 _LEAST_LABEL = 34.0  # px: less room than this is not worth a label
 _KNOB = 6.5
+_SHORTEST_ALARM = 3.0  # px
 GROOVE = '#dde2e6'
 LOOP = '#8a5fb0'
 
@@ -51,8 +60,11 @@ class Loop(NamedTuple):
 
 
 def header_picture(axis: TimeAxis, marks: Sequence[PlacedMark], hovered: int, scale: float,
-                   font: QFont) -> QPixmap:
-    """Return groove, ticks and flags; ``scale`` is how many dots a pixel of the screen has."""
+                   font: QFont, alarms: Sequence[Tuple[float, float]] = ()) -> QPixmap:
+    """Return groove, ticks, flags and alarms (begin and end [s] each).
+
+    ``scale`` is how many dots a pixel of the screen has.
+    """
     picture = QPixmap(int((axis.right + SIDE) * scale), int(HEADER_HEIGHT * scale))
     picture.setDevicePixelRatio(scale)
     picture.fill(Qt.transparent)
@@ -61,6 +73,7 @@ def header_picture(axis: TimeAxis, marks: Sequence[PlacedMark], hovered: int, sc
     painter.setFont(font)
     draw_groove(painter, axis)
     draw_axis(painter, axis)
+    draw_alarms(painter, axis, alarms)
     draw_flags(painter, axis, marks, hovered)
     painter.end()
     return picture
@@ -87,6 +100,16 @@ def draw_groove(painter: QPainter, axis: TimeAxis) -> None:
     painter.setPen(Qt.NoPen)
     painter.setBrush(QColor(GROOVE))
     painter.drawRoundedRect(track_rect(axis), 3, 3)
+
+
+def draw_alarms(painter: QPainter, axis: TimeAxis,
+                alarms: Sequence[Tuple[float, float]]) -> None:
+    """Draw a red bar below the groove where a variable was beyond its limits."""
+    top = track_rect(axis).bottom() + 3
+    for begin_s, end_s in alarms:
+        left, right = _on_line(axis, begin_s), _on_line(axis, end_s)
+        if right > left or axis.left < left < axis.right:
+            painter.fillRect(QRectF(left, top, max(right - left, _SHORTEST_ALARM), 4), QColor(BAD))
 
 
 def draw_gaps(painter: QPainter, axis: TimeAxis, gaps: Sequence[Tuple[float, float]],

@@ -68,6 +68,7 @@ class TimelineView(QWidget):
         self._playback, self._value_of = playback, value_of
         self._length_s = 0.0
         self._gaps: Tuple[Tuple[float, float], ...] = ()
+        self.alarms: Tuple[Tuple[float, float], ...] = ()  # [s, s], shown when lanes are set
         self._header: Optional[Tuple[Any, QPixmap]] = None
         self._font = QFont(self.font())
         self._font.setPixelSize(_FONT_PX)
@@ -179,7 +180,8 @@ class TimelineView(QWidget):
 
     def _draw_header(self, painter: QPainter, axis: TimeAxis) -> None:
         hovered = self._hover.mark if self._hover.kind == 'mark' else -1
-        look = (axis, self._playback.marks, hovered, self.devicePixelRatioF(), self._font)
+        look = (axis, self._playback.marks, hovered, self.devicePixelRatioF(), self._font,
+                self.alarms)
         if self._header is None or self._header[0] != look:
             self._header = (look, header.header_picture(*look))
         painter.drawPixmap(QPoint(0, 0), self._header[1])

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Adds what the operator and the program do to the list of events, and saves it beside a bag."""
+from __future__ import annotations
+
+import os
+import time
+from typing import Callable, Dict, Optional
+
+from PyQt5.QtCore import QObject
+
+from process_visualizer.bags.bag_errors import BagError
+from process_visualizer.bags.events_file import write_events
+from process_visualizer.cell.model import Mode
+from process_visualizer.gui.models.cell.alarms_model import AlarmsModel
+from process_visualizer.gui.models.cell.device_states_model import PART_TITLES
+from process_visualizer.gui.models.cell.launch_model import LaunchModel, Phase
+from process_visualizer.gui.models.recording.recording_model import RecordingModel
+from process_visualizer.gui.models.recording.recording_state import RECENT_S
+from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.health.event_text import events_text
+from process_visualizer.launching.part_report import PartState
+
+_MODES = {Mode.REALTIME: 'real-time mode', Mode.PLAYBACK: 'playback'}
+_PHASES = {Phase.RUNNING: 'launched', Phase.QUITTING: 'quitting all nodes',
+           Phase.IDLE: 'all nodes have ended'}
+_STATES = {PartState.STOPPING: 'is stopped', PartState.STARTING: 'is started'}
+
+
+class EventNotes(QObject):
+    """Follows launching and recording."""
+
+    def __init__(self, tasks: Tasks, alarms: AlarmsModel, launch: LaunchModel,
+                 recording: RecordingModel, wall_s: Callable[[], float] = time.time) -> None:
+        super().__init__(alarms)
+        self._tasks, self._alarms, self._wall_s = tasks, alarms, wall_s
+        self._launch, self._recording = launch, recording
+        self._phase = launch.phase
+        self._parts: Dict[str, PartState] = {}
+        self._path, self._marks = '', 0
+        self._begun_s: Optional[float] = None
+        launch.changed.connect(self._follow_launch)
+        recording.changed.connect(self._follow_recording)
+        recording.finished.connect(self._finish)
+
+    def _follow_launch(self) -> None:
+        before, self._phase = self._phase, self._launch.phase
+        running = self._launch.running
+        if self._phase is not before and self._phase is Phase.LAUNCHING and running is not None:
+            names = ', '.join(device.name for device in running.devices)
+            self._alarms.note(f'launching in {_MODES[running.mode]}: {names}')
+        elif self._phase is not before:
+            self._alarms.note(_PHASES[self._phase])
+        self._follow_parts()
+
+    def _follow_parts(self) -> None:
+        """Single parts that are stopped and started while everything else runs."""
+        before = self._parts
+        self._parts = {part: report.state for part, report in self._launch.reports.items()}
+        if self._phase is Phase.RUNNING:
+            for part, state in self._parts.items():
+                if state is not before.get(part, state) and state in _STATES:
+                    self._alarms.note(f'{PART_TITLES.get(part, part)} {_STATES[state]}')
+
+    def _follow_recording(self) -> None:
+        state = self._recording.state
+        if state.path and state.path != self._path:
+            self._begun_s, self._marks = self._wall_s(), 0
+            self._alarms.note(f'recording {os.path.basename(state.path)}')
+        self._path = state.path
+        for mark in state.marks[self._marks:]:
+            self._alarms.note(f'mark: {mark.label}')
+        self._marks = len(state.marks)
+
+    def _finish(self, path: str) -> None:
+        """Save the events of a bag; of one that was saved afterwards, those of its time."""
+        begun_s = self._wall_s() - RECENT_S if self._begun_s is None else self._begun_s
+        self._begun_s = None
+        self._alarms.note(f'recorded {os.path.basename(path)}')
+        text = events_text(self._alarms.events_since(begun_s))
+        self._tasks.run('files', lambda: write_events(path, text), None, self._tell)
+
+    def _tell(self, error: Exception) -> None:
+        if not isinstance(error, BagError):
+            raise error
+        self._alarms.note(str(error))

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The present alarms, and the list of what happened since the launcher was opened."""
+from __future__ import annotations
+
+import time
+from typing import Callable, List, Sequence, Tuple
+
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from process_visualizer.cell.model import Mode
+from process_visualizer.generate.plan import RVIZ_PART
+from process_visualizer.gui.models.cell.device_states_model import PART_TITLES, DeviceStatesModel
+from process_visualizer.gui.models.cell.launch_model import LaunchModel, Phase
+from process_visualizer.gui.ros.snapshots import RecorderSnapshot
+from process_visualizer.health.alarm_board import Action, Alarm, AlarmBoard, Condition, Event
+from process_visualizer.health.alarm_conditions import (
+    limit_conditions,
+    loss_conditions,
+    part_conditions,
+    recorded_conditions,
+    topic_conditions,
+)
+
+RecordedAlarms = Sequence[Tuple[str, str, float, float]]
+
+
+class AlarmsModel(QObject):
+    """Gathers what is wrong whenever something changes; ``changed`` tells of other alarms."""
+
+    changed = pyqtSignal()
+    happened = pyqtSignal()
+    """There is another event."""
+
+    def __init__(self, launch: LaunchModel, states: DeviceStatesModel,
+                 wall_s: Callable[[], float] = time.time,
+                 clock_s: Callable[[], float] = time.monotonic) -> None:
+        """``clock_s`` is the clock of the nodes' warnings."""
+        super().__init__(launch)
+        self._launch, self._states = launch, states
+        self._wall_s, self._clock_s = wall_s, clock_s
+        self._board = AlarmBoard()
+        self._losses: List[Condition] = []
+        self._recorded: RecordedAlarms = ()
+        self._position_s = 0.0
+        states.changed.connect(self.look)
+
+    @property
+    def alarms(self) -> Tuple[Alarm, ...]:
+        """The present alarms, the worst first."""
+        return self._board.alarms
+
+    @property
+    def events(self) -> Tuple[Event, ...]:
+        """All that happened."""
+        return self._board.events
+
+    @property
+    def recorded(self) -> RecordedAlarms:
+        """The alarms of the recording that is open."""
+        return self._recorded
+
+    def events_since(self, time_s: float) -> Tuple[Event, ...]:
+        """Return what happened from a time [s since the epoch] on."""
+        return self._board.events_since(time_s)
+
+    def note(self, text: str) -> None:
+        """Add an event."""
+        self._take(self._board.noted(text, self._wall_s()))
+
+    def take_recorder(self, recorder: RecorderSnapshot) -> None:
+        """Update from the recorder."""
+        self._losses = loss_conditions(recorder.phase == 'recording', recorder.dropped,
+                                       recorder.lost)
+        self.look()
+
+    def set_recorded(self, alarms: RecordedAlarms) -> None:
+        """Set the alarms of the recording that is open."""
+        self._recorded = tuple(alarms)
+        self.look()
+
+    def take_position(self, position_s: float) -> None:
+        """Update from the position of playback."""
+        before = recorded_conditions(self._recorded, self._position_s)
+        self._position_s = position_s
+        if recorded_conditions(self._recorded, position_s) != before:
+            self.look()
+
+    def look(self) -> None:
+        """Look now."""
+        self._take(self._board.seen(self._conditions(), self._wall_s()))
+
+    def _take(self, board: AlarmBoard) -> None:
+        before, self._board = self._board, board
+        if board.alarms != before.alarms:
+            self.changed.emit()
+        if board.events != before.events:
+            self.happened.emit()
+
+    def _conditions(self) -> List[Condition]:
+        running = self._launch.running
+        if running is None or self._launch.phase not in (Phase.LAUNCHING, Phase.RUNNING):
+            return []
+        found: List[Condition] = []
+        for device in running.devices:
+            report = self._launch.reports.get(device.name)
+            if report is not None:
+                found += part_conditions(device.name, report, Action.RESTART_DEVICE)
+                found += topic_conditions(device.name, self._states.state(device).topics)
+        for part, title in PART_TITLES.items():
+            restart = Action.RESTART_RVIZ if part == RVIZ_PART else Action.RESTART_PART
+            if part in self._launch.reports:
+                found += part_conditions(title, self._launch.reports[part], restart)
+        if running.mode is Mode.PLAYBACK:
+            return found + recorded_conditions(self._recorded, self._position_s)
+        epoch_s = self._wall_s() - self._clock_s()
+        for device in running.devices:
+            found += limit_conditions(device.name, self._states.warnings(device.name), epoch_s)
+        return found + self._losses

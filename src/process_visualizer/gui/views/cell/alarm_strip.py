@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The alarms in one place that never moves: chips in amber and red, each with what helps."""
+from __future__ import annotations
+
+import time
+from typing import Optional, Tuple
+
+from PyQt5.QtCore import Qt, pyqtSignal
+from PyQt5.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QScrollArea,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
+
+from process_visualizer.gui.models.cell.alarms_model import AlarmsModel
+from process_visualizer.gui.toolkit.style import BAD, QUIET, WARNING
+from process_visualizer.gui.views.cell.events_view import EventsView
+from process_visualizer.gui.views.parts.elided_label import ElidedLabel
+from process_visualizer.gui.views.parts.labels import colour, tool_button
+from process_visualizer.health.alarm_board import Action, Alarm, Condition
+from process_visualizer.health.device_state import Level
+from process_visualizer.playback.time_text import format_time
+
+ROWS = 2
+_ROW_PX, _GAP_PX = 24, 2
+_SHORT = {Action.SHOW_LOG: 'Log'}
+"""What leaves more room for the text; the tooltip has the whole."""
+_BACKGROUNDS = {BAD: '#fbe9e7', WARNING: '#fff3dc'}
+
+
+class AlarmStrip(QWidget):
+    """Shows the alarms of a model, the worst first; more than fit are scrolled to."""
+
+    action_wanted = pyqtSignal(object, object)
+    """An Action about a Condition."""
+
+    def __init__(self, model: AlarmsModel, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._model = model
+        self._shown: Tuple[Alarm, ...] = ()
+        self.summary = QLabel('No alarms')
+        self.summary.setObjectName('no_alarms')
+        colour(self.summary, QUIET)
+        self._chips = QWidget()
+        self._column = QVBoxLayout(self._chips)
+        self._column.setContentsMargins(0, 0, 0, 0)
+        self._column.setSpacing(_GAP_PX)
+        self._column.setAlignment(Qt.AlignTop)
+        self._area = QScrollArea()
+        self._lay_out()
+        model.changed.connect(self._show)
+        self._show()
+
+    def _lay_out(self) -> None:
+        self._area.setObjectName('alarms')
+        self._area.setAccessibleName('Alarms')
+        self._area.setFrameShape(QFrame.NoFrame)
+        self._area.setWidgetResizable(True)
+        self._area.setHorizontalScrollBarPolicy(Qt.ScrollBarAlwaysOff)
+        self._area.setWidget(self._chips)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(4)
+        layout.addWidget(self.summary, 1, Qt.AlignTop)
+        layout.addWidget(self._area, 1)
+        layout.addWidget(tool_button('show_events', 'list', 'Events: what happened, with times',
+                                     lambda: EventsView(self._model, self.window()).show()),
+                         0, Qt.AlignTop)
+        self.setFixedHeight(ROWS * _ROW_PX + (ROWS - 1) * _GAP_PX)
+
+    def _show(self) -> None:
+        """Show the alarms; a chip stays while its alarm lasts, so that it can be clicked."""
+        alarms = self._model.alarms
+        if [_lasting(it) for it in alarms] == [_lasting(it) for it in self._shown]:
+            for row, alarm in enumerate(alarms):
+                self._chip(row).show_text(alarm)
+        else:
+            self._fill(alarms)
+        self._shown = alarms
+        self.summary.setVisible(not alarms)
+        self._area.setVisible(bool(alarms))
+
+    def _fill(self, alarms: Tuple[Alarm, ...]) -> None:
+        while self._column.count():
+            chip = self._chip(0)
+            self._column.removeWidget(chip)
+            chip.hide()
+            chip.deleteLater()
+        for alarm in alarms:
+            chip = AlarmChip(alarm)
+            chip.action_wanted.connect(self.action_wanted)
+            self._column.addWidget(chip)
+            chip.show()
+
+    def _chip(self, row: int) -> AlarmChip:
+        chip = self._column.itemAt(row).widget()
+        assert isinstance(chip, AlarmChip)
+        return chip
+
+
+class AlarmChip(QFrame):
+    """One alarm: since when, where and what, and buttons for what helps."""
+
+    action_wanted = pyqtSignal(object, object)
+
+    def __init__(self, alarm: Alarm, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self.setObjectName('alarm')
+        self.setFixedHeight(_ROW_PX)
+        tone = _colour(alarm.condition)
+        self.setStyleSheet(f'QFrame#alarm {{ border: 1px solid {tone}; border-left-width: 5px; '
+                           f'border-radius: 4px; background: {_BACKGROUNDS[tone]}; }}')
+        self.text = ElidedLabel(Qt.ElideRight)
+        self.text.setObjectName('alarm_text')
+        _make_small(self.text)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(6, 1, 2, 1)
+        row.setSpacing(2)
+        row.addWidget(self.text, 1)
+        for action in alarm.condition.actions:
+            row.addWidget(self._button(action, alarm.condition))
+        self.show_text(alarm)
+
+    def show_text(self, alarm: Alarm) -> None:
+        """Show what is known of the alarm now."""
+        self.text.setText(chip_text(alarm))
+
+    def _button(self, action: Action, condition: Condition) -> QPushButton:
+        button = QPushButton(_SHORT.get(action, action.value))
+        button.setObjectName(f'alarm_{action.name.lower()}')
+        button.setToolTip(action.value)
+        button.setSizePolicy(QSizePolicy.Fixed, QSizePolicy.Preferred)
+        button.setStyleSheet('padding: 1px 5px;')
+        _make_small(button)
+        button.clicked.connect(lambda: self.action_wanted.emit(action, condition))
+        return button
+
+
+def _make_small(widget: QWidget) -> None:
+    font = widget.font()
+    font.setPointSizeF(font.pointSizeF() * 0.9)
+    widget.setFont(font)
+
+
+def chip_text(alarm: Alarm) -> str:
+    """Return since when, at the clock or in the recording, and where and what."""
+    condition = alarm.condition
+    if condition.position_s is not None:
+        since = format_time(condition.position_s)
+    else:
+        since = time.strftime('%H:%M:%S', time.localtime(alarm.since_s))
+    return f'{since}  {condition.source}: {condition.text}'
+
+
+def _colour(condition: Condition) -> str:
+    return BAD if condition.level is Level.BAD else WARNING
+
+
+def _lasting(alarm: Alarm) -> Alarm:
+    """An alarm without what changes while it lasts."""
+    return alarm._replace(condition=alarm.condition._replace(text=''))

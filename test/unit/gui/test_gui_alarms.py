@@ -1,0 +1,290 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Alarms in one place that never moves, and the list of what happened."""
+from __future__ import annotations
+
+from pathlib import Path
+from shutil import rmtree
+from typing import Any, Iterator, List, Tuple
+
+import pytest
+import rosbag
+from genpy import Time
+from held_tasks import HeldTasks
+from PyQt5.QtCore import QObject, Qt, pyqtSignal
+from PyQt5.QtWidgets import QPlainTextEdit, QPushButton
+from std_msgs.msg import Float64
+
+from process_visualizer.bags.bag_errors import BagError
+from process_visualizer.bags.events_file import events_path, write_events
+from process_visualizer.cell.errors import Location
+from process_visualizer.cell.model import (
+    Cell,
+    Device,
+    DeviceType,
+    Mode,
+    Variable,
+    WarningLimits,
+)
+from process_visualizer.generate.choice import Choice
+from process_visualizer.generate.plan import RVIZ_PART
+from process_visualizer.gui.app.event_notes import EventNotes
+from process_visualizer.gui.models.cell.alarms_model import AlarmsModel
+from process_visualizer.gui.models.cell.device_states_model import DeviceStatesModel
+from process_visualizer.gui.models.cell.launch_model import LaunchModel, Phase
+from process_visualizer.gui.models.cell.warnings_model import WarningsModel
+from process_visualizer.gui.models.playback.curves_model import CurvesModel
+from process_visualizer.gui.models.recording.recording_state import RecordingState
+from process_visualizer.gui.models.recording.recording_types import Mark
+from process_visualizer.gui.ros.snapshots import RecorderSnapshot
+from process_visualizer.gui.views.cell.alarm_strip import AlarmChip, AlarmStrip
+from process_visualizer.gui.views.cell.events_view import EventsView
+from process_visualizer.health.alarm_board import Action, Condition
+from process_visualizer.health.node_warnings import NodeWarnings, Severity
+from process_visualizer.launching.node_state import NodeReport, NodeState
+from process_visualizer.launching.part_report import PartReport, PartState
+from process_visualizer.ros_names import LIMIT_KEY
+
+ARM = Device(DeviceType.ROBOT, 'arm', Location('cell.xml', 1))
+CELL = Cell('cell.xml', 'world', (ARM,))
+NOON_S = 1_800_000_000.0
+RECORDED = (('arm', 'edge is above 335, up to 424', 7.0, 9.0),)
+
+
+class Stand:
+    """A cell with an arm that runs; its clock is set by hand."""
+
+    def __init__(self) -> None:
+        self.now_s = 100.0
+        self.said = NodeWarnings()
+        self.warnings = WarningsModel(self.said, clock_s=lambda: self.now_s)
+        self.launch = LaunchModel(HeldTasks())
+        self.states = DeviceStatesModel(self.launch, self.warnings)
+        self.model = AlarmsModel(self.launch, self.states, lambda: NOON_S + self.now_s,
+                                 lambda: self.now_s)
+        self.strip = AlarmStrip(self.model)
+        self.wanted: List[Tuple[Action, Condition]] = []
+        self.strip.action_wanted.connect(lambda *wanted: self.wanted.append(wanted))
+        self.run(Mode.REALTIME)
+
+    def run(self, mode: Mode) -> None:
+        self.launch.running = Choice(CELL, mode, (ARM,))
+        self.launch.phase = Phase.RUNNING
+        self.report('arm', NodeState.RUNNING)
+
+    def report(self, part: str, state: NodeState, code: 'int | None' = None) -> None:
+        nodes = tuple(NodeReport(f'/arm/{name}', state, code)
+                      for name in ('driver', 'variable_proc'))[:2 if part == 'arm' else 1]
+        self.launch.reports = {**self.launch.reports,
+                               part: PartReport(part, PartState.RUNNING, nodes)}
+        self.launch.changed.emit()
+
+    def beyond(self, is_beyond: bool, reach: str = 'up to 424') -> None:
+        self.said.take_state('/arm/variable_proc', 'limits of edge',
+                             Severity.ERROR if is_beyond else None, 'edge is above 335',
+                             self.now_s, {LIMIT_KEY: reach, 'for_s': '2.0'})
+        self.warnings.look()
+
+    def texts(self) -> List[str]:
+        return [chip.text.text().split('  ')[1] for chip in self.chips()]
+
+    def says_no_alarms(self) -> bool:
+        return self.strip.summary.isVisible() and self.strip.summary.text() == 'No alarms'
+
+    def chips(self) -> List[AlarmChip]:
+        return [chip for chip in self.strip.findChildren(AlarmChip) if not chip.isHidden()]
+
+
+@pytest.fixture
+def stand(qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Stand]:
+    monkeypatch.setenv('ROS_HOME', str(tmp_path))
+    made = Stand()
+    qtbot.addWidget(made.strip)
+    made.strip.show()
+    yield made
+    rmtree(made.launch.folder)
+
+
+def test_nothing_is_wrong(stand: Stand) -> None:
+    assert (stand.says_no_alarms(), stand.texts()) == (True, [])
+
+
+def test_a_variable_beyond_its_limit(stand: Stand) -> None:
+    stand.beyond(True)
+    assert stand.texts() == ['arm: edge is above 335, up to 424']
+    assert not stand.says_no_alarms()
+    assert stand.model.alarms[0].since_s == NOON_S + 98.0
+    stand.beyond(False)
+    assert (stand.says_no_alarms(), stand.texts()) == (True, [])
+    assert [event.text for event in stand.model.events] == [
+        'arm: edge is above 335, up to 424',
+        'arm: edge is above 335, up to 424: over after 2.0 s']
+
+
+def test_a_chip_stays_while_its_text_changes(stand: Stand) -> None:
+    stand.beyond(True)
+    (chip,) = stand.chips()
+    stand.now_s += 1.0
+    stand.beyond(True, 'up to 430')
+    assert stand.chips() == [chip]
+    assert stand.texts() == ['arm: edge is above 335, up to 430']
+
+
+def test_a_dead_node_is_red_and_can_be_restarted(stand: Stand, qtbot: Any) -> None:
+    stand.report('arm', NodeState.EXITED, -9)
+    assert stand.texts()[0] == 'arm: driver killed by SIGKILL'
+    buttons = {it.toolTip(): it for it in stand.chips()[0].findChildren(QPushButton)}
+    assert list(buttons) == ['Restart device', 'Show log']
+    qtbot.mouseClick(buttons['Show log'], Qt.LeftButton)
+    action, condition = stand.wanted[0]
+    assert (action, condition.part, condition.node) == (Action.SHOW_LOG, 'arm', '/arm/driver')
+
+
+def test_rviz_that_has_died(stand: Stand) -> None:
+    stand.report(RVIZ_PART, NodeState.EXITED, -11)
+    assert [it.condition.actions[0] for it in stand.model.alarms] == [Action.RESTART_RVIZ]
+    assert stand.model.alarms[0].condition.source == 'RViz'
+
+
+def test_losses_of_the_recorder_are_amber(stand: Stand) -> None:
+    stand.model.take_recorder(RecorderSnapshot('recording', dropped=3))
+    assert stand.texts() == ['recording: messages are missing: 3 dropped']
+    stand.model.take_recorder(RecorderSnapshot('idle', dropped=3))
+    assert stand.texts() == []
+
+
+def test_the_strip_keeps_its_height(stand: Stand, qtbot: Any) -> None:
+    height = stand.strip.height()
+    stand.beyond(True)
+    stand.report('arm', NodeState.EXITED, 1)
+    stand.report(RVIZ_PART, NodeState.EXITED, 1)
+    assert len(stand.chips()) == 4
+    qtbot.wait(1)
+    assert stand.strip.height() == height
+
+
+def test_quitting_ends_all_alarms(stand: Stand) -> None:
+    stand.report('arm', NodeState.EXITED, 1)
+    stand.launch.phase = Phase.QUITTING
+    stand.launch.changed.emit()
+    assert stand.texts() == []
+
+
+def test_alarms_at_the_position_of_a_recording(stand: Stand, qtbot: Any) -> None:
+    stand.run(Mode.PLAYBACK)
+    stand.beyond(True)  # what a node says of the present does not count
+    stand.model.set_recorded(RECORDED)
+    assert stand.texts() == []
+    stand.model.take_position(8.0)
+    (chip,) = stand.chips()
+    assert chip.text.text() == '0:07.000  arm: edge is above 335, up to 424'
+    qtbot.mouseClick(chip.findChild(QPushButton), Qt.LeftButton)
+    assert (stand.wanted[0][0], stand.wanted[0][1].position_s) == (Action.GO_THERE, 7.0)
+    stand.model.take_position(9.5)
+    assert stand.texts() == []
+
+
+# Events
+
+def test_the_events_are_listed(stand: Stand, qtbot: Any) -> None:
+    stand.model.set_recorded(RECORDED)
+    view = EventsView(stand.model)
+    qtbot.addWidget(view)
+    text = view.findChild(QPlainTextEdit, 'events_text')
+    assert text.toPlainText() == ('In the recording:\n'
+                                  '0:07.000  arm: edge is above 335, up to 424, for 2.0 s')
+    stand.model.note('mark: seam begins')
+    assert text.toPlainText().endswith('  mark: seam begins')
+
+
+class Recording(QObject):
+    """A recording model that the test sets."""
+
+    changed = pyqtSignal()
+    finished = pyqtSignal(str)
+    state = RecordingState()
+
+    def become(self, **values: Any) -> None:
+        self.state = self.state._replace(**values)
+        self.changed.emit()
+
+
+class DoneTasks:
+    """Does at once what it is given."""
+
+    def run(self, _line: str, work: Any, _on_result: Any, on_error: Any) -> None:
+        try:
+            work()
+        except BagError as error:
+            on_error(error)
+
+
+@pytest.fixture
+def noted(stand: Stand) -> Tuple[Stand, Recording]:
+    recording = Recording()
+    EventNotes(DoneTasks(), stand.model, stand.launch, recording,  # type: ignore[arg-type]
+               lambda: NOON_S + stand.now_s)
+    return stand, recording
+
+
+def test_launching_and_restarting(noted: Tuple[Stand, Recording]) -> None:
+    stand, _ = noted
+    for phase in (Phase.QUITTING, Phase.IDLE, Phase.LAUNCHING, Phase.RUNNING):
+        stand.launch.phase = phase
+        stand.launch.changed.emit()
+    for state in (PartState.STOPPING, PartState.STOPPED, PartState.STARTING, PartState.RUNNING):
+        stand.launch.reports = {'arm': PartReport('arm', state)}
+        stand.launch.changed.emit()
+    assert [event.text for event in stand.model.events] == [
+        'quitting all nodes', 'all nodes have ended', 'launching in real-time mode: arm',
+        'launched', 'arm is stopped', 'arm is started']
+
+
+def test_events_are_saved_beside_the_bag(noted: Tuple[Stand, Recording], tmp_path: Path) -> None:
+    stand, recording = noted
+    stand.model.note('before')
+    stand.now_s += 10.0
+    path = str(tmp_path / 'seam.bag')
+    recording.become(path=path)
+    stand.beyond(True)
+    recording.become(marks=(Mark(1.0, 'seam begins'),))
+    recording.become(path='')
+    recording.finished.emit(path)
+    lines = Path(events_path(path)).read_text(encoding='utf-8').splitlines()
+    assert [line.split('  ')[1] for line in lines] == [
+        'recording seam.bag', 'mark: seam begins', 'recorded seam.bag']
+
+
+def test_where_events_cannot_be_saved(noted: Tuple[Stand, Recording], tmp_path: Path) -> None:
+    stand, recording = noted
+    recording.finished.emit(str(tmp_path / 'absent' / 'seam.bag'))
+    assert 'seam.bag.events.txt' in stand.model.events[-1].text
+    with pytest.raises(BagError):
+        write_events(str(tmp_path / 'absent' / 'seam.bag'), '')
+
+
+# A recording
+
+def heated(high: float) -> Device:
+    variable = Variable('/heat', 'data', 'oven', (1.0, 0.0, 0.0), (1.0, 0.0, 0.0), '', 1.0, 0.0,
+                        'heat', Location('cell.xml', 1),
+                        limits=WarningLimits(None, high, (1.0, 0.0, 0.0)))
+    return Device(DeviceType.OTHER, 'oven', Location('cell.xml', 1), variables=(variable,))
+
+
+def test_alarms_of_a_recording_follow_the_limits(qtbot: Any, tmp_path: Path) -> None:
+    path = str(tmp_path / 'a.bag')
+    with rosbag.Bag(path, 'w') as bag:
+        for number in range(500):
+            bag.write('/heat', Float64(number), Time.from_sec(1000.0 + number / 50))
+    tasks = HeldTasks()
+    model = CurvesModel(tasks)
+    model.set_devices([heated(1e6)])
+    model.set_recording([path])
+    while tasks.held:
+        tasks.end_one()
+    assert (len(model.curves), model.alarms) == (1, ())
+    model.set_devices([heated(250.0)])
+    while tasks.held:
+        tasks.end_one()
+    (alarm,) = model.alarms
+    assert (alarm.text, round(alarm.begin_s, 1)) == ('heat is above 250, up to 499', 5.0)
