@@ -98,7 +98,7 @@ class EnterPresses(QObject):
         """Take a key that nothing in the window has used."""
         button = QApplication.focusWidget()
         if (isinstance(event, QKeyEvent) and event.type() == QEvent.KeyPress
-                and event.key() in (Qt.Key_Return, Qt.Key_Enter)
+                and not event.isAutoRepeat() and event.key() in (Qt.Key_Return, Qt.Key_Enter)
                 and isinstance(button, QAbstractButton)):
             button.click()
             return True
