@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any, Iterator, List, Optional, Sequence
+from typing import Any, Iterator, List, Optional, Sequence, Set
 
 import pytest
 from operator_at_work import Operator, nodes, processes, registrations
 from PyQt5.QtCore import QPoint, Qt
-from PyQt5.QtWidgets import QDoubleSpinBox
+from PyQt5.QtWidgets import QDoubleSpinBox, QTreeWidget
 
 from process_visualizer.bags.catalogue import read_catalogue
 from process_visualizer.gui.models.recording.recording_types import Phase
@@ -76,6 +76,7 @@ def test_session(operator: Operator, tmp_path: Path) -> None:
     scrub(operator, player)
     change_speed(operator, player)
     loop(operator, player)
+    leave_a_topic_out(operator, player)
     backwards(operator, player)
     quit_all(operator)
     operator.close()
@@ -241,6 +242,35 @@ def loop(operator: Operator, player: Player) -> None:
     assert 1.98 <= player.next().position_s <= 3.02
     operator.click('loop')
     player.wait(lambda it: it.loop is None, 'no loop any more')
+
+
+def leave_a_topic_out(operator: Operator, player: Player) -> None:
+    """Only the player is started again, and it goes on where it was."""
+    operator.click('loop')
+    player.wait(lambda it: it.loop is not None, 'it loops again')
+    operator.press(Qt.Key_Space)
+    before = player.wait(lambda it: it.paused, 'paused')
+    shown_by = operator.beside(shown_by_whom)
+    operator.click('bag_details')
+    topics = operator.widget('bag_topics', QTreeWidget)
+    row = topics.findItems('/edge_finder_lower', Qt.MatchExactly)[0]
+    operator.click_check_box(topics, row)
+    assert operator.text('apply') == 'Apply: restart the player'
+    operator.click('apply')
+    after = player.wait(lambda it: row.text(0) not in dict(it.topics) and it.segment > 0
+                        and it.loop is not None and it.paused
+                        and abs(it.position_s - before.position_s) < 0.01, 'it is there again')
+    assert (after.rate, after.loop) == (before.rate, pytest.approx(before.loop, abs=1e-6))
+    operator.wait(lambda: 'Paused' in operator.text('status'), 'the status says so', LAUNCH_S)
+    assert operator.beside(shown_by_whom) == shown_by != set()
+    operator.click('bag_details')
+    operator.click('loop')
+    player.wait(lambda it: it.loop is None, 'no loop any more')
+
+
+def shown_by_whom() -> Set[str]:
+    """The processes of RViz and of the nodes that draw in it."""
+    return {it for it in processes('GUI_TEST_MARK') if re.search(r'/(rviz|robot_proc)\b', it)}
 
 
 def backwards(operator: Operator, player: Player) -> None:

@@ -23,7 +23,8 @@ class RvizStart(Enum):
 class Choice:
     """Devices of a cell and how to run them; ``bag`` is an absolute path (playback only).
 
-    ``further_bags`` are the other files of a split recording.
+    ``further_bags`` are the other files of a split recording, ``left_out`` the topics of it that
+    are not played.
     ``window`` is the place of RViz on the screen, ``view`` the content of an RViz file that the
     operator has saved (see ``SavedViews``).
     """
@@ -36,6 +37,7 @@ class Choice:
     window: Optional[Rectangle] = None
     view: Optional[Mapping[str, Any]] = None
     further_bags: Tuple[str, ...] = ()
+    left_out: Tuple[str, ...] = ()
 
     def nodes(self, device: Device) -> Tuple[Node, ...]:
         """The device's own nodes that run in this mode."""

@@ -180,9 +180,9 @@ class LaunchFileBuilder:
         node.parameters({'topics': recorded_topics(self._choice.devices)})
 
     def _player(self, root: Tag, bags: Sequence[str]) -> None:
-        topics = recorded_topics(self._choice.devices)
+        topics = played_topics(self._choice)
         if not topics:
-            root.comment('no device has a recorded topic: nothing of the recording is played')
+            root.comment('no topic of a device is left: nothing of the recording is played')
             return
         root.comment("the recording, restricted to the devices' own topics")
         root.add('node', {
@@ -223,3 +223,8 @@ def recorded_topics(devices: Sequence[Device]) -> 'list[str]':
     """The topics of the devices that a recording holds, each once."""
     return list(dict.fromkeys(topic.name for device in devices for topic in device.topics
                               if topic.record))
+
+
+def played_topics(choice: Choice) -> 'list[str]':
+    """The topics that are played in playback mode."""
+    return [topic for topic in recorded_topics(choice.devices) if topic not in choice.left_out]

@@ -8,7 +8,7 @@ import rosgraph
 
 from process_visualizer.cell.model import Device, Mode
 from process_visualizer.generate.choice import Choice
-from process_visualizer.generate.launch_file import recorded_topics
+from process_visualizer.generate.launch_file import played_topics
 from process_visualizer.health.other_publishers import (
     SHARED_TOPICS,
     Others,
@@ -32,8 +32,7 @@ def others_before(choice: Choice) -> Others:
     try:
         if choice.mode is Mode.REALTIME:
             return publishing_players(topics)
-        played = recorded_topics(choice.devices)
-        return other_publishers(played) if choice.bag is not None else ()
+        return other_publishers(played_topics(choice)) if choice.bag is not None else ()
     except (rosgraph.MasterException, OSError):
         return ()
 
@@ -49,7 +48,7 @@ def others_beside(choice: Choice, own: Collection[str]) -> Others:
     """
     if choice.mode is Mode.REALTIME:
         return publishing_players(_topics(choice.devices))
-    shared = [topic for topic in recorded_topics(choice.devices) if topic in SHARED_TOPICS]
+    shared = [topic for topic in played_topics(choice) if topic in SHARED_TOPICS]
     return other_publishers(shared, own) if shared else ()
 
 

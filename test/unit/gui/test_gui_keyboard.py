@@ -7,7 +7,14 @@ from typing import Any, Iterator, List
 
 import pytest
 from PyQt5.QtCore import QPoint, QRect, QSettings, Qt
-from PyQt5.QtWidgets import QAbstractButton, QApplication, QLabel, QWidget
+from PyQt5.QtWidgets import (
+    QAbstractButton,
+    QApplication,
+    QLabel,
+    QShortcut,
+    QTreeWidgetItem,
+    QWidget,
+)
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.launcher import Launcher
@@ -69,3 +76,30 @@ def test_the_key_tab_goes_from_the_top_to_the_bottom(window: LauncherApp, mode: 
     assert len(places) > 10
     assert [(before, after) for before, after in zip(places, places[1:])
             if after.bottom() < before.top()] == []
+
+
+@pytest.mark.parametrize('key', [Qt.Key_Return, Qt.Key_Enter])
+def test_enter_presses_the_button_that_has_the_focus(window: LauncherApp, qtbot: Any,
+                                                     key: int) -> None:
+    """The space bar plays, in playback mode."""
+    for name in ('playback', 'realtime'):
+        button = window.findChild(QAbstractButton, name)
+        button.setFocus()
+        qtbot.waitUntil(button.hasFocus)
+        qtbot.keyClick(button, key)
+        assert window._launcher.cell.mode is Mode(name)
+
+
+def test_the_space_bar_ticks_topics_though_it_is_a_shortcut(window: LauncherApp,
+                                                            qtbot: Any) -> None:
+    topics, pressed = window.playback.bag.topics, []
+    QShortcut(Qt.Key_Space, topics, lambda: pressed.append('shortcut'))
+    topics.addTopLevelItem(QTreeWidgetItem(['/q']))
+    topics.topLevelItem(0).setCheckState(0, Qt.Unchecked)
+    window._launcher.cell.set_mode(Mode.PLAYBACK)
+    topics.show()
+    topics.setFocus()
+    topics.setCurrentItem(topics.topLevelItem(0))
+    qtbot.waitUntil(topics.hasFocus)
+    qtbot.keyClick(topics, Qt.Key_Space)
+    assert (topics.topLevelItem(0).checkState(0), pressed) == (Qt.Checked, [])

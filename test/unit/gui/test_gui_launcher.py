@@ -154,6 +154,18 @@ def test_another_recording_is_played_with_all_its_files_and_no_others(
     assert [(choice.bag, *choice.further_bags) for choice in applied] == [paths]
 
 
+def test_topics_that_are_not_ticked_are_not_played(loaded: Launcher,
+                                                   monkeypatch: pytest.MonkeyPatch) -> None:
+    loaded.cell.set_mode(Mode.PLAYBACK)
+    monkeypatch.setattr(loaded.bag, '_paths', ('/a.bag',))
+    run(loaded)
+    monkeypatch.setattr(type(loaded.bag.played), 'left_out', property(lambda _: ('/oven/image',)))
+    assert loaded.choice().left_out == ('/oven/image',)
+    assert loaded.pending() == 'restart the player'
+    loaded.cell.set_mode(Mode.REALTIME)
+    assert loaded.choice().left_out == ()
+
+
 def test_marker_of_a_frame(loaded: Launcher, qtbot: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     told: List[Any] = []
     monkeypatch.setattr(loaded.link, 'show_marker', lambda *words: told.append(words))

@@ -10,7 +10,7 @@ import pytest
 import rosbag
 from playback_stand import PlaybackStand
 from PyQt5.QtCore import Qt
-from PyQt5.QtWidgets import QDialog, QInputDialog
+from PyQt5.QtWidgets import QDialog, QInputDialog, QTreeWidget
 from pytestqt.qtbot import QtBot
 from std_msgs.msg import Float32
 
@@ -116,6 +116,33 @@ def test_the_curves_are_asked_for(bench: Bench) -> None:
     assert dialog.list.item(0).text() == bench.panel.timeline.stack.lanes[0].label
     dialog.list.item(0).setCheckState(Qt.Unchecked)
     assert bench.panel.timeline.stack.lanes == ()
+
+
+def test_topics_are_ticked_to_be_played(bench: Bench, qtbot: QtBot) -> None:
+    table = bench.panel.findChild(QTreeWidget, 'bag_topics')
+    row = table.topLevelItem(0)
+    assert row.checkState(0) == Qt.Checked
+    row.setCheckState(0, Qt.Unchecked)
+    assert bench.bag.played.left_out == ('/feed',)
+    assert bench.panel.bag.details.text().endswith('1 not ticked')
+    bench.bag.set_devices([])
+    assert row.data(0, Qt.CheckStateRole) is None
+    assert 'it is not played' in row.toolTip(0)
+    assert bench.bag.played.left_out == ()
+    bench.bag.set_devices([MACHINE])
+    assert row.checkState(0) == Qt.Unchecked
+
+
+def test_of_another_recording_all_topics_are_ticked(bench: Bench, qtbot: QtBot) -> None:
+    bench.bag.played.tick('/feed', False)
+    bench.bag.open(bench.bag.paths)
+    qtbot.waitUntil(lambda: not bench.bag.is_loading)
+    assert bench.bag.played.left_out == ('/feed',)
+    other = Path(bench.bag.path).with_name('b.bag')
+    Path(bench.bag.path).rename(other)
+    bench.bag.open([str(other)])
+    qtbot.waitUntil(lambda: bench.bag.path == str(other))
+    assert bench.bag.played.left_out == ()
 
 
 def test_its_topics_are_units_of_a_step(bench: Bench) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import replace
-from typing import List, Optional, Sequence
+from typing import List, Optional, Sequence, Tuple
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
@@ -92,7 +92,10 @@ class Launcher(QObject):
         bag, *others = self.bag.paths if mode is Mode.PLAYBACK and self.bag.paths else (None,)
         assert self.cell.cell is not None
         return Choice(self.cell.cell, mode, self.cell.chosen, RvizStart.OPTIONAL, bag,
-                      self.view.window, self.view.content, tuple(others))
+                      self.view.window, self.view.content, tuple(others), self._left_out())
+
+    def _left_out(self) -> Tuple[str, ...]:
+        return self.bag.played.left_out if self.cell.mode is Mode.PLAYBACK else ()
 
     def start(self) -> None:
         """Launch the choice, once no other node publishes topics that would be mixed with it."""
@@ -238,7 +241,8 @@ class Launcher(QObject):
         running, paths = self.launch.running, self.bag.paths
         if running is not None and self.launch.is_running and running.mode is Mode.PLAYBACK \
                 and paths and paths != (running.bag, *running.further_bags):
-            self.launch.apply(replace(running, bag=paths[0], further_bags=paths[1:]))
+            self.launch.apply(replace(running, bag=paths[0], further_bags=paths[1:],
+                                      left_out=self._left_out()))
 
     def _show_marker(self, is_shown: bool) -> None:
         cell, base, pose = self.cell.cell, self.calibration.base, self.calibration.pose
@@ -274,5 +278,6 @@ def _difference(before: Choice, after: Choice) -> str:
     changed = changes(before.cell, after.cell).changed
     words = [('start', [name for name in new if name not in old]),
              ('stop', [name for name in old if name not in new]),
-             ('restart', [name for name in new if name in old and name in changed])]
+             ('restart', [name for name in new if name in old and name in changed]
+              + ['the player'] * (before.left_out != after.left_out))]
     return '; '.join(f'{word} {", ".join(names)}' for word, names in words if names)

@@ -27,6 +27,7 @@ from process_visualizer.gui.app.dropped_files import DropTarget
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.app.shortcuts import (
+    EnterPresses,
     bind,
     general_keys,
     help_text,
@@ -149,7 +150,8 @@ class LauncherApp(QMainWindow):
     def _connect(self) -> None:
         launcher = self._launcher
         launcher.cell.changed.connect(self._show_cell)
-        launcher.cell.changed.connect(self._show_launch)
+        for changed in (launcher.cell.changed, launcher.bag.played.changed):
+            changed.connect(self._show_launch)
         launcher.cell.loaded.connect(self._show_devices)
         launcher.launch.changed.connect(self._show_launch)
         launcher.launch.stopped.connect(self._after_stop)
@@ -195,6 +197,7 @@ class LauncherApp(QMainWindow):
         self._playback_shortcuts: List[QShortcut] = bind(self, playback)
         self._recording_shortcuts: List[QShortcut] = bind(self, recording)
         bind(self, general)
+        EnterPresses(self)
 
     # What is shown
 

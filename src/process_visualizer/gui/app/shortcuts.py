@@ -2,11 +2,18 @@
 """The keys of the window, as in media players."""
 from __future__ import annotations
 
-from typing import Callable, Dict, List, Mapping, NamedTuple
+from typing import Callable, Dict, List, Mapping, NamedTuple, Optional
 
-from PyQt5.QtCore import Qt
-from PyQt5.QtGui import QKeySequence
-from PyQt5.QtWidgets import QAbstractSpinBox, QApplication, QLineEdit, QShortcut, QWidget
+from PyQt5.QtCore import QEvent, QObject, Qt
+from PyQt5.QtGui import QKeyEvent, QKeySequence
+from PyQt5.QtWidgets import (
+    QAbstractButton,
+    QAbstractSpinBox,
+    QApplication,
+    QLineEdit,
+    QShortcut,
+    QWidget,
+)
 
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.models.playback.playback_model import PlaybackModel
@@ -78,6 +85,24 @@ def bind(window: QWidget, keys: List[Shortcut]) -> List[QShortcut]:
         shortcut.activated.connect(_unless_writing(key.action))
         bound.append(shortcut)
     return bound
+
+
+class EnterPresses(QObject):
+    """The Enter key presses the button that has the focus, as the space bar may be a shortcut."""
+
+    def __init__(self, window: QWidget) -> None:
+        super().__init__(window)
+        window.installEventFilter(self)
+
+    def eventFilter(self, window: Optional[QObject], event: Optional[QEvent]) -> bool:
+        """Take a key that nothing in the window has used."""
+        button = QApplication.focusWidget()
+        if (isinstance(event, QKeyEvent) and event.type() == QEvent.KeyPress
+                and not event.isAutoRepeat() and event.key() in (Qt.Key_Return, Qt.Key_Enter)
+                and isinstance(button, QAbstractButton)):
+            button.click()
+            return True
+        return super().eventFilter(window, event)
 
 
 def help_text(groups: Mapping[str, List[Shortcut]]) -> str:

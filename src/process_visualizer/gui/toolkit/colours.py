@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Tuple
 
+from PyQt5.QtCore import Qt
 from PyQt5.QtGui import QColor
 
 _LEAST_CONTRAST = 3.6  # to white; WCAG 2.1 asks for 3 for graphics and 4.5 for small text
@@ -23,8 +24,18 @@ def readable_colour(colour: Tuple[float, float, float]) -> QColor:
 
 def contrast_to_white(colour: QColor) -> float:
     """Return the contrast ratio of WCAG 2.1 (1.4.3) with white."""
+    return contrast(colour, QColor(Qt.white))
+
+
+def contrast(one: QColor, other: QColor) -> float:
+    """Return the contrast ratio of WCAG 2.1 (1.4.3) of two colours, at least 1."""
+    darker, lighter = sorted(map(_luminance, (one, other)))
+    return (lighter + 0.05) / (darker + 0.05)
+
+
+def _luminance(colour: QColor) -> float:
     red, green, blue = (_linear(part) for part in colour.getRgbF()[:3])
-    return 1.05 / (0.2126 * red + 0.7152 * green + 0.0722 * blue + 0.05)
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
 
 
 def _linear(part: float) -> float:

@@ -8,11 +8,18 @@ from PyQt5.QtCore import QRect, QSize, Qt
 from PyQt5.QtGui import QColor, QIcon, QIconEngine, QPainter, QPen, QPixmap
 
 from process_visualizer.gui.toolkit.icon_shapes import GRID, STROKE, Shape, shape
-from process_visualizer.gui.toolkit.style import ACCENT, BAD, DISABLED_SHAPE, GOOD, WARNING
+from process_visualizer.gui.toolkit.style import (
+    ACCENT,
+    BAD,
+    DISABLED_SHAPE,
+    GOOD,
+    SHAPE,
+    WAITING,
+    WARNING,
+)
 
-_DARK = '#3c454d'
 _SIGNALS: Dict[str, str] = {'record': BAD, 'died': BAD, 'warning': WARNING, 'ok': GOOD,
-                            'waiting': '#7a8590'}
+                            'waiting': WAITING}
 
 
 def icon(name: str) -> QIcon:
@@ -24,7 +31,7 @@ def icon(name: str) -> QIcon:
         KeyError: there is no icon of this name.
     """
     signal = _SIGNALS.get(name)
-    return QIcon(_Engine(shape(name), signal or _DARK, signal or ACCENT))
+    return QIcon(_Engine(shape(name), signal or SHAPE, signal or ACCENT))
 
 
 class _Engine(QIconEngine):

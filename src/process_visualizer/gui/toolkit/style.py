@@ -15,13 +15,19 @@ GOOD = '#247a4b'
 WARNING = '#9a5b00'
 BAD = '#c0392b'
 SELECTED = '#e6f0f6'  # behind a selected row
-BEHIND_BAD = '#fdf4f3'  # a background
+PAPER = '#ffffff'  # behind lists, fields and curves
+BEHIND_BAD = '#fdf4f3'  # backgrounds of notices
+BEHIND_WARNING = '#fdf8ef'
+BEHIND_GOOD = '#f2f9f4'
+USED = '#93b4c8'  # of a disk: the accent colour, quiet
+SHAPE = '#3c454d'  # of an icon without a meaning of its own
+WAITING = '#7a8590'
 TICK = '#aab2b9'  # marks of a scale
 DISABLED_TEXT = '#a3abb2'
 DISABLED_SHAPE = '#b4bbc1'
 
 _ROLES = {
-    QPalette.Window: WINDOW, QPalette.WindowText: TEXT, QPalette.Base: '#ffffff',
+    QPalette.Window: WINDOW, QPalette.WindowText: TEXT, QPalette.Base: PAPER,
     QPalette.AlternateBase: '#f7f8f9', QPalette.Text: TEXT, QPalette.Button: '#fafbfb',
     QPalette.ButtonText: TEXT, QPalette.BrightText: '#ffffff', QPalette.Light: '#ffffff',
     QPalette.Midlight: '#eceff1', QPalette.Mid: '#c3c9ce', QPalette.Dark: '#9aa3ab',

@@ -22,6 +22,7 @@ from process_visualizer.gui.models.playback.bag_reading import (
 )
 from process_visualizer.gui.models.playback.curves_model import CurvesModel
 from process_visualizer.gui.models.playback.marks import PlacedMark
+from process_visualizer.gui.models.playback.played_topics import PlayedTopics
 from process_visualizer.gui.toolkit.progress import Progress
 from process_visualizer.gui.toolkit.tasks import Tasks
 
@@ -50,6 +51,7 @@ class BagModel(QObject):
         self._where_recorded = where_recorded
         self.curves = CurvesModel(tasks, self)
         self.curves.failed.connect(self.failed)
+        self.played = PlayedTopics(self)
         self._tasks = tasks
         self._wanted: Paths = ()
         self._paths: Paths = ()
@@ -127,6 +129,7 @@ class BagModel(QObject):
         """Take the devices that are to be played."""
         self._devices = tuple(devices)
         self.curves.set_devices(self._devices)
+        self.played.set_devices(self._devices)
         self.changed.emit()
 
     # A bag without an index.
@@ -231,6 +234,7 @@ class BagModel(QObject):
         self._remember(found.paths)
         self._watch()
         self.curves.set_recording(found.paths)
+        self.played.set_recording(found.paths)
         self.changed.emit()
         self.chosen.emit(self.path)
 

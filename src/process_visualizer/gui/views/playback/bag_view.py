@@ -7,7 +7,6 @@ from datetime import datetime
 from typing import List, Optional, Sequence, Tuple
 
 from PyQt5.QtCore import Qt
-from PyQt5.QtGui import QResizeEvent
 from PyQt5.QtWidgets import (
     QComboBox,
     QFileDialog,
@@ -15,8 +14,6 @@ from PyQt5.QtWidgets import (
     QLabel,
     QProgressBar,
     QPushButton,
-    QSizePolicy,
-    QTreeWidgetItem,
     QVBoxLayout,
     QWidget,
 )
@@ -27,14 +24,11 @@ from process_visualizer.gui.toolkit.icons import icon
 from process_visualizer.gui.toolkit.style import BAD, QUIET, WARNING
 from process_visualizer.gui.views.parts.fold_button import FoldButton
 from process_visualizer.gui.views.parts.layouts import in_column, in_row
-from process_visualizer.gui.views.recording.topic_tree import TopicTree
-from process_visualizer.health.device_state import recorded_rate_text
+from process_visualizer.gui.views.playback.played_topics_table import PlayedTopicsTable
 from process_visualizer.health.figures import count_text, size_text
 from process_visualizer.playback.time_text import format_time
 
-_MOST_ROWS = 8
 _MOST_NAMED = 3
-_WIDE_PX = 560
 
 
 class BagView(QWidget):
@@ -47,12 +41,13 @@ class BagView(QWidget):
         self.open = QPushButton(icon('open'), 'Open…')
         self.facts = QLabel()
         self.details = FoldButton('bag_details', 'Topics', 'Show the topics of the recording')
-        self.topics = TopicTable()
+        self.topics = PlayedTopicsTable(bag.played)
         self.warnings = QLabel()
         self.unindexed = UnindexedRow(bag)
         self._prepare()
         self._lay_out()
         bag.changed.connect(self._show)
+        bag.played.changed.connect(self._show)
         self._show()
 
     def _prepare(self) -> None:
@@ -100,8 +95,7 @@ class BagView(QWidget):
             self.details.setChecked(False)
         else:
             self.topics.show_topics(found)
-            self.details.setText(f'{count_text(len(found.topics), "topic")}, '
-                                 f'{count_text(found.message_count, "message")}')
+            self.details.setText(_contents(found, self._bag.played.left_out))
         warnings = _warnings(self._bag)
         self.warnings.setText('<br>'.join(warnings))
         self.warnings.setVisible(bool(warnings))
@@ -174,41 +168,6 @@ class UnindexedRow(QWidget):
         self._shown = progress
 
 
-class TopicTable(TopicTree):
-    """The topics of a recording with counts and rates."""
-
-    def __init__(self, parent: Optional[QWidget] = None) -> None:
-        super().__init__('bag_topics', 4, parent)
-        self._rows: Optional[object] = None
-        self.setAccessibleName('Topics of the recording')
-        self.setHeaderLabels(['Topic', 'Messages', 'Rate', 'Type'])
-        self.setAlternatingRowColors(True)
-        self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Fixed)
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """Hide the types if there is no room for them; a topic's tooltip has them."""
-        super().resizeEvent(event)
-        self.setColumnHidden(3, event.size().width() < _WIDE_PX)
-
-    def show_topics(self, found: Catalogue) -> None:
-        """Show the topics of a recording."""
-        if self._rows == found.topics:
-            return
-        self._rows = found.topics
-        self.clear()
-        for topic in found.topics:
-            row = QTreeWidgetItem([topic.name, count_text(topic.message_count),
-                                   recorded_rate_text(topic),
-                                   topic.types[0].split('/')[-1]])
-            row.setTextAlignment(1, Qt.AlignRight)
-            row.setTextAlignment(2, Qt.AlignRight)
-            row.setToolTip(0, f'{topic.name}\n{", ".join(topic.types)}')
-            self.addTopLevelItem(row)
-        rows = min(len(found.topics), _MOST_ROWS)
-        self.setFixedHeight(self.header().sizeHint().height() + 4
-                            + rows * max(self.sizeHintForRow(0), 18))
-
-
 def name_of(paths: Sequence[str]) -> str:
     """Return the name of a recording in a list: its file, and the number of further ones."""
     more = f'  + {len(paths) - 1} files' if len(paths) > 1 else ''
@@ -222,6 +181,13 @@ def facts_of(found: Catalogue) -> str:
     parts = [format_time(found.duration_s), size_text(found.size_bytes),
              begin.strftime('%d %b %H:%M' if is_recent else '%Y-%m-%d %H:%M')]
     return '\u2002'.join(part.replace(' ', '\u00a0') for part in parts)
+
+
+def _contents(found: Catalogue, left_out: Sequence[str]) -> str:
+    """How much is in a recording, and how many topics of it the operator does not want."""
+    texts = [count_text(len(found.topics), 'topic'), count_text(found.message_count, 'message')]
+    number = len(set(left_out) & set(found.topic_names))
+    return ', '.join([*texts, f'{number} not ticked'] if number else texts)
 
 
 def _origin(found: Catalogue) -> str:

@@ -6,13 +6,12 @@ from typing import Optional
 
 from PyQt5.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QVBoxLayout, QWidget
 
-from process_visualizer.gui.toolkit.style import BAD, LINE, QUIET
+from process_visualizer.gui.toolkit.style import BAD, LINE, QUIET, USED
 from process_visualizer.gui.views.parts.labels import colour, small
 from process_visualizer.health.figures import long_time_text, size_text
 
 _HEIGHT_PX = 5
 _STEPS = 1000
-_USED = '#93b4c8'  # the accent colour, quiet
 
 
 class DiskBar(QWidget):
@@ -55,7 +54,7 @@ class DiskBar(QWidget):
         self._paint(is_low)
 
     def _paint(self, is_low: bool) -> None:
-        filled = BAD if is_low else _USED
+        filled = BAD if is_low else USED
         sheet = (f'QProgressBar {{ border: 0; border-radius: 2px; background: {LINE}; }}'
                  f'QProgressBar::chunk {{ border-radius: 2px; background: {filled}; }}')
         if self._bar.styleSheet() != sheet:

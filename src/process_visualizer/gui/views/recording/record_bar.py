@@ -10,7 +10,15 @@ from PyQt5.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QVBoxLayou
 from process_visualizer.gui.models.recording.recording_model import RecordingModel
 from process_visualizer.gui.models.recording.recording_types import Phase
 from process_visualizer.gui.toolkit.icons import icon
-from process_visualizer.gui.toolkit.style import BAD, BEHIND_BAD, LINE, QUIET, TEXT, tabular_font
+from process_visualizer.gui.toolkit.style import (
+    BAD,
+    BEHIND_BAD,
+    LINE,
+    PAPER,
+    QUIET,
+    TEXT,
+    tabular_font,
+)
 from process_visualizer.gui.views.parts.labels import colour, small
 from process_visualizer.health.figures import clock_text, count_text, size_text
 
@@ -108,7 +116,7 @@ class RecordBar(QFrame):
         layout.addWidget(self._figures)
 
     def _paint(self, is_recording: bool) -> None:
-        border, background = (BAD, BEHIND_BAD) if is_recording else (LINE, '#ffffff')
+        border, background = (BAD, BEHIND_BAD) if is_recording else (LINE, PAPER)
         sheet = (f'QFrame#record_bar {{ border: 1px solid {border}; border-radius: 5px; '
                  f'background: {background}; }}')
         if self.styleSheet() != sheet:

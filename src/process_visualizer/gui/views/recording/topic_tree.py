@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Optional
 
-from PyQt5.QtCore import Qt
+from PyQt5.QtCore import QEvent, Qt
 from PyQt5.QtWidgets import QHeaderView, QTreeWidget, QWidget
 
 
@@ -23,3 +23,9 @@ class TopicTree(QTreeWidget):
         self.header().setStretchLastSection(False)
         self.header().setSectionResizeMode(QHeaderView.ResizeToContents)
         self.header().setSectionResizeMode(0, QHeaderView.Stretch)
+
+    def event(self, event: QEvent) -> bool:
+        """Tick with the space bar, also where that is a shortcut of the window."""
+        if event.type() == QEvent.ShortcutOverride and event.key() == Qt.Key_Space:
+            event.accept()
+        return bool(super().event(event))
