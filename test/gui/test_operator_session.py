@@ -203,7 +203,8 @@ def step(operator: Operator, player: Player) -> None:
 def scrub(operator: Operator, player: Player) -> None:
     timeline = operator.widget('timeline')
     middle = QPoint(timeline.width() // 2, 24)
-    operator.drag(timeline, middle, [middle + QPoint(dx, 0) for dx in range(5, 100, 5)])
+    operator.drag(timeline, middle, [middle + QPoint(part * timeline.width() // 80, 0)
+                                     for part in range(1, 20)])
     length = player.next().duration_s
     there = player.wait(lambda it: it.paused and it.position_s > 0.6 * length, 'it is there')
     operator.wait(lambda: abs(shown_position_s(operator) - there.position_s) < 0.002, 'its time')

@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import unittest
-from typing import Dict
+from typing import Dict, Tuple
 
 import rospy
 import rostest
 from cloud_testing import Listener, wait_until
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Point, PointStamped
+from sensor_msgs.msg import RegionOfInterest
 from std_msgs.msg import Header
 
 RVIZ_STARTS_WITHIN_S = 90.0
@@ -88,6 +89,23 @@ class DisplayStatusTest(unittest.TestCase):
         self.assertGreater(float(values(rviz)['fps']), 1)
         self.assertGreater(int(values(rviz)['frames']),
                            int(values(self.first.status[0])['frames']))
+
+    def test_rviz_has_the_size_that_it_is_told(self) -> None:
+        publisher = rospy.Publisher('/rviz/place', RegionOfInterest, queue_size=1, latch=True)
+        with Listener('/rviz/display_status', DiagnosticArray) as reports:
+            def size() -> Tuple[int, int]:
+                view = values(reports.messages[-1].status[0])
+                return int(view['width']), int(view['height'])
+
+            def place(width: int, height: int) -> None:
+                publisher.publish(RegionOfInterest(20, 30, height, width, False))
+            wait_until(lambda: bool(reports.messages), 'a report')
+            before = size()
+            place(900, 700)
+            wait_until(lambda: size() != before, 'another size')
+            wide, high = size()
+            place(960, 780)
+            wait_until(lambda: size() == (wide + 60, high + 80), 'the scene has grown likewise')
 
 
 if __name__ == '__main__':

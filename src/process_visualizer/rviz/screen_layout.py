@@ -7,11 +7,11 @@ from typing import NamedTuple, Optional, Tuple
 
 from process_visualizer.rviz.window_geometry import Rectangle
 
-LEAST_LAUNCHER_PX, LEAST_RVIZ_PX = 420, 480
+LEAST_LAUNCHER_PX, LEAST_RVIZ_PX = 450, 480
 """Widths in which they can be used."""
 LEAST_UPPER_PX, LEAST_TIMELINE_PX = 300, 220
 """Heights of the launcher and RViz, and of the timeline below them."""
-_TIMELINE_PART = 0.36  # of the height of the screen
+_TIMELINE_PART = 0.38  # of the height of the screen
 
 
 class Frame(NamedTuple):

@@ -82,11 +82,11 @@ def test_every_screen_has_an_answer(room: Rectangle, frame: Frame, sizes: Sizes,
 
 @pytest.mark.parametrize('width, height', [(1024, 700), (1600, 1000), (1920, 1080), (960, 540)])
 def test_what_the_operator_chose_is_kept(width: int, height: int) -> None:
-    sizes = Sizes(430, 200)
+    sizes = Sizes(455, 240)
     launcher, rviz, timeline = places(Rectangle(0, 0, width, height), FRAME, sizes, True)
-    assert launcher == Rectangle(0, 0, 430, height - 200 - 22)
-    assert rviz == Rectangle(432, 0, width - 434, height - 200 - 22)
-    assert timeline == Rectangle(0, height - 200, width, 200)
+    assert launcher == Rectangle(0, 0, 455, height - 240 - 22)
+    assert rviz == Rectangle(457, 0, width - 459, height - 240 - 22)
+    assert timeline == Rectangle(0, height - 240, width, 240)
 
 
 def test_launcher_at_the_right() -> None:

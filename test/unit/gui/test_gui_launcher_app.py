@@ -12,10 +12,13 @@ from PyQt5.QtWidgets import QLabel, QMessageBox
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.settings import Settings
+from process_visualizer.gui.views.parts.column_scroll import ColumnScroll
+from process_visualizer.rviz.screen_layout import LEAST_LAUNCHER_PX
 
 DEVICES = ''.join(f'<device type="other" name="oven_{number}"/>' for number in range(8))
 VALID, BROKEN = f'<visualizer>{DEVICES}</visualizer>', f'<visualizer>{3 * DEVICES}</visualizer>'
-SMALLEST_SCREEN_PX = 800 - 32  # 1280x800 without a title bar
+SMALLEST_SCREEN_PX = 800 - 32  # 1280x800 without a title bar: a lower one scrolls
+SCROLL_BAR_PX = 20
 
 
 @pytest.fixture
@@ -54,7 +57,16 @@ def test_problems_and_devices_fit_on_a_small_screen(window: LauncherApp, qtbot: 
     load(window, qtbot, config, VALID)
     load(window, qtbot, config, BROKEN)
     assert 'Keeping the last valid configuration' in note(window)
-    assert window.minimumSizeHint().height() <= SMALLEST_SCREEN_PX
+    column = window.findChild(ColumnScroll).widget()
+    assert column.minimumSizeHint().height() <= SMALLEST_SCREEN_PX
+    assert column.minimumSizeHint().width() <= LEAST_LAUNCHER_PX - SCROLL_BAR_PX
+
+
+def test_only_the_page_that_is_shown_needs_room(window: LauncherApp) -> None:
+    low = window.panels.minimumSizeHint().height()
+    window.panels.setCurrentWidget(window.calibration)
+    assert window.panels.minimumSizeHint().height() > low
+    assert window.panels.minimumSizeHint().height() >= window.calibration.minimumSizeHint().height()
 
 
 def test_which_devices_are_in_force(window: LauncherApp, qtbot: Any, config: Path) -> None:

@@ -197,7 +197,7 @@ def test_it_uses_the_room_there_is(qtbot: QtBot) -> None:
     def row_count() -> int:
         return len({it.mapTo(view, it.rect().center()).y() // 20
                     for it in (view.play, view.time, view.slider, view.unit)})
-    for width, rows in ((430, 3), (1400, 1), (430, 3)):
+    for width, rows in ((430, 3), (1400, 1), (1000, 2), (430, 3)):
         view.resize(width, 130)
         qtbot.waitUntil(lambda rows=rows: row_count() == rows)
         assert view.width() == width

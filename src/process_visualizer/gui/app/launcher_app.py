@@ -15,7 +15,6 @@ from PyQt5.QtWidgets import (
     QMessageBox,
     QShortcut,
     QStackedWidget,
-    QTabWidget,
     QVBoxLayout,
     QWidget,
 )
@@ -52,6 +51,7 @@ from process_visualizer.gui.views.cell.warnings_view import WarningsView
 from process_visualizer.gui.views.parts.column_scroll import ColumnScroll
 from process_visualizer.gui.views.parts.keys_dialog import KeysDialog
 from process_visualizer.gui.views.parts.labels import colour, title, tool_button
+from process_visualizer.gui.views.parts.panel_tabs import PanelTabs
 from process_visualizer.gui.views.playback.playback_panel import PlaybackPanel
 from process_visualizer.gui.views.recording.recording_panel import RecordingPanel
 
@@ -102,9 +102,7 @@ class LauncherApp(QMainWindow):
         self._mode_panels = QStackedWidget()
         self._mode_panels.addWidget(self.recording)
         self._mode_panels.addWidget(self.playback)
-        self.panels = QTabWidget()
-        self.panels.setObjectName('panels')
-        self.panels.setDocumentMode(True)
+        self.panels = PanelTabs()
         self.panels.addTab(self._mode_panels, 'Recording')
         self.panels.addTab(self.calibration, 'Calibration')
         body = QWidget()

@@ -53,6 +53,11 @@ class WindowKeeper(QObject):
         for screen in QGuiApplication.screens():
             screen.availableGeometryChanged.connect(lambda _room: self._timer.start())
 
+    @property
+    def is_settled(self) -> bool:
+        """Whether no window is about to be moved."""
+        return not self._timer.isActive()
+
     def remember(self) -> None:
         """Store the sizes for this screen."""
         self._settings.store(self._name(), settings_of(self._sizes))
@@ -75,10 +80,8 @@ class WindowKeeper(QObject):
             self._show_dock()
 
     def _show_dock(self) -> None:
-        """Show it in playback mode, unless the launcher is closed or minimised."""
-        window = self._window
-        self.dock.setVisible(self._has_timeline and window.isVisible()
-                             and not window.isMinimized())
+        """Show it in playback mode; a window manager hides it while the launcher is minimised."""
+        self.dock.setVisible(self._has_timeline and self._window.isVisible())
 
     def _set_timeline_height(self, height: int) -> None:
         """Change the height at once; the other windows follow when the operator lets go."""
@@ -121,6 +124,7 @@ class WindowKeeper(QObject):
             self._asked, self._is_asking = asked, True
             self._window.resize(asked.size())
             self._window.move(asked.topLeft())
+            self._timer.start()  # to see what the window manager makes of it
         self._launcher.view.window = found.rviz
         self._launcher.link.place_rviz(_scaled(found.rviz, self._window.devicePixelRatioF()))
 

@@ -2,7 +2,7 @@
 """The buttons of playback, the time, the speed, and the size of a step."""
 from __future__ import annotations
 
-from typing import Callable, List, Optional, Sequence
+from typing import Callable, Dict, List, Optional, Sequence, Tuple
 
 from PyQt5.QtCore import QSize, Qt
 from PyQt5.QtGui import QResizeEvent
@@ -37,7 +37,7 @@ class TransportView(QWidget):
     def __init__(self, playback: PlaybackModel, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
         self._playback = playback
-        self._is_wide: Optional[bool] = None
+        self._rows = 0
         self._topics: Sequence[str] = ()
         self.time = TimeLabel()
         self.reached = QLabel()
@@ -52,7 +52,7 @@ class TransportView(QWidget):
         self._grid.setContentsMargins(0, 0, 0, 0)
         self._grid.setVerticalSpacing(6)
         self._grid.setSizeConstraint(QGridLayout.SetNoConstraint)
-        self._arrange(False)
+        self._arrange(3)
         self.set_topics(())
         playback.changed.connect(self._show)
         playback.moved.connect(self._show_time)
@@ -146,39 +146,47 @@ class TransportView(QWidget):
     # Layout
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Use one row where there is room, otherwise several."""
-        self._arrange(event.size().width() >= self._wide_width())
+        """Use one row where there is room, otherwise two or three."""
+        width = event.size().width()
+        without_speed = self._width_of(self._buttons, self.time, self._step_row)
+        self._arrange(1 if width >= without_speed + self._width_of(self._speed_row)
+                      else 2 if width >= without_speed else 3)
 
     def minimumSizeHint(self) -> QSize:
         """Return a size in which several rows can be used, so that one row can be narrowed."""
         size = super().minimumSizeHint()
         return QSize(min(size.width(), _LEAST_WIDTH), size.height())
 
-    def _wide_width(self) -> int:
-        """The width of everything in one row."""
-        parts = (self._buttons, self.time, self._speed_row, self._step_row)
-        return (sum(part.minimumSizeHint().width() for part in parts)
-                + (len(parts) - 1) * _WIDE_SPACING)
+    def _width_of(self, *parts: QWidget) -> int:
+        """The width of parts of one row, and of the space beside them."""
+        reached = self._reached_width() - self.reached.minimumWidth()
+        return (sum(part.minimumSizeHint().width() + _WIDE_SPACING for part in parts)
+                + (reached if self._buttons in parts else 0))
 
     def _reached_width(self) -> int:
         return self.fontMetrics().horizontalAdvance(' only 0.00× ')
 
-    def _arrange(self, is_wide: bool) -> None:
-        if is_wide == self._is_wide:
+    def _arrange(self, rows: int) -> None:
+        if rows == self._rows:
             return
-        self._is_wide = is_wide
-        places = {self._buttons: (0, 0), self.time: (0, 1), self._speed_row: (0, 2),
-                  self._step_row: (0, 3)} if is_wide else \
-            {self.time: (0, 0), self._step_row: (0, 1), self._buttons: (1, 0),
-             self._speed_row: (2, 0)}
-        for widget, (row, column) in places.items():
-            spans = not is_wide and row > 0
-            self._grid.addWidget(widget, row, column, 1, 2 if spans else 1)
+        self._rows = rows
+        for widget, place in self._places(rows).items():
+            self._grid.addWidget(widget, *place)
+        is_wide = rows < 3
         self.reached.setMinimumWidth(self._reached_width() if is_wide else 0)
+        self.slider.setMaximumWidth(_LONGEST_SLIDER if rows == 1 else _UNLIMITED)
         self._grid.setHorizontalSpacing(_WIDE_SPACING if is_wide else _NARROW_SPACING)
-        self.slider.setMaximumWidth(_LONGEST_SLIDER if is_wide else _UNLIMITED)
         for column in range(5):
-            self._grid.setColumnStretch(column, int(column == 4 if is_wide else column == 0))
+            self._grid.setColumnStretch(column, int(column == (4, 1, 0)[rows - 1]))
+
+    def _places(self, rows: int) -> Dict[QWidget, Tuple[int, ...]]:
+        """Row and column of each part, and how many rows and columns it spans."""
+        buttons, speed, step = self._buttons, self._speed_row, self._step_row
+        if rows == 1:
+            return {buttons: (0, 0), self.time: (0, 1), speed: (0, 2), step: (0, 3)}
+        if rows == 2:
+            return {buttons: (0, 0), self.time: (0, 1), step: (0, 2), speed: (1, 0, 1, 3)}
+        return {self.time: (0, 0), step: (0, 1), buttons: (1, 0, 1, 2), speed: (2, 0, 1, 2)}
 
     # What is shown
 

@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The launcher's two windows and RViz share the screen, in every mode."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Iterator
+
+import pytest
+from PyQt5.QtCore import QPoint, QRect, QSettings, Qt
+from PyQt5.QtTest import QTest
+from PyQt5.QtWidgets import QApplication, QDialog
+
+from process_visualizer.cell.model import Mode
+from process_visualizer.gui.app.launcher import Launcher
+from process_visualizer.gui.app.launcher_app import LauncherApp
+from process_visualizer.gui.app.settings import Settings
+from process_visualizer.gui.app.window_keeper import WindowKeeper
+from process_visualizer.rviz.screen_layout import LEAST_TIMELINE_PX
+
+
+class Desk:
+    """The windows on a screen, without RViz: where it would be."""
+
+    def __init__(self, qtbot: Any, folder: Path) -> None:
+        self.settings = Settings(QSettings(str(folder / 'settings'), QSettings.IniFormat))
+        self.launcher = Launcher()
+        self.window = LauncherApp(self.launcher, self.settings)
+        self.keeper = WindowKeeper(self.window, self.launcher, self.settings)
+        self.dock = self.keeper.dock
+        qtbot.addWidget(self.window)
+        self.window.show()
+
+    @property
+    def room(self) -> QRect:
+        return QApplication.primaryScreen().availableGeometry()
+
+    @property
+    def rviz(self) -> QRect:
+        place = self.launcher.view.window
+        assert place is not None
+        return QRect(place.x, place.y, place.width, place.height)
+
+    def fits(self) -> bool:
+        """Whether the windows have their places, cover the screen, and not each other."""
+        frame = self.window.frameGeometry()
+        rviz = QRect(self.rviz.topLeft(), self.rviz.size() + frame.size() - self.window.size())
+        shown = [frame, rviz, *([self.dock.geometry()] if self.dock.isVisible() else [])]
+        return (self.keeper.is_settled and sum(it.width() * it.height() for it in shown)
+                == self.room.width() * self.room.height()
+                and all(self.room.contains(it) for it in shown)
+                and not any(one.intersects(other) for one in shown for other in shown
+                            if one is not other))
+
+
+@pytest.fixture
+def desk(qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Desk]:
+    monkeypatch.setenv('ROS_HOME', str(tmp_path))
+    made = Desk(qtbot, tmp_path)
+    yield made
+    made.window.hide()
+    made.launcher.close()
+
+
+def test_timeline_is_there_in_playback_mode_only(desk: Desk, qtbot: Any) -> None:
+    qtbot.waitUntil(desk.fits)
+    assert not desk.dock.isVisible()
+    desk.launcher.cell.set_mode(Mode.PLAYBACK)
+    assert desk.dock.isVisible() and desk.window.playback.timeline.isVisible()
+    qtbot.waitUntil(desk.fits)
+    assert desk.dock.width() == desk.room.width()
+    desk.launcher.cell.set_mode(Mode.REALTIME)
+    assert not desk.dock.isVisible()
+    qtbot.waitUntil(desk.fits)
+
+
+def test_the_edge_of_the_timeline_is_dragged(desk: Desk, qtbot: Any) -> None:
+    desk.launcher.cell.set_mode(Mode.PLAYBACK)
+    qtbot.waitUntil(desk.fits)
+    before = desk.dock.geometry()
+    drag(desk, -40)
+    assert desk.dock.geometry() == before.adjusted(0, -40, 0, 0)
+    qtbot.waitUntil(desk.fits)
+    drag(desk, 2000)
+    assert desk.dock.height() == LEAST_TIMELINE_PX
+    qtbot.waitUntil(desk.fits)
+    assert desk.window.playback.below.geometry().bottom() < LEAST_TIMELINE_PX
+    assert desk.dock.layout().minimumSize().height() <= LEAST_TIMELINE_PX
+
+
+def drag(desk: Desk, dy: int) -> None:
+    grip = desk.dock.grip
+    QTest.mousePress(grip, Qt.LeftButton, Qt.NoModifier, QPoint(200, 3))
+    desk.dock.grip.dragged.emit(desk.dock.y() + dy)
+    QTest.mouseRelease(grip, Qt.LeftButton, Qt.NoModifier, QPoint(200, 3))
+
+
+def test_rviz_follows_the_launcher(desk: Desk, qtbot: Any) -> None:
+    qtbot.waitUntil(desk.fits)
+    desk.window.resize(desk.window.width() + 20, desk.window.height())
+    qtbot.waitUntil(lambda: desk.rviz.left() == desk.window.frameGeometry().right() + 1)
+    qtbot.waitUntil(desk.fits)
+    desk.window.move(desk.room.right() - desk.window.width() - 10, desk.room.top())
+    qtbot.waitUntil(lambda: desk.rviz.left() == desk.room.left())
+    qtbot.waitUntil(desk.fits)
+
+
+def test_a_window_that_was_moved_a_little_goes_back(desk: Desk, qtbot: Any) -> None:
+    qtbot.waitUntil(desk.fits)
+    before = desk.window.pos()
+    desk.window.move(before + QPoint(30, 20))
+    qtbot.waitUntil(lambda: desk.window.pos() == before)
+    qtbot.waitUntil(desk.fits)
+
+
+def test_sizes_are_remembered(desk: Desk, qtbot: Any, tmp_path: Path) -> None:
+    desk.launcher.cell.set_mode(Mode.PLAYBACK)
+    qtbot.waitUntil(desk.fits)
+    drag(desk, -30)
+    height = desk.dock.height()
+    desk.keeper.remember()
+    again = WindowKeeper(desk.window, desk.launcher, desk.settings)
+    assert again.dock.height() == height
+
+
+def test_the_keys_of_the_window_work_in_the_timeline(desk: Desk, qtbot: Any) -> None:
+    desk.launcher.cell.set_mode(Mode.PLAYBACK)
+    qtbot.waitUntil(desk.dock.isVisible)
+    QApplication.setActiveWindow(desk.dock)
+    QTest.keyClick(desk.dock, Qt.Key_Question)
+    qtbot.waitUntil(lambda: desk.window.findChild(QDialog, 'keys') is not None)
+
+
+def test_it_is_closed_with_the_launcher(desk: Desk, qtbot: Any) -> None:
+    desk.launcher.cell.set_mode(Mode.PLAYBACK)
+    qtbot.waitUntil(desk.dock.isVisible)
+    desk.window.hide()
+    assert not desk.dock.isVisible()
