@@ -62,7 +62,7 @@ def timeline(tasks: Tasks) -> Shown:
     model.take_state(PlayerSnapshot(
         stamp_s=0.0, begin_s=0.0, duration_s=_LENGTH_S, position_s=_AROUND_S, rate=1.0,
         achieved_rate=0.0, paused=True, segment=1, files=('/a.bag',)))
-    return Shown(view, view.zoom.show_part, lambda: view.stack.pictures.are_ready)
+    return Shown(view, view.zoom.show_part, lambda: view.stack.is_drawn)
 
 
 def pyqtgraph_plots() -> Shown:
