@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from PyQt5.QtGui import QFont
 from pytestqt.qtbot import QtBot
+from timeline_bench import Bench
 
 from process_visualizer.curves.value_scale import EMPTY_SCALE
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
@@ -16,6 +17,7 @@ from process_visualizer.gui.views.playback.lane_pictures import LanePictures
 from process_visualizer.gui.views.playback.timeline_lanes import Lane
 
 AXIS = TimeAxis(10.0, 0.0, 100.0)
+ROWS = [0, 1, 2]
 
 
 @pytest.fixture
@@ -26,66 +28,80 @@ def pictures(qtbot: QtBot) -> LanePictures:
     return made
 
 
-def want(pictures: LanePictures, width: int = 100) -> None:
-    pictures.want(LaneLook(AXIS, width, 46, 1.0, QFont(), 10.0))
+def want(pictures: LanePictures, width: int = 100, duration_s: float = 10.0) -> None:
+    pictures.want(LaneLook(AXIS._replace(duration_s=duration_s), width, 46, 1.0, QFont(), 10.0))
 
 
-def test_nothing_is_drawn_at_once(pictures: LanePictures) -> None:
-    want(pictures)
-    assert pictures.picture(0) is None
-
-
-def test_all_are_drawn_in_their_order(pictures: LanePictures, qtbot: QtBot) -> None:
+def draw_all(pictures: LanePictures) -> List[int]:
+    """Draw in turns until nothing is missing; return the lanes in their order."""
     drawn: List[int] = []
-    pictures.drawn.connect(drawn.append)
-    want(pictures)
-    qtbot.waitUntil(lambda: len(drawn) == 3)
-    qtbot.wait(20)
-    assert drawn == [0, 1, 2]
+    while pictures.missing(ROWS):
+        drawn += pictures.draw(ROWS)
+    return drawn
 
 
-def test_an_old_picture_stays_until_there_is_a_new_one(pictures: LanePictures,
-                                                       qtbot: QtBot) -> None:
+def test_nothing_is_drawn_before_it_is_asked_for(pictures: LanePictures) -> None:
     want(pictures)
-    qtbot.waitUntil(lambda: pictures.picture(2) is not None)
+    assert pictures.picture(0) is None and pictures.missing(ROWS) == [0, 1, 2]
+
+
+def test_all_are_drawn_in_their_order(pictures: LanePictures) -> None:
+    want(pictures)
+    assert draw_all(pictures) == [0, 1, 2]
+
+
+def test_what_takes_long_is_drawn_in_turns(pictures: LanePictures) -> None:
+    values = np.linspace(0.0, 1.0, 2_000_000)
+    pictures.set_lanes([Lane('', 'N', (1.0, 0.0, 0.0), values, values)] * 3)
+    pictures.want(LaneLook(AXIS._replace(width=8000.0), 8000, 200, 1.0, QFont(), 10.0))
+    assert pictures.draw(ROWS) == [0]
+    assert pictures.missing(ROWS) == [1, 2]
+
+
+def test_only_lanes_in_sight_are_drawn(pictures: LanePictures) -> None:
+    want(pictures)
+    pictures.draw([1])
+    assert pictures.picture(0) is None and pictures.picture(1) is not None
+
+
+def test_an_old_picture_stays_until_there_is_a_new_one(pictures: LanePictures) -> None:
+    want(pictures)
+    draw_all(pictures)
     want(pictures, width=120)
     assert pictures.picture(0).width() == 100
-    qtbot.waitUntil(lambda: pictures.picture(2).width() == 120)
+    draw_all(pictures)
+    assert pictures.picture(2).width() == 120
 
 
-def test_what_has_been_drawn_is_not_drawn_again(pictures: LanePictures, qtbot: QtBot) -> None:
+def test_what_has_been_drawn_is_not_drawn_again(pictures: LanePictures) -> None:
     want(pictures)
-    qtbot.waitUntil(lambda: pictures.picture(2) is not None)
-    drawn: List[int] = []
-    pictures.drawn.connect(drawn.append)
+    draw_all(pictures)
     want(pictures)
-    qtbot.wait(20)
-    assert drawn == []
+    assert pictures.draw(ROWS) == []
 
 
-def test_other_lanes_have_no_pictures_yet(pictures: LanePictures, qtbot: QtBot) -> None:
+def test_other_lanes_have_no_pictures_yet(pictures: LanePictures) -> None:
     want(pictures)
-    qtbot.waitUntil(lambda: pictures.picture(2) is not None)
+    draw_all(pictures)
     pictures.set_lanes([])
     assert pictures.picture(0) is None
-
-
-def test_all_that_can_be_drawn_at_once_is_drawn_at_once(pictures: LanePictures) -> None:
-    want(pictures)
-    assert pictures.draw_some()[0] == 0
-    while not pictures.are_ready:
-        pictures.draw_some()
-    assert pictures.draw_some() == () and pictures.picture(2) is not None
 
 
 def test_the_scale_stays_while_the_lanes_stay(pictures: LanePictures) -> None:
     want(pictures)
     assert pictures.scale(0) == EMPTY_SCALE
-    pictures.draw_some()
+    draw_all(pictures)
     assert (pictures.scale(0).low, pictures.scale(0).high) == (0.0, 1.0)
-    pictures.want(LaneLook(AXIS._replace(duration_s=8.0), 100, 46, 1.0, QFont(), 10.0))
-    pictures.draw_some()
+    want(pictures, duration_s=8.0)
+    draw_all(pictures)
     assert pictures.scale(0).high == 1.0  # though only 0.8 is needed
-    pictures.want(LaneLook(AXIS._replace(duration_s=2.0), 100, 46, 1.0, QFont(), 10.0))
-    pictures.draw_some()
+    want(pictures, duration_s=2.0)
+    draw_all(pictures)
     assert pictures.scale(0).high < 0.3
+
+
+def test_lanes_that_were_not_in_time_are_drawn_in_the_next_paint(qtbot: QtBot) -> None:
+    bench = Bench(qtbot, lanes=12)
+    qtbot.waitUntil(lambda: bench.view.stack.is_drawn)
+    bench.view.zoom.show_part(5.0, 6.0)
+    qtbot.waitUntil(lambda: bench.view.stack.is_drawn)

@@ -6,7 +6,7 @@ from typing import List, NamedTuple, Optional, Tuple
 
 import numpy as np
 from PyQt5.QtCore import QRectF, Qt
-from PyQt5.QtGui import QColor, QFont, QImage, QPainter, QPixmap, qRgba
+from PyQt5.QtGui import QColor, QFont, QImage, QPainter, QPixmap
 
 from process_visualizer.cell.model import WarningLimits
 from process_visualizer.curves.value_scale import (
@@ -173,9 +173,11 @@ def _beyond(part: VisiblePart, limits: WarningLimits, scale: ValueScale,
 def _colours(lane: Lane) -> List[int]:
     """The colour of a lane with each opacity, and the one beyond its limits."""
     beyond = lane.colour if lane.limits is None else lane.limits.color
-    return [qRgba(colour.red(), colour.green(), colour.blue(), round(255 * step / _MOST_OPAQUE))
-            for colour in map(readable_colour, (lane.colour, beyond))
-            for step in range(_OPACITIES)]
+    opacity = np.rint(np.arange(_OPACITIES) * (255 / _MOST_OPAQUE)).astype(np.uint32) << 24
+    colours: List[int] = np.concatenate([
+        opacity | (readable_colour(colour).rgb() & 0xffffff) for colour in (lane.colour, beyond)
+    ]).tolist()
+    return colours
 
 
 def _draw_limits(painter: QPainter, lane: Lane, rect: QRectF, scale: ValueScale) -> None:

@@ -2,7 +2,7 @@
 """The lanes of the timeline, one below the other: their places, and what is drawn in them."""
 from __future__ import annotations
 
-from typing import Callable, Optional, Sequence, Tuple
+from typing import Callable, List, Optional, Sequence, Tuple
 
 from PyQt5.QtCore import QObject, QRect, QRectF, Qt, pyqtSignal
 from PyQt5.QtGui import QColor, QFontMetricsF, QPainter
@@ -36,8 +36,7 @@ class LaneStack(QObject):
         super().__init__(parent)
         self.lanes: Tuple[Lane, ...] = ()
         self.rect = QRect()
-        self.pictures = LanePictures(self)
-        self.pictures.drawn.connect(self._redraw_lane)
+        self.pictures = LanePictures()
         self.scroll = QScrollBar(Qt.Vertical, parent)
         self.scroll.setObjectName('timeline_scroll')
         self.scroll.valueChanged.connect(self._redraw_all)
@@ -89,18 +88,25 @@ class LaneStack(QObject):
         self.pictures.want(LaneLook(axis, self.rect.width(), self._lane_height,
                                     painter.device().devicePixelRatioF(), painter.font(),
                                     length_s))
-        for row in self.pictures.draw_some():
-            if not area.contains(self.lane_rect(row)):
-                self._redraw_lane(row)
+        drawn = self.pictures.draw(self._visible_rows())
         painter.setClipRect(area.intersected(self.rect))
-        for row in range(len(self.lanes)):
+        for row in self._visible_rows():
             picture, place = self.pictures.picture(row), self.lane_rect(row)
             if picture is not None and place.intersects(area):
                 painter.drawPixmap(place, picture)
         painter.setClipRect(area)
+        for row in self.pictures.missing(self._visible_rows()) + drawn:
+            if row not in drawn or not area.contains(self.lane_rect(row).intersected(self.rect)):
+                self.redraw.emit(self.lane_rect(row))
 
-    def _redraw_lane(self, row: int) -> None:
-        self.redraw.emit(self.lane_rect(row))
+    @property
+    def is_drawn(self) -> bool:
+        """Whether all lanes in sight are as wanted."""
+        return not self.pictures.missing(self._visible_rows())
+
+    def _visible_rows(self) -> List[int]:
+        return [row for row in range(len(self.lanes))
+                if self.lane_rect(row).intersects(self.rect)]
 
     def _redraw_all(self) -> None:
         self.redraw.emit(self.rect)
