@@ -21,7 +21,7 @@ from process_visualizer.gui.views.playback.lane_pictures import LanePictures
 from process_visualizer.gui.views.playback.timeline_lanes import Lane, LaneTexts
 from process_visualizer.gui.views.playback.timeline_layout import SIDE
 
-_LEAST_NAME = 40.0  # px: so much of a name stays beside values
+_LEAST_NAME = 20.0  # px: less of a name is not worth to be shown
 _BETWEEN = 7.0  # px between texts
 _BACKGROUND = QColor(255, 255, 255, 225)  # texts are readable over the playhead
 
@@ -125,7 +125,9 @@ class LaneStack(QObject):
 
 def _draw_name(painter: QPainter, lane: Lane, rect: QRectF, right: float) -> None:
     metrics = QFontMetricsF(painter.font())
-    room = max(right - rect.left() - _BETWEEN, _LEAST_NAME)
+    room = right - rect.left()
+    if room < _LEAST_NAME:
+        return
     text = metrics.elidedText(lane.label, Qt.ElideMiddle, room)
     rect.setWidth(metrics.horizontalAdvance(text) + 2.0)
     painter.fillRect(rect, _BACKGROUND)

@@ -226,6 +226,8 @@ class TimelineView(QWidget):
     def _update_values(self) -> None:
         """Redraw only the numbers: everything that is drawn is sent to the screen."""
         axis = self.axis
+        if self._hover_x is not None:  # the time from the position to the mouse
+            self.update(0, 0, self.width(), int(HEADER_HEIGHT))
         for row in range(len(self.stack.lanes)):
             self.update(self.stack.texts_rect(row, axis).toAlignedRect())
 
