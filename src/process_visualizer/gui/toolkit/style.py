@@ -9,6 +9,7 @@ from PyQt5.QtWidgets import QApplication, QPushButton, QStyleFactory
 ACCENT = '#1f6f9f'
 TEXT = '#23292f'
 QUIET = '#5c6670'  # text of less weight: units, hints, axes
+GRID = '#e9ecef'  # lines behind curves
 LINE = '#d3d8dd'  # borders and grids
 WINDOW = '#f3f5f6'
 GOOD = '#247a4b'

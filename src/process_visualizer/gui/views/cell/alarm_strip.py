@@ -18,7 +18,7 @@ from PyQt5.QtWidgets import (
 )
 
 from process_visualizer.gui.models.cell.alarms_model import AlarmsModel
-from process_visualizer.gui.toolkit.style import BAD, QUIET, WARNING
+from process_visualizer.gui.toolkit.style import BAD, BEHIND_BAD, BEHIND_WARNING, QUIET, WARNING
 from process_visualizer.gui.views.cell.events_view import EventsView
 from process_visualizer.gui.views.parts.elided_label import ElidedLabel
 from process_visualizer.gui.views.parts.labels import colour, tool_button
@@ -30,7 +30,7 @@ ROWS = 2
 _ROW_PX, _GAP_PX = 24, 2
 _SHORT = {Action.SHOW_LOG: 'Log'}
 """What leaves more room for the text; the tooltip has the whole."""
-_BACKGROUNDS = {BAD: '#fbe9e7', WARNING: '#fff3dc'}
+_BACKGROUNDS = {BAD: BEHIND_BAD, WARNING: BEHIND_WARNING}
 
 
 class AlarmStrip(QWidget):

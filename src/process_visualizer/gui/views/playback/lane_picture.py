@@ -16,14 +16,13 @@ from process_visualizer.curves.value_scale import (
     with_near_limits,
 )
 from process_visualizer.gui.toolkit.colours import readable_colour
-from process_visualizer.gui.toolkit.style import LINE, QUIET
+from process_visualizer.gui.toolkit.style import GRID, LINE, QUIET
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
 from process_visualizer.gui.views.playback.timeline_lanes import Lane
 
 LANE_HEIGHT, MOST_LANE_HEIGHT = 46, 72
 TEXT_HEIGHT = 15  # the part of a lane above its curve
 _BELOW = 5  # px: between a curve and the next lane
-_GRID = '#e9ecef'
 _LINE = 1.3  # px: how thick a curve is at least
 _OPACITIES = 128  # steps of opacity, from transparent to opaque
 _MOST_OPAQUE = _OPACITIES - 1
@@ -134,7 +133,7 @@ def _draw_scale(painter: QPainter, unit: str, rect: QRectF, scale: ValueScale) -
     for tick, text in zip(scale.ticks, tick_texts(scale)):
         y = value_y(tick, rect, scale)
         painter.fillRect(QRectF(rect.left(), round(y), rect.width(), 1.0),
-                         QColor(LINE if tick == 0.0 else _GRID))
+                         QColor(LINE if tick == 0.0 else GRID))
         bottom = min(max(y + _NUMBER_HEIGHT / 2, TEXT_HEIGHT + _NUMBER_HEIGHT), free_below)
         if bottom > y - 1.0:
             painter.setPen(QColor(QUIET))

@@ -9,7 +9,7 @@ from PyQt5.QtGui import QColor, QFontMetricsF, QPainter
 from PyQt5.QtWidgets import QScrollBar, QWidget
 
 from process_visualizer.gui.toolkit.colours import readable_colour
-from process_visualizer.gui.toolkit.style import ACCENT, QUIET, TEXT
+from process_visualizer.gui.toolkit.style import ACCENT, PAPER, QUIET, TEXT
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
 from process_visualizer.gui.views.playback.lane_picture import (
     LANE_HEIGHT,
@@ -140,7 +140,7 @@ def _draw_values(painter: QPainter, rect: QRectF, texts: LaneTexts) -> float:
     right = rect.right()
     if texts.at_mouse:
         right = _draw_left_of(painter, rect, right, texts.difference, QUIET)
-        right = _draw_left_of(painter, rect, right - 4.0, texts.at_mouse, '#ffffff', TEXT) - 4.0
+        right = _draw_left_of(painter, rect, right - 4.0, texts.at_mouse, PAPER, TEXT) - 4.0
     return _draw_left_of(painter, rect, right, texts.at_position, ACCENT)
 
 
