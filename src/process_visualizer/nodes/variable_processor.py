@@ -63,6 +63,11 @@ class Variable:
         self._limits = LimitState(complaints, self._name, parameters.label or self._name,
                                   parameters.colors.limits, parameters.unit)
 
+    @property
+    def has_limits(self) -> bool:
+        """Whether there is anything to judge."""
+        return self._parameters.colors.limits.exist
+
     def judge(self, now_s: float) -> None:
         """Compare the present value with its limits; now_s is of a clock that does not jump."""
         self._update()
@@ -144,9 +149,9 @@ class VariableProcessor:
         complaints = Complaints(device)
         self._variables = [Variable(complaints, variable, topics[variable.topic], foot)
                            for variable, foot in zip(shown, feet)]
-        self._judged = self._variables + [
-            Variable(complaints, variable, topics[variable.topic])
-            for variable in parameters.variables if not variable.is_shown]
+        hidden = [Variable(complaints, variable, topics[variable.topic])
+                  for variable in parameters.variables if not variable.is_shown]
+        self._judged = [variable for variable in self._variables + hidden if variable.has_limits]
         self._publisher = rospy.Publisher('marker_array', MarkerArray, queue_size=1)
         self._timer = rospy.Timer(rospy.Duration(1.0 / parameters.marker_rate_hz),
                                   self._on_timer, reset=True)
