@@ -63,6 +63,11 @@ class Variable:
         self._limits = LimitState(complaints, self._name, parameters.label or self._name,
                                   parameters.colors.limits, parameters.unit)
 
+    @property
+    def has_limits(self) -> bool:
+        """Whether there is anything to judge."""
+        return self._parameters.colors.limits.exist
+
     def judge(self, now_s: float) -> None:
         """Compare the present value with its limits; now_s is of a clock that does not jump."""
         self._update()
@@ -133,20 +138,21 @@ class VariableProcessor:
     def __init__(self, device: str, parameters: VariablesParameters) -> None:
         """Subscribe, advertise, and start the timer of the markers."""
         shown = [variable for variable in parameters.variables if variable.is_shown]
+        hidden = [variable for variable in parameters.variables
+                  if not variable.is_shown and variable.colors.limits.exist]
         self._parameters = replace(parameters, variables=shown)
         self._board = ValueBoard(parameters.text_height_m, parameters.stale_after_s)
         self._namespaces = marker_namespaces(shown)
         self._playback = PlaybackFollower()
         topics = {variable.topic: NewestMessage(variable.topic, self._playback.data_time_s)
-                  for variable in parameters.variables}
+                  for variable in shown + hidden}
         feet = arrow_feet([(variable.frame, variable.axis) for variable in shown],
                           FOOT_DISTANCE_M)
         complaints = Complaints(device)
         self._variables = [Variable(complaints, variable, topics[variable.topic], foot)
                            for variable, foot in zip(shown, feet)]
-        self._judged = self._variables + [
-            Variable(complaints, variable, topics[variable.topic])
-            for variable in parameters.variables if not variable.is_shown]
+        self._judged = [variable for variable in self._variables if variable.has_limits] + [
+            Variable(complaints, variable, topics[variable.topic]) for variable in hidden]
         self._publisher = rospy.Publisher('marker_array', MarkerArray, queue_size=1)
         self._timer = rospy.Timer(rospy.Duration(1.0 / parameters.marker_rate_hz),
                                   self._on_timer, reset=True)

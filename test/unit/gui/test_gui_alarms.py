@@ -172,8 +172,11 @@ def test_quitting_ends_all_alarms(stand: Stand) -> None:
 def test_alarms_at_the_position_of_a_recording(stand: Stand, qtbot: Any) -> None:
     stand.run(Mode.PLAYBACK)
     stand.beyond(True)  # what a node says of the present does not count
+    assert stand.says_no_alarms()
     stand.model.set_recorded(RECORDED)
     assert stand.texts() == []
+    assert stand.strip.summary.text() == (
+        'No alarms here; the recording has 1, red on the timeline')
     stand.model.take_position(8.0)
     (chip,) = stand.chips()
     assert chip.text.text() == '0:07.000  arm: edge is above 335, up to 424'
@@ -252,6 +255,18 @@ def test_events_are_saved_beside_the_bag(noted: Tuple[Stand, Recording], tmp_pat
     lines = Path(events_path(path)).read_text(encoding='utf-8').splitlines()
     assert [line.split('  ')[1] for line in lines] == [
         'recording seam.bag', 'mark: seam begins', 'recorded seam.bag']
+
+
+def test_an_alarm_that_began_before_the_recording(noted: Tuple[Stand, Recording],
+                                                  tmp_path: Path) -> None:
+    stand, recording = noted
+    stand.beyond(True)
+    stand.now_s += 60.0
+    path = str(tmp_path / 'seam.bag')
+    recording.become(path=path)
+    recording.finished.emit(path)
+    assert 'arm: edge is above 335, up to 424, since before' in Path(
+        events_path(path)).read_text(encoding='utf-8')
 
 
 def test_where_events_cannot_be_saved(noted: Tuple[Stand, Recording], tmp_path: Path) -> None:

@@ -21,8 +21,8 @@ from process_visualizer.health.event_text import events_text
 from process_visualizer.launching.part_report import PartState
 
 _MODES = {Mode.REALTIME: 'real-time mode', Mode.PLAYBACK: 'playback'}
-_PHASES = {Phase.RUNNING: 'launched', Phase.QUITTING: 'quitting all nodes',
-           Phase.IDLE: 'all nodes have ended'}
+_PHASES = {Phase.LAUNCHING: 'launching', Phase.RUNNING: 'launched',
+           Phase.QUITTING: 'quitting all nodes', Phase.IDLE: 'all nodes have ended'}
 _STATES = {PartState.STOPPING: 'is stopped', PartState.STARTING: 'is started'}
 
 
@@ -45,11 +45,11 @@ class EventNotes(QObject):
     def _follow_launch(self) -> None:
         before, self._phase = self._phase, self._launch.phase
         running = self._launch.running
-        if self._phase is not before and self._phase is Phase.LAUNCHING and running is not None:
-            names = ', '.join(device.name for device in running.devices)
-            self._alarms.note(f'launching in {_MODES[running.mode]}: {names}')
-        elif self._phase is not before:
-            self._alarms.note(_PHASES[self._phase])
+        if self._phase is not before:
+            what = '' if running is None or self._phase is not Phase.LAUNCHING else (
+                f' in {_MODES[running.mode]}: '
+                + ', '.join(device.name for device in running.devices))
+            self._alarms.note(_PHASES[self._phase] + what)
         self._follow_parts()
 
     def _follow_parts(self) -> None:
@@ -65,11 +65,17 @@ class EventNotes(QObject):
         state = self._recording.state
         if state.path and state.path != self._path:
             self._begun_s, self._marks = self._wall_s(), 0
-            self._alarms.note(f'recording {os.path.basename(state.path)}')
+            self._note_begin(os.path.basename(state.path))
         self._path = state.path
         for mark in state.marks[self._marks:]:
             self._alarms.note(f'mark: {mark.label}')
         self._marks = len(state.marks)
+
+    def _note_begin(self, name: str) -> None:
+        """Alarms that have begun before belong to what happened meanwhile, too."""
+        self._alarms.note(f'recording {name}')
+        for condition, _since_s in self._alarms.alarms:
+            self._alarms.note(f'{condition.source}: {condition.text}, since before')
 
     def _finish(self, path: str) -> None:
         """Save the events of a bag; of one that was saved afterwards, those of its time."""

@@ -43,6 +43,7 @@ class AlarmsModel(QObject):
         self._recorded: RecordedAlarms = ()
         self._position_s = 0.0
         states.changed.connect(self.look)
+        launch.changed.connect(self._follow_mode)
 
     @property
     def alarms(self) -> Tuple[Alarm, ...]:
@@ -58,6 +59,14 @@ class AlarmsModel(QObject):
     def recorded(self) -> RecordedAlarms:
         """The alarms of the recording that is open."""
         return self._recorded
+
+    @property
+    def summary(self) -> str:
+        """What there is to say where there are no alarms."""
+        running, count = self._launch.running, len(self._recorded)
+        if running is None or running.mode is not Mode.PLAYBACK or not count:
+            return 'No alarms'
+        return f'No alarms here; the recording has {count}, red on the timeline'
 
     def events_since(self, time_s: float) -> Tuple[Event, ...]:
         """Return what happened from a time [s since the epoch] on."""
@@ -77,6 +86,7 @@ class AlarmsModel(QObject):
         """Set the alarms of the recording that is open."""
         self._recorded = tuple(alarms)
         self.look()
+        self.changed.emit()
 
     def take_position(self, position_s: float) -> None:
         """Update from the position of playback."""
@@ -88,6 +98,10 @@ class AlarmsModel(QObject):
     def look(self) -> None:
         """Look now."""
         self._take(self._board.seen(self._conditions(), self._wall_s()))
+
+    def _follow_mode(self) -> None:
+        if self._recorded:
+            self.changed.emit()
 
     def _take(self, board: AlarmBoard) -> None:
         before, self._board = self._board, board

@@ -43,7 +43,7 @@ class AlarmStrip(QWidget):
         super().__init__(parent)
         self._model = model
         self._shown: Tuple[Alarm, ...] = ()
-        self.summary = QLabel('No alarms')
+        self.summary = QLabel()
         self.summary.setObjectName('no_alarms')
         colour(self.summary, QUIET)
         self._chips = QWidget()
@@ -82,6 +82,7 @@ class AlarmStrip(QWidget):
         else:
             self._fill(alarms)
         self._shown = alarms
+        self.summary.setText(self._model.summary)
         self.summary.setVisible(not alarms)
         self._area.setVisible(bool(alarms))
 
