@@ -97,8 +97,8 @@ def test_a_dead_node() -> None:
         NodeReport('/arm/driver', NodeState.EXITED, -9), NodeReport('/arm/robot_proc',
                                                                     NodeState.RUNNING)))
     (found,) = part_conditions('arm', report, Action.RESTART_DEVICE)
-    assert (found.text, found.level, found.node) == ('driver killed by SIGKILL', Level.BAD,
-                                                     '/arm/driver')
+    assert found.text == 'driver killed by signal 9 (SIGKILL)'
+    assert (found.level, found.node) == (Level.BAD, '/arm/driver')
     assert found.actions == (Action.RESTART_DEVICE, Action.SHOW_LOG)
 
 

@@ -6,7 +6,7 @@ import os
 from typing import Any, Dict, Iterable, Optional, Tuple, cast
 
 from process_visualizer.cell.element_reader import Parsed
-from process_visualizer.cell.language import CONDITIONS
+from process_visualizer.cell.elements import CONDITIONS
 from process_visualizer.cell.model import (
     Arrow,
     BaseFrame,

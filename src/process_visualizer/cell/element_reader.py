@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Dict, List, Optional
 
+from process_visualizer.cell.elements import CONDITIONS, TAGS, Attribute, Tag
 from process_visualizer.cell.errors import Location, ProblemList, quoted
-from process_visualizer.cell.language import CONDITIONS, TAGS, Attribute, Tag
 from process_visualizer.cell.substitution import Arguments, UnresolvedArgumentError, substitute
 from process_visualizer.cell.suggestions import advice
 from process_visualizer.cell.values import CONVERTERS

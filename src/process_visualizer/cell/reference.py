@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The tables of the reference in the documentation, made from the table ``language``."""
+"""The tables of the reference in the documentation, made from the table ``elements``."""
 from __future__ import annotations
 
 import re
 from typing import Dict, List, Tuple
 
 from process_visualizer.cell.displays import DISPLAY_TYPES
-from process_visualizer.cell.language import CONDITIONS, MESSAGE_TYPES, TAGS, Attribute, Tag
+from process_visualizer.cell.elements import CONDITIONS, MESSAGE_TYPES, TAGS, Attribute, Tag
 
 _BLOCK = re.compile(r'(<!-- begin (\w+) -->\n).*?(<!-- end \2 -->)', re.DOTALL)
 

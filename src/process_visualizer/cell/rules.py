@@ -8,8 +8,8 @@ from process_visualizer.cell.arguments import passed_arguments
 from process_visualizer.cell.builder import absolute_topic
 from process_visualizer.cell.display_rules import check_display
 from process_visualizer.cell.element_reader import Parsed
+from process_visualizer.cell.elements import MESSAGE_TYPES
 from process_visualizer.cell.errors import Location, ProblemList
-from process_visualizer.cell.language import MESSAGE_TYPES
 from process_visualizer.cell.model import (
     ROBOT_FUNCTIONS,
     Device,

@@ -238,4 +238,4 @@ CONVERTERS: Dict[str, Callable[[str], object]] = {
     'package': package, 'executable': executable, 'environment': environment,
     'message': message, 'field': field, 'choice': text_value,
 }
-"""The converter of each kind of attribute in the table ``language``."""
+"""The converter of each kind of attribute in the table ``elements``."""

@@ -8,8 +8,8 @@ from typing import Dict, List, Mapping, Optional, Tuple
 from process_visualizer.cell.arguments import passed_arguments, read_arguments, report_unknown
 from process_visualizer.cell.builder import build_device, build_machines
 from process_visualizer.cell.element_reader import ElementReader, Parsed
+from process_visualizer.cell.elements import DEFAULT_FRAME, ROOT
 from process_visualizer.cell.errors import ConfigurationError, ProblemList
-from process_visualizer.cell.language import DEFAULT_FRAME, ROOT
 from process_visualizer.cell.model import Cell, Device, RoslaunchElement
 from process_visualizer.cell.output_rules import check_outputs
 from process_visualizer.cell.roslaunch_rules import check_machines

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Dict, List, Optional, Tuple
 
-from process_visualizer.cell.language import DEFAULT_FRAME
+from process_visualizer.cell.elements import DEFAULT_FRAME
 
 
 @dataclass(frozen=True)

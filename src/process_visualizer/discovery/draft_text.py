@@ -6,7 +6,7 @@ import textwrap
 from typing import Iterator, List, Sequence
 from xml.sax.saxutils import quoteattr
 
-from process_visualizer.cell.language import DEFAULT_FRAME
+from process_visualizer.cell.elements import DEFAULT_FRAME
 from process_visualizer.discovery.draft import Draft, DraftDevice, DraftElement
 
 _WIDTH = 96

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Collection, Dict, Iterable, List, Optional, Tuple
 
-from process_visualizer.cell.language import DEFAULT_FRAME
+from process_visualizer.cell.elements import DEFAULT_FRAME
 from process_visualizer.cell.model import Pose
 from process_visualizer.discovery.evidence.frame_forest import FrameForest
 from process_visualizer.discovery.names import is_frame

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Dict, Mapping, Tuple
 
-from process_visualizer.cell.language import DEFAULT_FRAME
+from process_visualizer.cell.elements import DEFAULT_FRAME
 from process_visualizer.parameters.reading import STALE_AFTER_S, Parameters, changed
 
 

@@ -8,7 +8,7 @@ from typing import Any, Dict, List, Optional, Tuple
 
 import rosgraph.names
 
-from process_visualizer.cell.language import TAGS
+from process_visualizer.cell.elements import TAGS
 from process_visualizer.cell.values import CONVERTERS
 from process_visualizer.motion.field_path import FieldPath
 from process_visualizer.motion.limit_alarms import Limits

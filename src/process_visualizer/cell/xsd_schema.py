@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The configuration language as an XML schema (XSD 1.0), for editors and validators.
 
-It is generated only from the table ``language``. The schema accepts whatever the parser accepts,
+It is generated only from the table ``elements``. The schema accepts whatever the parser accepts,
 except for nonsense inside an element that ``if`` or ``unless`` drops. It refuses less, since it
 cannot check other files, the values of ``$(…)``, or relations between elements.
 """
@@ -10,11 +10,11 @@ from __future__ import annotations
 from typing import Dict, Iterator, List, Mapping, Tuple
 from xml.sax.saxutils import escape, quoteattr
 
-from process_visualizer.cell.language import ROOT, TAGS, Attribute, Tag
+from process_visualizer.cell.elements import ROOT, TAGS, Attribute, Tag
 from process_visualizer.cell.values import AXES, COLORS, PATTERNS
 
 _HEADER = '''<?xml version="1.0" encoding="utf-8"?>
-<!-- Generated from src/process_visualizer/cell/language.py by scripts/make_reference.py -->
+<!-- Generated from src/process_visualizer/cell/elements.py by scripts/make_reference.py -->
 <xs:schema xmlns:xs="http://www.w3.org/2001/XMLSchema">
 '''
 _LARGEST = '1.7976931348623157E308'

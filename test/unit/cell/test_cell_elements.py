@@ -6,7 +6,7 @@ from typing import Callable, Tuple
 import pytest
 
 from process_visualizer.cell.displays import DISPLAY_TYPES
-from process_visualizer.cell.language import TAGS
+from process_visualizer.cell.elements import TAGS
 from process_visualizer.cell.model import (
     Cell,
     ColorScale,
