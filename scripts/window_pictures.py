@@ -151,7 +151,7 @@ class Photographer:
         playback.seek(10.5)
         playback.play()
         self._until(lambda: playback.is_playing and playback.position_s > 11.5, 30.0)
-        self._picture('loop')
+        self._picture('loop', whole=True)
         self._button('bag_details').click()
         self._pause(0.5)
         self._picture('topics')

@@ -10,6 +10,7 @@
 
 #include <QGuiApplication>
 #include <QWidget>
+#include <QWindow>
 #include <pluginlib/class_list_macros.hpp>
 
 #include "display_report.hpp"
@@ -48,13 +49,20 @@ void DisplayStatus::onInitialize() {
 }
 
 void DisplayStatus::place(const sensor_msgs::RegionOfInterest& place) {
+  place_ = place;
+  is_place_new_ = true;
+}
+
+void DisplayStatus::goToPlace() {
   rviz::WindowManagerInterface* manager = context_->getWindowManager();
   QWidget* parent = manager ? manager->getParentWindow() : nullptr;
   if (!parent) return;
   QWidget& window = *parent->window();
+  if (!window.windowHandle() || !window.windowHandle()->isExposed()) return;
+  is_place_new_ = false;
   const double scale = window.devicePixelRatioF();
-  window.resize(qRound(place.width / scale), qRound(place.height / scale));
-  window.move(qRound(place.x_offset / scale), qRound(place.y_offset / scale));
+  window.resize(qRound(place_.width / scale), qRound(place_.height / scale));
+  window.move(qRound(place_.x_offset / scale), qRound(place_.y_offset / scale));
 }
 
 void DisplayStatus::stopDrawingAtTheEnd() {
@@ -66,6 +74,7 @@ void DisplayStatus::stopDrawingAtTheEnd() {
 }
 
 void DisplayStatus::update(float wall_dt, float /*ros_dt*/) {
+  if (is_place_new_) goToPlace();
   seconds_since_report_ += wall_dt;
   if (seconds_since_report_ < kPeriod) return;
   publishReport();

@@ -33,11 +33,15 @@ class DisplayStatus : public rviz::Display {
   /// takes a window that it cannot ask for its size to have none. That ended RViz now and then.
   void stopDrawingAtTheEnd();
   void place(const sensor_msgs::RegionOfInterest& place);
+  /// Waits until the window is on the screen: before, the size of its frame is not known.
+  void goToPlace();
   void publishReport();
   diagnostic_msgs::DiagnosticStatus reportRviz() const;
 
   ros::Publisher publisher_;
   ros::Subscriber subscriber_;
+  sensor_msgs::RegionOfInterest place_;
+  bool is_place_new_ = false;
   float seconds_since_report_ = 0;
   std::uint64_t frames_at_report_ = 0;
 };
