@@ -49,6 +49,7 @@ class Photographer:
         bag = self._real_time()
         self._problems()
         self._playback(bag)
+        self._play_poor_seam(self._record_poor_seam())
 
     def close(self) -> None:
         """End everything that was started."""
@@ -160,6 +161,45 @@ class Photographer:
         self._pause(0.5)
         self._picture('keys')
         self._close_dialogs()
+        self._quit()
+
+    def _record_poor_seam(self) -> str:
+        """Record until a limit has been left and kept again; returns the path of the bag."""
+        launcher, before = self.launcher, self.launcher.cell.devices
+        launcher.cell.open(self._config, {'quality': 'poor'})
+        self._until(lambda: launcher.cell.devices is not before, 20.0)
+        launcher.cell.tick('kinect', False)
+        launcher.cell.set_mode(Mode.REALTIME)
+        self._until(self.window.launch.launch.isEnabled, 60.0)
+        self._click('launch')
+        self._until(self._button('record').isEnabled, 120.0)
+        self._click('record')
+        self._until(self._is_beyond_a_limit, 120.0)
+        self._picture('alarm', whole=True)
+        self._until(lambda: not self._is_beyond_a_limit(), 60.0)
+        self._pause(2.0)
+        path = launcher.recording.state.path
+        self._click('record')
+        self._until(lambda: not launcher.recording.is_recording, 30.0)
+        self._quit()
+        return path
+
+    def _is_beyond_a_limit(self) -> bool:
+        return any(' edge is ' in it.condition.text for it in self.launcher.alarms.alarms)
+
+    def _play_poor_seam(self, bag: str) -> None:
+        launcher, playback = self.launcher, self.launcher.playback
+        launcher.cell.set_mode(Mode.PLAYBACK)
+        launcher.bag.open([bag])
+        self._until(lambda: launcher.bag.path == bag and bool(launcher.bag.curves.alarms), 60.0)
+        self._click('launch')
+        self._until(lambda: playback.is_available and launcher.launch.is_running, 120.0)
+        playback.pause()
+        alarm = launcher.bag.curves.alarms[0]
+        playback.seek(0.5 * (alarm.begin_s + alarm.end_s))
+        self._until(self._is_beyond_a_limit, 30.0)
+        self._pause(3.0)
+        self._picture('poor_seam', whole=True)
         self._quit()
 
     # How it is done
