@@ -102,6 +102,13 @@ def test_a_dead_node() -> None:
     assert found.actions == (Action.RESTART_DEVICE, Action.SHOW_LOG)
 
 
+def test_a_node_that_is_called_like_its_device_is_not_said_twice() -> None:
+    report = PartReport('arm', PartState.RUNNING, (
+        NodeReport('/arm/arm', NodeState.EXITED, -9),))
+    (found,) = part_conditions('arm', report, Action.RESTART_DEVICE)
+    assert found.text == 'killed by signal 9 (SIGKILL)'
+
+
 def test_nodes_that_are_being_stopped_are_no_alarm() -> None:
     dead = NodeReport('/rviz', NodeState.EXITED, 1)
     assert part_conditions('RViz', PartReport('rviz', PartState.STOPPING, (dead,)),

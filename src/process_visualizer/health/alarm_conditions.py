@@ -22,8 +22,14 @@ def part_conditions(source: str, report: PartReport, restart: Action) -> List[Co
             if node_line(node).level >= Level.WARNING]
     if not dead and report.state is PartState.FAILED:
         return [Condition(source, report.part, report.reason, Level.BAD, actions, report.part)]
-    return [Condition(source, name, f'{name.rpartition("/")[2]} {line.text}', line.level,
+    return [Condition(source, name, _about_node(source, name, line.text), line.level,
                       actions, report.part, name) for name, line in dead]
+
+
+def _about_node(source: str, name: str, text: str) -> str:
+    """Say which node it is, unless it is called like its device."""
+    short = name.rpartition('/')[2]
+    return text if short == source else f'{short} {text}'
 
 
 def topic_conditions(device: str, lines: Mapping[str, Line]) -> List[Condition]:
