@@ -185,7 +185,7 @@ def the_disk_becomes_full(operator: Operator, folder: Path) -> None:
         close_message(operator)
         assert (recording.phase, nodes()) == (Phase.IDLE, before)
         assert operator.text('status').startswith(REALTIME)
-        [bag] = folder.iterdir()
+        [bag] = folder.glob('*.bag')
         assert read_catalogue([str(bag)]).duration_s > 1.0
 
 

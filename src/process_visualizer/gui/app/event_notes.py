@@ -83,9 +83,9 @@ class EventNotes(QObject):
         self._begun_s = None
         self._alarms.note(f'recorded {os.path.basename(path)}')
         text = events_text(self._alarms.events_since(begun_s))
-        self._tasks.run('files', lambda: write_events(path, text), None, self._tell)
+        self._tasks.run('files', lambda: write_events(path, text), None, self._note_failure)
 
-    def _tell(self, error: Exception) -> None:
+    def _note_failure(self, error: Exception) -> None:
         if not isinstance(error, BagError):
             raise error
         self._alarms.note(str(error))
