@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import List, Optional, Sequence, Tuple
+from typing import Optional, Sequence
 
 from PyQt5.QtGui import QCloseEvent
 from PyQt5.QtWidgets import (
@@ -12,8 +12,6 @@ from PyQt5.QtWidgets import (
     QInputDialog,
     QLabel,
     QMainWindow,
-    QMessageBox,
-    QShortcut,
     QStackedWidget,
     QVBoxLayout,
     QWidget,
@@ -21,21 +19,15 @@ from PyQt5.QtWidgets import (
 
 from process_visualizer.cell.errors import Problem
 from process_visualizer.cell.model import Mode
+from process_visualizer.gui.app.after_quit import AfterQuit
 from process_visualizer.gui.app.alarm_actions import alarm_strip
 from process_visualizer.gui.app.dropped_files import DropTarget
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.settings import Settings
-from process_visualizer.gui.app.shortcuts import (
-    EnterPresses,
-    bind,
-    general_keys,
-    help_text,
-    playback_keys,
-    recording_keys,
-)
+from process_visualizer.gui.app.window_keys import WindowKeys
+from process_visualizer.gui.app.window_questions import WindowQuestions
 from process_visualizer.gui.models.cell.launch_model import Phase
 from process_visualizer.gui.toolkit.editor import open_in_editor
-from process_visualizer.gui.toolkit.questions import ask, message_box
 from process_visualizer.gui.toolkit.style import QUIET
 from process_visualizer.gui.toolkit.working_folder import working_folder
 from process_visualizer.gui.views.cell.calibration_panel import CalibrationPanel
@@ -49,7 +41,6 @@ from process_visualizer.gui.views.cell.new_configuration_view import NewConfigur
 from process_visualizer.gui.views.cell.tool_notice import ToolNotice
 from process_visualizer.gui.views.cell.warnings_view import WarningsView
 from process_visualizer.gui.views.parts.column_scroll import ColumnScroll
-from process_visualizer.gui.views.parts.keys_dialog import KeysDialog
 from process_visualizer.gui.views.parts.labels import colour, title, tool_button
 from process_visualizer.gui.views.parts.panel_tabs import PanelTabs
 from process_visualizer.gui.views.playback.playback_panel import PlaybackPanel
@@ -70,10 +61,9 @@ class LauncherApp(QMainWindow):
         self._launcher = launcher
         self._settings = settings
         self.restarts = False
-        self._is_leaving = self._is_closed = False
-        self._bags_to_play: Tuple[str, ...] = ()
-        self._message: Optional[QMessageBox] = None
-        self._mixture_question: Optional[QMessageBox] = None
+        self._is_closed = False
+        self._questions = WindowQuestions(self, launcher)
+        self._after_quit = AfterQuit(self, launcher)
         self.setWindowTitle('Process Visualizer')
         self.file = QLabel()
         self.alarms = alarm_strip(launcher, self._show_log)
@@ -90,8 +80,9 @@ class LauncherApp(QMainWindow):
         self.calibration = CalibrationPanel(launcher.calibration)
         self._drops = DropTarget(self, launcher)
         self._lay_out()
+        self._keys = WindowKeys(self, launcher, self._mark_playback,
+                                self.playback.timeline.zoom_in)
         self._connect()
-        self._bind_keys()
         self._show_cell()
         self._show_launch()
         self._show_views()
@@ -133,7 +124,7 @@ class LauncherApp(QMainWindow):
                 ('open', 'open_configuration', 'Open another configuration', self._open),
                 ('reload', 'reload_configuration', 'Read the configuration again (F5)',
                  self._launcher.cell.reload),
-                ('help', 'show_keys', 'Keys (?)', self._show_help)):
+                ('help', 'show_keys', 'Keys (?)', lambda: self._keys.show())):
             row.addWidget(tool_button(name, symbol, hint, action))
         row.insertWidget(row.count() - 2, self.new.button)
         layout.addLayout(row)
@@ -146,56 +137,63 @@ class LauncherApp(QMainWindow):
     # Connections
 
     def _connect(self) -> None:
-        launcher = self._launcher
-        launcher.cell.changed.connect(self._show_cell)
-        for changed in (launcher.cell.changed, launcher.bag.played.changed):
-            changed.connect(self._show_launch)
-        launcher.cell.loaded.connect(self._show_devices)
-        launcher.launch.changed.connect(self._show_launch)
-        launcher.launch.stopped.connect(self._after_stop)
-        launcher.launch.problems_found.connect(self._show_refusal)
-        launcher.guard.asked.connect(self._ask_mixture)
-        master = launcher.master
-        for signal in (master.connected, master.failed, master.lost, master.returned):
-            signal.connect(self._show_launch)
-        master.lost.connect(self._ask_about_lost_master)
-        master.returned.connect(
-            lambda: self.statusBar().showMessage('The ROS master answers again'))
-        launcher.states.changed.connect(self._show_states)
-        launcher.status_changed.connect(self._show_status)
-        launcher.failed.connect(self._show_message)
+        self._connect_cell()
+        self._connect_master()
+        self._connect_devices()
+        self._connect_launch()
+        self._connect_recordings()
+
+    def _connect_cell(self) -> None:
+        cell = self._launcher.cell
+        cell.changed.connect(self._show_cell)
+        cell.changed.connect(self._show_launch)
+        cell.loaded.connect(self._show_devices)
         self.new.open_wanted.connect(self._open)
         self.made.open_wanted.connect(self._open_in_editor)
-        launcher.recording.finished.connect(launcher.bag.add_recent)
-        self.recording.play_wanted.connect(lambda path: self._play((path,)))
-        self._drops.play_wanted.connect(self._play)
-        self._drops.configuration_wanted.connect(self._open_file)
-        self._drops.refused.connect(self._show_message)
         self.problems.open_wanted.connect(self._open_in_editor)
+        self._drops.configuration_wanted.connect(self._open_file)
+
+    def _connect_master(self) -> None:
+        launcher, master = self._launcher, self._launcher.master
+        for signal in (master.connected, master.failed, master.lost, master.returned):
+            signal.connect(self._show_launch)
+        master.lost.connect(
+            lambda: self._questions.ask_about_lost_master(self._restart_program))
+        master.returned.connect(
+            lambda: self._questions.show_briefly('The ROS master answers again'))
+        launcher.guard.asked.connect(self._questions.ask_about_mixture)
+        for refused in (launcher.failed, self._drops.refused):
+            refused.connect(self._questions.show_message)
+
+    def _connect_devices(self) -> None:
+        launcher = self._launcher
+        launcher.states.changed.connect(self._show_states)
         self.devices.ticked.connect(launcher.cell.tick)
         self.devices.restart_wanted.connect(launcher.launch.restart)
         self.devices.log_wanted.connect(self._show_log)
         self.devices.warnings_wanted.connect(self._show_warnings)
+
+    def _connect_launch(self) -> None:
+        launcher = self._launcher
+        launcher.launch.changed.connect(self._show_launch)
+        launcher.launch.problems_found.connect(self._show_refusal)
+        launcher.status_changed.connect(self._show_status)
+        launcher.view.changed.connect(self._show_views)
         self.launch.mode_chosen.connect(launcher.cell.set_mode)
         self.launch.launch_wanted.connect(launcher.start)
-        self.launch.quit_wanted.connect(self._quit)
+        self.launch.quit_wanted.connect(self._after_quit.quit)
         self.launch.apply_wanted.connect(launcher.apply)
         self.launch.rviz.restart_wanted.connect(launcher.view.restart)
         self.launch.rviz.save_wanted.connect(self._save_view)
         self.launch.rviz.chosen.connect(launcher.view.choose)
-        launcher.view.changed.connect(self._show_views)
 
-    def _bind_keys(self) -> None:
-        launcher = self._launcher
-        playback = playback_keys(launcher.playback, self._mark_playback,
-                                 self.playback.timeline.zoom_in)
-        recording = recording_keys(launcher.recording)
-        general = general_keys(launcher, self._show_help)
-        self._keys = {'Playback': playback, 'Recording': recording, 'Always': general}
-        self._playback_shortcuts: List[QShortcut] = bind(self, playback)
-        self._recording_shortcuts: List[QShortcut] = bind(self, recording)
-        bind(self, general)
-        EnterPresses(self)
+    def _connect_recordings(self) -> None:
+        bag = self._launcher.bag
+        bag.played.changed.connect(self._show_launch)
+        self._launcher.recording.finished.connect(bag.add_recent)
+        self.recording.play_wanted.connect(lambda path: self._after_quit.play((path,)))
+        self._drops.play_wanted.connect(self._after_quit.play)
+        self._after_quit.close_wanted.connect(self._close_now)
 
     # What is shown
 
@@ -228,16 +226,8 @@ class LauncherApp(QMainWindow):
         self.launch.rviz.show_rviz(launcher.view.is_rviz_alive)
         pending = launcher.pending()
         self.launch.show_changes(f'Apply: {pending}' if pending else '', pending)
-        self._enable_keys()
+        self._keys.enable()
         self._show_status()
-
-    def _enable_keys(self) -> None:
-        is_playback = self._launcher.cell.mode is Mode.PLAYBACK
-        is_running = self._launcher.launch.phase is Phase.RUNNING
-        for shortcut in self._playback_shortcuts:
-            shortcut.setEnabled(is_running and is_playback)
-        for shortcut in self._recording_shortcuts:
-            shortcut.setEnabled(is_running and not is_playback)
 
     def _show_states(self) -> None:
         for device in self._launcher.cell.devices:
@@ -257,49 +247,6 @@ class LauncherApp(QMainWindow):
     def _show_warnings(self, device: str) -> None:
         WarningsView(device, self._launcher.states, self).show()
 
-    def _show_help(self) -> None:
-        KeysDialog(help_text(self._keys), self).open()
-
-    def _show_message(self, message: str) -> None:
-        """Show a message; further ones are added to it while it is open."""
-        if self._message is None:
-            self._message = message_box(self, message)
-            self._message.finished.connect(self._forget_message)
-            self._message.open()
-        elif message not in self._message.text():
-            self._message.setText(f'{self._message.text()}\n\n{message}')
-        self.statusBar().showMessage(message)
-
-    def _forget_message(self) -> None:
-        self._message = None
-
-    def _ask_about_lost_master(self) -> None:
-        self.statusBar().showMessage('The ROS master no longer answers')
-        question = ask(
-            self, 'The ROS master no longer answers. Running nodes continue, but nothing can be '
-                  'launched or commanded. Quit all nodes (this finishes a recording) and start '
-                  'the launcher again?', 'Quit and start again', self._restart_program)
-        self._launcher.master.returned.connect(question.close)
-
-    def _ask_mixture(self, who: str, mode: Mode) -> None:
-        """Ask about nodes that prevent a launch; the question closes when they are gone."""
-        what, first = (('playback', ', paused') if mode is Mode.PLAYBACK
-                       else ('real-time mode', ''))
-        text = (f'{who}.\n\nStop that node: {what} starts by itself as soon as it is gone. '
-                f'Or start anyway{first}.')
-        if self._mixture_question is not None:
-            self._mixture_question.setText(text)
-            return
-        guard = self._launcher.guard
-        question = ask(self, text, 'Start anyway', guard.launch_all_the_same, guard.cancel)
-        question.setDefaultButton(QMessageBox.Cancel)
-        guard.settled.connect(question.close)
-        question.finished.connect(self._forget_mixture_question)
-        self._mixture_question = question
-
-    def _forget_mixture_question(self) -> None:
-        self._mixture_question = None
-
     # What is done
 
     def _open(self) -> None:
@@ -316,7 +263,7 @@ class LauncherApp(QMainWindow):
 
     def _open_in_editor(self, file: str, line: int) -> None:
         self._launcher.tasks.run('editor', lambda: open_in_editor(file, line), None,
-                                 lambda error: self._show_message(str(error)))
+                                 lambda error: self._questions.show_message(str(error)))
 
     def _restart_selected(self) -> None:
         name = self.devices.selected_device()
@@ -337,35 +284,6 @@ class LauncherApp(QMainWindow):
         dialog.textValueSelected.connect(self._launcher.view.save)
         dialog.open()
 
-    def _play(self, paths: Tuple[str, ...]) -> None:
-        """Switch from real-time mode to playback of a recording."""
-        self._bags_to_play = paths
-        if self._launcher.launch.is_idle:
-            self._play_now()
-        else:
-            self._launcher.launch.quit()
-
-    def _play_now(self) -> None:
-        paths, self._bags_to_play = self._bags_to_play, ()
-        self._launcher.bag.open(paths)
-        self._launcher.cell.set_mode(Mode.PLAYBACK)
-        self._launcher.when_ready(None, True)
-
-    def _quit(self) -> None:
-        if self._launcher.recording.is_recording:
-            ask(self, 'A recording is in progress. Finish it and quit all nodes?',
-                'Finish and quit', self._launcher.launch.quit)
-        else:
-            self._launcher.launch.quit()
-
-    def _after_stop(self) -> None:
-        if self._is_leaving:
-            self._close_now()
-        elif self._bags_to_play:
-            self._play_now()
-        else:
-            self._launcher.launch.prepare()
-
     # The end
 
     def closeEvent(self, event: QCloseEvent) -> None:
@@ -374,22 +292,11 @@ class LauncherApp(QMainWindow):
             event.accept()
             return
         event.ignore()
-        if self._launcher.recording.is_recording and not self._is_leaving:
-            ask(self, 'A recording is in progress. Finish it, quit all nodes and close?',
-                'Finish and close', self.leave)
-        else:
-            self.leave()
+        self._after_quit.ask_to_leave()
 
     def leave(self) -> None:
         """Quit all nodes (the recorder finishes its bag), then close; without asking."""
-        if self._is_leaving:
-            return
-        self._is_leaving = True
-        self._launcher.guard.cancel()
-        if self._launcher.launch.is_idle:
-            self._close_now()
-        else:
-            self._launcher.launch.quit()
+        self._after_quit.leave()
 
     def _restart_program(self) -> None:
         self.restarts = True

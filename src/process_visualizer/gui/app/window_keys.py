@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The keys of the window, in force where they have a meaning."""
+from __future__ import annotations
+
+from typing import Callable, List
+
+from PyQt5.QtWidgets import QShortcut, QWidget
+
+from process_visualizer.cell.model import Mode
+from process_visualizer.gui.app.launcher import Launcher
+from process_visualizer.gui.app.shortcuts import (
+    EnterPresses,
+    bind,
+    general_keys,
+    help_text,
+    playback_keys,
+    recording_keys,
+)
+from process_visualizer.gui.models.cell.launch_model import Phase
+from process_visualizer.gui.views.parts.keys_dialog import KeysDialog
+
+
+class WindowKeys:
+    """Binds the keys of a window."""
+
+    def __init__(self, window: QWidget, launcher: Launcher, add_mark: Callable[[], None],
+                 zoom_in: Callable[[float], None]) -> None:
+        """``add_mark`` and ``zoom_in`` are of playback (``playback_keys``)."""
+        self._window = window
+        self._launcher = launcher
+        playback = playback_keys(launcher.playback, add_mark, zoom_in)
+        recording = recording_keys(launcher.recording)
+        general = general_keys(launcher, self.show)
+        self._groups = {'Playback': playback, 'Recording': recording, 'Always': general}
+        self._playback: List[QShortcut] = bind(window, playback)
+        self._recording: List[QShortcut] = bind(window, recording)
+        bind(window, general)
+        EnterPresses(window)
+
+    def show(self) -> None:
+        """Show all keys."""
+        KeysDialog(help_text(self._groups), self._window).open()
+
+    def enable(self) -> None:
+        """Enable the keys of the mode while nodes run in it."""
+        is_playback = self._launcher.cell.mode is Mode.PLAYBACK
+        is_running = self._launcher.launch.phase is Phase.RUNNING
+        for shortcut in self._playback:
+            shortcut.setEnabled(is_running and is_playback)
+        for shortcut in self._recording:
+            shortcut.setEnabled(is_running and not is_playback)
