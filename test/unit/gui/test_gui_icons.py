@@ -12,12 +12,13 @@ from pytestqt.qtbot import QtBot
 
 from process_visualizer.gui.toolkit.icon_shapes import names
 from process_visualizer.gui.toolkit.icons import icon
-from process_visualizer.gui.toolkit.style import ACCENT, BAD, apply_style
+from process_visualizer.gui.toolkit.style import apply_style
+from process_visualizer.gui.toolkit.theme import LIGHT
 
 PROMISED = ('play', 'pause', 'stop', 'to_start', 'to_end', 'step_back', 'step_forward',
             'play_backwards', 'loop', 'loop_begin', 'loop_end', 'mark', 'record', 'restart',
             'reload', 'folder', 'open', 'new', 'view', 'save', 'revert', 'help', 'warning', 'ok',
-            'died', 'waiting', 'list')
+            'died', 'waiting', 'list', 'theme')
 
 
 def image_of(name: str, side: int, mode: QIcon.Mode = QIcon.Normal,
@@ -48,14 +49,14 @@ def test_no_two_icons_look_the_same(qtbot: QtBot) -> None:
 
 
 def test_a_checked_icon_is_in_the_accent_colour_and_a_disabled_one_is_pale(qtbot: QtBot) -> None:
-    assert opaque_colours(image_of('play', 32, QIcon.Normal, QIcon.On)) == {ACCENT}
+    assert opaque_colours(image_of('play', 32, QIcon.Normal, QIcon.On)) == {LIGHT.accent}
     pale, dark = (QColor(opaque_colours(image_of('play', 32, mode)).pop()).lightness()
                   for mode in (QIcon.Disabled, QIcon.Normal))
     assert pale > dark + 80
 
 
 def test_the_record_icon_stays_red_when_checked(qtbot: QtBot) -> None:
-    assert opaque_colours(image_of('record', 32, QIcon.Normal, QIcon.On)) == {BAD}
+    assert opaque_colours(image_of('record', 32, QIcon.Normal, QIcon.On)) == {LIGHT.bad}
 
 
 def test_an_icon_drawn_for_a_fine_screen_has_fine_edges(qtbot: QtBot) -> None:
@@ -72,4 +73,4 @@ def test_an_unknown_icon_is_refused(qtbot: QtBot) -> None:
 
 def test_the_style_applies_to_an_application(qapp: QApplication) -> None:
     apply_style(qapp)
-    assert qapp.palette().highlight().color().name() == ACCENT
+    assert qapp.palette().highlight().color().name() == LIGHT.accent

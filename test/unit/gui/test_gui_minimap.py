@@ -12,7 +12,7 @@ from pytestqt.qtbot import QtBot
 from timeline_bench import Bench
 
 from process_visualizer.gui.models.playback.marks import PlacedMark
-from process_visualizer.gui.toolkit.style import WARNING
+from process_visualizer.gui.toolkit.theme import LIGHT
 from process_visualizer.gui.views.playback.minimap import Minimap
 
 
@@ -82,7 +82,7 @@ def test_marks_curve_and_position_are_in_it(bench: Bench) -> None:
     bench.stand.model.set_marks([PlacedMark(18.0, 'slack')])
     bench.view.zoom.show_part(17.0, 19.0)
     image = strip(bench).grab().toImage()
-    assert image.pixelColor(360, 8).name() == WARNING
+    assert image.pixelColor(360, 8).name() == LIGHT.warning
     bench.stand.state(position_s=5.0)
     after = strip(bench).grab().toImage()
     assert after.pixelColor(100, 3) != image.pixelColor(100, 3)

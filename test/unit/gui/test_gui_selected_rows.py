@@ -12,7 +12,8 @@ from pytestqt.qtbot import QtBot
 
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Topic
-from process_visualizer.gui.toolkit.style import BAD, SELECTED, WARNING, apply_style
+from process_visualizer.gui.toolkit.style import apply_style
+from process_visualizer.gui.toolkit.theme import LIGHT
 from process_visualizer.gui.views.cell.devices_view import DevicesView
 from process_visualizer.health.device_state import DeviceState, Level, Line
 
@@ -42,13 +43,13 @@ def colours(view: DevicesView) -> Counter:  # type: ignore[type-arg]
     return Counter(image.pixelColor(x, y).name() for x, y in points)
 
 
-@pytest.mark.parametrize('level, colour', [(Level.BAD, BAD), (Level.WARNING, WARNING)])
+@pytest.mark.parametrize('level, colour', [(Level.BAD, LIGHT.bad), (Level.WARNING, LIGHT.warning)])
 def test_icon_and_text_keep_their_colour(devices: DevicesView, level: Level, colour: str) -> None:
     devices.set_state('oven', DeviceState(Line(level, ''), {}, {}))
     before = colours(devices)
     devices.set_state('oven', DeviceState(Line(level, 'killed IIIIIII'), {}, {}))
     found = colours(devices)
-    assert before.most_common(1)[0][0] == SELECTED
+    assert before.most_common(1)[0][0] == LIGHT.selected
     assert before[colour] == 0 and found[colour] > 30
     icon_only = devices.topLevelItem(0)
     icon_only.setText(1, '')

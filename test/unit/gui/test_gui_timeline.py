@@ -10,7 +10,7 @@ from pytestqt.qtbot import QtBot
 from timeline_bench import FLAGS_Y, HANDLES_Y, LANES_Y, TRACK_Y, WIDTH, Bench, lane, x_of
 
 from process_visualizer.gui.models.playback.marks import PlacedMark
-from process_visualizer.gui.toolkit.style import ACCENT, BAD
+from process_visualizer.gui.toolkit.theme import LIGHT
 from process_visualizer.gui.views.playback.timeline_layout import HEADER_HEIGHT
 from process_visualizer.gui.views.playback.timeline_zoom import BAR_HEIGHT
 
@@ -52,7 +52,7 @@ class TestSeeking:
 
     def test_the_knob_follows_the_drag_before_the_player_answers(self, bench: Bench) -> None:
         bench.press(10.0, TRACK_Y)
-        assert bench.pixel(x_of(10.0), LANES_Y) == ACCENT
+        assert bench.pixel(x_of(10.0), LANES_Y) == LIGHT.accent
 
     def test_the_right_button_does_not_seek(self, bench: Bench) -> None:
         bench.qtbot.mousePress(bench.view, Qt.RightButton, pos=QPoint(x_of(5.0), TRACK_Y))
@@ -232,9 +232,9 @@ class TestKeysAndMenu:
 def test_alarms_are_red_bars_below_the_groove(qtbot: QtBot) -> None:
     bench = Bench(qtbot)
     below = TRACK_Y + 9
-    assert bench.pixel(x_of(12.0), below) != BAD
+    assert bench.pixel(x_of(12.0), below) != LIGHT.bad
     bench.view.alarms = ((11.0, 14.0), (16.0, 16.0))
     bench.view.set_lanes([lane()])
-    assert [bench.pixel(x_of(time_s), below) == BAD
+    assert [bench.pixel(x_of(time_s), below) == LIGHT.bad
             for time_s in (10.8, 11.1, 12.5, 13.9, 14.2, 16.05, 16.5)] == [
         False, True, True, True, False, True, False]

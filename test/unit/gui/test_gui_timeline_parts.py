@@ -12,7 +12,7 @@ from PyQt5.QtGui import QColor, QFont, QImage
 from pytestqt.qtbot import QtBot
 
 from process_visualizer.cell.model import WarningLimits
-from process_visualizer.gui.toolkit.colours import contrast_to_white, readable_colour
+from process_visualizer.gui.toolkit.colours import contrast, readable_colour
 from process_visualizer.gui.toolkit.time_axis import TimeAxis, tick_label
 from process_visualizer.gui.views.playback.lane_picture import (
     LANE_HEIGHT,
@@ -71,7 +71,7 @@ def test_ticks_have_as_many_digits_as_needed(time_s: float, step_s: float, label
 @given(st.tuples(*[st.floats(0.0, 1.0)] * 3))
 def test_every_colour_becomes_readable_on_white(colour: tuple) -> None:
     readable = readable_colour(colour)
-    assert contrast_to_white(readable) >= 3.6
+    assert contrast(readable, QColor('white')) >= 3.6
 
 
 @pytest.mark.parametrize('colour', [(1.0, 1.0, 0.0), (0.0, 1.0, 1.0), (0.0, 1.0, 0.0)])

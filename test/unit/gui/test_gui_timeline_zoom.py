@@ -13,7 +13,7 @@ from timeline_bench import LANES_Y, TRACK_Y, Bench, x_of
 
 from process_visualizer.gui.models.playback.marks import PlacedMark
 from process_visualizer.gui.toolkit.shown_time import ShownTime
-from process_visualizer.gui.toolkit.style import ACCENT
+from process_visualizer.gui.toolkit.theme import LIGHT
 from process_visualizer.gui.views.playback.timeline_lanes import Lane
 
 CLOSER, FARTHER = QPoint(0, 120), QPoint(0, -120)
@@ -143,9 +143,10 @@ class TestDrawing:
     def test_playhead(self, bench: Bench) -> None:
         bench.stand.state(position_s=11.0)
         bench.view.zoom.show_part(10.0, 12.0)
-        assert bench.pixel(x_of(10.0), LANES_Y) == ACCENT
+        assert bench.pixel(x_of(10.0), LANES_Y) == LIGHT.accent
         bench.view.zoom.show_part(14.0, 16.0)
-        assert ACCENT not in [bench.pixel(x, LANES_Y) for x in range(0, bench.view.width(), 4)]
+        assert LIGHT.accent not in [bench.pixel(x, LANES_Y)
+                                    for x in range(0, bench.view.width(), 4)]
 
     def test_values_under_the_mouse(self, bench: Bench) -> None:
         bench.view.zoom.show_part(10.0, 12.0)

@@ -24,11 +24,12 @@ from process_visualizer.gui.app.alarm_actions import alarm_strip
 from process_visualizer.gui.app.dropped_files import DropTarget
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.settings import Settings
+from process_visualizer.gui.app.theme_choice import theme_choice
 from process_visualizer.gui.app.window_keys import WindowKeys
 from process_visualizer.gui.app.window_questions import WindowQuestions
 from process_visualizer.gui.models.cell.launch_model import Phase
 from process_visualizer.gui.toolkit.editor import open_in_editor
-from process_visualizer.gui.toolkit.style import QUIET
+from process_visualizer.gui.toolkit.theme_following import colour
 from process_visualizer.gui.toolkit.working_folder import working_folder
 from process_visualizer.gui.views.cell.calibration_panel import CalibrationPanel
 from process_visualizer.gui.views.cell.changed_notice import ChangedNotice
@@ -41,7 +42,7 @@ from process_visualizer.gui.views.cell.new_configuration_view import NewConfigur
 from process_visualizer.gui.views.cell.tool_notice import ToolNotice
 from process_visualizer.gui.views.cell.warnings_view import WarningsView
 from process_visualizer.gui.views.parts.column_scroll import ColumnScroll
-from process_visualizer.gui.views.parts.labels import colour, title, tool_button
+from process_visualizer.gui.views.parts.labels import title, tool_button
 from process_visualizer.gui.views.parts.panel_tabs import PanelTabs
 from process_visualizer.gui.views.playback.playback_panel import PlaybackPanel
 from process_visualizer.gui.views.recording.recording_panel import RecordingPanel
@@ -59,7 +60,7 @@ class LauncherApp(QMainWindow):
                  parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
         self._launcher = launcher
-        self._settings = settings
+        self._theme = theme_choice(settings, self)
         self.restarts = False
         self._is_closed = False
         self._questions = WindowQuestions(self, launcher)
@@ -116,7 +117,7 @@ class LauncherApp(QMainWindow):
         row.addWidget(title('Devices'))
         row.addSpacing(6)
         self.file.setObjectName('configuration')
-        colour(self.file, QUIET)
+        colour(self.file, 'quiet')
         row.addWidget(self.file, 1)
         for symbol, name, hint, action in (
                 ('restart', 'restart_device', 'Restart the selected device',
@@ -127,6 +128,7 @@ class LauncherApp(QMainWindow):
                 ('help', 'show_keys', 'Keys (?)', lambda: self._keys.show())):
             row.addWidget(tool_button(name, symbol, hint, action))
         row.insertWidget(row.count() - 2, self.new.button)
+        row.insertWidget(row.count() - 1, self._theme.button())
         layout.addLayout(row)
         layout.addWidget(self.new)
         layout.addWidget(self.made)

@@ -22,6 +22,7 @@ from process_visualizer.gui.app.uncaught import install_hooks
 from process_visualizer.gui.app.watchdog import watch_if_wanted
 from process_visualizer.gui.app.window_keeper import WindowKeeper
 from process_visualizer.gui.models.cell.cell_model import CellModel
+from process_visualizer.gui.toolkit.desktop_theme import DesktopTheme
 from process_visualizer.gui.toolkit.style import apply_style
 from process_visualizer.health.user_limits import give_real_time_advice
 
@@ -128,6 +129,7 @@ def make_application() -> QApplication:
     if not is_set:
         del os.environ[_NO_SHARED_PICTURE]  # RViz has larger pictures
     app.setApplicationName('process_visualizer')
+    DesktopTheme(app.palette(), parent=app)  # before the palette is ours
     apply_style(app)
     return app
 

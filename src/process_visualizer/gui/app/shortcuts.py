@@ -18,7 +18,7 @@ from PyQt5.QtWidgets import (
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.models.playback.playback_model import PlaybackModel
 from process_visualizer.gui.models.recording.recording_model import RecordingModel
-from process_visualizer.gui.toolkit.style import ACCENT
+from process_visualizer.gui.toolkit.theme import theme
 
 
 class Shortcut(NamedTuple):
@@ -117,7 +117,8 @@ def _table(keys: List[Shortcut]) -> str:
     names: Dict[str, List[str]] = {}
     for key in keys:
         names.setdefault(key.text, []).append(key.key)
-    rows = ''.join(f'<tr><td style="color: {ACCENT}">{"&nbsp;&nbsp;".join(keys)}&nbsp;&nbsp;</td>'
+    space, accent = '&nbsp;&nbsp;', theme().accent
+    rows = ''.join(f'<tr><td style="color: {accent}">{space.join(keys)}{space}</td>'
                    f'<td>{text}</td></tr>' for text, keys in names.items())
     return f'<table cellpadding="2">{rows}</table>'
 

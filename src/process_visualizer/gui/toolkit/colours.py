@@ -1,30 +1,43 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Makes colours for a dark background readable on a light one."""
+"""Makes colours that were chosen for RViz readable behind and on those of the launcher."""
 from __future__ import annotations
 
 from typing import Tuple
 
-from PyQt5.QtCore import Qt
 from PyQt5.QtGui import QColor
 
-_LEAST_CONTRAST = 3.6  # to white; WCAG 2.1 asks for 3 for graphics and 4.5 for small text
+from process_visualizer.gui.toolkit.theme import theme
+
+_LEAST_CONTRAST = 3.6  # to the paper; WCAG 2.1 asks for 3 for graphics and 4.5 for small text
 _SATURATION = 0.85
+_STEP = 0.05
 
 
 def readable_colour(colour: Tuple[float, float, float]) -> QColor:
-    """Return a colour (red, green, blue, 0 to 1) less saturated, and dark enough on white."""
+    """Return a colour (red, green, blue, 0 to 1) that is less saturated, and seen on the paper."""
     chosen = QColor.fromRgbF(*(min(max(part, 0.0), 1.0) for part in colour))
     readable = QColor.fromHsvF(max(chosen.hsvHueF(), 0.0), _SATURATION * chosen.hsvSaturationF(),
                                chosen.valueF())
-    while contrast_to_white(readable) < _LEAST_CONTRAST:
-        hue, saturation, value, _alpha = readable.getHsvF()
-        readable = QColor.fromHsvF(max(hue, 0.0), saturation, value * 0.95)
+    paper = QColor(theme().paper)
+    while contrast(readable, paper) < _LEAST_CONTRAST:
+        readable = _farther(readable, paper)
     return readable
 
 
-def contrast_to_white(colour: QColor) -> float:
-    """Return the contrast ratio of WCAG 2.1 (1.4.3) with white."""
-    return contrast(colour, QColor(Qt.white))
+def translucent(name: str, alpha: int) -> QColor:
+    """Return a colour of the theme (#rrggbb) with an opacity from 0 to 255."""
+    colour = QColor(name)
+    colour.setAlpha(alpha)
+    return colour
+
+
+def _farther(colour: QColor, paper: QColor) -> QColor:
+    """Darker on light paper; on dark paper brighter, and paler where that is not enough."""
+    hue, saturation, value, _alpha = colour.getHsvF()
+    if _luminance(paper) > 0.5:
+        return QColor.fromHsvF(max(hue, 0.0), saturation, value * (1.0 - _STEP))
+    return QColor.fromHsvF(max(hue, 0.0), saturation if value < 1.0 else saturation * 0.9,
+                           min(value + _STEP, 1.0))
 
 
 def contrast(one: QColor, other: QColor) -> float:

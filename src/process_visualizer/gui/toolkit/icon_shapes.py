@@ -207,6 +207,12 @@ def _list() -> Shape:
                  _path(*(_line((9, y), (20, y)) for y in rows)))
 
 
+def _theme() -> Shape:
+    half = _arc(12, 12, 7.5, 90, -180)
+    half.closeSubpath()
+    return Shape(half, _circle(12, 12, 7.5))
+
+
 def _help() -> Shape:
     hook = QPainterPath(QPointF(9.2, 9.6))
     hook.cubicTo(9.2, 5.4, 15, 5.6, 15, 9.2)
@@ -238,6 +244,7 @@ _SHAPES: Dict[str, Callable[[], Shape]] = {
     'loop': _loop, 'loop_begin': _loop_begin, 'loop_end': _loop_end, 'mark': _mark,
     'record': _record, 'restart': _restart, 'reload': _reload, 'folder': _folder, 'open': _open,
     'new': _new, 'view': _view, 'save': _save, 'revert': _revert, 'help': _help,
+    'theme': _theme,
     'list': _list,
     'warning': _warning, 'ok': _ok, 'died': _died, 'waiting': _waiting,
 }

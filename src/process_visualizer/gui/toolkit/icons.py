@@ -8,18 +8,10 @@ from PyQt5.QtCore import QRect, QSize, Qt
 from PyQt5.QtGui import QColor, QIcon, QIconEngine, QPainter, QPen, QPixmap
 
 from process_visualizer.gui.toolkit.icon_shapes import GRID, STROKE, Shape, shape
-from process_visualizer.gui.toolkit.style import (
-    ACCENT,
-    BAD,
-    DISABLED_SHAPE,
-    GOOD,
-    SHAPE,
-    WAITING,
-    WARNING,
-)
+from process_visualizer.gui.toolkit.theme import theme
 
-_SIGNALS: Dict[str, str] = {'record': BAD, 'died': BAD, 'warning': WARNING, 'ok': GOOD,
-                            'waiting': WAITING}
+_SIGNALS: Dict[str, str] = {'record': 'bad', 'died': 'bad', 'warning': 'warning', 'ok': 'good',
+                            'waiting': 'waiting'}
 
 
 def icon(name: str) -> QIcon:
@@ -31,11 +23,11 @@ def icon(name: str) -> QIcon:
         KeyError: there is no icon of this name.
     """
     signal = _SIGNALS.get(name)
-    return QIcon(_Engine(shape(name), signal or SHAPE, signal or ACCENT))
+    return QIcon(_Engine(shape(name), signal or 'shape', signal or 'accent'))
 
 
 class _Engine(QIconEngine):
-    """Draws a shape in any size."""
+    """Draws a shape in any size, in colours of the theme (names of its fields)."""
 
     def __init__(self, drawn: Shape, colour: str, checked: str) -> None:
         super().__init__()
@@ -69,5 +61,5 @@ class _Engine(QIconEngine):
 
     def _colour_in(self, mode: QIcon.Mode, state: QIcon.State) -> QColor:
         if mode == QIcon.Disabled:
-            return QColor(DISABLED_SHAPE)
-        return QColor(self._checked if state == QIcon.On else self._colour)
+            return QColor(theme().disabled_shape)
+        return QColor(getattr(theme(), self._checked if state == QIcon.On else self._colour))

@@ -18,10 +18,10 @@ from PyQt5.QtWidgets import (
 )
 
 from process_visualizer.gui.models.cell.alarms_model import AlarmsModel
-from process_visualizer.gui.toolkit.style import BAD, BEHIND_BAD, BEHIND_WARNING, QUIET, WARNING
+from process_visualizer.gui.toolkit.theme_following import colour, set_sheet
 from process_visualizer.gui.views.cell.events_view import EventsView
 from process_visualizer.gui.views.parts.elided_label import ElidedLabel
-from process_visualizer.gui.views.parts.labels import colour, tool_button
+from process_visualizer.gui.views.parts.labels import tool_button
 from process_visualizer.health.alarm_board import Action, Alarm, Condition
 from process_visualizer.health.device_state import Level
 from process_visualizer.playback.time_text import format_time
@@ -30,7 +30,6 @@ ROWS = 2
 _ROW_PX, _GAP_PX = 24, 2
 _SHORT = {Action.SHOW_LOG: 'Log'}
 """What leaves more room for the text; the tooltip has the whole."""
-_BACKGROUNDS = {BAD: BEHIND_BAD, WARNING: BEHIND_WARNING}
 
 
 class AlarmStrip(QWidget):
@@ -45,7 +44,7 @@ class AlarmStrip(QWidget):
         self._shown: Tuple[Alarm, ...] = ()
         self.summary = QLabel()
         self.summary.setObjectName('no_alarms')
-        colour(self.summary, QUIET)
+        colour(self.summary, 'quiet')
         self._chips = QWidget()
         self._column = QVBoxLayout(self._chips)
         self._column.setContentsMargins(0, 0, 0, 0)
@@ -114,8 +113,8 @@ class AlarmChip(QFrame):
         self.setObjectName('alarm')
         self.setFixedHeight(_ROW_PX)
         tone = _colour(alarm.condition)
-        self.setStyleSheet(f'QFrame#alarm {{ border: 1px solid {tone}; border-left-width: 5px; '
-                           f'border-radius: 4px; background: {_BACKGROUNDS[tone]}; }}')
+        set_sheet(self, f'QFrame#alarm {{ border: 1px solid <{tone}>; border-left-width: 5px; '
+                        f'border-radius: 4px; background: <behind_{tone}>; }}')
         self.text = ElidedLabel(Qt.ElideRight)
         self.text.setObjectName('alarm_text')
         _make_small(self.text)
@@ -159,7 +158,7 @@ def chip_text(alarm: Alarm) -> str:
 
 
 def _colour(condition: Condition) -> str:
-    return BAD if condition.level is Level.BAD else WARNING
+    return 'bad' if condition.level is Level.BAD else 'warning'
 
 
 def _lasting(alarm: Alarm) -> Alarm:

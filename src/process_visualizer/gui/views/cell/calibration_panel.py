@@ -19,8 +19,7 @@ from PyQt5.QtWidgets import (
 
 from process_visualizer.gui.models.cell.calibration_model import CalibrationModel, difference
 from process_visualizer.gui.toolkit.icons import icon
-from process_visualizer.gui.toolkit.style import QUIET, WARNING
-from process_visualizer.gui.views.parts.labels import colour
+from process_visualizer.gui.toolkit.theme_following import colour
 from process_visualizer.gui.views.parts.pose_fields import PoseFields
 
 _UNSAVED = '  (unsaved)'
@@ -83,7 +82,7 @@ class CalibrationPanel(QWidget):
                     f'from {self._place()}.')
         self._state.setText(text)
         self._state.setToolTip(model.base.location.file if model.base is not None else '')
-        colour(self._state, WARNING if model.is_unsaved else QUIET)
+        colour(self._state, 'warning' if model.is_unsaved else 'quiet')
 
     def _place(self) -> str:
         return f'{self._file_name()}:{self._model.base.location.line}' if self._model.base else ''
@@ -109,7 +108,7 @@ class CalibrationPanel(QWidget):
                                 'with its tool Interact (I)')
         self._marker.clicked.connect(self._model.show_marker)
         self._reason.setObjectName('calibration_reason')
-        colour(self._reason, QUIET)
+        colour(self._reason, 'quiet')
         self._state.setObjectName('calibration_state')
         self._state.setWordWrap(True)
         self._revert.setObjectName('calibration_revert')
@@ -118,7 +117,7 @@ class CalibrationPanel(QWidget):
         self._save.setObjectName('calibration_save')
         self._save.setToolTip('Write the numbers into the file; a backup is kept beside it')
         self._save.clicked.connect(self._model.save)
-        colour(self._frame, QUIET)
+        colour(self._frame, 'quiet')
 
     def _lay_out(self) -> None:
         device = QHBoxLayout()

@@ -9,9 +9,8 @@ from PyQt5.QtWidgets import QHBoxLayout, QPushButton, QWidget
 
 from process_visualizer.gui.models.cell.cell_model import CellModel
 from process_visualizer.gui.toolkit.icons import icon
-from process_visualizer.gui.toolkit.style import QUIET
+from process_visualizer.gui.toolkit.theme_following import colour
 from process_visualizer.gui.views.parts.elided_label import ElidedLabel
-from process_visualizer.gui.views.parts.labels import colour
 
 
 class ChangedNotice(QWidget):
@@ -22,7 +21,7 @@ class ChangedNotice(QWidget):
         self._files = cell.files
         self._text = ElidedLabel()
         self._text.setObjectName('configuration_changed')
-        colour(self._text, QUIET)
+        colour(self._text, 'quiet')
         reload = QPushButton(icon('reload'), 'Reload (F5)')
         reload.setObjectName('reload_changed')
         reload.setToolTip('Read the configuration again; what runs stays as it is until Apply')

@@ -7,10 +7,9 @@ from typing import Optional, Sequence
 from PyQt5.QtWidgets import QLabel, QSizePolicy, QVBoxLayout, QWidget
 
 from process_visualizer.cell.errors import Problem
-from process_visualizer.gui.toolkit.style import QUIET
+from process_visualizer.gui.toolkit.theme_following import colour
 from process_visualizer.gui.views.cell.devices_view import DevicesView
 from process_visualizer.gui.views.cell.problems_view import ProblemsView
-from process_visualizer.gui.views.parts.labels import colour
 
 _PROBLEMS_AND_DEVICES_PX = 168
 """The height of the problems above devices: three of two lines and a title."""
@@ -28,7 +27,7 @@ class DevicesPanel(QWidget):
         self._note = QLabel()
         self._note.setObjectName('problems_note')
         self._note.setWordWrap(True)
-        colour(self._note, QUIET)
+        colour(self._note, 'quiet')
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(4)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Callable, Dict, FrozenSet, List, Optional, Tuple
 
 from PyQt5.QtCore import QPoint, QSize, Qt, pyqtSignal
-from PyQt5.QtGui import QColor, QKeyEvent, QResizeEvent
+from PyQt5.QtGui import QKeyEvent, QResizeEvent
 from PyQt5.QtWidgets import (
     QHeaderView,
     QMenu,
@@ -17,16 +17,15 @@ from PyQt5.QtWidgets import (
 
 from process_visualizer.cell.model import Device
 from process_visualizer.gui.toolkit.icons import icon
-from process_visualizer.gui.toolkit.style import BAD, GOOD, QUIET, WARNING
-from process_visualizer.gui.views.parts.row_delegate import RowDelegate
+from process_visualizer.gui.views.parts.row_delegate import RowDelegate, colour_row
 from process_visualizer.health.device_state import DeviceState, Level, Line
 
 _NAME, _STATE = 0, 1
 _FEWEST_ROWS, _MOST_ROWS, _ROW_SPACING_PX = 4, 14, 4
 _DEVICE, _NODE, _TOPIC = 'device', 'node', 'topic'
 _HINT = 'Press Enter to read the whole text'
-_COLORS = {Level.OFF: QUIET, Level.GOOD: GOOD, Level.WAITING: QUIET, Level.WARNING: WARNING,
-           Level.BAD: BAD}
+_COLORS = {Level.OFF: 'quiet', Level.GOOD: 'good', Level.WAITING: 'quiet', Level.WARNING: 'warning',
+           Level.BAD: 'bad'}
 _ICONS = {Level.GOOD: 'ok', Level.WAITING: 'waiting', Level.WARNING: 'warning', Level.BAD: 'died'}
 
 
@@ -148,7 +147,7 @@ class DevicesView(QTreeWidget):
             item = QTreeWidgetItem([name.replace(f'/{device}/', '', 1), ''])
             item.setToolTip(_NAME, name)
             item.setData(_NAME, Qt.UserRole, (kind, device, name))
-            item.setForeground(_NAME, QColor(QUIET))
+            colour_row(item, _NAME, 'quiet')
             row = self._rows[device]
             nodes = sum(1 for it in self._children if it[:2] == (device, _NODE))
             row.insertChild(nodes if kind == _NODE else row.childCount(), item)
@@ -214,7 +213,7 @@ def _show(item: QTreeWidgetItem, line: Line) -> None:
     item.setData(_STATE, Qt.AccessibleTextRole, line.text)
     item.setData(_STATE, Qt.AccessibleDescriptionRole, _HINT if line.short else '')
     item.setData(_STATE, Qt.UserRole, int(line.level))
-    item.setForeground(_STATE, QColor(_COLORS[line.level]))
+    colour_row(item, _STATE, _COLORS[line.level])
     if line.level in _ICONS and line.text:
         item.setIcon(_STATE, icon(_ICONS[line.level]))
     else:

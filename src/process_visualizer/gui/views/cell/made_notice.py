@@ -9,7 +9,6 @@ from PyQt5.QtWidgets import QPushButton, QWidget
 
 from process_visualizer.gui.models.cell.new_configuration_model import NewConfigurationModel
 from process_visualizer.gui.toolkit.icons import icon
-from process_visualizer.gui.toolkit.style import BEHIND_GOOD, GOOD
 from process_visualizer.gui.views.parts.notice_frame import NoticeFrame
 
 
@@ -20,7 +19,7 @@ class MadeNotice(NoticeFrame):
     """A file should be opened in the editor at a line."""
 
     def __init__(self, model: NewConfigurationModel, parent: Optional[QWidget] = None) -> None:
-        super().__init__('made', GOOD, BEHIND_GOOD, parent, symbol='ok')
+        super().__init__('made', 'good', parent, symbol='ok')
         self._path = ''
         edit = QPushButton(icon('open'), 'Open it in the editor')
         edit.setObjectName('made_edit')

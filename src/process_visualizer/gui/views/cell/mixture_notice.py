@@ -8,7 +8,6 @@ from PyQt5.QtWidgets import QWidget
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.models.cell.mixture_model import MixtureModel
-from process_visualizer.gui.toolkit.style import BAD, BEHIND_BAD
 from process_visualizer.gui.views.parts.notice_frame import NoticeFrame
 
 _MOST_SENTENCES = 3
@@ -21,7 +20,7 @@ class MixtureNotice(NoticeFrame):
     """Shows a mixture model."""
 
     def __init__(self, model: MixtureModel, parent: Optional[QWidget] = None) -> None:
-        super().__init__('mixture', BAD, BEHIND_BAD, parent)
+        super().__init__('mixture', 'bad', parent)
         self._model = model
         model.changed.connect(self._show)
         self._show()

@@ -21,7 +21,8 @@ from PyQt5.QtWidgets import (
 
 from process_visualizer.cell.errors import Problem
 from process_visualizer.gui.toolkit.icons import icon
-from process_visualizer.gui.toolkit.style import ACCENT, LINE, QUIET
+from process_visualizer.gui.toolkit.theme import theme
+from process_visualizer.gui.toolkit.theme_following import ThemeFollower, set_sheet
 from process_visualizer.gui.views.parts.layouts import in_column, in_row
 from process_visualizer.health.figures import count_text
 
@@ -39,7 +40,8 @@ class ProblemsView(QWidget):
         super().__init__(parent)
         self._problems: Sequence[Problem] = ()
         self._icon = QLabel()
-        self._icon.setPixmap(icon('warning').pixmap(QSize(_ICON_PX, _ICON_PX)))
+        self._draw_icon()
+        ThemeFollower(self, self._draw_icon)
         self._title = QLabel()
         self._title.setObjectName('problems_title')
         self._copy = QPushButton('Copy all')
@@ -67,6 +69,9 @@ class ProblemsView(QWidget):
             item.setToolTip(f'{problem.location}\nClick to open the file there')
             self._list.addItem(item)
 
+    def _draw_icon(self) -> None:
+        self._icon.setPixmap(icon('warning').pixmap(QSize(_ICON_PX, _ICON_PX)))
+
     def _open(self, item: QListWidgetItem) -> None:
         problem = item.data(Qt.UserRole)
         self.open_wanted.emit(problem.location.file, problem.location.line)
@@ -75,9 +80,9 @@ class ProblemsView(QWidget):
 def problem_html(problem: Problem) -> str:
     """Return a problem with its place in front, like a link, and its element."""
     place = f'{os.path.basename(problem.location.file)}:{problem.location.line}'
-    element = f'<span style="color:{QUIET}">&lt;{_escaped(problem.element)}&gt;</span> ' \
+    element = f'<span style="color:{theme().quiet}">&lt;{_escaped(problem.element)}&gt;</span> ' \
         if problem.element else ''
-    return (f'<span style="color:{ACCENT}"><b>{_escaped(place)}</b></span> {element}<br>'
+    return (f'<span style="color:{theme().accent}"><b>{_escaped(place)}</b></span> {element}<br>'
             f'{_escaped(problem.message)}')
 
 
@@ -129,5 +134,5 @@ def _list() -> QListWidget:
     problems.setHorizontalScrollBarPolicy(Qt.ScrollBarAlwaysOff)
     problems.setVerticalScrollMode(QListWidget.ScrollPerPixel)
     problems.setResizeMode(QListWidget.Adjust)
-    problems.setStyleSheet(f'QListWidget {{ border: 1px solid {LINE}; border-radius: 3px; }}')
+    set_sheet(problems, 'QListWidget { border: 1px solid <line>; border-radius: 3px; }')
     return problems

@@ -9,7 +9,6 @@ from PyQt5.QtWidgets import QPushButton, QWidget
 
 from process_visualizer.gui.models.cell.tool_model import ToolModel
 from process_visualizer.gui.toolkit.icons import icon
-from process_visualizer.gui.toolkit.style import BEHIND_WARNING, WARNING
 from process_visualizer.gui.views.parts.notice_frame import NoticeFrame
 
 
@@ -17,7 +16,7 @@ class ToolNotice(NoticeFrame):
     """Shows a tool model; hidden while nothing is offered."""
 
     def __init__(self, model: ToolModel, parent: Optional[QWidget] = None) -> None:
-        super().__init__('tool', WARNING, BEHIND_WARNING, parent)
+        super().__init__('tool', 'warning', parent)
         self._model = model
         self._write = QPushButton(icon('save'), 'Write')
         self._write.setObjectName('tool_write')

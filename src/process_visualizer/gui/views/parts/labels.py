@@ -4,19 +4,9 @@ from __future__ import annotations
 
 from typing import Callable, Optional
 
-from PyQt5.QtGui import QColor, QPalette
-from PyQt5.QtWidgets import QLabel, QToolButton, QWidget
+from PyQt5.QtWidgets import QLabel, QToolButton
 
 from process_visualizer.gui.toolkit.icons import icon
-
-
-def colour(widget: QWidget, name: str) -> None:
-    """Set the colour of the widget's text while it is enabled."""
-    palette = widget.palette()
-    if palette.color(QPalette.Active, QPalette.WindowText) != QColor(name):
-        for group in (QPalette.Active, QPalette.Inactive):
-            palette.setColor(group, QPalette.WindowText, QColor(name))
-        widget.setPalette(palette)
 
 
 def small(label: QLabel) -> QLabel:

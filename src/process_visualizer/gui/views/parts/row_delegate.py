@@ -2,11 +2,19 @@
 """Draws a selected row so that its icons and the colours of its texts keep their meaning."""
 from __future__ import annotations
 
-from PyQt5.QtCore import QModelIndex
+from PyQt5.QtCore import QModelIndex, Qt
 from PyQt5.QtGui import QColor, QPalette
-from PyQt5.QtWidgets import QAbstractItemView, QStyledItemDelegate, QStyleOptionViewItem
+from PyQt5.QtWidgets import (
+    QAbstractItemView,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QTreeWidgetItem,
+)
 
-from process_visualizer.gui.toolkit.style import SELECTED
+from process_visualizer.gui.toolkit.theme import theme
+from process_visualizer.gui.toolkit.theme_following import colour_selection
+
+_COLOUR = Qt.UserRole + 64
 
 
 class RowDelegate(QStyledItemDelegate):
@@ -14,13 +22,20 @@ class RowDelegate(QStyledItemDelegate):
 
     def __init__(self, view: QAbstractItemView) -> None:
         super().__init__(view)
-        palette = view.palette()
-        palette.setColor(QPalette.Highlight, QColor(SELECTED))
-        view.setPalette(palette)
+        colour_selection(view, 'selected')
 
     def initStyleOption(self, option: QStyleOptionViewItem, index: QModelIndex) -> None:
         """Give the text of a selected row the colour that it has otherwise."""
         super().initStyleOption(option, index)
         palette = option.palette
+        name = index.data(_COLOUR)
+        if name:
+            palette.setColor(QPalette.Text, QColor(getattr(theme(), name)))
         palette.setBrush(QPalette.HighlightedText, palette.brush(QPalette.Text))
         option.palette = palette
+
+
+def colour_row(row: QTreeWidgetItem, column: int, name: str) -> None:
+    """Set the colour of a text that a RowDelegate draws: the name of a field of Theme."""
+    if row.data(column, _COLOUR) != name:
+        row.setData(column, _COLOUR, name)

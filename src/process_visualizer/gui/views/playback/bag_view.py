@@ -21,7 +21,8 @@ from PyQt5.QtWidgets import (
 from process_visualizer.bags.catalogue import Catalogue
 from process_visualizer.gui.models.playback.bag_model import BagModel
 from process_visualizer.gui.toolkit.icons import icon
-from process_visualizer.gui.toolkit.style import BAD, QUIET, WARNING
+from process_visualizer.gui.toolkit.theme import theme
+from process_visualizer.gui.toolkit.theme_following import ThemeFollower
 from process_visualizer.gui.views.parts.fold_button import FoldButton
 from process_visualizer.gui.views.parts.layouts import in_column, in_row
 from process_visualizer.gui.views.playback.played_topics_table import PlayedTopicsTable
@@ -48,6 +49,7 @@ class BagView(QWidget):
         self._lay_out()
         bag.changed.connect(self._show)
         bag.played.changed.connect(self._show)
+        ThemeFollower(self, self._show)
         self._show()
 
     def _prepare(self) -> None:
@@ -115,7 +117,7 @@ class BagView(QWidget):
         if self._bag.is_loading:
             return 'Reading…'
         if found is None:
-            return f'<span style="color: {QUIET}">Choose a recording to play.</span>'
+            return f'<span style="color: {theme().quiet}">Choose a recording to play.</span>'
         return facts_of(found)
 
 
@@ -198,13 +200,13 @@ def _origin(found: Catalogue) -> str:
 
 def _warnings(bag: BagModel) -> List[str]:
     """The warnings for the operator before the recording is played, in HTML."""
-    lines = [(BAD, f'{os.path.basename(path)} no longer exists') for path in bag.gone]
-    lines += [(WARNING, f'<b>{device}</b>: not in the recording: {_named(topics)}')
+    lines = [(theme().bad, f'{os.path.basename(path)} no longer exists') for path in bag.gone]
+    lines += [(theme().warning, f'<b>{device}</b>: not in the recording: {_named(topics)}')
               for device, topics in bag.missing.items()]
     problems = () if bag.catalogue is None else bag.catalogue.problems
     if problems:
         parts = 'a part' if len(problems) == 1 else f'{len(problems)} parts'
-        lines.append((WARNING, f'{parts} of the files cannot be read; the rest is played'))
+        lines.append((theme().warning, f'{parts} of the files cannot be read; the rest is played'))
     return [f'<span style="color: {colour}">{text}</span>' for colour, text in lines]
 
 

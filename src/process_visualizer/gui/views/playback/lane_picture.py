@@ -16,7 +16,7 @@ from process_visualizer.curves.value_scale import (
     with_near_limits,
 )
 from process_visualizer.gui.toolkit.colours import readable_colour
-from process_visualizer.gui.toolkit.style import GRID, LINE, QUIET
+from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
 from process_visualizer.gui.views.playback.timeline_lanes import Lane
 
@@ -90,7 +90,7 @@ def lane_picture(lane: Lane, look: LaneLook, part: VisiblePart, scale: ValueScal
     picture.setDevicePixelRatio(look.dots)
     picture.fill(Qt.transparent)
     painter = QPainter(picture)
-    painter.fillRect(QRectF(0.0, 0.0, look.axis.right, 1.0), QColor(LINE))
+    painter.fillRect(QRectF(0.0, 0.0, look.axis.right, 1.0), QColor(theme().line))
     painter.setFont(look.font)
     _draw_scale(painter, lane.unit, look.curve_rect, scale)
     _draw_curve(painter, lane, look, part, scale)
@@ -123,7 +123,7 @@ def value_y(value: float, rect: QRectF, scale: ValueScale) -> float:
 def _draw_scale(painter: QPainter, unit: str, rect: QRectF, scale: ValueScale) -> None:
     """Draw the unit, and below it the numbers with their lines."""
     right = rect.left() - _BESIDE
-    painter.setPen(QColor(QUIET))
+    painter.setPen(QColor(theme().quiet))
     painter.drawText(QRectF(0.0, 1.0, right, TEXT_HEIGHT - 1),
                      Qt.AlignRight | Qt.AlignVCenter, unit)
     font = QFont(painter.font())
@@ -133,10 +133,10 @@ def _draw_scale(painter: QPainter, unit: str, rect: QRectF, scale: ValueScale) -
     for tick, text in zip(scale.ticks, tick_texts(scale)):
         y = value_y(tick, rect, scale)
         painter.fillRect(QRectF(rect.left(), round(y), rect.width(), 1.0),
-                         QColor(LINE if tick == 0.0 else GRID))
+                         QColor(theme().line if tick == 0.0 else theme().grid))
         bottom = min(max(y + _NUMBER_HEIGHT / 2, TEXT_HEIGHT + _NUMBER_HEIGHT), free_below)
         if bottom > y - 1.0:
-            painter.setPen(QColor(QUIET))
+            painter.setPen(QColor(theme().quiet))
             painter.drawText(QRectF(0.0, bottom - _NUMBER_HEIGHT, right, _NUMBER_HEIGHT),
                              Qt.AlignRight | Qt.AlignVCenter, text)
             free_below = bottom - _NUMBER_HEIGHT

@@ -8,6 +8,7 @@ from typing import Dict, List, Optional, Sequence, Set, Tuple
 from PyQt5.QtGui import QPixmap
 
 from process_visualizer.curves.value_scale import EMPTY_SCALE, ValueScale
+from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.views.playback.lane_picture import (
     LaneLook,
     lane_picture,
@@ -25,6 +26,7 @@ class LanePictures:
     def __init__(self) -> None:
         self._lanes: Tuple[Lane, ...] = ()
         self._look: Optional[LaneLook] = None
+        self._theme = theme()
         self._pictures: Dict[int, QPixmap] = {}
         self._scales: Dict[int, ValueScale] = {}
         self._drawn: Set[int] = set()
@@ -36,8 +38,8 @@ class LanePictures:
 
     def want(self, look: LaneLook) -> None:
         """Set the wanted look of each lane."""
-        if look != self._look:
-            self._look = look
+        if (look, theme()) != (self._look, self._theme):
+            self._look, self._theme = look, theme()
             self._drawn.clear()
 
     def missing(self, rows: Sequence[int]) -> List[int]:

@@ -8,8 +8,8 @@ from PyQt5.QtCore import QObject, QRect, QRectF, Qt, pyqtSignal
 from PyQt5.QtGui import QColor, QFontMetricsF, QPainter
 from PyQt5.QtWidgets import QScrollBar, QWidget
 
-from process_visualizer.gui.toolkit.colours import readable_colour
-from process_visualizer.gui.toolkit.style import ACCENT, PAPER, QUIET, TEXT
+from process_visualizer.gui.toolkit.colours import readable_colour, translucent
+from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
 from process_visualizer.gui.views.playback.lane_picture import (
     LANE_HEIGHT,
@@ -23,7 +23,7 @@ from process_visualizer.gui.views.playback.timeline_layout import SIDE
 
 _LEAST_NAME = 20.0  # px: less of a name is not worth to be shown
 _BETWEEN = 7.0  # px between texts
-_BACKGROUND = QColor(255, 255, 255, 225)  # texts are readable over the playhead
+_BACKGROUND_ALPHA = 225  # texts are readable over the playhead
 
 
 class LaneStack(QObject):
@@ -130,18 +130,19 @@ def _draw_name(painter: QPainter, lane: Lane, rect: QRectF, right: float) -> Non
         return
     text = metrics.elidedText(lane.label, Qt.ElideMiddle, room)
     rect.setWidth(metrics.horizontalAdvance(text) + 2.0)
-    painter.fillRect(rect, _BACKGROUND)
+    painter.fillRect(rect, translucent(theme().paper, _BACKGROUND_ALPHA))
     painter.setPen(readable_colour(lane.colour))
     painter.drawText(rect, Qt.AlignLeft | Qt.AlignVCenter, text)
 
 
 def _draw_values(painter: QPainter, rect: QRectF, texts: LaneTexts) -> float:
     """Draw the values at the right, in the colours of their lines; return where they begin."""
-    right = rect.right()
+    right, colours = rect.right(), theme()
     if texts.at_mouse:
-        right = _draw_left_of(painter, rect, right, texts.difference, QUIET)
-        right = _draw_left_of(painter, rect, right - 4.0, texts.at_mouse, PAPER, TEXT) - 4.0
-    return _draw_left_of(painter, rect, right, texts.at_position, ACCENT)
+        right = _draw_left_of(painter, rect, right, texts.difference, colours.quiet)
+        right = _draw_left_of(painter, rect, right - 4.0, texts.at_mouse, colours.paper,
+                              colours.text) - 4.0
+    return _draw_left_of(painter, rect, right, texts.at_position, colours.accent)
 
 
 def _draw_left_of(painter: QPainter, rect: QRectF, right: float, text: str, colour: str,
@@ -150,7 +151,8 @@ def _draw_left_of(painter: QPainter, rect: QRectF, right: float, text: str, colo
     width = painter.fontMetrics().horizontalAdvance(text) + 2.0
     place = QRectF(right - width, rect.top(), width, rect.height())
     painter.setPen(Qt.NoPen)
-    painter.setBrush(QColor(behind) if behind else _BACKGROUND)
+    painter.setBrush(QColor(behind) if behind
+                     else translucent(theme().paper, _BACKGROUND_ALPHA))
     margin = 3.0 if behind else 0.0
     painter.drawRoundedRect(place.adjusted(-margin, 0, margin, 0), margin, margin)
     painter.setPen(QColor(colour))

@@ -8,13 +8,14 @@ from PyQt5.QtCore import QPoint, QRectF, Qt
 from PyQt5.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QPixmap
 from PyQt5.QtWidgets import QScrollBar, QWidget
 
-from process_visualizer.gui.toolkit.style import ACCENT, LINE, WARNING
+from process_visualizer.gui.toolkit.colours import translucent
+from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.views.playback.lane_picture import curve_picture
 from process_visualizer.gui.views.playback.timeline_lanes import Lane
 
 HEIGHT = 18
 _LEAST_FRAME = 8.0  # px: it can be grabbed however short the part is
-_OUTSIDE = QColor(243, 245, 246, 190)  # over what is not shown
+_OUTSIDE_ALPHA = 190  # over what is not shown
 
 
 class MapContent(NamedTuple):
@@ -67,20 +68,20 @@ class Minimap(QScrollBar):
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Draw the strip, pale but for the frame."""
         painter = QPainter(self)
-        painter.fillRect(self.rect(), Qt.white)
+        painter.fillRect(self.rect(), QColor(theme().paper))
         self._draw_curve(painter)
         for share in self._content.marks:
             painter.fillRect(QRectF(round(share * self.width()), 0.0, 1.0, self.height()),
-                             QColor(WARNING))
-        frame = self.frame
-        painter.fillRect(QRectF(0.0, 0.0, frame.left(), self.height()), _OUTSIDE)
+                             QColor(theme().warning))
+        frame, outside = self.frame, translucent(theme().window, _OUTSIDE_ALPHA)
+        painter.fillRect(QRectF(0.0, 0.0, frame.left(), self.height()), outside)
         painter.fillRect(QRectF(frame.right(), 0.0, self.width() - frame.right(), self.height()),
-                         _OUTSIDE)
+                         outside)
         painter.fillRect(QRectF(round(self._position * self.width()) - 1, 0.0, 2.0,
-                                self.height()), QColor(ACCENT))
-        painter.setPen(QPen(QColor(LINE), 1))
+                                self.height()), QColor(theme().accent))
+        painter.setPen(QPen(QColor(theme().line), 1))
         painter.drawRect(QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5))
-        painter.setPen(QPen(QColor(ACCENT), 2))
+        painter.setPen(QPen(QColor(theme().accent), 2))
         painter.drawRect(frame.adjusted(1.0, 1.0, -1.0, -1.0))
         painter.end()
 

@@ -14,7 +14,7 @@ from process_visualizer.curves.position_values import Key, key_of
 from process_visualizer.gui.models.playback.bag_model import BagModel
 from process_visualizer.gui.models.playback.playback_model import PlaybackModel
 from process_visualizer.gui.models.playback.values_model import ValuesModel
-from process_visualizer.gui.toolkit.style import WARNING
+from process_visualizer.gui.toolkit.theme_following import set_sheet
 from process_visualizer.gui.views.parts.layouts import in_column
 from process_visualizer.gui.views.playback.bag_view import BagView
 from process_visualizer.gui.views.playback.curves_dialog import CurvesDialog
@@ -47,7 +47,7 @@ class PlaybackPanel(QWidget):
         self.notes.setObjectName('playback_notes')
         self.notes.setWordWrap(True)
         self.notes.setTextFormat(Qt.PlainText)
-        self.notes.setStyleSheet(f'color: {WARNING}')
+        set_sheet(self.notes, 'color: <warning>')
         self.setObjectName('playback_panel')
         self._lay_out()
         bag.changed.connect(self._show_bag)

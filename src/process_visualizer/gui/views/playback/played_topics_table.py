@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Dict, Optional
 
 from PyQt5.QtCore import Qt
-from PyQt5.QtGui import QColor, QResizeEvent
+from PyQt5.QtGui import QResizeEvent
 from PyQt5.QtWidgets import QSizePolicy, QTreeWidgetItem, QWidget
 
 from process_visualizer.bags.catalogue import Catalogue, CatalogueTopic
 from process_visualizer.gui.models.playback.played_topics import PlayedTopics
-from process_visualizer.gui.toolkit.style import QUIET, TEXT
+from process_visualizer.gui.views.parts.row_delegate import colour_row
 from process_visualizer.gui.views.recording.topic_tree import TopicTree
 from process_visualizer.health.device_state import recorded_rate_text
 from process_visualizer.health.figures import count_text
@@ -59,7 +59,7 @@ class PlayedTopicsTable(TopicTree):
             is_offered, is_ticked = self._played.is_offered(name), self._played.is_ticked(name)
             row.setData(_NAME, Qt.CheckStateRole,
                         (Qt.Checked if is_ticked else Qt.Unchecked) if is_offered else None)
-            row.setForeground(_NAME, QColor(TEXT if is_ticked else QUIET))
+            colour_row(row, _NAME, 'text' if is_ticked else 'quiet')
             row.setToolTip(_NAME, row.data(_NAME, Qt.UserRole) + (
                 '' if is_offered else '\nNo ticked device has it: it is not played'))
         self.blockSignals(False)

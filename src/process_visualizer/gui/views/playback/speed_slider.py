@@ -9,14 +9,7 @@ from PyQt5.QtCore import QPointF, QRectF, QSize, Qt, pyqtSignal
 from PyQt5.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen
 from PyQt5.QtWidgets import QAbstractSlider, QSizePolicy, QWidget
 
-from process_visualizer.gui.toolkit.style import (
-    ACCENT,
-    DISABLED_SHAPE,
-    DISABLED_TEXT,
-    QUIET,
-    TICK,
-)
-from process_visualizer.gui.views.playback.timeline_header import GROOVE
+from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.playback.rate_ladder import RATES
 from process_visualizer.playback.timeline import MAX_RATE, MIN_RATE
 
@@ -81,15 +74,15 @@ class SpeedSlider(QAbstractSlider):
         """Draw the groove, from 1 to the speed in colour, ticks with labels, and the knob."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.Antialiasing)
-        colour = QColor(ACCENT if self.isEnabled() else DISABLED_SHAPE)
+        colour = QColor(theme().accent if self.isEnabled() else theme().disabled_shape)
         left, right = sorted((self.x_of(1.0), self.x_of(self.speed)))
         painter.setPen(Qt.NoPen)
-        painter.setBrush(QColor(GROOVE))
+        painter.setBrush(QColor(theme().groove))
         painter.drawRoundedRect(QRectF(_SIDE - 2, _GROOVE_Y - 2, self.width() - 2 * _SIDE + 4, 4),
                                 2, 2)
         painter.fillRect(QRectF(left, _GROOVE_Y - 2, right - left, 4), colour)
         self._draw_ticks(painter)
-        painter.setPen(QPen(Qt.white, 1.5))
+        painter.setPen(QPen(QColor(theme().on_signal), 1.5))
         painter.setBrush(colour)
         painter.drawEllipse(QPointF(self.x_of(self.speed), _GROOVE_Y), _KNOB, _KNOB)
         if self.hasFocus():
@@ -103,10 +96,10 @@ class SpeedSlider(QAbstractSlider):
         painter.setFont(font)
         for speed in RATES:
             x = self.x_of(speed)
-            painter.setPen(QColor(TICK))
+            painter.setPen(QColor(theme().tick))
             painter.drawLine(QPointF(x, _GROOVE_Y + 6), QPointF(x, _GROOVE_Y + 9))
             if speed in LABELLED:
-                painter.setPen(QColor(QUIET if self.isEnabled() else DISABLED_TEXT))
+                painter.setPen(QColor(theme().quiet if self.isEnabled() else theme().disabled_text))
                 painter.drawText(QRectF(x - 20, _GROOVE_Y + 9, 40, 13), Qt.AlignCenter,
                                  f'{speed:g}')
 

@@ -8,7 +8,8 @@ from PyQt5.QtCore import QRect, QSize, Qt
 from PyQt5.QtGui import QColor, QPainter, QPaintEvent, QPalette
 from PyQt5.QtWidgets import QLabel, QSizePolicy, QWidget
 
-from process_visualizer.gui.toolkit.style import QUIET, tabular_font
+from process_visualizer.gui.toolkit.style import tabular_font
+from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.playback.time_text import format_time
 
 _UNKNOWN = '-:--.---'
@@ -52,7 +53,8 @@ class TimeLabel(QLabel):
         painter = QPainter(self)
         colour = self.palette().color(QPalette.WindowText)
         width = self._draw(painter, 0, self._position.rjust(len(self._end)), colour)
-        self._draw(painter, width, f' / {self._end}', QColor(QUIET) if self.isEnabled() else colour)
+        quiet = QColor(theme().quiet) if self.isEnabled() else colour
+        self._draw(painter, width, f' / {self._end}', quiet)
 
     def _draw(self, painter: QPainter, left: int, text: str, colour: QColor) -> int:
         width = self.fontMetrics().horizontalAdvance(text)

@@ -6,7 +6,7 @@ from PyQt5.QtCore import Qt, pyqtSignal
 from PyQt5.QtGui import QCloseEvent, QColor, QMouseEvent, QPainter, QPaintEvent
 from PyQt5.QtWidgets import QVBoxLayout, QWidget
 
-from process_visualizer.gui.toolkit.style import TICK
+from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.views.parts.layouts import in_column
 
 _SIDE = 10
@@ -65,7 +65,7 @@ class Grip(QWidget):
         painter = QPainter(self)
         painter.fillRect(0, 0, self.width(), 1, self.palette().mid())
         painter.setPen(Qt.NoPen)
-        painter.setBrush(QColor(TICK))
+        painter.setBrush(QColor(theme().tick))
         painter.drawRoundedRect((self.width() - _MARK_PX) // 2, 4, _MARK_PX, 3, 1.5, 1.5)
         painter.end()
 

@@ -17,15 +17,8 @@ from PyQt5.QtGui import (
 )
 
 from process_visualizer.gui.models.playback.marks import PlacedMark
-from process_visualizer.gui.toolkit.style import (
-    ACCENT,
-    BAD,
-    DISABLED_TEXT,
-    QUIET,
-    TEXT,
-    TICK,
-    WARNING,
-)
+from process_visualizer.gui.toolkit.colours import translucent
+from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis, tick_label
 from process_visualizer.gui.views.playback.timeline_layout import (
     AXIS_HEIGHT,
@@ -42,8 +35,6 @@ from process_visualizer.gui.views.playback.timeline_layout import (
 _LEAST_LABEL = 34.0  # px: less room than this is not worth a label
 _KNOB = 6.5
 _SHORTEST_ALARM = 3.0  # px
-GROOVE = '#dde2e6'
-LOOP = '#8a5fb0'
 
 
 class Loop(NamedTuple):
@@ -86,9 +77,9 @@ def draw_axis(painter: QPainter, axis: TimeAxis) -> None:
     step_s = axis.tick_step_s(least_px)
     for time_s in axis.ticks(least_px):
         x = axis.x(time_s)
-        painter.setPen(QColor(TICK))
+        painter.setPen(QColor(theme().tick))
         painter.drawLine(QPointF(x, AXIS_TOP - 1), QPointF(x, AXIS_TOP + 3))
-        painter.setPen(QColor(QUIET))
+        painter.setPen(QColor(theme().quiet))
         label = tick_label(time_s, step_s)
         width = metrics.horizontalAdvance(label) + 2
         left = min(max(x - width / 2, 1.0), axis.right + SIDE - width - 1)
@@ -98,7 +89,7 @@ def draw_axis(painter: QPainter, axis: TimeAxis) -> None:
 def draw_groove(painter: QPainter, axis: TimeAxis) -> None:
     """Draw the groove of the slider."""
     painter.setPen(Qt.NoPen)
-    painter.setBrush(QColor(GROOVE))
+    painter.setBrush(QColor(theme().groove))
     painter.drawRoundedRect(track_rect(axis), 3, 3)
 
 
@@ -109,7 +100,8 @@ def draw_alarms(painter: QPainter, axis: TimeAxis,
     for begin_s, end_s in alarms:
         left, right = _on_line(axis, begin_s), _on_line(axis, end_s)
         if right > left or axis.left < left < axis.right:
-            painter.fillRect(QRectF(left, top, max(right - left, _SHORTEST_ALARM), 4), QColor(BAD))
+            painter.fillRect(QRectF(left, top, max(right - left, _SHORTEST_ALARM), 4),
+                             QColor(theme().bad))
 
 
 def draw_gaps(painter: QPainter, axis: TimeAxis, gaps: Sequence[Tuple[float, float]],
@@ -121,8 +113,8 @@ def draw_gaps(painter: QPainter, axis: TimeAxis, gaps: Sequence[Tuple[float, flo
         if right == left and not axis.left < left < axis.right:
             continue
         rect = QRectF(QPointF(left, TRACK_TOP), QPointF(max(right, left + 3), bottom))
-        painter.fillRect(rect, QColor(255, 255, 255, 190))
-        hatched = QColor(WARNING)
+        painter.fillRect(rect, translucent(theme().paper, 190))
+        hatched = QColor(theme().warning)
         hatched.setAlpha(130)
         painter.setBrush(hatched)
         brush = painter.brush()
@@ -132,7 +124,7 @@ def draw_gaps(painter: QPainter, axis: TimeAxis, gaps: Sequence[Tuple[float, flo
 
 def draw_loop(painter: QPainter, axis: TimeAxis, loop: Loop, bottom: float) -> None:
     """Shade the repeated part; A and B are tabs with their letters."""
-    colour = QColor(LOOP if loop.is_on else '#a0a8af')
+    colour = QColor(theme().loop if loop.is_on else theme().loop_off)
     shade = QColor(colour)
     shade.setAlpha(34 if loop.is_on else 22)
     left, right = _on_line(axis, loop.begin_s), _on_line(axis, loop.end_s)
@@ -162,7 +154,7 @@ def _draw_tab(painter: QPainter, x: float, letter: str, outward: int, colour: QC
     small.setPixelSize(9)
     small.setBold(True)
     painter.setFont(small)
-    painter.setPen(Qt.white)
+    painter.setPen(QColor(theme().on_signal))
     painter.drawText(rect, Qt.AlignCenter, letter)
     painter.setFont(font)
 
@@ -177,7 +169,7 @@ def draw_flags(painter: QPainter, axis: TimeAxis, marks: Sequence[PlacedMark],
             continue
         end = axis.x(marks[row + 1].position_s) if row + 1 < len(marks) \
             else axis.right + SIDE
-        colour = QColor(ACCENT if row == hovered else WARNING)
+        colour = QColor(theme().accent if row == hovered else theme().warning)
         painter.fillRect(QRectF(round(x), FLAGS_TOP + 2, 1, TRACK_TOP + 10 - FLAGS_TOP), colour)
         painter.setPen(Qt.NoPen)
         painter.setBrush(colour)
@@ -186,7 +178,7 @@ def draw_flags(painter: QPainter, axis: TimeAxis, marks: Sequence[PlacedMark],
                                        QPointF(x, FLAGS_TOP + 10)]))
         room = end - x - FLAG_WIDTH - 8
         if room >= _LEAST_LABEL:
-            painter.setPen(QColor(TEXT))
+            painter.setPen(QColor(theme().text))
             painter.drawText(QRectF(x + FLAG_WIDTH + 3, FLAGS_TOP - 1, room, FLAGS_HEIGHT - 3),
                              Qt.AlignLeft | Qt.AlignVCenter,
                              metrics.elidedText(mark.label, Qt.ElideRight, room))
@@ -196,7 +188,7 @@ def draw_playhead(painter: QPainter, axis: TimeAxis, position_s: float, bottom: 
                   is_enabled: bool) -> None:
     """Draw the played part, the knob, and a line through all lanes."""
     groove, x = track_rect(axis), _on_line(axis, position_s)
-    colour = QColor(ACCENT if is_enabled else DISABLED_TEXT)
+    colour = QColor(theme().accent if is_enabled else theme().disabled_text)
     painter.setPen(Qt.NoPen)
     painter.setBrush(colour)
     path = QPainterPath()
@@ -206,20 +198,20 @@ def draw_playhead(painter: QPainter, axis: TimeAxis, position_s: float, bottom: 
     if abs(axis.x(position_s) - x) > 1.0:
         return  # it is out of sight
     painter.fillRect(QRectF(round(x) - 1, groove.bottom(), 2, bottom - groove.bottom()), colour)
-    painter.setPen(QPen(Qt.white, 1.5))
+    painter.setPen(QPen(QColor(theme().on_signal), 1.5))
     painter.drawEllipse(QPointF(x, groove.center().y()), _KNOB, _KNOB)
 
 
 def draw_hover(painter: QPainter, axis: TimeAxis, time_s: float, text: str, bottom: float) -> None:
     """Draw a line at the mouse, with its time in place of those of the ticks."""
     x = round(axis.x(time_s)) + 0.5
-    painter.setPen(QPen(QColor(TEXT), 1, Qt.DotLine))
+    painter.setPen(QPen(QColor(theme().text), 1, Qt.DotLine))
     painter.drawLine(QPointF(x, TRACK_TOP), QPointF(x, bottom))
     width = painter.fontMetrics().horizontalAdvance(text) + 10.0
     left = min(max(x - width / 2, 1.0), axis.right + SIDE - width - 1)
     rect = QRectF(left, AXIS_TOP + 1, width, AXIS_HEIGHT - 1)
     painter.setPen(Qt.NoPen)
-    painter.setBrush(QColor(TEXT))
+    painter.setBrush(QColor(theme().text))
     painter.drawRoundedRect(rect, 3, 3)
-    painter.setPen(Qt.white)
+    painter.setPen(QColor(theme().on_signal))
     painter.drawText(rect, Qt.AlignCenter, text)

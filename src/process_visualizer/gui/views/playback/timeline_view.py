@@ -22,6 +22,7 @@ from PyQt5.QtWidgets import QMenu, QScrollBar, QSizePolicy, QToolTip, QWidget
 
 from process_visualizer.curves.position_values import Key
 from process_visualizer.gui.models.playback.playback_model import PlaybackModel
+from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
 from process_visualizer.gui.views.playback import timeline_header as header
 from process_visualizer.gui.views.playback.lane_stack import LaneStack
@@ -182,8 +183,8 @@ class TimelineView(QWidget):
         hovered = self._hover.mark if self._hover.kind == 'mark' else -1
         look = (axis, self._playback.marks, hovered, self.devicePixelRatioF(), self._font,
                 self.alarms)
-        if self._header is None or self._header[0] != look:
-            self._header = (look, header.header_picture(*look))
+        if self._header is None or self._header[0] != (theme(), look):
+            self._header = ((theme(), look), header.header_picture(*look))
         painter.drawPixmap(QPoint(0, 0), self._header[1])
 
     def _draw_position(self, painter: QPainter, axis: TimeAxis, bottom: float) -> None:

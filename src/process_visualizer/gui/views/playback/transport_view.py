@@ -20,7 +20,7 @@ from PyQt5.QtWidgets import (
 from process_visualizer.gui.models.playback.playback_model import PlaybackModel
 from process_visualizer.gui.models.playback.step_unit import MESSAGE, TIMES, StepUnit
 from process_visualizer.gui.toolkit.icons import icon
-from process_visualizer.gui.toolkit.style import WARNING
+from process_visualizer.gui.toolkit.theme_following import set_sheet
 from process_visualizer.gui.views.playback.speed_slider import SpeedSlider
 from process_visualizer.gui.views.playback.time_label import TimeLabel
 from process_visualizer.playback.timeline import MAX_RATE, MIN_RATE
@@ -80,7 +80,7 @@ class TransportView(QWidget):
         self.time.setObjectName('time')
         self.time.setToolTip('Position and length of the recording, m:ss.mmm')
         self.reached.setObjectName('reached_rate')
-        self.reached.setStyleSheet(f'color: {WARNING}')
+        set_sheet(self.reached, 'color: <warning>')
         self.reached.setToolTip('The machine is too slow for this speed; all topics slow down '
                                 'together')
         self.reached.setSizePolicy(QSizePolicy.Ignored, QSizePolicy.Preferred)

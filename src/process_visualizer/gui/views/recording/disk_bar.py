@@ -6,8 +6,8 @@ from typing import Optional
 
 from PyQt5.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QVBoxLayout, QWidget
 
-from process_visualizer.gui.toolkit.style import BAD, LINE, QUIET, USED
-from process_visualizer.gui.views.parts.labels import colour, small
+from process_visualizer.gui.toolkit.theme_following import colour, set_sheet
+from process_visualizer.gui.views.parts.labels import small
 from process_visualizer.health.figures import long_time_text, size_text
 
 _HEIGHT_PX = 5
@@ -37,7 +37,7 @@ class DiskBar(QWidget):
         layout.setSpacing(3)
         layout.addWidget(self._bar)
         layout.addLayout(row)
-        colour(self._room, QUIET)
+        colour(self._room, 'quiet')
         self._paint(False)
 
     def show_room(self, free_bytes: Optional[int], total_bytes: Optional[int],
@@ -50,12 +50,10 @@ class DiskBar(QWidget):
         left = '' if time_left_s is None else long_time_text(time_left_s)
         self._time.setText(f'<b>The disk is full in {left}</b>' if is_low
                            else f'{left} left at this rate' if left else '')
-        colour(self._time, BAD if is_low else QUIET)
+        colour(self._time, 'bad' if is_low else 'quiet')
         self._paint(is_low)
 
     def _paint(self, is_low: bool) -> None:
-        filled = BAD if is_low else USED
-        sheet = (f'QProgressBar {{ border: 0; border-radius: 2px; background: {LINE}; }}'
-                 f'QProgressBar::chunk {{ border-radius: 2px; background: {filled}; }}')
-        if self._bar.styleSheet() != sheet:
-            self._bar.setStyleSheet(sheet)
+        filled = '<bad>' if is_low else '<used>'
+        set_sheet(self._bar, 'QProgressBar { border: 0; border-radius: 2px; background: <line>; }'
+                  f'QProgressBar::chunk {{ border-radius: 2px; background: {filled}; }}')

@@ -16,8 +16,8 @@ from PyQt5.QtWidgets import (
 )
 
 from process_visualizer.gui.models.recording.recording_choices import NameChoice, RecordingChoices
-from process_visualizer.gui.toolkit.style import QUIET, WARNING
-from process_visualizer.gui.views.parts.labels import colour, small, tool_button
+from process_visualizer.gui.toolkit.theme_following import colour
+from process_visualizer.gui.views.parts.labels import small, tool_button
 from process_visualizer.gui.views.parts.layouts import in_column, in_row
 
 _TEXTS = {NameChoice.DATE: 'Use standard file name (current date and time)',
@@ -107,7 +107,7 @@ class NameOptions(QWidget):
                   _row(self._buttons[NameChoice.NAME], self._name, _hint('.bag')),
                   _row(QLabel('Folder:'), self._folder, self._browse), self._problem)
         self._problem.setWordWrap(True)
-        colour(self._problem, WARNING)
+        colour(self._problem, 'warning')
 
 
 def _row(before: QWidget, line: QLineEdit, after: QWidget) -> QHBoxLayout:
@@ -127,5 +127,5 @@ def _line(name: str, accessible_name: str, placeholder: str, hint: str) -> QLine
 
 def _hint(text: str) -> QLabel:
     label = QLabel(text)
-    colour(label, QUIET)
+    colour(label, 'quiet')
     return label

@@ -10,16 +10,10 @@ from PyQt5.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QVBoxLayou
 from process_visualizer.gui.models.recording.recording_model import RecordingModel
 from process_visualizer.gui.models.recording.recording_types import Phase
 from process_visualizer.gui.toolkit.icons import icon
-from process_visualizer.gui.toolkit.style import (
-    BAD,
-    BEHIND_BAD,
-    LINE,
-    PAPER,
-    QUIET,
-    TEXT,
-    tabular_font,
-)
-from process_visualizer.gui.views.parts.labels import colour, small
+from process_visualizer.gui.toolkit.style import tabular_font
+from process_visualizer.gui.toolkit.theme import theme
+from process_visualizer.gui.toolkit.theme_following import ThemeFollower, colour, set_sheet
+from process_visualizer.gui.views.parts.labels import small
 from process_visualizer.health.figures import clock_text, count_text, size_text
 
 _CLOCK_PERIOD_MS = 100
@@ -50,6 +44,7 @@ class RecordBar(QFrame):
         self._style_text()
         self._lay_out()
         model.changed.connect(self.refresh)
+        ThemeFollower(self, self.refresh)
         self.refresh()
 
     def refresh(self) -> None:
@@ -78,12 +73,12 @@ class RecordBar(QFrame):
         state = self._model.state
         figures, incoming = state.figures, state.snapshot.rate
         is_known = figures is not None and state.phase is not Phase.STARTING
-        colour(self._clock, TEXT if state.is_busy or is_known else QUIET)
+        colour(self._clock, 'text' if state.is_busy or is_known else 'quiet')
         if figures is None or not is_known:
             self._figures.setText(f'{size_text(incoming)}/s incoming' if incoming else ' ')
             return
         parts = [size_text(figures.bytes), count_text(figures.messages, 'message')]
-        parts += [f'<span style="color:{BAD}"><b>{count_text(number)} {word}</b></span>'
+        parts += [f'<span style="color:{theme().bad}"><b>{count_text(number)} {word}</b></span>'
                   if number else f'{number} {word}'
                   for number, word in ((figures.dropped, 'dropped'), (figures.lost, 'lost'))]
         self._figures.setText(' · '.join(parts))
@@ -96,7 +91,7 @@ class RecordBar(QFrame):
         bold.setBold(True)
         self._button.setFont(bold)
         self._dot.setPixmap(icon('record').pixmap(QSize(_ICON_PX, _ICON_PX)))
-        colour(self._figures, QUIET)
+        colour(self._figures, 'quiet')
 
     def _lay_out(self) -> None:
         time = QHBoxLayout()
@@ -116,8 +111,6 @@ class RecordBar(QFrame):
         layout.addWidget(self._figures)
 
     def _paint(self, is_recording: bool) -> None:
-        border, background = (BAD, BEHIND_BAD) if is_recording else (LINE, PAPER)
-        sheet = (f'QFrame#record_bar {{ border: 1px solid {border}; border-radius: 5px; '
-                 f'background: {background}; }}')
-        if self.styleSheet() != sheet:
-            self.setStyleSheet(sheet)
+        border, background = ('<bad>', '<behind_bad>') if is_recording else ('<line>', '<paper>')
+        set_sheet(self, f'QFrame#record_bar {{ border: 1px solid {border}; border-radius: 5px; '
+                        f'background: {background}; }}')

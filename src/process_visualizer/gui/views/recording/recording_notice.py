@@ -13,8 +13,7 @@ from process_visualizer.gui.models.recording.recording_model import RecordingMod
 from process_visualizer.gui.models.recording.recording_types import FinishedBag, Phase
 from process_visualizer.gui.models.recording.topic_ticks import TopicHealth
 from process_visualizer.gui.toolkit.icons import icon
-from process_visualizer.gui.toolkit.style import QUIET, TEXT
-from process_visualizer.gui.views.parts.labels import colour
+from process_visualizer.gui.toolkit.theme_following import colour
 from process_visualizer.health.figures import clock_text, count_text
 
 _ICON_PX = 18
@@ -70,7 +69,7 @@ class RecordingNotice(QWidget):
         self._icon.setVisible(bool(notice.icon))
         if notice.icon:
             self._icon.setPixmap(icon(notice.icon).pixmap(QSize(_ICON_PX, _ICON_PX)))
-        colour(self._text, TEXT if notice.icon else QUIET)
+        colour(self._text, 'text' if notice.icon else 'quiet')
         state = self._model.state
         is_idle = state.phase in (Phase.IDLE, Phase.OFF)
         self._play.setVisible(is_idle and state.finished is not None)

@@ -5,16 +5,16 @@ from __future__ import annotations
 from typing import Dict, List, Optional, Tuple
 
 from PyQt5.QtCore import QSize, Qt, pyqtSignal
-from PyQt5.QtGui import QColor
 from PyQt5.QtWidgets import QSizePolicy, QTreeWidget, QTreeWidgetItem, QWidget
 
 from process_visualizer.gui.models.recording.recording_choices import RecordingChoices
 from process_visualizer.gui.models.recording.topic_ticks import TopicHealth, TopicRow
-from process_visualizer.gui.toolkit.style import QUIET, TEXT, WARNING
+from process_visualizer.gui.toolkit.theme_following import colour
 from process_visualizer.gui.views.parts.elided_label import ElidedLabel
 from process_visualizer.gui.views.parts.fold_button import FoldButton
-from process_visualizer.gui.views.parts.labels import colour, small, tool_button
+from process_visualizer.gui.views.parts.labels import small, tool_button
 from process_visualizer.gui.views.parts.layouts import in_column, in_row
+from process_visualizer.gui.views.parts.row_delegate import colour_row
 from process_visualizer.gui.views.recording.topic_tree import TopicTree
 from process_visualizer.health.figures import count_text, live_rate_text, long_time_text
 
@@ -73,7 +73,7 @@ class TopicList(QWidget):
         self._tree.blockSignals(False)
         text, is_warning = summary(rows)
         self._summary.setText(text)
-        colour(self._summary, WARNING if is_warning else QUIET)
+        colour(self._summary, 'warning' if is_warning else 'quiet')
 
     def lock(self, is_locked: bool) -> None:
         """Lock the check boxes during a recording."""
@@ -153,8 +153,8 @@ def _show(item: QTreeWidgetItem, row: TopicRow) -> None:
     if item.text(_RATE) != text:
         item.setText(_RATE, text)
     is_warning = row.is_ticked and row.health in _UNHEALTHY
-    item.setForeground(_RATE, QColor(WARNING if is_warning else QUIET))
-    item.setForeground(_NAME, QColor(TEXT if row.is_ticked else QUIET))
+    colour_row(item, _RATE, 'warning' if is_warning else 'quiet')
+    colour_row(item, _NAME, 'text' if row.is_ticked else 'quiet')
     lost = f'; {row.dropped} dropped, {row.lost} lost' if row.dropped or row.lost else ''
     item.setToolTip(_NAME, f'{row.name}{lost}')
 

@@ -7,6 +7,8 @@ from typing import Optional
 from PyQt5.QtCore import QEvent, Qt
 from PyQt5.QtWidgets import QHeaderView, QTreeWidget, QWidget
 
+from process_visualizer.gui.views.parts.row_delegate import RowDelegate
+
 
 class TopicTree(QTreeWidget):
     """Topics, whose names get the room left by other columns; nothing can be selected."""
@@ -20,6 +22,7 @@ class TopicTree(QTreeWidget):
         self.setSelectionMode(QTreeWidget.NoSelection)
         self.setFocusPolicy(Qt.TabFocus)
         self.setTextElideMode(Qt.ElideMiddle)
+        self.setItemDelegate(RowDelegate(self))
         self.header().setStretchLastSection(False)
         self.header().setSectionResizeMode(QHeaderView.ResizeToContents)
         self.header().setSectionResizeMode(0, QHeaderView.Stretch)
