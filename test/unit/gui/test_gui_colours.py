@@ -25,6 +25,7 @@ PAIRS += [(text, behind) for text in ('text', 'quiet', 'bad')
           for behind in ('behind_bad', 'behind_warning', 'behind_good')]
 PAIRS += [('on_signal', behind) for behind in ('accent', 'warning', 'bad', 'text', 'loop')]
 PAIRS += [('text', 'button'), ('text', 'row')]
+INDICATORS = ('indicator', 'window'), ('indicator', 'paper'), ('text', 'indicator')
 
 parts = st.floats(0.0, 1.0)
 themes = pytest.mark.parametrize('colours', [LIGHT, DARK], ids=['light', 'dark'])
@@ -78,3 +79,10 @@ def test_colours_are_in_one_place() -> None:
                         (GUI / folder).rglob('*.py')
                         if LITERAL.search(path.read_text(encoding='utf-8'))]
     assert found == []
+
+
+@pytest.mark.parametrize('inside, behind', INDICATORS)
+def test_boxes_and_ticks_are_seen_on_dark_windows(inside: str, behind: str) -> None:
+    """On a light one they have an outline."""
+    assert contrast(QColor(getattr(DARK, inside)),
+                    QColor(getattr(DARK, behind))) >= GRAPHICS_CONTRAST

@@ -20,6 +20,7 @@ _ROLES = {
 }
 _ON_PRIMARY = (QPalette.BrightText, QPalette.HighlightedText)
 _DISABLED_ROLES = (QPalette.WindowText, QPalette.Text, QPalette.ButtonText)
+_WITH_INDICATOR = ('QCheckBox', 'QRadioButton')
 _SHEET = """
 QGroupBox { border: 0; margin-top: 1.6em; padding: 0; font-weight: bold; }
 QGroupBox::title { subcontrol-origin: margin; subcontrol-position: top left; padding: 0; }
@@ -43,6 +44,8 @@ def apply_style(app: QApplication, wanted: Theme = LIGHT) -> None:
 def apply_theme(app: QApplication, wanted: Theme) -> None:
     """Give an application, and all of its widgets, the colours of a theme."""
     app.setPalette(palette(wanted))
+    for kind in _WITH_INDICATOR:
+        app.setPalette(_indicator_palette(wanted), kind)
     app.setStyleSheet(with_colours(_SHEET))
     recolour(app)
 
@@ -65,6 +68,13 @@ def palette(wanted: Theme) -> QPalette:
     for role in _DISABLED_ROLES:
         colours.setColor(QPalette.Disabled, role, QColor(wanted.disabled_text))
     colours.setColor(QPalette.Disabled, QPalette.Highlight, QColor(wanted.mid))
+    return colours
+
+
+def _indicator_palette(wanted: Theme) -> QPalette:
+    """In Fusion the outline of an indicator is darker than the window: not seen on a dark one."""
+    colours = palette(wanted)
+    colours.setColor(QPalette.Base, QColor(wanted.indicator))
     return colours
 
 

@@ -31,6 +31,7 @@ class RowDelegate(QStyledItemDelegate):
         name = index.data(_COLOUR)
         if name:
             palette.setColor(QPalette.Text, QColor(getattr(theme(), name)))
+        palette.setColor(QPalette.Base, QColor(theme().indicator))
         palette.setBrush(QPalette.HighlightedText, palette.brush(QPalette.Text))
         option.palette = palette
 
