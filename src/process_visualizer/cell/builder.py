@@ -20,9 +20,11 @@ from process_visualizer.cell.model import (
     Model,
     Node,
     Pose,
+    ProcessEvent,
     Property,
     RegionOfInterest,
     RoslaunchElement,
+    RunSpan,
     Tool,
     Topic,
     TopicFunction,
@@ -170,7 +172,7 @@ def _properties(parsed: Parsed) -> Tuple[Property, ...]:
 def _arrow(parsed: Parsed) -> Arrow:
     values = parsed.values
     return Arrow(values['quantity'], values['scale'], values['min'], values['max'],
-                 values['color'], parsed.location)
+                 values['color'], parsed.location, values['tolerance'])
 
 
 def _variable(parsed: Parsed) -> Variable:
@@ -182,7 +184,7 @@ def _variable(parsed: Parsed) -> Variable:
                     cast(Vector3, values['axis']), values['color'], values['unit'],
                     values['scale'], values['offset'], label, parsed.location,
                     values['offset_param'], _limits(values), _color_scale(values), values['max'],
-                    values['shown'])
+                    values['shown'], values['tolerance'])
 
 
 def _limits(values: Dict[str, Any]) -> Optional[WarningLimits]:
@@ -194,6 +196,22 @@ def _limits(values: Dict[str, Any]) -> Optional[WarningLimits]:
 def _color_scale(values: Dict[str, Any]) -> Optional[ColorScale]:
     ends = values['color_begin'], values['color_end'], values['end_color']
     return None if None in ends else ColorScale(*ends)
+
+
+def build_event(parsed: Parsed) -> ProcessEvent:
+    """The moment of an ``<event>`` element."""
+    values = parsed.values
+    is_above = values['above'] is not None
+    return ProcessEvent(values['name'], absolute_topic('', values['topic']), values['field'],
+                        values['above'] if is_above else values['below'], is_above,
+                        values['hysteresis'], parsed.location)
+
+
+def build_run(parsed: Parsed) -> RunSpan:
+    """What one run is, by a ``<run>`` element."""
+    values = parsed.values
+    return RunSpan(values['begin'], values['end'], values['before'], values['after'],
+                   parsed.location)
 
 
 def build_machines(machines: Iterable[Parsed]) -> Tuple[RoslaunchElement, ...]:

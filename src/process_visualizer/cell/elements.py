@@ -102,7 +102,7 @@ _STRUCTURE: Dict[str, Tag] = {
     'visualizer': Tag(
         'The root of a configuration.',
         {'frame': _optional('frame', 'name of the global frame', DEFAULT_FRAME)},
-        children=('arg', 'include', 'machine', 'device')),
+        children=('arg', 'include', 'machine', 'device', 'event', 'run'), single=('run',)),
     'arg': Tag(
         'A value for `$(arg name)`; given on the command line as `name:=value`.',
         {'name': _required('name', 'name of the argument'),
@@ -123,6 +123,26 @@ _STRUCTURE: Dict[str, Tag] = {
         children=('base', 'model', 'tool', 'node', 'launch', 'topic', 'rviz', 'force', 'arrow',
                   'variable', 'roi', 'param', 'rosparam'),
         single=('base', 'model', 'tool', 'force', 'roi')),
+    'event': Tag(
+        'A moment of the process: when a number of a topic passes a threshold.',
+        {'name': _required('text', 'what happens then, such as `needle starts`'),
+         'topic': _required('topic', 'the topic'),
+         'field': _optional('field', 'the number in the message', 'data'),
+         'above': _optional('number', 'the moment is when the number comes to be greater'),
+         'below': _optional('number', 'the moment is when the number comes to be less'),
+         'hysteresis': _optional('length', 'how far the number must be back behind the threshold '
+                                           'before it can pass it again', '0'),
+         **_CONDITION},
+        alternatives=('above', 'below'), needs_alternative=True),
+    'run': Tag(
+        'What one run of the process is: from one event to another one.',
+        {'begin': _required('text', 'name of the `<event>`, or label of the mark, at which a run '
+                                    'begins'),
+         'end': _required('text', 'name of the event, or label of the mark, at which it ends; may '
+                                  'be the same, then it ends where the next one begins'),
+         'before': _optional('length', 'seconds before the begin that belong to the run', '0'),
+         'after': _optional('length', 'seconds behind the end that belong to the run', '0'),
+         **_CONDITION}),
     'base': Tag(
         "The device's base frame, posed in the global frame.",
         {'frame': _required('frame', 'name of the base frame'), **_POSE},
@@ -255,7 +275,9 @@ _DRAWN: Dict[str, Tag] = {
          'scale': _optional('positive', 'length in m per m/s or per N'),
          'min': _optional('length', 'shortest length in m'),
          'max': _optional('positive', 'longest length in m'),
-         'color': _optional('color', 'a colour name, `#rrggbb`, or `r g b` from 0 to 1')}),
+         'color': _optional('color', 'a colour name, `#rrggbb`, or `r g b` from 0 to 1'),
+         'tolerance': _optional('positive', 'how far a run may be from a good one, in m/s or N; '
+                                            'default: a share of the range')}),
     'variable': Tag(
         'Any number of any topic as an arrow with its value.',
         {'topic': _required('topic', 'the topic'),
@@ -278,6 +300,8 @@ _DRAWN: Dict[str, Tag] = {
                                             'there it fades to `end_color`'),
          'color_end': _optional('number', 'value from which it has its `end_color`'),
          'end_color': _optional('color', 'the other end of the colour scale'),
+         'tolerance': _optional('positive', 'how far a run may be from a good one, in the unit of '
+                                            'the value; default: a share of the range'),
          'label': _optional('text', 'text before the value; default: the name of the topic'),
          'shown': _optional('boolean', 'whether RViz shows it; if not, it has its curve and its '
                                        'limits all the same', 'True')}),

@@ -178,6 +178,7 @@ class Arrow:
     maximum_m: Optional[float]
     color: Optional[Color]
     location: Location
+    tolerance: Optional[float] = None
 
 
 @dataclass(frozen=True)
@@ -217,6 +218,7 @@ class Variable:
     color_scale: Optional[ColorScale] = None
     maximum_m: Optional[float] = None  # longest length
     is_shown: bool = True  # in RViz; limits and curve are independent of it
+    tolerance: Optional[float] = None  # how far a run may be from a good one
 
 
 @dataclass(frozen=True)
@@ -255,6 +257,33 @@ class Device:
 
 
 @dataclass(frozen=True)
+class ProcessEvent:
+    """A moment of the process: when a number of a topic comes to lie beyond a threshold.
+
+    It counts as having left only when it is back by the hysteresis.
+    """
+
+    name: str
+    topic: str
+    field: str
+    threshold: float
+    is_above: bool
+    hysteresis: float
+    location: Location
+
+
+@dataclass(frozen=True)
+class RunSpan:
+    """One run of the process: from one event or mark to another, with some seconds around it."""
+
+    begin: str
+    end: str
+    before_s: float
+    after_s: float
+    location: Location
+
+
+@dataclass(frozen=True)
 class Cell:
     """A whole configuration: the devices and the name of the global frame.
 
@@ -268,6 +297,8 @@ class Cell:
     machines: Tuple[RoslaunchElement, ...] = ()
     files: Tuple[str, ...] = ()
     arguments: Mapping[str, str] = field(default_factory=dict)
+    events: Tuple[ProcessEvent, ...] = ()
+    run: Optional[RunSpan] = None
 
     def device(self, name: str) -> Device:
         """The device of that name.

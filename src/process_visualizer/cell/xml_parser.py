@@ -6,14 +6,15 @@ import os
 from typing import Dict, List, Mapping, Optional, Tuple
 
 from process_visualizer.cell.arguments import passed_arguments, read_arguments, report_unknown
-from process_visualizer.cell.builder import build_device, build_machines
+from process_visualizer.cell.builder import build_device, build_event, build_machines, build_run
 from process_visualizer.cell.element_reader import ElementReader, Parsed
 from process_visualizer.cell.elements import DEFAULT_FRAME, ROOT
 from process_visualizer.cell.errors import ConfigurationError, ProblemList
-from process_visualizer.cell.model import Cell, Device, RoslaunchElement
+from process_visualizer.cell.model import Cell, Device, ProcessEvent, RoslaunchElement, RunSpan
 from process_visualizer.cell.output_rules import check_outputs
 from process_visualizer.cell.roslaunch_rules import check_machines
 from process_visualizer.cell.rules import check_device, check_devices, check_node_names
+from process_visualizer.cell.run_rules import check_event_topics, check_run
 from process_visualizer.cell.suggestions import missing_file
 from process_visualizer.cell.variable_topics import with_variable_topics
 from process_visualizer.cell.xml_reader import Element, read_xml
@@ -53,11 +54,14 @@ class XmlParser:
         reading.read(root, self._given, (path,), None)
         check_devices(reading.devices, reading.frame or DEFAULT_FRAME, problems)
         check_machines(reading.machines, reading.devices, problems)
+        check_run(reading.events, reading.runs, problems)
         devices = _build_devices(reading.devices, reading.frame or DEFAULT_FRAME, problems)
+        check_event_topics(reading.events, devices, problems)
         if not len(problems) and not devices:
             problems.add(root.location, ROOT, 'lists no device; add a <device>')
         return Cell(os.path.abspath(path), reading.frame or DEFAULT_FRAME, devices,
-                    reading.machine_elements(), tuple(reading.files), self._given), problems
+                    reading.machine_elements(), tuple(reading.files), self._given,
+                    reading.process_events(), reading.run_span()), problems
 
 
 def _read_root(path: str) -> Element:
@@ -94,13 +98,25 @@ class _Reading:
         self.frame: Optional[str] = None
         self.devices: List[Parsed] = []
         self.machines: List[Parsed] = []
+        self.events: List[Parsed] = []
+        self.runs: List[Parsed] = []
         self.files: Dict[str, None] = {}
+        self._lists = {'device': self.devices, 'machine': self.machines, 'event': self.events,
+                       'run': self.runs}
         self._problems = problems
         self._includes = 0
 
     def machine_elements(self) -> Tuple[RoslaunchElement, ...]:
         """The ``<machine>`` elements for roslaunch."""
         return build_machines(self.machines)
+
+    def process_events(self) -> Tuple[ProcessEvent, ...]:
+        """The moments of the process."""
+        return tuple(build_event(parsed) for parsed in self.events if parsed.complete)
+
+    def run_span(self) -> Optional[RunSpan]:
+        """What one run of the process is, if it is said."""
+        return next((build_run(parsed) for parsed in self.runs if parsed.complete), None)
 
     def read(self, root: Element, given: Mapping[str, str], chain: Tuple[str, ...],
              place: Optional[Parsed]) -> None:
@@ -116,10 +132,8 @@ class _Reading:
             return
         self._set_frame(parsed)
         for child in parsed.children:
-            if child.tag == 'device':
-                self.devices.append(child)
-            elif child.tag == 'machine':
-                self.machines.append(child)
+            if child.tag in self._lists:
+                self._lists[child.tag].append(child)
             elif child.sound:
                 self._include(child, chain)
 

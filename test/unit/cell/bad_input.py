@@ -51,7 +51,8 @@ WHOLE_FILES: List[Bad] = [
           '3: <topik>: unknown element in <device>; did you mean "topic"?',
           '4: <frobnicate>: unknown element in <device>; expected one of: arrow, base, '),
     _file('tag in the wrong place', '<visualizer>\n<topic name="a"/></visualizer>',
-          '2: <topic>: is not allowed in <visualizer>; expected one of: arg, device, include'),
+          '2: <topic>: is not allowed in <visualizer>; expected one of: arg, device, event, '
+          'include, machine, run'),
     _file('unknown attribute of the root', '<visualizer fram="x"/>',
           '1: <visualizer>: unknown attribute "fram"; did you mean "frame"?'),
     _file('missing attributes', '<visualizer>\n<device/>\n</visualizer>',
@@ -319,6 +320,25 @@ COMBINATIONS: List[Bad] = [
     _in_robot('argument passed on without value', '<launch pkg="p" type="a.launch">\n'
                                                   '<arg name="x"/></launch>',
               '4: <arg>: the attribute "value" is missing'),
+    _file('event without a threshold', '<visualizer>\n<event name="a" topic="b"/></visualizer>',
+          '2: <event>: the attribute "above" or "below" is missing',
+          '2: <event>: the topic "b" is not recorded', schema_sees=False),
+    _file('event with two thresholds, and no topic',
+          '<visualizer>\n<event name="a" above="1" below="2"/></visualizer>',
+          '2: <event>: the attribute "topic" is missing',
+          '2: <event>: has both "above" and "below"'),
+    _in_robot('event of a topic that is not recorded, and twice',
+              '</device>\n<event name="a" topic="x" above="1"/>\n'
+              '<event name="a" topic="x" below="1"/><device type="other" name="other">',
+              '4: <event>: the topic "x" is not recorded; add it to its device with <topic>',
+              '5: <event>: an event named "a" already exists',
+              '5: <event>: the topic "x" is not recorded', schema_sees=False),
+    _in_robot('misspelt event of the run, and two runs',
+              '<topic name="x"/></device>\n<event name="begins" topic="x" above="1"/>\n'
+              '<run begin="begin" end="begins"/>\n<run begin="begins" end="a mark"/>'
+              '<device type="other" name="other">',
+              '5: <run>: attribute "begin": there is no event "begin"; did you mean "begins"?',
+              '6: <run>: occurs more than once', schema_sees=False),
     _in_robot('argument passed on twice', '<launch pkg="p" type="a.launch"><arg name="x" value="1"'
                                           '/>\n<arg name="x" value="2"/></launch>',
               '4: <arg>: "x" is given twice', schema_sees=False),

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from process_visualizer.cell.displays import DISPLAY_TYPES
+from process_visualizer.cell.documents.reference import updated_reference
 from process_visualizer.cell.elements import TAGS
-from process_visualizer.cell.reference import updated_reference
 
 REFERENCE = Path(__file__).resolve().parents[3] / 'docs' / 'configuration.md'
 

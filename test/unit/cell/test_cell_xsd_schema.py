@@ -11,11 +11,11 @@ from hypothesis import HealthCheck, assume, example, given, settings
 from hypothesis import strategies as st
 from lxml import etree
 
+from process_visualizer.cell.documents.xsd_schema import schema_text
 from process_visualizer.cell.elements import TAGS
 from process_visualizer.cell.errors import ConfigurationError
 from process_visualizer.cell.values import CONVERTERS
 from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.cell.xsd_schema import schema_text
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 KINDS = sorted({attribute.kind for tag in TAGS.values() for attribute in tag.attributes.values()}
