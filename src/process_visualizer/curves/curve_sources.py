@@ -29,6 +29,7 @@ class Quantity(Enum):
     SPEED = 'speed'  # m/s, from the poses of a tool
     FORCE = 'force'  # N, magnitude
     NUMBER = 'number'  # a field
+    JOINT = 'joint'  # rad or m; the last of the numbers that are found
 
 
 class CurveSource(NamedTuple):
@@ -36,7 +37,8 @@ class CurveSource(NamedTuple):
 
     ``field`` is that of a number; ``frames`` are the base and the tool of a pose from tf; where a
     ``model`` is named, the tool is that model's: see tool_on_tf. A source that is ``plain`` was
-    not asked for: it has a curve only if its topic is one of plain numbers.
+    not asked for: it has a curve only if its topic is one of plain numbers. ``tolerance`` is how
+    far a run may be from a good one.
     """
 
     device: str
@@ -51,6 +53,7 @@ class CurveSource(NamedTuple):
     model: str = ''
     plain: bool = False
     limits: Optional[WarningLimits] = None
+    tolerance: Optional[float] = None
 
 
 def curve_sources(devices: Sequence[Device]) -> Tuple[CurveSource, ...]:
@@ -87,15 +90,18 @@ def _quantity_source(device: Device, topic: Topic, quantity: Quantity, label: st
                      unit: str) -> CurveSource:
     arrow, color = (('velocity', VELOCITY_COLOR) if quantity is Quantity.SPEED
                     else ('force', FORCE_COLOR))
-    colors = [it.color for it in device.arrows if it.quantity == arrow and it.color is not None]
-    return CurveSource(device.name, label, unit, colors[0] if colors else color, quantity,
-                       topic.name, topic.message_type or '')
+    given = next((it for it in device.arrows if it.quantity == arrow), None)
+    if given is not None and given.color is not None:
+        color = given.color
+    return CurveSource(device.name, label, unit, color, quantity, topic.name,
+                       topic.message_type or '',
+                       tolerance=None if given is None else given.tolerance)
 
 
 def _variable_source(device: Device, variable: Variable) -> CurveSource:
     return CurveSource(device.name, variable.label or variable.topic.strip('/'), variable.unit,
                        variable.color, Quantity.NUMBER, variable.topic, field=variable.field,
-                       limits=variable.limits)
+                       limits=variable.limits, tolerance=variable.tolerance)
 
 
 def _plain_sources(devices: Sequence[Device], taken: Set[str]) -> List[CurveSource]:

@@ -2,26 +2,20 @@
 """Small curves of the process variables over a whole recording, for the timeline."""
 from __future__ import annotations
 
-from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Callable, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from process_visualizer.bags.record_batches import record_batches
 from process_visualizer.bags.recording import Recording
 from process_visualizer.cell.model import Color, Device, WarningLimits
-from process_visualizer.curves.curve_sources import (
-    CurveSource,
-    Quantity,
-    curve_sources,
-    plain_color,
+from process_visualizer.curves.curve_sources import curve_sources, plain_color
+from process_visualizer.curves.samples import (
+    Samples,
+    Series,
+    found_series,
+    read_samples,
+    sampled,
 )
-from process_visualizer.curves.number_columns import NumberColumns, Numbers, joined_numbers
-from process_visualizer.curves.source_locators import (
-    SourceLocators,
-    measured_s,
-    source_locators,
-)
-from process_visualizer.motion.velocity.speed_series import speeds
 
 MOST_PER_COLUMN, MOST_MESSAGES = 500, 750_000
 """Messages of a topic that are read for each column of its curve, on average, and at all."""
@@ -45,18 +39,6 @@ class Curve(NamedTuple):
     low: np.ndarray
     high: np.ndarray
     limits: Optional[WarningLimits] = None
-
-
-class ReadingCancelled(Exception):
-    """The curves are not wanted any more."""
-
-
-class _Series(NamedTuple):
-    """What is collected for a source: for each of its parts, by connection number."""
-
-    source: CurveSource
-    locators: SourceLocators
-    parts: Tuple[Dict[int, NumberColumns], ...]
 
 
 def columns_for(duration_s: float) -> int:
@@ -86,84 +68,32 @@ def read_curves(paths: Sequence[str], devices: Sequence[Device], columns: Option
         BagError: a file cannot be read as a bag.
     """
     with Recording(paths) as recording:
-        series = [found for source in curve_sources(devices)
-                  for found in [_series(recording, source, devices)]
-                  if found.locators.connections]
+        series = found_series(recording, curve_sources(devices), devices)
         columns = columns or columns_for((recording.end_ns - recording.begin_ns) / 1e9)
-        _collect(recording, series, min(columns * MOST_PER_COLUMN, MOST_MESSAGES),
-                 on_progress or _ignore, is_cancelled)
-        curves = [_curve(recording, it, columns) for it in _colored(series)]
+        samples = read_samples(recording, _colored(series),
+                               min(columns * MOST_PER_COLUMN, MOST_MESSAGES), on_progress,
+                               is_cancelled)
+        duration_s = (recording.end_ns - recording.begin_ns) / 1e9
+    curves = [_curve(it, duration_s, columns) for it in samples]
     return tuple(curve for curve in curves if np.isfinite(curve.high).any())
 
 
-def _ignore(_fraction: float) -> None:
-    pass
-
-
-def _series(recording: Recording, source: CurveSource, devices: Sequence[Device]) -> _Series:
-    locators = source_locators(recording, source, devices)
-    return _Series(source, locators, tuple(
-        {number: NumberColumns(locator) for number, locator in part.items()}
-        for part in locators.parts))
-
-
-def _collect(recording: Recording, series: Sequence[_Series], most: int,
-             on_progress: Callable[[float], None], is_cancelled: Callable[[], bool]) -> None:
-    """Read the messages and hand them to the series."""
-    index = recording.index
-    parts = [part for it in series for part in it.parts]
-    chosen = [_spread(index.positions_of(tuple(part)), most) for part in parts]
-    positions = np.unique(np.concatenate(chosen)) if chosen else np.empty(0, np.int64)
-    done = 0
-    for batch in record_batches(recording, positions):
-        if is_cancelled():
-            raise ReadingCancelled
-        number_of = index.connection[batch.positions]
-        for part in parts:
-            for number, columns in part.items():
-                columns.add(batch, np.flatnonzero(number_of == number))
-        done += len(batch.positions)
-        on_progress(done / len(positions))
-
-
-def _spread(positions: np.ndarray, most: int) -> np.ndarray:
-    """At most so many of the positions, evenly spread."""
-    if len(positions) <= most:
-        return positions
-    return positions[np.linspace(0, len(positions) - 1, most).astype(np.int64)]
-
-
-def _colored(series: Sequence[_Series]) -> List[_Series]:
+def _colored(series: Sequence[Series]) -> List[Series]:
     """The series, with a colour each for those that have none of their own."""
     plain = [it.source.topic for it in series if it.source.plain]
     return [it._replace(source=it.source._replace(color=plain_color(plain.index(it.source.topic))))
             if it.source.plain else it for it in series]
 
 
-def _curve(recording: Recording, series: _Series, columns: int) -> Curve:
-    parts = [joined_numbers(tuple(it.numbers() for it in part.values())) for part in series.parts]
+def _curve(samples: Samples, duration_s: float, columns: int) -> Curve:
     with np.errstate(over='ignore', invalid='ignore'):  # of numbers that are no measurements
-        times_s, values = _values(recording, series.source.quantity,
-                                  series.locators.joined(recording, parts))
+        times_s, values = sampled(samples)
     is_finite = np.isfinite(values)
-    times_s, values = times_s[is_finite], values[is_finite]
-    duration_s = (recording.end_ns - recording.begin_ns) / 1e9
-    low, high = column_limits(times_s, values, duration_s, columns)
+    low, high = column_limits(times_s[is_finite], values[is_finite], duration_s, columns)
     middles_s = (np.arange(columns) + 0.5) * (duration_s / columns)
-    source = series.source
+    source = samples.source
     return Curve(source.device, source.label, source.unit, source.color, source.topic,
                  middles_s, low, high, source.limits)
-
-
-def _values(recording: Recording, quantity: Quantity,
-            numbers: Numbers) -> Tuple[np.ndarray, np.ndarray]:
-    """Times [s from the beginning] and values of a series."""
-    if quantity is Quantity.SPEED:
-        return speeds(measured_s(recording, numbers), numbers.values)
-    times_s = (recording.index.time_ns[numbers.positions] - recording.begin_ns) / 1e9
-    if quantity is Quantity.NUMBER:
-        return times_s, numbers.values[:, 0]
-    return times_s, np.sqrt((numbers.values * numbers.values).sum(axis=1))
 
 
 def column_limits(times_s: np.ndarray, values: np.ndarray, duration_s: float,

@@ -56,7 +56,7 @@ def tool_on_tf(recording: Recording, source: CurveSource, device: Device,
     if path is None:
         description = description or _description(device)
         if description is not None:
-            matching = _matching(device, description)
+            matching = joint_matching(device, description)
             frames.add_model(Kinematics(description.text), matching.offset)
             path = frames.path(base, tool)
     if path is None or not path.moving:
@@ -65,8 +65,8 @@ def tool_on_tf(recording: Recording, source: CurveSource, device: Device,
                        for part in path.moving)
 
 
-def _matching(device: Device, description: RobotDescription) -> JointMatching:
-    """What joint_proc makes of the joints, with the offsets that the configuration gives it."""
+def joint_matching(device: Device, description: RobotDescription) -> JointMatching:
+    """Return what joint_proc makes of joints, with the offsets that the configuration gives it."""
     prefix = '' if device.model is None else device.model.prefix
     return JointMatching(device.name, list(description.joints),
                          usable_offsets(given_parameters(device, JOINT_OFFSETS)), prefix)
@@ -117,14 +117,14 @@ def _locators(recording: Recording, part: MovingPart, device: Device,
         return {}
     found = {}
     for number in recording.index.connections_of(topic.name):
-        locator = _joint_locator(recording.index.connections[number].type, part.name, matching)
+        locator = joint_locator(recording.index.connections[number].type, part.name, matching)
         if locator is not None:
             found[number] = locator
     return found
 
 
-def _joint_locator(message_type: str, joint: str, matching: JointMatching) -> Optional[Locator]:
-    """As joint_proc understands messages: by the joints' names, or in the model's order."""
+def joint_locator(message_type: str, joint: str, matching: JointMatching) -> Optional[Locator]:
+    """Return what finds a joint's position as joint_proc does: by its name, or in model order."""
     if message_type == JOINT_STATE:
         return JointLocator(matching.names(joint))
     if message_type == FLOAT_ARRAY and joint in matching.joints:

@@ -24,12 +24,12 @@ from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.curves import curves as curves_module
 from process_visualizer.curves.curves import (
     Curve,
-    ReadingCancelled,
     column_limits,
     columns_for,
     read_curves,
 )
 from process_visualizer.curves.position_values import PositionValues
+from process_visualizer.curves.samples import ReadingCancelled
 
 BEGIN_S = 1_600_000_000
 

@@ -9,8 +9,9 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from process_visualizer.bags.bag_errors import BagError
 from process_visualizer.cell.model import Device
 from process_visualizer.curves.curve_sources import CurveSource, curve_sources
-from process_visualizer.curves.curves import Curve, ReadingCancelled, read_curves
+from process_visualizer.curves.curves import Curve, read_curves
 from process_visualizer.curves.recorded_alarms import RecordedAlarm, recorded_alarms
+from process_visualizer.curves.samples import ReadingCancelled
 from process_visualizer.gui.models.playback.bag_reading import in_steps
 from process_visualizer.gui.models.playback.lane_choices import LaneChoices
 from process_visualizer.gui.toolkit.progress import Progress

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The numbers of process variables over a whole recording, read in bulk."""
+from __future__ import annotations
+
+from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from process_visualizer.bags.record_batches import record_batches
+from process_visualizer.bags.recording import Recording
+from process_visualizer.cell.model import Device
+from process_visualizer.curves.curve_sources import CurveSource, Quantity
+from process_visualizer.curves.number_columns import NumberColumns, Numbers, joined_numbers
+from process_visualizer.curves.source_locators import (
+    SourceLocators,
+    measured_s,
+    source_locators,
+)
+from process_visualizer.motion.velocity.speed_series import speeds
+
+
+class ReadingCancelled(Exception):
+    """The numbers are not wanted any more."""
+
+
+class Series(NamedTuple):
+    """A source, and what finds its numbers in the messages of a recording."""
+
+    source: CurveSource
+    locators: SourceLocators
+
+
+class Samples(NamedTuple):
+    """The numbers of a source: ``values`` (n, k) at ``times_s`` (n,) from the recording's begin.
+
+    Of a tool they are its positions x y z in its base, at the times at which they were measured,
+    rising; of a force its components.
+    """
+
+    source: CurveSource
+    times_s: np.ndarray
+    values: np.ndarray
+
+
+def found_series(recording: Recording, sources: Sequence[CurveSource],
+                 devices: Sequence[Device]) -> List[Series]:
+    """Return the sources that a recording has; may load the devices' models."""
+    found = [Series(source, source_locators(recording, source, devices)) for source in sources]
+    return [it for it in found if it.locators.connections]
+
+
+def read_samples(recording: Recording, series: Sequence[Series], most: Optional[int] = None,
+                 on_progress: Optional[Callable[[float], None]] = None,
+                 is_cancelled: Callable[[], bool] = lambda: False) -> List[Samples]:
+    """Return the numbers of some series, in their order.
+
+    Only the parts of the files that hold wanted messages are read (of compressed bags, the
+    chunks). Messages that cannot be read or do not fit are left out.
+
+    Args:
+        recording: to read.
+        series: of this recording.
+        most: messages of a topic that are read, evenly spread; default: all.
+        on_progress: is told the part that is done, 0 to 1.
+        is_cancelled: is asked often.
+
+    Raises:
+        ReadingCancelled: is_cancelled() has become true.
+        BagError: a file cannot be read as a bag.
+    """
+    columns = [tuple({number: NumberColumns(locator) for number, locator in part.items()}
+                     for part in it.locators.parts) for it in series]
+    _collect(recording, [part for parts in columns for part in parts], most,
+             on_progress or _ignore, is_cancelled)
+    return [_samples(recording, it, parts) for it, parts in zip(series, columns)]
+
+
+def sampled(samples: Samples) -> Tuple[np.ndarray, np.ndarray]:
+    """Return times [s] (m,) and the plain number (m,) that a curve shows of samples."""
+    if samples.source.quantity is Quantity.SPEED:
+        return speeds(samples.times_s, samples.values)
+    if samples.source.quantity is Quantity.NUMBER:
+        return samples.times_s, samples.values[:, 0]
+    return samples.times_s, np.sqrt((samples.values * samples.values).sum(axis=1))
+
+
+def _ignore(_fraction: float) -> None:
+    pass
+
+
+def _collect(recording: Recording, parts: Sequence[Dict[int, NumberColumns]], most: Optional[int],
+             on_progress: Callable[[float], None], is_cancelled: Callable[[], bool]) -> None:
+    """Read the messages and hand them to the columns."""
+    index = recording.index
+    chosen = [_spread(index.positions_of(tuple(part)), most) for part in parts]
+    positions = np.unique(np.concatenate(chosen)) if chosen else np.empty(0, np.int64)
+    done = 0
+    for batch in record_batches(recording, positions):
+        if is_cancelled():
+            raise ReadingCancelled
+        number_of = index.connection[batch.positions]
+        for part in parts:
+            for number, columns in part.items():
+                columns.add(batch, np.flatnonzero(number_of == number))
+        done += len(batch.positions)
+        on_progress(done / len(positions))
+
+
+def _spread(positions: np.ndarray, most: Optional[int]) -> np.ndarray:
+    """At most so many of the positions, evenly spread."""
+    if most is None or len(positions) <= most:
+        return positions
+    return positions[np.linspace(0, len(positions) - 1, most).astype(np.int64)]
+
+
+def _samples(recording: Recording, series: Series,
+             parts: Sequence[Dict[int, NumberColumns]]) -> Samples:
+    numbers = [joined_numbers(tuple(it.numbers() for it in part.values())) for part in parts]
+    with np.errstate(over='ignore', invalid='ignore'):  # of numbers that are no measurements
+        joined = series.locators.joined(recording, numbers)
+    return Samples(series.source, _times_s(recording, series.source.quantity, joined),
+                   joined.values)
+
+
+def _times_s(recording: Recording, quantity: Quantity, numbers: Numbers) -> np.ndarray:
+    if quantity is Quantity.SPEED:
+        return measured_s(recording, numbers)
+    result: np.ndarray = (recording.index.time_ns[numbers.positions] - recording.begin_ns) / 1e9
+    return result
