@@ -3,18 +3,21 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import asdict
 from functools import partial
 
 import numpy as np
 import rospy
 from dynamic_reconfigure.msg import Config, ConfigDescription
 from sensor_msgs.msg import CameraInfo, Image
-from std_msgs.msg import Float32, Float32MultiArray, UInt16
+from std_msgs.msg import Float32, Float32MultiArray, String, UInt16
 
 from sewing_cell import camera_messages
 from sewing_cell.arms import ARMS, Arm
 from sewing_cell.camera import Camera
 from sewing_cell.cycle import SewingCycle
+from sewing_cell.faults import FaultyCycle
 from sewing_cell.lookahead import Lookahead
 
 _QUEUE_SIZE, _IMAGE_QUEUE_SIZE = 50, 3
@@ -137,6 +140,16 @@ class KinectDriver:
             message.header.stamp = stamp
             camera_messages.set_pixels(message, pixels)
             publisher.publish(message)
+
+
+class TruthDriver:
+    """What is wrong with the cycle, for those who check what was found; no device lists it."""
+
+    def __init__(self, cycle: SewingCycle) -> None:
+        fault = asdict(cycle.fault) if isinstance(cycle, FaultyCycle) else None
+        text = json.dumps({"fault": fault, "period_s": cycle.schedule.period_s})
+        self._publisher = rospy.Publisher("simulator/truth", String, queue_size=1, latch=True)
+        self._publisher.publish(String(text))
 
 
 def _image_publisher(name: str) -> rospy.Publisher:

@@ -15,7 +15,14 @@ import rospy
 
 from process_visualizer.nodes.common.process_end import spin_to_end, start_node
 from sewing_cell.cycle import SewingCycle
-from sewing_cell.driver_groups import ForceDriver, JointDriver, KinectDriver, MachineDriver
+from sewing_cell.driver_groups import (
+    ForceDriver,
+    JointDriver,
+    KinectDriver,
+    MachineDriver,
+    TruthDriver,
+)
+from sewing_cell.faults import FaultyCycle, drawn_fault
 from sewing_cell.simulator_parameters import ParameterError, SimulatorParameters
 from sewing_cell.ticker import Ticker
 
@@ -29,7 +36,8 @@ class Simulator:
     """The simulated drivers and the threads they run in."""
 
     def __init__(self, parameters: SimulatorParameters) -> None:
-        cycle = SewingCycle(parameters.quality, parameters.seed, parameters.period)
+        cycle = _cycle(parameters)
+        self._truth = TruthDriver(cycle)
         self._tickers: list[Ticker] = []
         self._add("joint", parameters.joint_rate, lambda rate: JointDriver(cycle, rate))
         self._add("force", parameters.force_rate, lambda rate: ForceDriver(cycle, rate))
@@ -58,6 +66,18 @@ class Simulator:
             ticker.stop(timeout_s=0.0)
         for ticker in self._tickers:
             ticker.stop()
+
+
+def _cycle(parameters: SimulatorParameters) -> SewingCycle:
+    """The cycle that is asked for, with its fault."""
+    good = SewingCycle(parameters.quality, parameters.seed, parameters.period)
+    if not parameters.fault:
+        return good
+    fault = drawn_fault(parameters.fault, good, parameters.seed)
+    fault = fault.changed(
+        parameters.fault_start, parameters.fault_size, parameters.fault_arm, parameters.fault_cycle
+    )
+    return FaultyCycle(fault, parameters.quality, parameters.seed, parameters.period)
 
 
 class _Skipped:

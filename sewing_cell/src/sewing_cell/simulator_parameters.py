@@ -4,8 +4,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Callable, TypeVar
+from typing import Any, Callable, Optional, Sequence, TypeVar
 
+from sewing_cell.arms import ARMS
+from sewing_cell.faults import KINDS
 from sewing_cell.schedule import Schedule
 from sewing_cell.steering import QUALITIES
 
@@ -21,7 +23,11 @@ class ParameterError(ValueError):
 
 @dataclass(frozen=True)
 class SimulatorParameters:
-    """Rates in Hz (0: that group is off), the cycle's period in s, the quality and the seed."""
+    """Rates in Hz (0: that group is off), the cycle's period in s, the quality and the seed.
+
+    ``fault`` is one of ``faults.KINDS``, or empty.  Its moment in the cycle [s], its size and its
+    arm are given, or None: then the seed decides.  Without ``fault_cycle`` every cycle has it.
+    """
 
     joint_rate: float
     force_rate: float
@@ -30,6 +36,11 @@ class SimulatorParameters:
     period: float
     quality: str
     seed: int
+    fault: str = ""
+    fault_start: Optional[float] = None
+    fault_size: Optional[float] = None
+    fault_arm: Optional[str] = None
+    fault_cycle: Optional[int] = None
 
     @classmethod
     def read(cls, get: GetParameter) -> SimulatorParameters:
@@ -42,6 +53,11 @@ class SimulatorParameters:
             period=_period(get),
             quality=_quality(get),
             seed=_seed(get),
+            fault=_one_of(get, "~fault", KINDS) or "",
+            fault_start=_optional(get, "~fault_start", float),
+            fault_size=_optional(get, "~fault_size", float),
+            fault_arm=_one_of(get, "~fault_arm", tuple(arm.name for arm in ARMS)),
+            fault_cycle=_optional(get, "~fault_cycle", int),
         )
 
 
@@ -67,6 +83,20 @@ def _quality(get: GetParameter) -> str:
     if quality not in QUALITIES:
         raise ParameterError(f"~quality is '{quality}'; give one of {', '.join(QUALITIES)}")
     return str(quality)
+
+
+def _one_of(get: GetParameter, name: str, names: Sequence[str]) -> Optional[str]:
+    """One of some names; None for an empty text, as launch files write it."""
+    value = get(name, "")
+    if value == "":
+        return None
+    if value not in names:
+        raise ParameterError(f"{name} is '{value}'; give one of {', '.join(names)}")
+    return str(value)
+
+
+def _optional(get: GetParameter, name: str, kind: type[_Number]) -> Optional[_Number]:
+    return None if get(name, "") == "" else _number(get, name, kind(0), kind)
 
 
 def _seed(get: GetParameter) -> int:
