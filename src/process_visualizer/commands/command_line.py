@@ -6,7 +6,7 @@ import argparse
 import os
 import re
 import sys
-from typing import Dict, List, Optional, Sequence
+from typing import Callable, Dict, List, Optional, Sequence
 
 from process_visualizer.bags.bag_errors import BagError
 from process_visualizer.cell.environment import check_environment
@@ -15,6 +15,12 @@ from process_visualizer.cell.model import Cell, Mode
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.commands.bag_commands import add_bag_commands, execute_bag_command
 from process_visualizer.commands.check_command import check
+from process_visualizer.commands.compare_command import (
+    add_compare_options,
+    add_runs_options,
+    execute_compare,
+    execute_runs,
+)
 from process_visualizer.commands.new_command import add_new_options, execute_new
 from process_visualizer.commands.overview import overview
 from process_visualizer.commands.record_command import record
@@ -37,8 +43,16 @@ _COMMANDS = {
     'generate': 'write the launch file, the RViz file and the models',
     'run': 'generate, start everything, and stop all of it on Ctrl-C',
     'new': 'write a configuration for what is running, or for the contents of a bag',
+    'runs': 'list the runs of recordings: the cycles between the events of the configuration',
+    'compare': 'hold runs against good ones: what differed, where, and when first; exit code 0 if '
+               'they stay within the band of the good ones, 2 if one leaves it',
     'record': "record the devices' topics, or others, until Ctrl-C, then report",
 }
+
+
+_WITHOUT_CONFIG: Dict[str, Callable[[argparse.ArgumentParser], None]] = {
+    'record': add_record_options, 'new': add_new_options, 'runs': add_runs_options,
+    'compare': add_compare_options}
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
@@ -66,13 +80,9 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest='command', required=True, metavar='COMMAND')
     for name, help_text in _COMMANDS.items():
         command = commands.add_parser(name, help=help_text, description=help_text)
-        if name == 'record':
+        if name in _WITHOUT_CONFIG:
             command.set_defaults(args=[])
-            add_record_options(command)
-            continue
-        if name == 'new':
-            command.set_defaults(args=[])
-            add_new_options(command)
+            _WITHOUT_CONFIG[name](command)
             continue
         command.add_argument('config', metavar='CONFIG', help='the configuration file')
         command.add_argument('args', metavar='NAME:=VALUE', nargs='*',
@@ -97,6 +107,8 @@ def _execute(options: argparse.Namespace) -> int:
         return _record(options)
     if options.command == 'new':
         return execute_new(options)
+    if options.command in _OF_RUNS:
+        return _OF_RUNS[options.command](options, _named_values(options.args))
     if options.command == 'check':
         return check(options.config, _named_values(options.args))
     cell = XmlParser(_named_values(options.args)).parse(options.config)
@@ -111,6 +123,9 @@ def _execute(options: argparse.Namespace) -> int:
     RosMaster().check()
     refuse_mixture(choice)
     return run_plan(plan, options.output, choice)
+
+
+_OF_RUNS = {'runs': execute_runs, 'compare': execute_compare}
 
 
 def _record(options: argparse.Namespace) -> int:

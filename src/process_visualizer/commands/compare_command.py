@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The commands ``cell runs`` and ``cell compare``: the runs of recordings, and what differed."""
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Dict, List, Sequence
+
+from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns, incomparable
+from process_visualizer.runs.comparison.comparison_page import comparison_page
+from process_visualizer.runs.comparison.comparison_text import as_json, as_text
+from process_visualizer.runs.comparison.wording import clock
+from process_visualizer.runs.deviation.band import RELATIVE_TOLERANCE
+from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
+from process_visualizer.runs.run import Run
+
+
+def add_runs_options(command: argparse.ArgumentParser) -> None:
+    """Add the options of ``cell runs``."""
+    command.add_argument('bags', metavar='BAG', nargs='+', help='recordings')
+    command.add_argument('--json', action='store_true', help='output for programs')
+    _add_config(command)
+
+
+def add_compare_options(command: argparse.ArgumentParser) -> None:
+    """Add the options of ``cell compare``."""
+    command.add_argument('runs', metavar='RUN', nargs='+',
+                         help='a recording, or one run of it: BAG or BAG#NUMBER')
+    command.add_argument('--reference', metavar='GOOD', nargs='+', required=True,
+                         help='good runs; the first is the one on whose clock runs are compared')
+    command.add_argument('--band', metavar='RATE', type=float,
+                         help='how often a good run may leave the band, such as 0.05')
+    command.add_argument('--tolerance', metavar='SHARE', type=float, default=RELATIVE_TOLERANCE,
+                         help='without a rate: how far runs may differ, as a share of the range')
+    command.add_argument('--json', action='store_true', help='output for programs')
+    command.add_argument('--report', metavar='FILE', help='also write a page in HTML')
+    _add_config(command)
+
+
+def _add_config(command: argparse.ArgumentParser) -> None:
+    command.add_argument('--config', metavar='FILE',
+                         help='a configuration; default: the one in each recording')
+
+
+def execute_runs(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
+    """List the runs of recordings; return 0."""
+    found = _chosen(options, arguments).runs(options.bags)
+    if options.json:
+        print(json.dumps([_entry(run) for run in found], indent=1))
+        return 0
+    width = max(len(run.name) for run in found)
+    for run in found:
+        events = ', '.join(f'{event.name} at {clock(run.begin_s + event.time_s)}'
+                           for event in run.events[:6])
+        print(f'{run.name:{width}}  from {clock(run.begin_s)}, {run.duration_s:.1f} s'
+              + (f': {events}' if events else ''))
+    return 0
+
+
+def execute_compare(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
+    """Compare runs with good ones; return 0 if all stay within the band, otherwise 2.
+
+    Raises:
+        TooFewRuns: for the rate that was asked for.
+        ValueError: the runs have nothing in common, or an option is out of range.
+    """
+    _check(options)
+    chosen = _chosen(options, arguments)
+    reference, *others = chosen.runs(options.reference)
+    runs = chosen.runs(options.runs)
+    _check_comparable(reference, [*others, *runs])
+    good = GoodRuns(reference, others, options.band, options.tolerance)
+    found = [good.compare(run) for run in runs]
+    print(as_json(good, found) if options.json else as_text(good, found))
+    if options.report is not None:
+        _write_report(options.report, good, found)
+    return 2 if any(it.departures for it in found) else 0
+
+
+def _check(options: argparse.Namespace) -> None:
+    if options.band is not None and not 0.0 < options.band < 1.0:
+        raise ValueError(f'--band is {options.band:g}; give a rate between 0 and 1, such as 0.05')
+    if not options.tolerance > 0.0:
+        raise ValueError(f'--tolerance is {options.tolerance:g}; give a share such as 0.1')
+
+
+def _chosen(options: argparse.Namespace, arguments: Dict[str, str]) -> ChosenRuns:
+    if options.config is None:
+        return ChosenRuns()
+    return ChosenRuns(XmlParser(arguments).parse(options.config))
+
+
+def _check_comparable(reference: Run, runs: Sequence[Run]) -> None:
+    reasons: List[str] = [reason for run in runs for reason in [incomparable(reference, run)]
+                          if reason is not None]
+    if reasons:
+        raise ValueError(reasons[0])
+
+
+def _write_report(path: str, good: GoodRuns, found: Sequence[Comparison]) -> None:
+    Path(path).write_text(comparison_page(good, found), encoding='utf-8')
+
+
+def _entry(run: Run) -> Dict[str, object]:
+    return {'name': run.name, 'begin_s': round(run.begin_s, 3),
+            'duration_s': round(run.duration_s, 3),
+            'events': [{'name': it.name, 'time_s': round(run.begin_s + it.time_s, 3)}
+                       for it in run.events],
+            'channels': [f'{it.device} {it.label}' for it in run.channels]}

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The motion of all tools of a run at even times."""
+from __future__ import annotations
+
+from typing import NamedTuple, Sequence, Tuple
+
+import numpy as np
+
+from process_visualizer.motion.placements import interpolated
+from process_visualizer.runs.run import Run, ToolMotion
+
+_LONGEST_GAP_S = 0.5
+_LEAST_SPEED_M_S = 0.002
+_SHARE_OF_FASTEST, _AROUND_S = 0.5, 0.5
+
+
+class Motion(NamedTuple):
+    """Positions (n, 3 k) [m] of k tools, NaN where unknown, at ``rate_hz`` from the time 0."""
+
+    positions: np.ndarray
+    rate_hz: float
+
+    @property
+    def times_s(self) -> np.ndarray:
+        """The times (n,) of the rows."""
+        return np.arange(len(self.positions)) / self.rate_hz
+
+
+def common_motions(reference: Run, run: Run, rate_hz: float) -> Tuple[Motion, Motion]:
+    """Return the motions of the tools that both runs have; without any, of no columns."""
+    names = [it.device for it in reference.motions if len(it.times_s)
+             and any(other.device == it.device and len(other.times_s) for other in run.motions)]
+    return _motion(reference, names, rate_hz), _motion(run, names, rate_hz)
+
+
+def _motion(run: Run, names: Sequence[str], rate_hz: float) -> Motion:
+    times_s = np.arange(int(run.duration_s * rate_hz) + 1) / rate_hz
+    by_name = {it.device: it for it in run.motions}
+    columns = [_at(times_s, by_name[name]) for name in names]
+    return Motion(np.hstack([np.empty((len(times_s), 0)), *columns]), rate_hz)
+
+
+def _at(times_s: np.ndarray, motion: ToolMotion) -> np.ndarray:
+    return interpolated(times_s, motion.times_s, motion.positions, _LONGEST_GAP_S)
+
+
+def velocities(motion: Motion) -> np.ndarray:
+    """Return the velocities (n, 3 k) [m/s]."""
+    if len(motion.positions) < 2:
+        return np.zeros_like(motion.positions)
+    result: np.ndarray = np.gradient(motion.positions, axis=0) * motion.rate_hz
+    return result
+
+
+def moving_rows(motion: Motion) -> np.ndarray:
+    """Return in which rows (n,) (bool) the motion tells the time.
+
+    Where a tool comes to rest, a small difference of its place would be a large one of time; so
+    only what is at least half as fast as the fastest motion around it counts.
+    """
+    velocity = velocities(motion)
+    speed = np.sqrt(np.nansum(velocity * velocity, axis=1))
+    reach = int(_AROUND_S * motion.rate_hz)
+    padded = np.pad(speed, reach)
+    fastest = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1).max(axis=1)
+    result: np.ndarray = speed > np.maximum(_SHARE_OF_FASTEST * fastest, _LEAST_SPEED_M_S)
+    return result

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A map of time made more exact than a sample, by least squares along the motion."""
+from __future__ import annotations
+
+from typing import Tuple
+
+import numpy as np
+
+from process_visualizer.runs.alignment.motion import Motion, moving_rows, velocities
+from process_visualizer.runs.alignment.time_map import TimeMap, time_map
+
+_ROUNDS = 6
+_WINDOW_S = 0.2
+_FURTHEST_S = 0.05
+"""One round moves a moment by so much at most."""
+
+
+def refined(rough: TimeMap, reference: Motion, run: Motion) -> TimeMap:
+    """Return a map by which the tools of the run lie where the reference's do.
+
+    Only the shift along the direction of motion is used: what a tool is beside its path says
+    nothing about time. A constant offset of a tool is no shift either.
+    """
+    times_s = run.times_s
+    inside = (times_s >= rough.run_s[0]) & (times_s <= rough.run_s[-1])
+    run_s, positions = times_s[inside], run.positions[inside]
+    if len(run_s) < 3:
+        return rough
+    found_s = rough.to_reference(run_s)
+    velocity, moves = velocities(reference), moving_rows(reference)
+    for _ in range(_ROUNDS):
+        shift_s, weight = _shift_s(reference, velocity, moves, found_s, positions)
+        moved_s = found_s + np.clip(shift_s, -_FURTHEST_S, _FURTHEST_S)
+        found_s = np.maximum.accumulate(_smooth(run_s, moved_s, weight, found_s))
+    return time_map(found_s, run_s)
+
+
+def _shift_s(reference: Motion, velocity: np.ndarray, moves: np.ndarray, found_s: np.ndarray,
+             positions: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """How much later in the reference (n,) [s] each moment of the run is, and its weight (n,)."""
+    there, speed = (_at(found_s, reference, values) for values in (reference.positions, velocity))
+    difference = positions - there
+    known = np.isfinite(difference) & np.isfinite(speed)
+    difference, speed = np.where(known, difference, 0.0), np.where(known, speed, 0.0)
+    nearest = np.rint(found_s * reference.rate_hz).astype(np.int64)
+    moving = moves[np.clip(nearest, 0, len(moves) - 1)]
+    weight = (speed * speed).sum(axis=1) * moving
+    difference = difference - _offset(difference[moving], known[moving])
+    along = (speed * difference).sum(axis=1)
+    return np.where(moving, along / np.where(moving, weight, 1.0), 0.0), weight
+
+
+def _at(times_s: np.ndarray, motion: Motion, values: np.ndarray) -> np.ndarray:
+    place = np.clip(times_s * motion.rate_hz, 0.0, len(values) - 1.0)
+    row = np.minimum(place.astype(np.int64), len(values) - 2)
+    share = (place - row)[:, np.newaxis]
+    result: np.ndarray = values[row] * (1.0 - share) + values[row + 1] * share
+    return result
+
+
+def _offset(difference: np.ndarray, known: np.ndarray) -> np.ndarray:
+    count = np.maximum(known.sum(axis=0), 1)
+    result: np.ndarray = difference.sum(axis=0) / count
+    return result
+
+
+def _smooth(run_s: np.ndarray, values_s: np.ndarray, weight: np.ndarray,
+            otherwise_s: np.ndarray) -> np.ndarray:
+    """The values (n,), each on the weighted straight line through those of a window around it.
+
+    Where nothing has weight there are straight lines between what is known.
+    """
+    here = np.arange(len(run_s))
+    reach = int(round(0.5 * _WINDOW_S / (run_s[1] - run_s[0])))
+    begin, end = np.maximum(here - reach, 0), np.minimum(here + reach + 1, len(here))
+    away_s = values_s - run_s  # small numbers, for the precision of running sums
+    sums = [_window_sums(weight * it, begin, end) for it in (
+        np.ones(len(here)), here, here * here, away_s, here * away_s)]
+    count, first, second, value, cross = sums
+    spread = count * second - first * first
+    known = (weight > 0.0) & (spread > 1e-6 * count * count)
+    slope = (count * cross - first * value) / np.where(known, spread, 1.0)
+    smooth = (value - slope * first) / np.where(known, count, 1.0) + slope * here
+    if np.count_nonzero(known) < 2:
+        return otherwise_s
+    result: np.ndarray = run_s + np.interp(here, here[known], smooth[known])
+    return result
+
+
+def _window_sums(values: np.ndarray, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+    total = np.concatenate(([0.0], np.cumsum(values)))
+    result: np.ndarray = total[end] - total[begin]
+    return result

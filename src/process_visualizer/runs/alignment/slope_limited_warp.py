@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Dynamic time warping with limits to its slope (Sakoe and Chiba 1978), inside a band.
+
+One clock never runs faster than three times the other. The ends are free: what one series has
+before or behind the other is skipped.
+"""
+from __future__ import annotations
+
+from typing import List, NamedTuple, Tuple
+
+import numpy as np
+
+_STEPS: Tuple[Tuple[int, int], ...] = ((1, 1), (1, 2), (2, 1), (1, 3), (3, 1))
+"""Rows of the reference and of the run; the first is taken where two are equally good."""
+_BEGIN = len(_STEPS)
+_MOST_SHIFT = 64
+"""Of a band, from one row to one of the next three; a farther one breaks the path."""
+_BLOCK_CELLS = 200_000
+_UNEVEN = 0.02
+"""What a step that is not even costs, as a share of what a skipped row costs."""
+
+
+class Band(NamedTuple):
+    """Which rows of the run may belong to a row of the reference.
+
+    From ``first[i]`` on, ``width`` rows; of these only the ones up to ``reach[i]`` from the middle.
+    """
+
+    first: np.ndarray
+    width: int
+    reach: np.ndarray
+
+
+def band_around(middle: np.ndarray, reach: np.ndarray) -> Band:
+    """Return the band of rows that are so far at most from the middle; both (n,) in rows."""
+    half = int(np.ceil(reach.max()))
+    return Band(np.rint(middle).astype(np.int64) - half, 2 * half + 1, reach)
+
+
+def warp(reference: np.ndarray, run: np.ndarray, band: Band,
+         skipped: float) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the rows (k,), (k,) of the best path through the squared distances; none without one.
+
+    Args:
+        reference: (n, d); NaN where nothing is known, which costs nothing.
+        run: (m, d), likewise.
+        band: of n rows.
+        skipped: what a row of the reference costs that belongs to no row of the run.
+    """
+    search = _Search(band, len(run), skipped)
+    for begin in range(0, len(reference), _block_rows(band)):
+        block = slice(begin, begin + _block_rows(band))
+        for costs in _costs(reference[block], run, band, block):
+            search.add_row(costs)
+    return search.path()
+
+
+def _block_rows(band: Band) -> int:
+    return max(_BLOCK_CELLS // band.width, 1)
+
+
+def _costs(reference: np.ndarray, run: np.ndarray, band: Band, block: slice) -> np.ndarray:
+    """The costs of some rows and all columns; infinite outside of the run and of the reach."""
+    columns = np.arange(band.width)
+    places = band.first[block, np.newaxis] + columns
+    inside = (places >= 0) & (places < len(run))
+    inside &= np.abs(columns - band.width // 2) <= np.ceil(band.reach[block, np.newaxis])
+    near = run[np.clip(places, 0, len(run) - 1)]
+    difference = near - reference[:, np.newaxis, :]
+    difference[~np.isfinite(difference)] = 0.0
+    return np.where(inside, np.einsum('ijk,ijk->ij', difference, difference), np.inf)
+
+
+class _Search:
+    """The best path to each cell of the rows so far."""
+
+    def __init__(self, band: Band, run_rows: int, skipped: float) -> None:
+        self._band, self._run_rows, self._skipped = band, run_rows, skipped
+        self._padding = _MOST_SHIFT + 3
+        self._came_from = np.empty((len(band.first), band.width), np.int8)
+        self._candidates = np.empty((len(_STEPS) + 1, band.width))
+        self._columns = np.arange(band.width)
+        self._totals: List[np.ndarray] = []  # of the last rows, the newest first
+        self._costs: List[np.ndarray] = []
+        self._best, self._end = np.inf, (-1, -1)
+        self._row = 0
+
+    def add_row(self, costs: np.ndarray) -> None:
+        """Take the costs of the next row."""
+        candidates = self._candidates
+        for number, (rows, columns) in enumerate(_STEPS):
+            self._step(candidates[number], rows, columns)
+        candidates[1:_BEGIN] += _UNEVEN * self._skipped
+        self._begins(candidates[_BEGIN])
+        best = candidates.argmin(axis=0)
+        self._came_from[self._row] = best
+        total = candidates[best, self._columns] + costs
+        self._look_for_end(total)
+        self._totals = [self._padded(total), *self._totals[:2]]
+        self._costs = [self._padded(costs), *self._costs[:1]]
+        self._row += 1
+
+    def _step(self, found: np.ndarray, rows: int, columns: int) -> None:
+        """Put into ``found`` what it costs to come by a step, without the cell itself."""
+        if rows > len(self._totals):
+            found[:] = np.inf
+            return
+        found[:] = self._shifted(self._totals[rows - 1], rows, columns)
+        for back in range(1, rows):  # rows that are passed over belong to the column where it ends
+            found += self._shifted(self._costs[back - 1], back, 0)
+
+    def _padded(self, values: np.ndarray) -> np.ndarray:
+        padded = np.full(len(values) + 2 * self._padding, np.inf)
+        padded[self._padding:-self._padding] = values
+        return padded
+
+    def _shifted(self, padded: np.ndarray, rows: int, columns: int) -> np.ndarray:
+        """The values of an earlier row, moved to the columns of this one."""
+        moved = int(self._band.first[self._row] - self._band.first[self._row - rows]) - columns
+        begin = self._padding + min(max(moved, -self._padding), self._padding)
+        return padded[begin:begin + self._band.width]
+
+    def _begins(self, found: np.ndarray) -> None:
+        """A path begins in the reference's first row, or in the run's with some rows skipped."""
+        found[:] = np.inf if self._row else 0.0
+        column = -int(self._band.first[self._row])
+        if 0 <= column < self._band.width:
+            found[column] = self._row * self._skipped
+
+    def _look_for_end(self, total: np.ndarray) -> None:
+        """A path ends in the reference's last row, or in the run's."""
+        left = len(self._band.first) - 1 - self._row
+        column = int(total.argmin()) if left == 0 \
+            else self._run_rows - 1 - int(self._band.first[self._row])
+        if 0 <= column < self._band.width and total[column] + left * self._skipped < self._best:
+            self._best = total[column] + left * self._skipped
+            self._end = self._row, column
+
+    def path(self) -> Tuple[np.ndarray, np.ndarray]:
+        """Return the rows of both series on the best path."""
+        if self._end[0] < 0:
+            return np.empty(0, np.int64), np.empty(0, np.int64)
+        return _path(self._came_from, self._band, self._end)
+
+
+def _path(came_from: np.ndarray, band: Band,
+          end: Tuple[int, int]) -> Tuple[np.ndarray, np.ndarray]:
+    row, column = end[0], end[1] + int(band.first[end[0]])
+    rows, columns = [row], [column]
+    while True:
+        number = int(came_from[row, column - int(band.first[row])])
+        if number == _BEGIN:
+            break
+        row, column = row - _STEPS[number][0], column - _STEPS[number][1]
+        rows.append(row)
+        columns.append(column)
+    return np.array(rows[::-1]), np.array(columns[::-1])

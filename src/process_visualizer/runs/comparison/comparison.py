@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A run held against good ones."""
+from __future__ import annotations
+
+from typing import List, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from process_visualizer.runs.alignment.alignment import Alignment, Means, aligned
+from process_visualizer.runs.deviation.band import (
+    RELATIVE_TOLERANCE,
+    Band,
+    BandLearner,
+    TooFewRuns,
+    fewest_runs,
+    tolerance_band,
+)
+from process_visualizer.runs.deviation.departures import Departure, departures
+from process_visualizer.runs.deviation.signals import Columns, grid_s, signals
+from process_visualizer.runs.run import Run, same_numbers
+
+USUAL_RATE = 0.05
+"""How often a good run leaves its band, where no rate was asked for and enough are there."""
+_LEAST_SHARE = 0.5
+"""Of the reference; a run that covers less is told to have stopped early, or begun late."""
+
+
+class Comparison(NamedTuple):
+    """What came of a run: its signals on the reference's clock, and where they left a band."""
+
+    run: Run
+    alignment: Alignment
+    columns: Columns
+    band: Band
+    departures: Tuple[Departure, ...]
+    notes: Tuple[str, ...]
+
+    def run_s(self, reference_s: float) -> float:
+        """Return the time of the run [s from its begin] that belongs to one of the reference."""
+        return float(self.alignment.time_map.to_run(np.array([reference_s]))[0])
+
+
+class GoodRuns:
+    """Good runs on the clock of one of them, the reference, and the band that they span."""
+
+    def __init__(self, reference: Run, others: Sequence[Run] = (), rate: Optional[float] = None,
+                 tolerance: float = RELATIVE_TOLERANCE) -> None:
+        """Take the runs.
+
+        Args:
+            reference: on whose clock runs are compared.
+            others: good runs besides it.
+            rate: how often a good run leaves the band; default: 0.05 if there are enough runs,
+                otherwise the band is what the good runs did and a tolerance around it.
+            tolerance: as a share of the range, for signals without one of their own.
+
+        Raises:
+            TooFewRuns: a rate was asked for that so few runs cannot support.
+            ValueError: the reference has nothing to compare.
+        """
+        if not reference.channels and not reference.motions:
+            raise ValueError(f'{reference.name} has no variable, force or motion to compare')
+        self.reference = reference
+        self.times_s = grid_s(reference)
+        self._others = tuple(others)
+        self._good = [self._columns(run)[1] for run in (reference, *others)]
+        self._tolerance = tolerance
+        if rate is None and len(others) > fewest_runs(USUAL_RATE):
+            rate = USUAL_RATE
+        self._rate = rate
+        self._learner = None if rate is None or not others else BandLearner(self._good[1:])
+        if rate is not None and len(others) < fewest_runs(rate):
+            raise TooFewRuns(f'{len(others)} good runs beside the reference cannot support a rate '
+                             f'of {rate:g}; it takes {fewest_runs(rate)}')
+        self.band = self._band(None)
+
+    def compare(self, run: Run) -> Comparison:
+        """Return where a run leaves the band; if it is one of the good runs, the others' band."""
+        alignment, columns = self._columns(run)
+        own = next((number for number, other in enumerate(self._others)
+                    if same_numbers(run, other)), None)
+        band = self.band if own is None else self._band(own)
+        found = departures(self.times_s, columns, band)
+        notes = [*alignment.notes, *self._notes(run, alignment, columns)]
+        if own is not None:
+            notes.append('it is one of the good runs, and judged by the others')
+        return Comparison(run, alignment, columns, band, found, tuple(notes))
+
+    def _columns(self, run: Run) -> Tuple[Alignment, Columns]:
+        alignment = aligned(self.reference, run)
+        return alignment, signals(self.reference, run, alignment.time_map)
+
+    def _band(self, without: Optional[int]) -> Band:
+        if self._learner is not None and self._rate is not None:
+            return self._learner.band(self._rate, without)
+        good = [it for number, it in enumerate(self._good) if number - 1 != without]
+        return tolerance_band(good, self._tolerance)
+
+    def _notes(self, run: Run, alignment: Alignment, columns: Columns) -> List[str]:
+        notes = []
+        if same_numbers(run, self.reference):
+            notes.append('it is the reference itself')
+        if alignment.means is not Means.MOTION:
+            notes.append(f'aligned by {alignment.means.value}: there is no motion that both have')
+        notes += self._missing(run)
+        covered = np.isfinite(np.stack(list(columns.values()))).any(axis=0)
+        if covered.mean() < _LEAST_SHARE:
+            notes.append(f'it covers {covered.mean():.0%} of the reference')
+        return notes
+
+    def _missing(self, run: Run) -> List[str]:
+        mine, theirs = (list(it.by_key) for it in (self.reference, run))
+        notes = []
+        for only, where in (([key for key in mine if key not in theirs], 'the reference'),
+                            ([key for key in theirs if key not in mine], 'the run')):
+            if only:
+                names = ', '.join(' '.join(key) for key in only[:4])
+                more = f' and {len(only) - 4} more' if len(only) > 4 else ''
+                notes.append(f'only {where} has {names}{more}')
+        return notes
+
+
+def incomparable(reference: Run, run: Run) -> Optional[str]:
+    """Return why two runs cannot be compared, or None."""
+    if not set(reference.by_key) & set(run.by_key):
+        return (f'{run.name} has no channel of {reference.name}; they are of different cells, or '
+                'devices have other names')
+    return None

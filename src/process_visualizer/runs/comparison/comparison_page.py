@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Comparisons as one page of HTML that needs nothing else."""
+from __future__ import annotations
+
+from html import escape
+from typing import List, Sequence
+
+from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns
+from process_visualizer.runs.comparison.curve_drawing import curve_drawing
+from process_visualizer.runs.comparison.verdict import band_text, verdict
+from process_visualizer.runs.comparison.wording import amount, clock, moment
+
+_MOST_RUNS, _MOST_ROWS, _MOST_CURVES = 20, 12, 4
+_STYLE = '''
+body { font: 15px/1.45 sans-serif; color: #23292f; background: #fff; max-width: 62em;
+       margin: 2em auto; padding: 0 1em; }
+h1 { font-size: 1.4em; } h2 { font-size: 1.15em; margin-top: 2em; }
+table { border-collapse: collapse; } td, th { text-align: left; padding: .25em .8em .25em 0;
+       border-bottom: 1px solid #e2e6ea; vertical-align: top; }
+th { color: #5c6670; font-weight: normal; } .poor { color: #c0392b; } .good { color: #247a4b; }
+.note { color: #5c6670; } figure { margin: 1em 0; } figcaption { color: #5c6670; }
+'''
+
+
+def comparison_page(good: GoodRuns, comparisons: Sequence[Comparison]) -> str:
+    """Return the page: a line for each run, then the departures and curves of the poor ones."""
+    poor = [it for it in comparisons if it.departures]
+    title = f'{len(poor)} of {len(comparisons)} runs leave the band' if len(comparisons) > 1 \
+        else f'{comparisons[0].run.name} {verdict(comparisons[0])}'
+    parts = [f'<h1>{escape(title)}</h1>',
+             f'<p>Reference: {escape(good.reference.name)}, '
+             f'{good.reference.duration_s:.1f} s. Band: {escape(band_text(good.band))}.</p>']
+    if len(comparisons) > 1:
+        parts.append(_summary(comparisons))
+    for it in poor[:_MOST_RUNS]:
+        parts += _details(good, it)
+    if len(poor) > _MOST_RUNS:
+        parts.append(f'<p>{len(poor) - _MOST_RUNS} more runs are not shown in detail.</p>')
+    return ('<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
+            f'<title>{escape(title)}</title><style>{_STYLE}</style></head>\n<body>\n'
+            + '\n'.join(parts) + '\n</body></html>\n')
+
+
+def _summary(comparisons: Sequence[Comparison]) -> str:
+    rows = [f'<tr><td>{escape(it.run.name)}</td><td>{clock(it.run.begin_s)}</td>'
+            f'<td class="{"poor" if it.departures else "good"}">{escape(verdict(it))}</td></tr>'
+            for it in comparisons]
+    return _table(('run', 'begins at', 'verdict'), rows)
+
+
+def _table(head: Sequence[str], rows: Sequence[str]) -> str:
+    cells = ''.join(f'<th>{escape(it)}</th>' for it in head)
+    return f'<table><tr>{cells}</tr>\n' + '\n'.join(rows) + '</table>'
+
+
+def _details(good: GoodRuns, comparison: Comparison) -> List[str]:
+    name = escape(comparison.run.name)
+    parts = [f'<h2>{name}</h2>', f'<p class="poor">{escape(verdict(comparison))}</p>']
+    parts += [f'<p class="note">{escape(note)}</p>' for note in comparison.notes]
+    rows = [f'<tr><td>{number}</td><td>{escape(it.signal.name)}</td>'
+            f'<td>{escape(moment(comparison, it.onset_s))} ± {it.uncertainty_s:.2f} s</td>'
+            f'<td>{escape(moment(comparison, it.worst_s))}</td><td>{escape(amount(it))}</td></tr>'
+            for number, it in enumerate(comparison.departures[:_MOST_ROWS], start=1)]
+    parts.append(_table(('', 'what', 'began', 'was worst', 'by how much'), rows))
+    parts += [f'<figure>{curve_drawing(good, comparison, it)}<figcaption>'
+              f'{escape(it.signal.name)}: the run (red where it is outside), the band and its '
+              'middle</figcaption></figure>' for it in comparison.departures[:_MOST_CURVES]]
+    return parts

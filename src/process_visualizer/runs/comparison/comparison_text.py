@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Comparisons as text, and as JSON for programs."""
+from __future__ import annotations
+
+import json
+from typing import Any, Dict, List, Sequence
+
+from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns
+from process_visualizer.runs.comparison.verdict import band_text, verdict
+from process_visualizer.runs.comparison.wording import amount, moment
+from process_visualizer.runs.deviation.departures import Departure
+
+_MOST_LINES = 10
+
+
+def as_text(good: GoodRuns, comparisons: Sequence[Comparison]) -> str:
+    """Return a line for each run; for a single one also its departures, the first one first."""
+    lines = [f'reference: {good.reference.name}; band: {band_text(good.band)}']
+    for it in comparisons:
+        lines.append(f'{it.run.name}: {verdict(it)}')
+        lines += [f'  note: {note}' for note in it.notes]
+    if len(comparisons) == 1:
+        lines += _table(comparisons[0])
+    else:
+        departed = sum(bool(it.departures) for it in comparisons)
+        lines.append(f'{departed} of {len(comparisons)} runs leave the band')
+    return '\n'.join(lines)
+
+
+def _table(comparison: Comparison) -> List[str]:
+    found = comparison.departures
+    if not found:
+        return []
+    width = max(len(it.signal.name) for it in found[:_MOST_LINES])
+    lines = [f'{number:3}  {it.signal.name:{width}}  from {moment(comparison, it.onset_s)} '
+             f'± {it.uncertainty_s:.2f} s, {amount(it)}'
+             for number, it in enumerate(found[:_MOST_LINES], start=1)]
+    rest = len(found) - _MOST_LINES
+    return lines + ([f'     and {rest} more'] if rest > 0 else [])
+
+
+def as_json(good: GoodRuns, comparisons: Sequence[Comparison]) -> str:
+    """Return the same as JSON: times in s from the begin of each run's recording."""
+    return json.dumps({
+        'reference': good.reference.name,
+        'band': {'runs': good.band.runs, 'rate': good.band.rate},
+        'runs': [_run(it) for it in comparisons]}, indent=1)
+
+
+def _run(comparison: Comparison) -> Dict[str, Any]:
+    run = comparison.run
+    return {'name': run.name, 'begin_s': round(run.begin_s, 3),
+            'duration_s': round(run.duration_s, 3), 'aligned_by': comparison.alignment.means.name,
+            'is_within': not comparison.departures, 'verdict': verdict(comparison),
+            'notes': list(comparison.notes),
+            'departures': [_departure(comparison, it) for it in comparison.departures]}
+
+
+def _departure(comparison: Comparison, it: Departure) -> Dict[str, Any]:
+    begin_s = comparison.run.begin_s
+    return {'device': it.signal.device, 'signal': it.signal.label, 'unit': it.signal.unit,
+            'kind': it.signal.kind.value,
+            'onset_s': round(begin_s + comparison.run_s(it.onset_s), 3),
+            'uncertainty_s': round(it.uncertainty_s, 3),
+            'left_s': round(begin_s + comparison.run_s(it.left_s), 3),
+            'worst_s': round(begin_s + comparison.run_s(it.worst_s), 3),
+            'deviation': it.deviation, 'half_width': it.half_width}

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Deviations and times in the words that operators read."""
+from __future__ import annotations
+
+import math
+
+from process_visualizer.runs.comparison.comparison import Comparison
+from process_visualizer.runs.deviation.departures import Departure
+from process_visualizer.runs.deviation.signals import SLOWER_LABEL, Signal, SignalKind
+
+_NEAR_EVENT_S = 60.0
+
+
+def clock(time_s: float) -> str:
+    """Return a time as minutes and seconds, such as 0:06.42."""
+    sign, hundredths = '-' if time_s < -0.005 else '', round(abs(time_s) * 100)
+    return f'{sign}{hundredths // 6000}:{hundredths % 6000 / 100:05.2f}'
+
+
+def moment(comparison: Comparison, reference_s: float) -> str:
+    """Return a time of the reference as the run's, with the event before it.
+
+    The clock is that of the run's recording, so that the player finds the moment.
+    """
+    run = comparison.run
+    run_s = comparison.run_s(reference_s)
+    text = clock(run.begin_s + run_s)
+    before = [event for event in run.events if run_s - _NEAR_EVENT_S < event.time_s <= run_s + 0.05]
+    if not before:
+        return text
+    event = max(before, key=lambda it: it.time_s)
+    return f'{text} ({event.name} + {max(run_s - event.time_s, 0.0):.1f} s)'
+
+
+def amount(departure: Departure) -> str:
+    """Return how far a signal was out at the worst, and how wide the band is there."""
+    signal, value, half = departure.signal, departure.deviation, departure.half_width
+    if signal.kind is SignalKind.NOISE:
+        return f'{math.exp(value):.2g} times as rough (band up to {math.exp(half):.2g})'
+    if signal.label == SLOWER_LABEL:
+        return f'{100 * value:+.1f} % (band ±{100 * half:.1f} %)'
+    return f'{quantity(signal, value, sign=True)} (band ±{quantity(signal, half)})'
+
+
+def quantity(signal: Signal, value: float, sign: bool = False) -> str:
+    """Return a value with its unit; places are in mm."""
+    unit = signal.unit
+    if signal.kind is SignalKind.PLACE:
+        value, unit = 1000.0 * value, 'mm'
+    digits = f'{value:+.3g}' if sign else f'{value:.2g}'
+    if 'e' in digits and 1e-3 <= abs(value) < 1e6:
+        digits = f'{value:+.0f}' if sign else f'{value:.0f}'
+    return f'{digits} {unit}'.strip()

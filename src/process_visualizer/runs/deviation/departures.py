@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Where a run is outside of the band, and which signal left it first."""
+from __future__ import annotations
+
+from typing import List, Mapping, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from process_visualizer.runs.deviation.band import Band, SignalBand
+from process_visualizer.runs.deviation.onset import onset
+from process_visualizer.runs.deviation.signals import NOISE_SUFFIX, Signal, SignalKind
+
+_SHORTEST_ROWS = 3
+_SAME_TIME_S = 0.25
+_ONE_EVENT_S = 1.0
+_FAINT, _FAINT_SHARE = 1.5, 0.5
+"""A departure so faint comes last beside one that is twice as strong: it may be chance."""
+_RANK = {kind: number for number, kind in enumerate(SignalKind)}
+
+
+class Departure(NamedTuple):
+    """A signal that leaves its band; times [s] are the reference's.
+
+    It leaves at ``left_s``, ``back_s`` is when it is back (None: not again), and the deviation
+    began at ``onset_s``, give or take ``uncertainty_s``. At ``worst_s`` it is ``deviation`` away
+    from the middle of a band of ``half_width``, in the signal's unit.
+    """
+
+    signal: Signal
+    left_s: float
+    back_s: Optional[float]
+    onset_s: float
+    uncertainty_s: float
+    worst_s: float
+    deviation: float
+    half_width: float
+
+    @property
+    def severity(self) -> float:
+        """How many times as far from the middle as the band is wide."""
+        return abs(self.deviation) / self.half_width
+
+
+def departures(times_s: np.ndarray, run: Mapping[Signal, np.ndarray],
+               band: Band) -> Tuple[Departure, ...]:
+    """Return the first departure of each signal, the likely cause first.
+
+    They are in the order in which they began; of those that began together, timing comes before
+    place, variables, forces, speeds, joints and noise, then the one that is farther outside.
+    Faint ones come after clear ones.
+
+    Args:
+        times_s: (t,) of the reference.
+        run: the signals of the run to judge.
+        band: what good runs do.
+    """
+    found = [it for signal, limits in band.signals.items() if signal in run
+             for it in [_departure(times_s, signal, run[signal], limits)] if it is not None]
+    return tuple(_ranked(_agreed(found)))
+
+
+def outside(values: np.ndarray, limits: SignalBand) -> np.ndarray:
+    """Return where (t,) (bool) values are outside of the band."""
+    with np.errstate(invalid='ignore'):
+        result: np.ndarray = np.abs(values - limits.middle) > limits.half_width
+    return result
+
+
+def _departure(times_s: np.ndarray, signal: Signal, values: np.ndarray,
+               limits: SignalBand) -> Optional[Departure]:
+    deviation = values - limits.middle
+    spans = _spans(outside(values, limits))
+    if not spans:
+        return None
+    begin, end = next((it for it in spans if it[1] - it[0] >= _SHORTEST_ROWS), spans[0])
+    begin, end = _for_good(spans, (begin, end), len(times_s))
+    ratio = np.nan_to_num(np.abs(deviation[begin:end]) / limits.half_width[begin:end], nan=0.0)
+    worst = begin + int(ratio.argmax())
+    since = onset(times_s, deviation / limits.half_width, begin)
+    back_s = float(times_s[end]) if end < len(times_s) else None
+    return Departure(signal, float(times_s[begin]), back_s, since.time_s, since.uncertainty_s,
+                     float(times_s[worst]), float(deviation[worst]),
+                     float(limits.half_width[worst]))
+
+
+def _spans(is_outside: np.ndarray) -> List[Tuple[int, int]]:
+    """The rows of each stretch outside, the end not included."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], is_outside, [False])).astype(np.int8)))
+    return [(int(first), int(behind)) for first, behind in edges.reshape(-1, 2)]
+
+
+def _for_good(spans: Sequence[Tuple[int, int]], first: Tuple[int, int],
+              count: int) -> Tuple[int, int]:
+    """The stretch with those that follow it closely: what swings back for a moment is not back."""
+    begin, end = first
+    for other in spans:
+        if end <= other[0] <= end + max(end - begin, 10):
+            end = other[1]
+    return begin, min(end, count)
+
+
+def _agreed(found: Sequence[Departure]) -> List[Departure]:
+    """Value and noise of a channel that depart together began when the quicker of them says."""
+    agreed = []
+    for it in found:
+        twins = [other for other in found if _channel(other) == _channel(it)
+                 and abs(other.onset_s - it.onset_s) < _ONE_EVENT_S]
+        best = min(twins, key=lambda other: other.left_s - other.onset_s)
+        agreed.append(it._replace(onset_s=best.onset_s, uncertainty_s=best.uncertainty_s))
+    return agreed
+
+
+def _channel(departure: Departure) -> Tuple[str, str]:
+    signal = departure.signal
+    return signal.device, signal.label.replace(NOISE_SUFFIX, '')
+
+
+def _ranked(found: Sequence[Departure]) -> List[Departure]:
+    strongest = max((it.severity for it in found), default=0.0)
+    faint = [it for it in found if it.severity < min(_FAINT, _FAINT_SHARE * strongest)]
+    clear = [it for it in found if it not in faint]
+    return _in_order(clear) + _in_order(faint)
+
+
+def _in_order(found: Sequence[Departure]) -> List[Departure]:
+    waiting = sorted(found, key=lambda it: it.onset_s)
+    ranked: List[Departure] = []
+    while waiting:
+        together = [it for it in waiting if it.onset_s <= waiting[0].onset_s + _SAME_TIME_S]
+        together.sort(key=lambda it: (_RANK[it.signal.kind], -it.severity))
+        ranked.append(together[0])
+        waiting.remove(together[0])
+    return ranked

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What of a run is compared: its signals on the reference's clock, all with the same times."""
+from __future__ import annotations
+
+from enum import Enum
+from typing import Dict, List, Mapping, NamedTuple, Optional, Tuple
+
+import numpy as np
+
+from process_visualizer.motion.placements import interpolated
+from process_visualizer.runs.alignment.time_map import TimeMap
+from process_visualizer.runs.deviation.moving_window import moving_mean, roughness
+from process_visualizer.runs.deviation.tool_path_axes import path_axes
+from process_visualizer.runs.run import Channel, ChannelKind, Run, ToolMotion
+
+RATE_HZ = 50.0
+_MEAN_S = 0.1
+_LOST_WITHIN_S = 0.5
+_LONGEST_GAP_S = 0.5
+TIMING_LABEL, SLOWER_LABEL, NOISE_SUFFIX = 'time lost', 'slower by', ' noise'
+
+
+class SignalKind(Enum):
+    """What a signal is: of those that depart together, the one named first here is the cause."""
+
+    TIMING = 'timing'
+    PLACE = 'place'
+    VARIABLE = 'variable'
+    FORCE = 'force'
+    SPEED = 'speed'
+    JOINT = 'joint'
+    NOISE = 'noise'
+
+
+_KINDS = {ChannelKind.VARIABLE: SignalKind.VARIABLE, ChannelKind.FORCE: SignalKind.FORCE,
+          ChannelKind.SPEED: SignalKind.SPEED, ChannelKind.JOINT: SignalKind.JOINT}
+
+
+class Signal(NamedTuple):
+    """One compared quantity; ``device`` is empty for the whole run's.
+
+    ``tolerance`` is the configuration's, None where it gives none.
+    """
+
+    device: str
+    label: str
+    unit: str
+    kind: SignalKind
+    tolerance: Optional[float] = None
+
+    @property
+    def name(self) -> str:
+        """Device and label, as people read them."""
+        return f'{self.device} {self.label}'.strip()
+
+
+Columns = Dict[Signal, np.ndarray]
+"""The values (t,) of each signal, NaN where the run has none."""
+
+
+def grid_s(reference: Run) -> np.ndarray:
+    """Return the times (t,) [s] of the reference at which runs are compared."""
+    return np.arange(int(reference.duration_s * RATE_HZ) + 1) / RATE_HZ
+
+
+def signals(reference: Run, run: Run, time_map: TimeMap) -> Columns:
+    """Return the signals of a run on the reference's clock.
+
+    A tool's place is relative to the reference's, along its path, sideways (to the left) and up.
+    Time lost is how much longer the run needed for the last half second of the reference than it
+    usually needs; how much longer that is than the reference's, is how much slower it is. Noise is
+    the natural logarithm of the roughness of a channel: 0.7 more is twice as rough.
+    """
+    times_s = grid_s(reference)
+    run_s = time_map.to_run(times_s)
+    run_s = np.where((run_s >= 0.0) & (run_s <= run.duration_s), run_s, np.nan)
+    found = _timing(times_s, run_s)
+    others = {motion.device: motion for motion in run.motions}
+    for motion in reference.motions:
+        if motion.device in others and len(motion.times_s) and len(others[motion.device].times_s):
+            found.update(_places(motion, others[motion.device], times_s, run_s))
+    theirs = run.by_key
+    for channel in reference.channels:
+        if channel.key in theirs:
+            found.update(_channel(channel, theirs[channel.key], run_s))
+    return found
+
+
+def _timing(times_s: np.ndarray, run_s: np.ndarray) -> Columns:
+    rows = int(_LOST_WITHIN_S * RATE_HZ)
+    took_s = np.full(len(times_s), np.nan)
+    took_s[rows:] = run_s[rows:] - run_s[:-rows]
+    known = took_s[np.isfinite(took_s)]
+    usual_s = float(np.median(known)) if len(known) else _LOST_WITHIN_S
+    slower = np.where(np.isfinite(run_s), usual_s / _LOST_WITHIN_S - 1.0, np.nan)
+    return {Signal('', TIMING_LABEL, 's', SignalKind.TIMING): took_s - usual_s,
+            Signal('', SLOWER_LABEL, '', SignalKind.TIMING): slower}
+
+
+def _places(reference: ToolMotion, run: ToolMotion, times_s: np.ndarray,
+            run_s: np.ndarray) -> Columns:
+    mine = interpolated(times_s, reference.times_s, reference.positions, _LONGEST_GAP_S)
+    difference = _at(run_s, run.times_s, run.positions) - mine
+    axes = path_axes(mine, RATE_HZ)
+    parts = np.einsum('tij,tj->ti', axes, difference)
+    return {Signal(reference.device, label, 'm', SignalKind.PLACE): moving_mean(part, _mean_rows())
+            for label, part in zip(('tool along', 'tool sideways', 'tool up'), parts.T)}
+
+
+def _mean_rows() -> int:
+    return int(_MEAN_S * RATE_HZ)
+
+
+def _at(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """The values at times of which some are NaN, as are theirs."""
+    known = np.isfinite(times_s)
+    found = np.full((len(times_s), values.shape[1]), np.nan)
+    found[known] = interpolated(times_s[known], known_s, values, _LONGEST_GAP_S)
+    return found
+
+
+def _channel(reference: Channel, run: Channel, run_s: np.ndarray) -> Columns:
+    finite = np.isfinite(run.values)
+    times_s, values = run.times_s[finite], run.values[finite]
+    value = moving_mean(_at(run_s, times_s, values[:, np.newaxis])[:, 0], _mean_rows())
+    signal = Signal(reference.device, reference.label, reference.unit, _KINDS[reference.kind],
+                    reference.tolerance)
+    if reference.kind.is_motion:
+        return {signal: value}
+    theirs = reference.values[np.isfinite(reference.values)]
+    rough = roughness(times_s, values, float(np.ptp(theirs)) if len(theirs) else 0.0)
+    noise = Signal(reference.device, reference.label + NOISE_SUFFIX, '', SignalKind.NOISE)
+    return {signal: value, noise: _at(run_s, times_s, rough[:, np.newaxis])[:, 0]}
+
+
+def common_signals(columns: Tuple[Mapping[Signal, np.ndarray], ...]) -> List[Signal]:
+    """Return the signals that all of these have, in the order of the first."""
+    return [signal for signal in columns[0] if all(signal in other for other in columns[1:])]

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A run: a recording, or a part of one between two events, as numbers over time."""
+from __future__ import annotations
+
+from enum import Enum
+from typing import Mapping, NamedTuple, Optional, Tuple
+
+import numpy as np
+
+Key = Tuple[str, str]
+"""A channel: the device and the label."""
+
+
+class ChannelKind(Enum):
+    """What a channel is; of two that depart together, the one named first here is the cause."""
+
+    VARIABLE = 'variable'
+    FORCE = 'force'
+    SPEED = 'speed'
+    JOINT = 'joint'
+
+    @property
+    def is_motion(self) -> bool:
+        """Whether it follows from where the robot is at which time."""
+        return self in (ChannelKind.SPEED, ChannelKind.JOINT)
+
+
+class Channel(NamedTuple):
+    """Numbers of one quantity: ``times_s`` (n,), rising, from the run's begin, ``values`` (n,).
+
+    ``tolerance`` is how far two good runs may differ, in ``unit``; None: not given.
+    """
+
+    device: str
+    label: str
+    unit: str
+    kind: ChannelKind
+    times_s: np.ndarray
+    values: np.ndarray
+    tolerance: Optional[float] = None
+
+    @property
+    def key(self) -> Key:
+        """What makes it the same channel in another run."""
+        return self.device, self.label
+
+
+class ToolMotion(NamedTuple):
+    """Where a robot's tool is: ``positions`` (n, 3) [m] in the global frame at ``times_s`` (n,)."""
+
+    device: str
+    times_s: np.ndarray
+    positions: np.ndarray
+
+
+class RunEvent(NamedTuple):
+    """A moment of the process in a run [s from the run's begin]."""
+
+    name: str
+    time_s: float
+
+
+class Run(NamedTuple):
+    """A run; its times count from its begin, which is at ``begin_s`` of its recording."""
+
+    name: str
+    duration_s: float
+    channels: Tuple[Channel, ...]
+    motions: Tuple[ToolMotion, ...] = ()
+    events: Tuple[RunEvent, ...] = ()
+    begin_s: float = 0.0
+
+    @property
+    def by_key(self) -> Mapping[Key, Channel]:
+        """The channels by device and label."""
+        return {channel.key: channel for channel in self.channels}
+
+
+def same_numbers(one: Run, other: Run) -> bool:
+    """Return whether two runs have the same channels with the same numbers."""
+    return len(one.channels) == len(other.channels) and all(
+        mine.key == theirs.key and np.array_equal(mine.times_s, theirs.times_s)
+        and np.array_equal(mine.values, theirs.values, equal_nan=True)
+        for mine, theirs in zip(one.channels, other.channels))
+
+
+def part_of(run: Run, begin_s: float, end_s: float, name: str) -> Run:
+    """Return the part of a run between two of its times [s]."""
+    channels = tuple(_cut_channel(channel, begin_s, end_s) for channel in run.channels)
+    motions = tuple(_cut_motion(motion, begin_s, end_s) for motion in run.motions)
+    events = tuple(RunEvent(event.name, event.time_s - begin_s) for event in run.events
+                   if begin_s <= event.time_s <= end_s)
+    return Run(name, end_s - begin_s, channels, motions, events, run.begin_s + begin_s)
+
+
+def _rows(times_s: np.ndarray, begin_s: float, end_s: float) -> slice:
+    first, behind = np.searchsorted(times_s, (begin_s, np.nextafter(end_s, np.inf)))
+    return slice(int(first), int(behind))
+
+
+def _cut_channel(channel: Channel, begin_s: float, end_s: float) -> Channel:
+    rows = _rows(channel.times_s, begin_s, end_s)
+    return channel._replace(times_s=channel.times_s[rows] - begin_s, values=channel.values[rows])
+
+
+def _cut_motion(motion: ToolMotion, begin_s: float, end_s: float) -> ToolMotion:
+    rows = _rows(motion.times_s, begin_s, end_s)
+    return motion._replace(times_s=motion.times_s[rows] - begin_s,
+                           positions=motion.positions[rows])
