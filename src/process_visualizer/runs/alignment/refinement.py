@@ -9,7 +9,7 @@ import numpy as np
 from process_visualizer.runs.alignment.motion import Motion, moving_rows, velocities
 from process_visualizer.runs.alignment.time_map import TimeMap, time_map
 
-_ROUNDS = 6
+_ROUNDS, _FIRST_ROUNDS, _PARTS = 6, 3, 8
 _WINDOW_S = 0.2
 _FURTHEST_S = 0.05
 """One round moves a moment by so much at most."""
@@ -19,7 +19,8 @@ def refined(rough: TimeMap, reference: Motion, run: Motion) -> TimeMap:
     """Return a map by which the tools of the run lie where the reference's do.
 
     Only the shift along the direction of motion is used: what a tool is beside its path says
-    nothing about time. A constant offset of a tool is no shift either.
+    nothing about time. A constant offset of a tool is no shift either; it is what is left
+    when shifts have explained all that they can.
     """
     times_s = run.times_s
     inside = (times_s >= rough.run_s[0]) & (times_s <= rough.run_s[-1])
@@ -28,15 +29,16 @@ def refined(rough: TimeMap, reference: Motion, run: Motion) -> TimeMap:
         return rough
     found_s = rough.to_reference(run_s)
     velocity, moves = velocities(reference), moving_rows(reference)
-    for _ in range(_ROUNDS):
-        shift_s, weight = _shift_s(reference, velocity, moves, found_s, positions)
+    for number in range(_ROUNDS):
+        shift_s, weight = _shift_s(reference, velocity, moves, found_s, positions,
+                                   number >= _FIRST_ROUNDS)
         moved_s = found_s + np.clip(shift_s, -_FURTHEST_S, _FURTHEST_S)
         found_s = np.maximum.accumulate(_smooth(run_s, moved_s, weight, found_s))
     return time_map(found_s, run_s)
 
 
 def _shift_s(reference: Motion, velocity: np.ndarray, moves: np.ndarray, found_s: np.ndarray,
-             positions: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+             positions: np.ndarray, has_offset: bool) -> Tuple[np.ndarray, np.ndarray]:
     """How much later in the reference (n,) [s] each moment of the run is, and its weight (n,)."""
     there, speed = (_at(found_s, reference, values) for values in (reference.positions, velocity))
     difference = positions - there
@@ -45,7 +47,9 @@ def _shift_s(reference: Motion, velocity: np.ndarray, moves: np.ndarray, found_s
     nearest = np.rint(found_s * reference.rate_hz).astype(np.int64)
     moving = moves[np.clip(nearest, 0, len(moves) - 1)]
     weight = (speed * speed).sum(axis=1) * moving
-    difference = difference - _offset(difference[moving], known[moving])
+    moving &= weight > 0.0
+    if has_offset and moving.any():
+        difference = difference - _offset(difference[moving])
     along = (speed * difference).sum(axis=1)
     return np.where(moving, along / np.where(moving, weight, 1.0), 0.0), weight
 
@@ -58,9 +62,12 @@ def _at(times_s: np.ndarray, motion: Motion, values: np.ndarray) -> np.ndarray:
     return result
 
 
-def _offset(difference: np.ndarray, known: np.ndarray) -> np.ndarray:
-    count = np.maximum(known.sum(axis=0), 1)
-    result: np.ndarray = difference.sum(axis=0) / count
+def _offset(difference: np.ndarray) -> np.ndarray:
+    """The offset (d,) on which all parts of the motion agree: what came later is none."""
+    parts = np.array_split(difference, min(_PARTS, len(difference)))
+    medians = np.stack([np.median(part, axis=0) for part in parts])
+    low, high = medians.min(axis=0), medians.max(axis=0)
+    result: np.ndarray = np.where(low > 0.0, low, np.where(high < 0.0, high, 0.0))
     return result
 
 

@@ -60,6 +60,9 @@ class GoodRuns:
         """
         if not reference.channels and not reference.motions:
             raise ValueError(f'{reference.name} has no variable, force or motion to compare')
+        if rate is not None and len(others) < fewest_runs(rate):
+            raise TooFewRuns(f'{len(others)} good runs beside the reference cannot support a rate '
+                             f'of {rate:g}; it takes {fewest_runs(rate)}')
         self.reference = reference
         self.times_s = grid_s(reference)
         self._others = tuple(others)
@@ -68,11 +71,9 @@ class GoodRuns:
         if rate is None and len(others) > fewest_runs(USUAL_RATE):
             rate = USUAL_RATE
         self._rate = rate
-        self._learner = None if rate is None or not others else BandLearner(self._good[1:])
-        if rate is not None and len(others) < fewest_runs(rate):
-            raise TooFewRuns(f'{len(others)} good runs beside the reference cannot support a rate '
-                             f'of {rate:g}; it takes {fewest_runs(rate)}')
+        self._learner = None if rate is None else BandLearner(self._good[1:])
         self.band = self._band(None)
+        self.notes = self._outstanding()
 
     def compare(self, run: Run) -> Comparison:
         """Return where a run leaves the band; if it is one of the good runs, the others' band."""
@@ -82,9 +83,15 @@ class GoodRuns:
         band = self.band if own is None else self._band(own)
         found = departures(self.times_s, columns, band)
         notes = [*alignment.notes, *self._notes(run, alignment, columns)]
-        if own is not None:
-            notes.append('it is one of the good runs, and judged by the others')
         return Comparison(run, alignment, columns, band, found, tuple(notes))
+
+    def _outstanding(self) -> Tuple[str, ...]:
+        """What is told of the good runs themselves."""
+        if self._learner is None:
+            return ()
+        return tuple(f'{self._others[run].name} stands out from the other good runs '
+                     f'({signal.name}); without it the band would be narrower'
+                     for run, signal in self._learner.outstanding())
 
     def _columns(self, run: Run) -> Tuple[Alignment, Columns]:
         alignment = aligned(self.reference, run)

@@ -30,6 +30,7 @@ def comparison_page(good: GoodRuns, comparisons: Sequence[Comparison]) -> str:
     parts = [f'<h1>{escape(title)}</h1>',
              f'<p>Reference: {escape(good.reference.name)}, '
              f'{good.reference.duration_s:.1f} s. Band: {escape(band_text(good.band))}.</p>']
+    parts += [f'<p class="note">{escape(note)}</p>' for note in good.notes]
     if len(comparisons) > 1:
         parts.append(_summary(comparisons))
     for it in poor[:_MOST_RUNS]:

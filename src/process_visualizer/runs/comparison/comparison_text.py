@@ -16,6 +16,7 @@ _MOST_LINES = 10
 def as_text(good: GoodRuns, comparisons: Sequence[Comparison]) -> str:
     """Return a line for each run; for a single one also its departures, the first one first."""
     lines = [f'reference: {good.reference.name}; band: {band_text(good.band)}']
+    lines += [f'note: {note}' for note in good.notes]
     for it in comparisons:
         lines.append(f'{it.run.name}: {verdict(it)}')
         lines += [f'  note: {note}' for note in it.notes]
@@ -43,7 +44,7 @@ def as_json(good: GoodRuns, comparisons: Sequence[Comparison]) -> str:
     """Return the same as JSON: times in s from the begin of each run's recording."""
     return json.dumps({
         'reference': good.reference.name,
-        'band': {'runs': good.band.runs, 'rate': good.band.rate},
+        'band': {'runs': good.band.runs, 'rate': good.band.rate}, 'notes': list(good.notes),
         'runs': [_run(it) for it in comparisons]}, indent=1)
 
 

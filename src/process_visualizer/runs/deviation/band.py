@@ -22,6 +22,8 @@ _SPREAD_S = 0.5
 _SHARE_OF_MEAN_SPREAD = 0.25
 _HIGH_SCORE = 1.5
 """A high score is so many deviations above the mean of the logarithms."""
+_OUTSTANDING = 5.0
+"""So many times its usual score a signal of a good run never reaches."""
 _LEAST_SPREAD: Dict[SignalKind, float] = {
     SignalKind.TIMING: 0.005, SignalKind.PLACE: 1e-4, SignalKind.NOISE: 0.05,
     SignalKind.JOINT: 2e-4}
@@ -29,6 +31,7 @@ _LEAST_SHARE_OF_RANGE = 2e-3
 _TOLERANCES: Dict[SignalKind, float] = {
     SignalKind.TIMING: 0.1, SignalKind.PLACE: 0.005, SignalKind.NOISE: math.log(2.5),
     SignalKind.JOINT: 0.02}
+_TIME_TOLERANCE_S = 0.1
 RELATIVE_TOLERANCE = 0.1
 """Of the range of the good runs' values, where the configuration gives no tolerance."""
 
@@ -69,6 +72,16 @@ class BandLearner:
         self._signals = [LearnedSignal(signal, np.stack([it[signal] for it in good]))
                          for signal in common_signals(tuple(good))]
         self._scores = np.stack([it.scores for it in self._signals])  # (signals, runs)
+
+    def outstanding(self) -> Tuple[Tuple[int, Signal], ...]:
+        """Return the runs that are far from all others, and the signal in which they are.
+
+        Such a run makes the band so wide that it hides what it should show.
+        """
+        usual = np.maximum(np.median(self._scores, axis=1), 1.0)
+        ratio = self._scores / usual[:, np.newaxis]
+        return tuple((int(run), self._signals[int(ratio[:, run].argmax())].signal)
+                     for run in np.flatnonzero(ratio.max(axis=0) > _OUTSTANDING))
 
     def band(self, rate: float, without: Optional[int] = None) -> Band:
         """Return the band that a further good run leaves, anywhere, at a rate.
@@ -179,7 +192,7 @@ def value_range(values: np.ndarray) -> float:
 
 
 def tolerance_band(good: Sequence[Columns], relative: float = RELATIVE_TOLERANCE) -> Band:
-    """Return the band of what good runs did, and a tolerance beyond it.
+    """Return the band of what good runs did 0.1 s before to 0.1 s later, and a tolerance beyond.
 
     Args:
         good: at least one run, on one reference's clock.
@@ -189,10 +202,20 @@ def tolerance_band(good: Sequence[Columns], relative: float = RELATIVE_TOLERANCE
     found = {}
     for signal in common_signals(tuple(good)):
         values = np.stack([it[signal] for it in good])
-        low, high = np.fmin.reduce(values), np.fmax.reduce(values)
+        low = -_greatest_around(-np.fmin.reduce(values))
+        high = _greatest_around(np.fmax.reduce(values))
         found[signal] = SignalBand(0.5 * (low + high), 0.5 * (high - low)
                                    + signal_tolerance(signal, values, relative))
     return Band(found, len(good))
+
+
+def _greatest_around(values: np.ndarray) -> np.ndarray:
+    """The greatest value (t,) within the tolerance of time; NaN where the value itself is."""
+    reach = int(_TIME_TOLERANCE_S * RATE_HZ)
+    padded = np.pad(np.where(np.isfinite(values), values, -np.inf), reach, constant_values=-np.inf)
+    around = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1).max(axis=1)
+    result: np.ndarray = np.where(np.isfinite(values), around, np.nan)
+    return result
 
 
 def signal_tolerance(signal: Signal, values: np.ndarray, relative: float) -> float:

@@ -122,12 +122,18 @@ def _ranked(found: Sequence[Departure]) -> List[Departure]:
     return _in_order(clear) + _in_order(faint)
 
 
+def _size(departure: Departure) -> float:
+    """What is greater comes first: distances are compared as such."""
+    return abs(departure.deviation) if departure.signal.kind is SignalKind.PLACE \
+        else departure.severity
+
+
 def _in_order(found: Sequence[Departure]) -> List[Departure]:
     waiting = sorted(found, key=lambda it: it.onset_s)
     ranked: List[Departure] = []
     while waiting:
         together = [it for it in waiting if it.onset_s <= waiting[0].onset_s + _SAME_TIME_S]
-        together.sort(key=lambda it: (_RANK[it.signal.kind], -it.severity))
+        together.sort(key=lambda it: (_RANK[it.signal.kind], -_size(it)))
         ranked.append(together[0])
         waiting.remove(together[0])
     return ranked

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 _MEAN_S, _ROUGH_S = 0.2, 0.5
-_LEAST_SHARE = 1e-3
+_LEAST_SHARE = 3e-3
 
 
 def moving_mean(values: np.ndarray, rows: int) -> np.ndarray:
@@ -48,8 +48,9 @@ def roughness(times_s: np.ndarray, values: np.ndarray, value_range: float) -> np
 
 
 def _mean_of_last(values: np.ndarray, rows: int) -> np.ndarray:
+    """The means of so many values up to each; the first have that of the first whole window."""
     total = _running(values)
-    here = np.arange(len(values))
-    begin = np.maximum(here + 1 - rows, 0)
-    result: np.ndarray = np.maximum(total[here + 1] - total[begin], 0.0) / (here + 1 - begin)
+    end = np.maximum(np.arange(len(values)) + 1, min(rows, len(values)))
+    begin = np.maximum(end - rows, 0)
+    result: np.ndarray = np.maximum(total[end] - total[begin], 0.0) / (end - begin)
     return result

@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: BSD-3-Clause
+from __future__ import annotations
+
+import json
+from typing import Sequence
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from made_runs import made_run
+
+from process_visualizer.runs.comparison.comparison import (
+    Comparison,
+    GoodRuns,
+    incomparable,
+)
+from process_visualizer.runs.comparison.comparison_page import comparison_page
+from process_visualizer.runs.comparison.comparison_text import as_json, as_text
+from process_visualizer.runs.comparison.verdict import verdict
+from process_visualizer.runs.comparison.wording import clock
+from process_visualizer.runs.deviation.band import TooFewRuns
+from process_visualizer.runs.run import Run
+
+
+def pushed(process_s: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """The force jumps 3 s after the begin of the process."""
+    return values + np.where(process_s > 3.0, 4.0, 0.0)
+
+
+def beside(process_s: np.ndarray, at: np.ndarray) -> np.ndarray:
+    return at + np.where(process_s > 2.0, 1.0, 0.0)[:, np.newaxis] * (0.0, 0.02, 0.0)
+
+
+def goods(count: int) -> Sequence[Run]:
+    return [made_run(seed, speed=1.0 + 0.002 * (seed % 7), start_s=2.0 + 0.1 * (seed % 5))
+            for seed in range(1, count + 1)]
+
+
+@pytest.fixture(scope='module')
+def learned() -> GoodRuns:
+    return GoodRuns(made_run(), goods(24))
+
+
+def test_a_good_run_stays_within_a_learned_band(learned: GoodRuns) -> None:
+    assert learned.band.rate == 0.05
+    assert learned.compare(made_run(77)).departures == ()
+
+
+def test_a_run_stays_within_the_tolerance_of_itself() -> None:
+    good = GoodRuns(made_run())
+    found = good.compare(made_run())
+    assert verdict(found) == 'stays within the band'
+    assert found.notes == ('it is the reference itself',)
+
+
+def test_the_cause_is_named_with_time_event_and_size(learned: GoodRuns) -> None:
+    found = learned.compare(made_run(77, speed=1.01, start_s=4.0, value=pushed))
+    assert found.departures[0].signal.name == 'robot tool force'
+    assert verdict(found).startswith(
+        'leaves the band first at 0:07.0'), verdict(found)
+    assert '(go + 2.0 s): robot tool force, +4' in verdict(found)
+
+
+def test_a_tool_beside_its_path_is_told_as_sideways(learned: GoodRuns) -> None:
+    found = learned.compare(made_run(77, place=beside))
+    assert found.departures[0].signal.name == 'robot tool sideways'
+    assert '20 mm (band' in verdict(found)
+
+
+def test_a_dwell_is_told_as_time_lost(learned: GoodRuns) -> None:
+    first = learned.compare(made_run(77, dwell_s=0.2)).departures[0]
+    assert first.signal.label == 'time lost'
+    assert first.deviation == pytest.approx(0.2, abs=0.02)
+
+
+def test_a_slow_run_is_told_as_slower(learned: GoodRuns) -> None:
+    found = learned.compare(made_run(77, speed=1.1))
+    assert 'slower by' in [it.signal.label for it in found.departures]
+
+
+def test_one_of_the_good_runs_is_judged_by_the_others() -> None:
+    runs = [*goods(24), made_run(30, value=pushed)]
+    good = GoodRuns(made_run(), runs)
+    assert good.compare(runs[-1]).departures[0].signal.name == 'robot tool force'
+    assert good.notes == ('run 30 stands out from the other good runs (robot tool force); without '
+                          'it the band would be narrower',)
+
+
+def test_a_rate_that_so_few_runs_cannot_support_is_refused() -> None:
+    with pytest.raises(TooFewRuns, match='3 good runs beside the reference .* it takes 99'):
+        GoodRuns(made_run(), goods(3), rate=0.01)
+
+
+def test_few_runs_give_a_tolerance() -> None:
+    good = GoodRuns(made_run(), goods(2))
+    assert good.band.rate is None
+    assert good.compare(made_run(77, value=pushed)).departures
+
+
+def test_a_run_that_stops_half_way_is_compared_as_far_as_it_goes(learned: GoodRuns) -> None:
+    whole = made_run(77, value=pushed)
+    half = whole._replace(duration_s=5.5)
+    found = learned.compare(half)
+    assert found.departures[0].signal.name == 'robot tool force'
+    assert any(note.startswith('it covers 4') for note in found.notes)
+
+
+def test_a_channel_that_one_of_them_lacks_is_told() -> None:
+    run = made_run(77)
+    other = run._replace(channels=(run.channels[0]._replace(label='torque'),))
+    found = GoodRuns(made_run()).compare(other)
+    assert 'only the reference has robot tool force' in found.notes
+    assert 'only the run has robot torque' in found.notes
+
+
+def test_runs_of_different_cells_are_not_comparable() -> None:
+    run = made_run(77)
+    other = run._replace(channels=(run.channels[0]._replace(device='other'),))
+    reason = incomparable(made_run(), other)
+    assert reason is not None and 'of different cells' in reason
+
+
+def test_values_that_are_no_numbers() -> None:
+    run = made_run(77, value=lambda s, values: np.where(s > 3.0, np.nan, values))
+    assert GoodRuns(made_run()).compare(run).departures == ()
+    everywhere = made_run(77, value=lambda s, values: values * np.nan)
+    assert GoodRuns(made_run()).compare(everywhere).departures == ()
+
+
+def test_a_reference_without_anything_is_refused() -> None:
+    with pytest.raises(ValueError, match='nothing|no variable'):
+        GoodRuns(made_run()._replace(channels=(), motions=()))
+
+
+def test_json_has_what_the_text_has(learned: GoodRuns) -> None:
+    found = [learned.compare(made_run(77, value=pushed)), learned.compare(made_run(78))]
+    read = json.loads(as_json(learned, found))
+    assert [it['is_within'] for it in read['runs']] == [False, True]
+    first = read['runs'][0]['departures'][0]
+    assert (first['device'], first['signal'], first['unit']) == ('robot', 'tool force', 'N')
+    assert first['onset_s'] == pytest.approx(5.0, abs=0.1)
+    assert as_text(learned, found).endswith('1 of 2 runs leave the band')
+
+
+def elements(page: str, tag: str) -> Sequence[ElementTree.Element]:
+    body = page[page.index('<html'):].replace('<meta charset="utf-8">', '')
+    return list(ElementTree.fromstring(body).iter(tag))
+
+
+def test_the_page_is_whole_and_needs_nothing_else(learned: GoodRuns) -> None:
+    run = made_run(77, value=pushed)._replace(name='<a & b>.bag#1')
+    found: Sequence[Comparison] = [learned.compare(run), learned.compare(made_run(78))]
+    page = comparison_page(learned, found)
+    assert 'http' not in page and '<script' not in page
+    assert elements(page, 'h1')[0].text == '1 of 2 runs leave the band'
+    assert elements(page, 'h2')[0].text == '<a & b>.bag#1'
+    assert len(elements(page, 'svg')) == min(len(found[0].departures), 4)
+    assert elements(page, 'polygon')
+
+
+@pytest.mark.parametrize('time_s, text', [(0.0, '0:00.00'), (6.42, '0:06.42'), (59.999, '1:00.00'),
+                                          (3725.5, '62:05.50'), (-1.5, '-0:01.50')])
+def test_clock(time_s: float, text: str) -> None:
+    assert clock(time_s) == text

@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: BSD-3-Clause
+from __future__ import annotations
+
+import math
+from typing import List
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+
+from process_visualizer.runs.deviation.band import (
+    BandLearner,
+    TooFewRuns,
+    fewest_runs,
+    learned_band,
+    tolerance_band,
+)
+from process_visualizer.runs.deviation.departures import departures
+from process_visualizer.runs.deviation.moving_window import moving_mean, roughness
+from process_visualizer.runs.deviation.onset import onset
+from process_visualizer.runs.deviation.signals import Columns, Signal, SignalKind
+from process_visualizer.runs.deviation.tool_path_axes import path_axes
+
+TIMES_S = np.arange(500) / 50.0
+FORCE = Signal('robot', 'tool force', 'N', SignalKind.FORCE)
+FEED = Signal('machine', 'feed', 'm/s', SignalKind.VARIABLE)
+LOST = Signal('', 'time lost', 's', SignalKind.TIMING)
+
+
+def smooth_noise(random: np.random.Generator) -> np.ndarray:
+    return moving_mean(random.standard_normal(len(TIMES_S)), 5)
+
+
+def good_runs(count: int, seed: int = 0) -> List[Columns]:
+    random = np.random.default_rng(seed)
+    return [{FORCE: 10.0 + smooth_noise(random), FEED: 0.05 + 0.001 * smooth_noise(random)}
+            for _ in range(count)]
+
+
+def test_the_false_alarms_of_a_known_distribution_are_those_that_are_stated() -> None:
+    """Over 400 bands and as many runs that were not used for them."""
+    alarms = 0
+    for number in range(400):
+        *good, judged = good_runs(20, seed=number)
+        alarms += bool(departures(TIMES_S, judged, learned_band(good, 0.05)))
+    assert 8 <= alarms <= 34  # 99.9 % of draws at a rate of 5 %
+
+
+def test_too_few_runs_are_refused_with_the_number_that_would_do() -> None:
+    with pytest.raises(TooFewRuns, match='18 good runs cannot support a rate of 0.05; it takes 19'):
+        learned_band(good_runs(18), 0.05)
+    assert fewest_runs(0.01) == 99
+    assert fewest_runs(0.9) == 3
+
+
+def test_a_run_left_out_is_as_if_it_had_not_been_there() -> None:
+    good = good_runs(22)
+    without = BandLearner(good).band(0.05, without=4)
+    others = learned_band([*good[:4], *good[5:]], 0.05)
+    assert without.runs == 21
+    np.testing.assert_allclose(without.signals[FORCE].middle, others.signals[FORCE].middle)
+    np.testing.assert_allclose(without.signals[FORCE].half_width, others.signals[FORCE].half_width,
+                               rtol=0.15)  # the others' scores have known it
+
+
+def test_a_good_run_that_is_none_is_told() -> None:
+    good = good_runs(22)
+    assert BandLearner(good).outstanding() == ()
+    good[3] = {**good[3], FEED: good[3][FEED] + 0.1}
+    assert BandLearner(good).outstanding() == ((3, FEED),)
+
+
+def test_the_tolerance_is_the_configurations_or_a_share_of_the_range() -> None:
+    given_one = FORCE._replace(tolerance=3.0)
+    step = np.where(TIMES_S < 5.0, 0.0, 10.0)
+    band = tolerance_band([{given_one: step, FEED: step}], 0.1)
+    assert band.signals[given_one].half_width[:200] == pytest.approx(3.0)
+    assert band.signals[FEED].half_width[:200] == pytest.approx(1.0)
+
+
+def test_a_tolerance_is_one_of_time_too() -> None:
+    step = np.where(TIMES_S < 5.0, 0.0, 10.0)
+    band = tolerance_band([{FEED: step}])
+    assert departures(TIMES_S, {FEED: np.roll(step, 4)}, band) == ()
+    assert departures(TIMES_S, {FEED: np.roll(step, 8)}, band) != ()
+
+
+def test_a_tolerance_lies_around_what_all_good_runs_did() -> None:
+    flat = np.ones(len(TIMES_S))
+    band = tolerance_band([{LOST: flat}, {LOST: 3.0 * flat}]).signals[LOST]
+    assert band.middle == pytest.approx(2.0)
+    assert band.half_width == pytest.approx(1.1)
+
+
+def test_what_is_unknown_departs_from_nothing() -> None:
+    good = good_runs(20)
+    good[2][FORCE][100:200] = np.nan
+    judged = {FORCE: np.full(len(TIMES_S), np.nan)}
+    assert departures(TIMES_S, judged, learned_band(good, 0.05)) == ()
+
+
+def test_departures_are_in_the_order_in_which_they_began() -> None:
+    run = good_runs(1, seed=99)[0]
+    run[FEED][200:] += 0.02
+    run[FORCE][300:] += 20.0
+    first, second = departures(TIMES_S, run, learned_band(good_runs(20), 0.05))
+    assert (first.signal, second.signal) == (FEED, FORCE)
+    assert first.onset_s == pytest.approx(4.0, abs=0.06)
+    assert second.onset_s == pytest.approx(6.0, abs=0.06)
+    assert second.deviation == pytest.approx(20.0, abs=2.0)
+    assert second.back_s is None
+
+
+def test_of_what_began_together_timing_comes_first() -> None:
+    jump = np.where(TIMES_S > 4.0, 1.0, 0.0)
+    band = tolerance_band([{FORCE: 0.0 * jump, LOST: 0.0 * jump}])
+    assert [it.signal for it in departures(TIMES_S, {FORCE: jump, LOST: jump}, band)] == [
+        LOST, FORCE]
+
+
+def test_a_faint_departure_comes_after_a_clear_one() -> None:
+    band = tolerance_band([{FORCE: 0.0 * TIMES_S, FEED: 0.0 * TIMES_S}])
+    wide = {it: limits._replace(half_width=np.ones(len(TIMES_S)))
+            for it, limits in band.signals.items()}
+    run = {FORCE: np.where(TIMES_S > 2.0, 1.2, 0.0), FEED: np.where(TIMES_S > 5.0, 9.0, 0.0)}
+    assert [it.signal for it in departures(TIMES_S, run, band._replace(signals=wide))] == [
+        FEED, FORCE]
+
+
+def test_a_departure_that_swings_is_one() -> None:
+    swing = np.where(TIMES_S > 4.0, 5.0 * np.sin(20.0 * (TIMES_S - 4.0)), 0.0)
+    found, = departures(TIMES_S, {LOST: swing}, tolerance_band([{LOST: 0.0 * TIMES_S}]))
+    assert found.left_s == pytest.approx(4.02, abs=0.05)
+    assert found.back_s is None
+
+
+@pytest.mark.parametrize('shape', ['step', 'ramp'])
+@settings(max_examples=30, deadline=None)
+@given(begin=st.integers(100, 350), seed=st.integers(0, 1000), sign=st.sampled_from((-1.0, 1.0)))
+def test_the_onset_of_steps_and_ramps(shape: str, begin: int, seed: int, sign: float) -> None:
+    since_s = np.maximum(TIMES_S - TIMES_S[begin], 0.0)
+    change = 5.0 * (since_s > 0.0) if shape == 'step' else 2.0 * since_s
+    deviation = sign * change + 0.1 * smooth_noise(np.random.default_rng(seed))
+    left = int(np.flatnonzero(np.abs(deviation) > 1.0)[0])
+    found = onset(TIMES_S, deviation, left)
+    assert found.time_s == pytest.approx(TIMES_S[begin], abs=0.15)
+    assert found.uncertainty_s >= 0.0
+
+
+FINITE = st.floats(-1e6, 1e6)
+
+
+@given(arrays.arrays(float, st.integers(1, 50), elements=st.one_of(FINITE, st.just(np.nan))),
+       st.integers(1, 9))
+def test_a_moving_mean_is_the_mean_of_what_is_known(values: np.ndarray, rows: int) -> None:
+    expected = []
+    for row, value in enumerate(values):
+        near = values[max(row - rows // 2, 0):row + (rows - 1) // 2 + 1]
+        expected.append(np.nanmean(near) if np.isfinite(value) else np.nan)
+    np.testing.assert_allclose(moving_mean(values, rows), expected, atol=1e-6)
+
+
+def test_roughness_is_a_logarithm() -> None:
+    random = np.random.default_rng(1)
+    values = random.standard_normal(4000) * np.where(np.arange(4000) < 2000, 1.0, 2.0)
+    found = roughness(np.arange(4000) / 100.0, values, 4.0)
+    assert np.median(found[2100:]) - np.median(found[:2000]) == pytest.approx(math.log(2.0),
+                                                                              abs=0.05)
+
+
+def test_roughness_knows_nothing_of_later_values() -> None:
+    values = np.concatenate((np.zeros(500), np.tile((1.0, -1.0), 250)))
+    found = roughness(np.arange(1000) / 100.0, values, 2.0)
+    assert found[480] == pytest.approx(found[100])
+    assert found[520] > found[480] + 1.0
+
+
+@given(st.floats(0.0, 2.0 * math.pi), st.floats(-0.5, 0.5))
+def test_the_axes_of_a_path(heading: float, climb: float) -> None:
+    direction = np.array([math.cos(heading), math.sin(heading), climb])
+    axes = path_axes(np.arange(50)[:, np.newaxis] * 0.01 * direction, 50.0)
+    np.testing.assert_allclose(axes @ axes.transpose(0, 2, 1), np.tile(np.eye(3), (50, 1, 1)),
+                               atol=1e-9)
+    along, sideways, up = axes[25]
+    np.testing.assert_allclose(along[:2], direction[:2], atol=1e-9)
+    np.testing.assert_allclose(sideways, np.cross(up, along), atol=1e-9)
+    np.testing.assert_allclose(up, (0.0, 0.0, 1.0))
+
+
+def test_a_tool_that_rests_has_the_axes_of_its_next_motion() -> None:
+    y = np.concatenate((np.zeros(50), np.arange(50) * 0.01))
+    axes = path_axes(np.column_stack((0.0 * y, y, 0.0 * y)), 50.0)
+    np.testing.assert_allclose(axes[0, 0], (0.0, 1.0, 0.0), atol=1e-9)
+
+

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The commands ``cell runs`` and ``cell compare`` on bags, by the configuration in them."""
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Callable, Optional
+
+import numpy as np
+import pytest
+import rosbag
+from genpy import Duration, Time
+from made_runs import progress
+from std_msgs.msg import Float32, Float32MultiArray, String
+
+from process_visualizer.bags.marks import Mark, add_mark
+from process_visualizer.bags.recorder_topics import CONFIGURATION
+from process_visualizer.bags.recording import Recording
+from process_visualizer.cell.stored_configuration import configuration_text
+from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.commands.command_line import main
+from process_visualizer.runs.recorded.run_reader import read_run
+
+BEGIN_S, CYCLE_S, RATE_HZ = 1_600_000_000, 12.0, 50.0
+CELL = '''<visualizer>
+  <event name="starts" topic="feed" above="0.01" hysteresis="0.005"/>
+  <event name="stops" topic="feed" below="0.005" hysteresis="0.005"/>
+  {run}
+  <device type="robot" name="{robot}">
+    <base frame="base" xyz="1 0 0" rpy="1.5707963 0 0"/>
+    <topic name="tcf" type="tool_center_frame"/><topic name="ft" type="force_sensor"/>
+  </device>
+  <device type="other" name="machine">
+    <topic name="feed"/>
+    <variable topic="feed" frame="world" unit="m/s" label="feed" tolerance="0.02"/>
+  </device>
+</visualizer>
+'''
+RUN = '<run begin="starts" end="stops" before="2" after="1"/>'
+
+Bag = Callable[..., str]
+
+
+@pytest.fixture
+def bag(tmp_path: Path) -> Bag:
+    """Writes a bag of some cycles; in the poor one the force jumps 3 s after its begin."""
+    def write(name: str = 'a.bag', cycles: int = 2, poor: Optional[int] = None, robot: str = 'arm',
+              run: str = RUN, stored: bool = True) -> str:
+        config, path = tmp_path / 'cell.xml', tmp_path / name
+        config.write_text(CELL.format(robot=robot, run=run), encoding='utf-8')
+        with rosbag.Bag(str(path), 'w') as file:
+            if stored:
+                text = configuration_text(XmlParser().parse(str(config)))
+                file.write(f'/{CONFIGURATION.strip("/")}', String(text), Time(BEGIN_S))
+            for number in range(int(cycles * CYCLE_S * RATE_HZ)):
+                cycle, process_s = divmod(number / RATE_HZ, CYCLE_S)
+                along = float(progress(np.array([process_s]))[0])
+                force = 10.0 * along + (5.0 if cycle == poor and 3.0 < process_s < 9.0 else 0.0)
+                stamp = Time(BEGIN_S, 0) + Duration.from_sec(number / RATE_HZ)
+                file.write('/tcf', Float32MultiArray(data=[along, 0, 0, 0, 0, 0]), stamp)
+                file.write('/ft', Float32MultiArray(data=[force, 0, 0, 0, 0, 0]), stamp)
+                file.write('/feed', Float32(0.05 if 1.0 < process_s < 9.0 else 0.0), stamp)
+        return str(path)
+    return write
+
+
+
+
+def test_cycles_are_listed(bag: Bag, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(['runs', bag()]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines] == ['a.bag#1', 'a.bag#2']
+    assert 'starts at 0:01.02' in lines[0]
+
+
+def test_cycles_for_programs(bag: Bag, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(['runs', '--json', bag()]) == 0
+    second = json.loads(capsys.readouterr().out)[1]
+    assert second['begin_s'] == pytest.approx(11.02, abs=0.03)
+    assert second['events'][0]['time_s'] == pytest.approx(13.02, abs=0.03)
+    assert 'arm tool force' in second['channels']
+
+
+def test_a_poor_run_is_found(bag: Bag, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = bag(cycles=3, poor=1)
+    page = tmp_path / 'page.html'
+    code = main(['compare', f'{path}#2', '--reference', f'{path}#1', f'{path}#3', '--report',
+                 str(page)])
+    assert code == 2
+    out = capsys.readouterr().out
+    assert 'a.bag#2: leaves the band first at 0:14.98 (starts + 2.0 s): arm tool force' in out
+    assert '+5 N (band' in out
+    assert 'arm tool force' in page.read_text(encoding='utf-8')
+
+
+def test_a_good_run_is_within(bag: Bag, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(['compare', bag(), '--reference', bag()]) == 0
+    assert '0 of 2 runs leave the band' in capsys.readouterr().out
+
+
+def test_a_configuration_may_be_given(bag: Bag, tmp_path: Path,
+                                      capsys: pytest.CaptureFixture[str]) -> None:
+    path = bag(stored=False)
+    assert main(['runs', path]) == 1
+    assert 'holds no configuration; name one with --config' in capsys.readouterr().err
+    assert main(['runs', path, '--config', str(tmp_path / 'cell.xml')]) == 0
+
+
+def test_without_a_span_a_recording_is_one_run(bag: Bag,
+                                               capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(['runs', bag(run='')]) == 0
+    assert capsys.readouterr().out.startswith('a.bag  from 0:00.00, 24.0 s: starts at')
+
+
+@pytest.mark.parametrize('words, reason', [
+    (['a.bag#7', '--reference', 'a.bag'], 'has the runs 1 to 2, not 7'),
+    (['a.bag', '--reference', 'none.bag'], 'none.bag: cannot be opened'),
+    (['a.bag', '--reference', 'a.bag', '--band', '0.01'], 'it takes 99'),
+    (['a.bag', '--reference', 'a.bag', '--band', '2'], '--band is 2; give a rate between 0 and 1'),
+    (['a.bag', '--reference', 'a.bag', '--tolerance', '0'], '--tolerance is 0'),
+    (['a.bag', '--reference', 'a.bag', '--report', 'no/page.html'], 'no/page.html')])
+def test_wrong_input(bag: Bag, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+                     capsys: pytest.CaptureFixture[str], words: 'list[str]', reason: str) -> None:
+    bag()
+    monkeypatch.chdir(tmp_path)
+    assert main(['compare', *words]) == 1
+    error = capsys.readouterr().err
+    assert error.startswith('cell: ') and reason in error
+
+
+def test_a_recording_without_a_whole_run(bag: Bag, capsys: pytest.CaptureFixture[str]) -> None:
+    path = bag(run='<run begin="starts" end="a mark"/>')
+    assert main(['runs', path]) == 1
+    assert 'a.bag holds no whole run: "a mark" does not occur' in capsys.readouterr().err
+    add_mark(path, Mark((BEGIN_S + 5) * 10 ** 9, 'a mark'))
+    assert main(['runs', path]) == 0
+    assert 'a.bag#1  from 0:01.02, 4.0 s' in capsys.readouterr().out
+
+
+def test_from_each_begin_to_the_next(bag: Bag, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(['runs', bag(cycles=3, run='<run begin="starts" end="starts"/>')]) == 0
+    assert len(capsys.readouterr().out.splitlines()) == 2
+
+
+def test_a_robot_of_another_name(bag: Bag, capsys: pytest.CaptureFixture[str]) -> None:
+    code = main(['compare', bag('b.bag', robot='renamed'), '--reference', bag()])
+    out = capsys.readouterr().out
+    assert code == 0
+    assert 'note: only the reference has arm tool speed, arm tool force' in out
+    assert 'aligned by their events' in out
+
+
+def test_tool_positions_are_in_the_global_frame(bag: Bag, tmp_path: Path) -> None:
+    with Recording([bag()]) as recording:
+        run = read_run(recording, XmlParser().parse(str(tmp_path / 'cell.xml')))
+    positions = run.motions[0].positions
+    np.testing.assert_allclose(positions[0], (1.0, 0.0, 0.0), atol=1e-6)
+    np.testing.assert_allclose(positions[:, 1].max(), 0.5, atol=1e-3)  # the base is turned
