@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import time
@@ -15,7 +16,7 @@ import rospy
 import rostest
 from dynamic_reconfigure.msg import Config, ConfigDescription
 from sensor_msgs.msg import CameraInfo, Image
-from std_msgs.msg import Float32, Float32MultiArray, UInt16
+from std_msgs.msg import Float32, Float32MultiArray, String, UInt16
 
 from sewing_cell.arms import LOWER, UPPER
 from sewing_cell.cycle import SewingCycle
@@ -165,12 +166,28 @@ class SimulatorTest(unittest.TestCase):
         names = [each.name for each in description.groups[0].parameters]
         self.assertEqual(names, ["data_skip", "depth_registration"])
 
+    def test_what_is_wrong_is_told_on_a_topic_of_its_own(self) -> None:
+        command = ["rosrun", "sewing_cell", "simulator", "__name:=faulty", "__ns:=faulty"]
+        rates = [f"_{name}_rate:=0" for name in ("joint", "force", "sensor", "image")]
+        fault = ["_fault:=friction", "_fault_cycle:=2", "_fault_start:=8.5", "_seed:=3"]
+        with subprocess.Popen([*command, *rates, *fault], env=os.environ) as process:
+            try:
+                text = rospy.wait_for_message("/faulty/simulator/truth", String, 20).data
+            finally:
+                process.terminate()
+        truth = json.loads(text)["fault"]
+        self.assertEqual((truth["kind"], truth["cycle"], truth["start_s"]), ("friction", 2, 8.5))
+        good = rospy.wait_for_message("/simulator/truth", String, 10).data
+        self.assertIsNone(json.loads(good)["fault"])
+
     def test_a_wrong_parameter_is_said_without_a_traceback(self) -> None:
         for parameter, wanted in (
             ("_quality:=bad", "good, poor"),
             ("_joint_rate:=-1", "0 (off)"),
             ("_seed:=many", "whole number"),
             ("_period:=1", "12 to 120"),
+            ("_fault:=rust", "edge_drift, friction"),
+            ("_fault_cycle:=first", "whole number"),
         ):
             command = ["rosrun", "sewing_cell", "simulator", "__name:=wrong", parameter]
             run = subprocess.run(
