@@ -50,11 +50,10 @@ def an_hour(folder: str) -> str:
 
 
 def long_runs(_folder: str) -> str:
-    """Many long runs: the band of all but one, and the verdict on that one."""
-    runs = [_long_run(seed) for seed in range(_LONG_RUNS)]
+    """Many long runs, made one by one: the band of all but one, and the verdict on that one."""
     begin_s = time.monotonic()
-    good = GoodRuns(runs[0], runs[1:-1])
-    good.compare(runs[-1])
+    good = GoodRuns(_long_run(0), map(_long_run, range(1, _LONG_RUNS - 1)))
+    good.compare(_long_run(_LONG_RUNS - 1))
     return f'{_LONG_RUNS} runs of {_CHANNELS} channels of {_SAMPLES} samples: ' \
            f'{time.monotonic() - begin_s:.1f} s'
 

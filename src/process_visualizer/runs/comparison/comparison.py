@@ -2,7 +2,7 @@
 """A run held against good ones."""
 from __future__ import annotations
 
-from typing import List, NamedTuple, Optional, Sequence, Tuple
+from typing import Iterable, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from process_visualizer.runs.deviation.band import (
 )
 from process_visualizer.runs.deviation.departures import Departure, departures
 from process_visualizer.runs.deviation.signals import Columns, grid_s, signals
-from process_visualizer.runs.run import Run, same_numbers
+from process_visualizer.runs.run import Run, fingerprint
 
 USUAL_RATE = 0.05
 """How often a good run leaves its band, where no rate was asked for and enough are there."""
@@ -43,13 +43,13 @@ class Comparison(NamedTuple):
 class GoodRuns:
     """Good runs on the clock of one of them, the reference, and the band that they span."""
 
-    def __init__(self, reference: Run, others: Sequence[Run] = (), rate: Optional[float] = None,
+    def __init__(self, reference: Run, others: Iterable[Run] = (), rate: Optional[float] = None,
                  tolerance: float = RELATIVE_TOLERANCE) -> None:
         """Take the runs.
 
         Args:
             reference: on whose clock runs are compared.
-            others: good runs besides it.
+            others: good runs besides it; they are not kept.
             rate: how often a good run leaves the band; default: 0.05 if there are enough runs,
                 otherwise the band is what the good runs did and a tolerance around it.
             tolerance: as a share of the range, for signals without one of their own.
@@ -60,26 +60,27 @@ class GoodRuns:
         """
         if not reference.channels and not reference.motions:
             raise ValueError(f'{reference.name} has no variable, force or motion to compare')
-        if rate is not None and len(others) < fewest_runs(rate):
-            raise TooFewRuns(f'{len(others)} good runs beside the reference cannot support a rate '
-                             f'of {rate:g}; it takes {fewest_runs(rate)}')
         self.reference = reference
         self.times_s = grid_s(reference)
-        self._others = tuple(others)
-        self._good = [self._columns(run)[1] for run in (reference, *others)]
         self._tolerance = tolerance
-        if rate is None and len(others) > fewest_runs(USUAL_RATE):
+        self._others: List[Tuple[str, bytes]] = []  # name and fingerprint
+        self._good = [self._columns(reference)[1]]
+        for run in others:
+            self._others.append((run.name, fingerprint(run)))
+            self._good.append(self._columns(run)[1])
+        if rate is None and len(self._others) > fewest_runs(USUAL_RATE):
             rate = USUAL_RATE
         self._rate = rate
-        self._learner = None if rate is None else BandLearner(self._good[1:])
+        self._learner = None if rate is None else self._learned(rate)
         self.band = self._band(None)
         self.notes = self._outstanding()
 
     def compare(self, run: Run) -> Comparison:
         """Return where a run leaves the band; if it is one of the good runs, the others' band."""
         alignment, columns = self._columns(run)
-        own = next((number for number, other in enumerate(self._others)
-                    if same_numbers(run, other)), None)
+        own_print = fingerprint(run)
+        own = next((number for number, (_, other) in enumerate(self._others)
+                    if own_print == other), None)
         band = self.band if own is None else self._band(own)
         found = departures(self.times_s, columns, band)
         notes = [*alignment.notes, *self._notes(run, alignment, columns)]
@@ -89,13 +90,23 @@ class GoodRuns:
         """What is told of the good runs themselves."""
         if self._learner is None:
             return ()
-        return tuple(f'{self._others[run].name} stands out from the other good runs '
+        return tuple(f'{self._others[run][0]} stands out from the other good runs '
                      f'({signal.name}); without it the band would be narrower'
                      for run, signal in self._learner.outstanding())
 
     def _columns(self, run: Run) -> Tuple[Alignment, Columns]:
         alignment = aligned(self.reference, run)
         return alignment, signals(self.reference, run, alignment.time_map)
+
+    def _learned(self, rate: float) -> BandLearner:
+        """What the good runs but the reference teach; it has their signals from then on."""
+        count = len(self._others)
+        if count < fewest_runs(rate):
+            raise TooFewRuns(f'{count} good runs beside the reference cannot support a rate of '
+                             f'{rate:g}; it takes {fewest_runs(rate)}')
+        learner = BandLearner(self._good[1:])
+        self._good.clear()
+        return learner
 
     def _band(self, without: Optional[int]) -> Band:
         if self._learner is not None and self._rate is not None:
@@ -105,7 +116,7 @@ class GoodRuns:
 
     def _notes(self, run: Run, alignment: Alignment, columns: Columns) -> List[str]:
         notes = []
-        if same_numbers(run, self.reference):
+        if fingerprint(run) == fingerprint(self.reference):
             notes.append('it is the reference itself')
         if alignment.means is not Means.MOTION:
             notes.append(f'aligned by {alignment.means.value}: there is no motion that both have')

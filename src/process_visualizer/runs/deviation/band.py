@@ -139,8 +139,10 @@ class LearnedSignal:
         self.signal = signal
         self._values = values
         known = np.isfinite(values)
-        filled = np.where(known, values, 0.0)
-        self._sums = known.sum(axis=0), filled.sum(axis=0), (filled * filled).sum(axis=0)
+        count = known.sum(axis=0)
+        self._center = np.where(known, values, 0.0).sum(axis=0, dtype=float) / np.maximum(count, 1)
+        away = np.where(known, values - self._center, 0.0)
+        self._sums = count, away.sum(axis=0), (away * away).sum(axis=0)
         self._least = least_spread(signal, values)
         self.scores = np.array([_score(row, *self._mean_and_spread(number))
                                 for number, row in enumerate(values)])
@@ -155,9 +157,10 @@ class LearnedSignal:
         if without is not None:
             row = self._values[without]
             known = np.isfinite(row)
-            filled = np.where(known, row, 0.0)
-            count, total, squares = count - known, total - filled, squares - filled * filled
-        return _mean_and_spread(count, total, squares, self._least)
+            away = np.where(known, row - self._center, 0.0)
+            count, total, squares = count - known, total - away, squares - away * away
+        mean, spread = _mean_and_spread(count, total, squares, self._least)
+        return self._center + mean, spread
 
 
 def _mean_and_spread(count: np.ndarray, total: np.ndarray, squares: np.ndarray,

@@ -55,7 +55,7 @@ class Signal(NamedTuple):
 
 
 Columns = Dict[Signal, np.ndarray]
-"""The values (t,) of each signal, NaN where the run has none."""
+"""The values (t,) of each signal, NaN where the run has none; float32, as there may be many."""
 
 
 def grid_s(reference: Run) -> np.ndarray:
@@ -83,7 +83,7 @@ def signals(reference: Run, run: Run, time_map: TimeMap) -> Columns:
     for channel in reference.channels:
         if channel.key in theirs:
             found.update(_channel(channel, theirs[channel.key], run_s))
-    return found
+    return {signal: values.astype(np.float32) for signal, values in found.items()}
 
 
 def _timing(times_s: np.ndarray, run_s: np.ndarray) -> Columns:
