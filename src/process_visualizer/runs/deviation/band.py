@@ -29,7 +29,7 @@ _LEAST_SPREAD: Dict[SignalKind, float] = {
     SignalKind.JOINT: 2e-4}
 _LEAST_SHARE_OF_RANGE = 2e-3
 _TOLERANCES: Dict[SignalKind, float] = {
-    SignalKind.TIMING: 0.1, SignalKind.PLACE: 0.005, SignalKind.NOISE: math.log(2.5),
+    SignalKind.TIMING: 0.1, SignalKind.PLACE: 0.005, SignalKind.NOISE: math.log(4.0),
     SignalKind.JOINT: 0.02}
 _TIME_TOLERANCE_S = 0.1
 RELATIVE_TOLERANCE = 0.1
