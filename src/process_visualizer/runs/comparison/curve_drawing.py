@@ -79,7 +79,8 @@ def _axes(times_s: np.ndarray, values: np.ndarray, departure: Departure, x: Scal
         texts.append(_text(_LEFT - 6, min(max(place + 4, 14), _HEIGHT - _BOTTOM),
                            quantity(departure.signal, value), 'end'))
     for time_s in _ticks(float(times_s[0]), float(times_s[-1])) if len(times_s) else ():
-        texts.append(_text(float(x(np.array([time_s]))[0]), _HEIGHT - 6, clock(time_s)[:-3], 'middle'))
+        place = float(x(np.array([time_s]))[0])
+        texts.append(_text(place, _HEIGHT - 6, clock(time_s)[:-3], 'middle'))
     return texts
 
 
