@@ -36,6 +36,8 @@ from process_visualizer.launching.ros_master import RosMaster, RosMasterError
 
 _DESCRIPTION = ('Checks, shows, generates, runs or records the robot cell of a configuration file, '
                 'or makes such a file; reports on recordings.')
+_INTERRUPTED = 130
+"""As shells have it."""
 _NAMED_VALUE = re.compile('[A-Za-z]\\w*:=')
 _COMMANDS = {
     'check': 'report every problem of the configuration; exit code 1 if there is one',
@@ -69,6 +71,8 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         for problem in error.problems:
             print(problem, file=sys.stderr)
         return 1
+    except KeyboardInterrupt:
+        return _INTERRUPTED
     except (BagError, PlanError, MixedSources, OtherCell, RosMasterError, ValueError,
             OSError) as error:
         print(f'cell: {error}', file=sys.stderr)

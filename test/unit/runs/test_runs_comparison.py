@@ -91,6 +91,10 @@ def test_a_rate_that_so_few_runs_cannot_support_is_refused() -> None:
         GoodRuns(made_run(), goods(3), rate=0.01)
 
 
+def test_a_good_run_that_is_named_twice_counts_once() -> None:
+    assert GoodRuns(made_run(), [made_run(1), made_run(), made_run(1)]).band.runs == 2
+
+
 def test_few_runs_give_a_tolerance() -> None:
     good = GoodRuns(made_run(), goods(2))
     assert good.band.rate is None

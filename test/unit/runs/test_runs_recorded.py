@@ -150,6 +150,28 @@ def test_a_robot_of_another_name(bag: Bag, capsys: pytest.CaptureFixture[str]) -
     assert 'aligned by their events' in out
 
 
+def test_an_interrupt_ends_it_without_a_word(bag: Bag, monkeypatch: pytest.MonkeyPatch,
+                                             capsys: pytest.CaptureFixture[str]) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+    monkeypatch.setattr(Recording, 'message', interrupted)
+    assert main(['runs', bag()]) == 130
+    assert capsys.readouterr().err == ''
+
+
+def test_two_variables_of_one_label(bag: Bag, tmp_path: Path) -> None:
+    path = bag()
+    config = tmp_path / 'cell.xml'
+    config.write_text(config.read_text(encoding='utf-8').replace('<topic name="feed"/>', (
+        '<topic name="feed"/><topic name="ft"/>'
+        '<variable topic="ft" field="data[0]" frame="world" label="feed"/>')), encoding='utf-8')
+    with Recording([path]) as recording:
+        run = read_run(recording, XmlParser().parse(str(config)))
+    assert [key for key in run.by_key if key[0] == 'machine'] == [
+        ('machine', 'feed'), ('machine', 'feed (/feed)')]
+    assert len(run.by_key) == len(run.channels)
+
+
 def test_tool_positions_are_in_the_global_frame(bag: Bag, tmp_path: Path) -> None:
     with Recording([bag()]) as recording:
         run = read_run(recording, XmlParser().parse(str(tmp_path / 'cell.xml')))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Callable, Dict, List, Optional, Sequence
+from typing import Callable, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from process_visualizer.motion.rotations import matrix_from_quaternion
 from process_visualizer.runs.event import passages_s
 from process_visualizer.runs.recorded.joint_series import joint_series
 from process_visualizer.runs.recorded.tool_base import tool_base
-from process_visualizer.runs.run import Channel, ChannelKind, Run, RunEvent, ToolMotion
+from process_visualizer.runs.run import Channel, ChannelKind, Key, Run, RunEvent, ToolMotion
 
 _KINDS: Dict[Quantity, ChannelKind] = {
     Quantity.SPEED: ChannelKind.SPEED, Quantity.FORCE: ChannelKind.FORCE,
@@ -44,13 +44,26 @@ def read_run(recording: Recording, cell: Cell,
     channels = [it for it in samples if it.source.device]
     return Run(os.path.basename(recording.paths[0]),
                (recording.end_ns - recording.begin_ns) / 1e9,
-               tuple(map(_channel, channels)), tuple(_motions(recording, cell, channels)),
+               _distinct(channels), tuple(_motions(recording, cell, channels)),
                tuple(sorted(_events(events, cell.events) + _marks(recording),
                             key=lambda it: it.time_s)))
 
 
 def _event_source(event: ProcessEvent) -> CurveSource:
     return CurveSource('', event.name, '', _COLOR, Quantity.NUMBER, event.topic, field=event.field)
+
+
+def _distinct(samples: Sequence[Samples]) -> Tuple[Channel, ...]:
+    """The channels; what has the label of another one of its device has its topic too."""
+    found: Dict[Key, Channel] = {}
+    for it in samples:
+        channel = _channel(it)
+        if channel.key in found:
+            channel = channel._replace(label=f'{channel.label} ({it.source.topic})')
+        if channel.key in found:
+            channel = channel._replace(label=f'{channel.label} {it.source.field}')
+        found.setdefault(channel.key, channel)
+    return tuple(found.values())
 
 
 def _channel(samples: Samples) -> Channel:
@@ -64,9 +77,13 @@ def _channel(samples: Samples) -> Channel:
 
 
 def _motions(recording: Recording, cell: Cell, samples: Sequence[Samples]) -> List[ToolMotion]:
-    return [ToolMotion(it.source.device, it.times_s,
-                       _placed(it.values, tool_base(recording, cell, it.source)))
-            for it in samples if it.source.quantity is Quantity.SPEED]
+    found = []
+    for it in samples:
+        if it.source.quantity is Quantity.SPEED:
+            order = np.argsort(it.times_s, kind='stable')
+            positions = _placed(it.values[order], tool_base(recording, cell, it.source))
+            found.append(ToolMotion(it.source.device, it.times_s[order], positions))
+    return found
 
 
 def _placed(positions: np.ndarray, base: Placement) -> np.ndarray:
@@ -80,8 +97,10 @@ def _events(samples: Sequence[Samples], events: Sequence[ProcessEvent]) -> List[
     found = []
     for it in samples:
         event = by_name[it.source.label]
+        order = np.argsort(it.times_s, kind='stable')  # a clock may have been set back
         found += [RunEvent(event.name, float(time_s)) for time_s in passages_s(
-            it.times_s, it.values[:, 0], event.threshold, event.is_above, event.hysteresis)]
+            it.times_s[order], it.values[order, 0], event.threshold, event.is_above,
+            event.hysteresis)]
     return found
 
 
