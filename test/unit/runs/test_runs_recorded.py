@@ -4,66 +4,25 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Callable, Optional
+from typing import Callable
 
 import numpy as np
 import pytest
-import rosbag
-from genpy import Duration, Time
-from made_runs import progress
-from std_msgs.msg import Float32, Float32MultiArray, String
+from cycle_bags import BEGIN_S, write_bag
 
 from process_visualizer.bags.marks import Mark, add_mark
-from process_visualizer.bags.recorder_topics import CONFIGURATION
 from process_visualizer.bags.recording import Recording
-from process_visualizer.cell.stored_configuration import configuration_text
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.commands.command_line import main
 from process_visualizer.runs.recorded.run_reader import read_run
-
-BEGIN_S, CYCLE_S, RATE_HZ = 1_600_000_000, 12.0, 50.0
-CELL = '''<visualizer>
-  <event name="starts" topic="feed" above="0.01" hysteresis="0.005"/>
-  <event name="stops" topic="feed" below="0.005" hysteresis="0.005"/>
-  {run}
-  <device type="robot" name="{robot}">
-    <base frame="base" xyz="1 0 0" rpy="1.5707963 0 0"/>
-    <topic name="tcf" type="tool_center_frame"/><topic name="ft" type="force_sensor"/>
-  </device>
-  <device type="other" name="machine">
-    <topic name="feed"/>
-    <variable topic="feed" frame="world" unit="m/s" label="feed" tolerance="0.02"/>
-  </device>
-</visualizer>
-'''
-RUN = '<run begin="starts" end="stops" before="2" after="1"/>'
 
 Bag = Callable[..., str]
 
 
 @pytest.fixture
 def bag(tmp_path: Path) -> Bag:
-    """Writes a bag of some cycles; in the poor one the force jumps 3 s after its begin."""
-    def write(name: str = 'a.bag', cycles: int = 2, poor: Optional[int] = None, robot: str = 'arm',
-              run: str = RUN, stored: bool = True) -> str:
-        config, path = tmp_path / 'cell.xml', tmp_path / name
-        config.write_text(CELL.format(robot=robot, run=run), encoding='utf-8')
-        with rosbag.Bag(str(path), 'w') as file:
-            if stored:
-                text = configuration_text(XmlParser().parse(str(config)))
-                file.write(f'/{CONFIGURATION.strip("/")}', String(text), Time(BEGIN_S))
-            for number in range(int(cycles * CYCLE_S * RATE_HZ)):
-                cycle, process_s = divmod(number / RATE_HZ, CYCLE_S)
-                along = float(progress(np.array([process_s]))[0])
-                force = 10.0 * along + (5.0 if cycle == poor and 3.0 < process_s < 9.0 else 0.0)
-                stamp = Time(BEGIN_S, 0) + Duration.from_sec(number / RATE_HZ)
-                file.write('/tcf', Float32MultiArray(data=[along, 0, 0, 0, 0, 0]), stamp)
-                file.write('/ft', Float32MultiArray(data=[force, 0, 0, 0, 0, 0]), stamp)
-                file.write('/feed', Float32(0.05 if 1.0 < process_s < 9.0 else 0.0), stamp)
-        return str(path)
-    return write
-
-
+    """Writes a bag: see write_bag."""
+    return lambda *names, **options: write_bag(tmp_path, *names, **options)
 
 
 def test_cycles_are_listed(bag: Bag, capsys: pytest.CaptureFixture[str]) -> None:

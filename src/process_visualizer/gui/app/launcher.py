@@ -27,6 +27,7 @@ from process_visualizer.gui.models.cell.new_configuration_model import NewConfig
 from process_visualizer.gui.models.cell.tool_model import ToolModel
 from process_visualizer.gui.models.cell.view_model import ViewModel
 from process_visualizer.gui.models.cell.warnings_model import WarningsModel
+from process_visualizer.gui.models.comparison.compare_model import CompareModel
 from process_visualizer.gui.models.playback.bag_model import BagModel
 from process_visualizer.gui.models.playback.playback_model import PlaybackModel
 from process_visualizer.gui.models.playback.values_model import ValuesModel
@@ -64,6 +65,7 @@ class Launcher(QObject):
         self.recording = RecordingModel(self.tasks, self.link.recorder, self)
         self.playback = PlaybackModel(self.tasks, self.link.player, PlayerError, parent=self)
         self.bag = BagModel(self.tasks, self, lambda: self.recording.choices.folder)
+        self.compare = CompareModel(self.tasks, self)
         self.values = ValuesModel(self.tasks, self.playback, parent=self)
         self.view = ViewModel(self.tasks, self.cell, self.launch)
         self.calibration = CalibrationModel(self.tasks, self.link.move_frame, self)
@@ -177,7 +179,7 @@ class Launcher(QObject):
         curves = self.bag.curves
         curves.changed.connect(lambda: self.alarms.set_recorded(curves.alarms))
         for model in (self.master, self.launch, self.recording, self.playback, self.bag,
-                      self.calibration, self.tool, self.view, self.new):
+                      self.calibration, self.tool, self.view, self.new, self.compare):
             model.failed.connect(self.failed)
         for model in (self.guard, self.launch, self.recording, self.playback, self.states,
                       self.new):
@@ -221,6 +223,7 @@ class Launcher(QObject):
         if self.cell.mode is Mode.PLAYBACK:
             self.bag.reopen()
         self.values.set_devices(self.cell.chosen)
+        self.compare.set_cell(self.cell.cell)
         self.calibration.set_devices(self.cell.devices)
         editor = self.cell.editor
         self.tool.set_devices(self.cell.devices, None if editor is None else editor.save_tool)
@@ -234,6 +237,7 @@ class Launcher(QObject):
     def _follow_bag(self) -> None:
         self.playback.set_marks(self.bag.marks)
         self.values.set_recording(self.bag.paths)
+        self.compare.set_recording(self.bag.paths)
         self.states.set_recording(self.bag.catalogue)
 
     def _play_other_bag(self, _path: str) -> None:

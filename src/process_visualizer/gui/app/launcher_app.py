@@ -41,6 +41,7 @@ from process_visualizer.gui.views.cell.mixture_notice import MixtureNotice
 from process_visualizer.gui.views.cell.new_configuration_view import NewConfigurationView
 from process_visualizer.gui.views.cell.tool_notice import ToolNotice
 from process_visualizer.gui.views.cell.warnings_view import WarningsView
+from process_visualizer.gui.views.comparison.compare_panel import ComparePanel
 from process_visualizer.gui.views.parts.column_scroll import ColumnScroll
 from process_visualizer.gui.views.parts.labels import title, tool_button
 from process_visualizer.gui.views.parts.panel_tabs import PanelTabs
@@ -79,6 +80,7 @@ class LauncherApp(QMainWindow):
         self.recording = RecordingPanel(launcher.recording)
         self.playback = PlaybackPanel(launcher.playback, launcher.bag, launcher.values)
         self.calibration = CalibrationPanel(launcher.calibration)
+        self.compare = ComparePanel(launcher.compare)
         self._drops = DropTarget(self, launcher)
         self._lay_out()
         self._keys = WindowKeys(self, launcher, self._mark_playback,
@@ -97,6 +99,7 @@ class LauncherApp(QMainWindow):
         self.panels = PanelTabs()
         self.panels.addTab(self._mode_panels, 'Recording')
         self.panels.addTab(self.calibration, 'Calibration')
+        self.panels.addTab(self.compare, 'Compare')
         body = QWidget()
         layout = QVBoxLayout(body)
         layout.setContentsMargins(_MARGIN, _MARGIN, _MARGIN, _MARGIN)
@@ -193,6 +196,7 @@ class LauncherApp(QMainWindow):
         bag = self._launcher.bag
         bag.played.changed.connect(self._show_launch)
         self._launcher.recording.finished.connect(bag.add_recent)
+        self.compare.seek_wanted.connect(self._launcher.playback.seek)
         self.recording.play_wanted.connect(lambda path: self._after_quit.play((path,)))
         self._drops.play_wanted.connect(self._after_quit.play)
         self._after_quit.close_wanted.connect(self._close_now)

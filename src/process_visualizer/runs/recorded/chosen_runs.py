@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from typing import Dict, List, Optional, Sequence, Tuple
+from typing import Callable, Dict, List, Optional, Sequence, Tuple
 
 from process_visualizer.bags.recording import Recording
 from process_visualizer.cell.model import Cell
@@ -19,9 +19,11 @@ _CYCLE = re.compile(r'(.+)#(\d+)\Z')
 class ChosenRuns:
     """Reads recordings, each once, and returns runs of them."""
 
-    def __init__(self, cell: Optional[Cell] = None) -> None:
+    def __init__(self, cell: Optional[Cell] = None,
+                 is_cancelled: Callable[[], bool] = lambda: False) -> None:
         """Take the cell; without one, each recording's own configuration is used."""
         self._cell = cell
+        self._is_cancelled = is_cancelled
         self._read: Dict[str, Tuple[Run, ...]] = {}
 
     def runs(self, words: Sequence[str]) -> List[Run]:
@@ -29,6 +31,7 @@ class ChosenRuns:
 
         Raises:
             BagError: a file cannot be read as a bag, or holds no configuration.
+            ReadingCancelled: is_cancelled() has become true.
             ConfigurationError: the configuration in a bag is none on this machine.
             NoCycle: a recording holds no whole run.
             ValueError: there is no cycle of that number.
@@ -54,6 +57,9 @@ class ChosenRuns:
 
     def _of(self, recording: Recording) -> Tuple[Run, ...]:
         if self._cell is not None:
-            return cut_into_runs(read_run(recording, self._cell), self._cell.run)
+            return self._cut(recording, self._cell)
         with recorded_cell(recording) as cell:
-            return cut_into_runs(read_run(recording, cell), cell.run)
+            return self._cut(recording, cell)
+
+    def _cut(self, recording: Recording, cell: Cell) -> Tuple[Run, ...]:
+        return cut_into_runs(read_run(recording, cell, is_cancelled=self._is_cancelled), cell.run)

@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The runs of recordings, which of them are good, and how the others differ from those."""
+from __future__ import annotations
+
+from typing import Any, Callable, FrozenSet, NamedTuple, Optional, Sequence, Tuple
+
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from process_visualizer.bags.bag_errors import BagError
+from process_visualizer.cell.errors import ConfigurationError
+from process_visualizer.cell.model import Cell
+from process_visualizer.curves.samples import ReadingCancelled
+from process_visualizer.gui.toolkit.progress import Progress
+from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns, incomparable
+from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
+from process_visualizer.runs.run import Run
+
+LINE = 'comparison'
+
+
+class ListedRun(NamedTuple):
+    """A run and the path of its recording."""
+
+    path: str
+    run: Run
+
+
+class Compared(NamedTuple):
+    """The good runs, and what came of each listed run; None where there is nothing in common."""
+
+    good: GoodRuns
+    comparisons: Tuple[Optional[Comparison], ...]
+
+
+class CompareModel(QObject):
+    """Finds the runs when it is asked to, and compares them in the background."""
+
+    changed = pyqtSignal()
+    failed = pyqtSignal(str)
+
+    def __init__(self, tasks: Tasks, parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self._tasks = tasks
+        self._cell: Optional[Cell] = None
+        self._recording: Tuple[str, ...] = ()
+        self._added: Tuple[str, ...] = ()
+        self._runs: Tuple[ListedRun, ...] = ()
+        self._good: FrozenSet[int] = frozenset()
+        self._compared: Optional[Compared] = None
+        self._work: Optional[Progress] = None
+        self._activity = ''
+
+    @property
+    def recording(self) -> Tuple[str, ...]:
+        """The paths of the recording that is open."""
+        return self._recording
+
+    @property
+    def runs(self) -> Tuple[ListedRun, ...]:
+        """The runs that were found, in the order of the recordings."""
+        return self._runs
+
+    @property
+    def good(self) -> FrozenSet[int]:
+        """The numbers, from 0, of the runs that the operator calls good."""
+        return self._good
+
+    @property
+    def compared(self) -> Optional[Compared]:
+        """The result; None until runs have been compared."""
+        return self._compared
+
+    @property
+    def activity(self) -> str:
+        """What is going on, in words; empty if nothing."""
+        return self._activity
+
+    def set_cell(self, cell: Optional[Cell]) -> None:
+        """Take the configuration by which recordings are read."""
+        self._cell = cell
+
+    def set_recording(self, paths: Sequence[str]) -> None:
+        """Take another recording; what was found in the last one is forgotten."""
+        if tuple(paths) != self._recording:
+            self._stop()
+            self._recording, self._added, self._runs = tuple(paths), (), ()
+            self._good, self._compared = frozenset(), None
+            self.changed.emit()
+
+    def add(self, path: str) -> None:
+        """Find the runs of a further recording too."""
+        if path not in (*self._recording, *self._added):
+            self._added += (path,)
+            self.find_runs()
+
+    def find_runs(self) -> None:
+        """Read the recordings, and cut them into their runs."""
+        cell, paths = self._cell, (*self._recording, *self._added)
+
+        def found(progress: Progress) -> Tuple[ListedRun, ...]:
+            chosen = ChosenRuns(cell, progress.is_cancelled)
+            return tuple(ListedRun(path, run) for path in paths for run in chosen.runs([path]))
+
+        if paths:
+            self._begin('Reading the recordings…', found, self._take_runs)
+
+    def set_good(self, number: int, is_good: bool) -> None:
+        """Call a run good, or not."""
+        good = self._good | {number} if is_good else self._good - {number}
+        if good != self._good:
+            self._good, self._compared = good, None
+            self.changed.emit()
+
+    def compare(self) -> None:
+        """Compare all runs with the good ones, the first of which is the reference."""
+        runs, good = [it.run for it in self._runs], sorted(self._good)
+
+        def compared(progress: Progress) -> Compared:
+            reference, *others = [runs[number] for number in good]
+            band = GoodRuns(reference, others)
+            return Compared(band, tuple(_comparison(band, run, progress) for run in runs))
+
+        if good:
+            self._begin(f'Comparing {len(runs)} runs…', compared, self._take_compared)
+
+    def cancel(self) -> None:
+        """Leave what is going on."""
+        self._stop()
+        self.changed.emit()
+
+    def _begin(self, activity: str, work: Callable[[Progress], Any],
+               take: Callable[[Any], None]) -> None:
+        self._stop()
+        self._activity, self._work = activity, Progress(self)
+        progress = self._work
+        self._tasks.run(LINE, lambda: work(progress), lambda result: self._end(progress, take,
+                                                                              result),
+                        lambda error: self._refuse(progress, error))
+        self.changed.emit()
+
+    def _stop(self) -> None:
+        if self._work is not None:
+            self._work.cancel()
+        self._work, self._activity = None, ''
+
+    def _end(self, progress: Progress, take: Callable[[Any], None], result: Any) -> None:
+        if progress is self._work:
+            self._work, self._activity = None, ''
+            take(result)
+            self.changed.emit()
+
+    def _take_runs(self, runs: Tuple[ListedRun, ...]) -> None:
+        self._runs, self._good, self._compared = runs, frozenset(), None
+
+    def _take_compared(self, compared: Compared) -> None:
+        self._compared = compared
+
+    def _refuse(self, progress: Progress, error: Exception) -> None:
+        if progress is not self._work or isinstance(error, ReadingCancelled):
+            return
+        self._work, self._activity = None, ''
+        self._added = self._added[:-1]  # the last one may be what cannot be read
+        self.changed.emit()
+        if not isinstance(error, (BagError, ConfigurationError, ValueError, OSError)):
+            raise error
+        self.failed.emit(f'The runs cannot be compared: {error}')
+
+
+def _comparison(good: GoodRuns, run: Run, progress: Progress) -> Optional[Comparison]:
+    if progress.is_cancelled():
+        raise ReadingCancelled
+    return None if incomparable(good.reference, run) else good.compare(run)

@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Why was this run poor: the runs, which of them are good, and what differed first."""
+from __future__ import annotations
+
+from typing import Callable, List, Optional, Sequence
+
+from PyQt5.QtCore import Qt, pyqtSignal
+from PyQt5.QtWidgets import (
+    QFileDialog,
+    QHeaderView,
+    QLabel,
+    QPushButton,
+    QTreeWidget,
+    QTreeWidgetItem,
+    QWidget,
+)
+
+from process_visualizer.gui.models.comparison.compare_model import Compared, CompareModel
+from process_visualizer.gui.toolkit.theme_following import colour
+from process_visualizer.gui.views.parts.layouts import in_column, in_row
+from process_visualizer.runs.comparison.comparison import Comparison
+from process_visualizer.runs.comparison.verdict import band_text, verdict
+from process_visualizer.runs.comparison.wording import amount, clock, moment
+from process_visualizer.runs.deviation.departures import Departure
+
+_EMPTY = 'Open a recording on the tab Playback first.'
+_FIND = 'Find the runs of the recording, tick those that were good, and compare.'
+_TICK = 'Tick the runs that were good; the first of them is the reference.'
+
+
+class ComparePanel(QWidget):
+    """A list of runs with their verdicts, and below it what the chosen one departed in."""
+
+    seek_wanted = pyqtSignal(float)
+    """The operator wants to see this moment of the open recording [s from its begin]."""
+
+    def __init__(self, model: CompareModel, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._model = model
+        self.setObjectName('compare_panel')
+        self.state = QLabel()
+        self.state.setObjectName('compare_state')
+        self.state.setWordWrap(True)
+        self.state.setTextFormat(Qt.PlainText)
+        colour(self.state, 'quiet')
+        self.find = _button('find_runs', 'Find runs', model.find_runs)
+        self.add = _button('add_recording', 'Add recording…', self._ask_for_recording)
+        self.compare = _button('compare_runs', 'Compare', model.compare)
+        self.cancel = _button('cancel_comparison', 'Cancel', model.cancel)
+        self.runs = _tree('runs', ('Run', 'Begins', 'Verdict'))
+        self.departures = _tree('departures', ('What departed', 'From', 'By how much'))
+        layout = in_column(self, 6, self.state, in_row(
+            self.find, self.add, self.compare, self.cancel), self.runs, self.departures)
+        layout.setContentsMargins(0, 6, 0, 0)
+        layout.setStretchFactor(self.runs, 3)
+        layout.setStretchFactor(self.departures, 2)
+        self.runs.itemChanged.connect(self._tick)
+        self.runs.currentItemChanged.connect(lambda *_: self._show_departures())
+        self.departures.itemClicked.connect(self._seek)
+        self.departures.itemActivated.connect(self._seek)
+        model.changed.connect(self._show)
+        self._show()
+
+    def _show(self) -> None:
+        model = self._model
+        is_busy = bool(model.activity)
+        self.state.setText(self._state())
+        self.find.setEnabled(bool(model.recording) and not is_busy)
+        self.add.setEnabled(bool(model.runs) and not is_busy)
+        self.compare.setEnabled(bool(model.good) and not is_busy)
+        self.cancel.setVisible(is_busy)
+        self._show_runs()
+        self._show_departures()
+
+    def _state(self) -> str:
+        model = self._model
+        if model.activity:
+            return model.activity
+        if not model.recording:
+            return _EMPTY
+        if not model.runs:
+            return _FIND
+        return _TICK if model.compared is None else _summary(model.compared)
+
+    def _show_runs(self) -> None:
+        tree, model = self.runs, self._model
+        tree.blockSignals(True)
+        row = max(tree.indexOfTopLevelItem(tree.currentItem()), 0)
+        tree.clear()
+        for number, it in enumerate(model.runs):
+            item = QTreeWidgetItem([it.run.name, clock(it.run.begin_s), self._verdict(number)])
+            item.setToolTip(0, it.path)
+            item.setToolTip(2, item.text(2))
+            item.setFlags(item.flags() | Qt.ItemIsUserCheckable)
+            item.setCheckState(0, Qt.Checked if number in model.good else Qt.Unchecked)
+            tree.addTopLevelItem(item)
+        tree.setCurrentItem(tree.topLevelItem(min(row, tree.topLevelItemCount() - 1)))
+        tree.blockSignals(False)
+
+    def _verdict(self, number: int) -> str:
+        compared = self._model.compared
+        if compared is None:
+            return ''
+        found = compared.comparisons[number]
+        return 'has nothing in common with the reference' if found is None else verdict(found)
+
+    def _chosen(self) -> Optional[Comparison]:
+        compared = self._model.compared
+        row = self.runs.indexOfTopLevelItem(self.runs.currentItem())
+        return None if compared is None or row < 0 else compared.comparisons[row]
+
+    def _show_departures(self) -> None:
+        self.departures.clear()
+        chosen = self._chosen()
+        self.departures.setVisible(chosen is not None)
+        if chosen is not None:
+            self.departures.addTopLevelItems([_row(chosen, it) for it in chosen.departures])
+
+    def _tick(self, item: QTreeWidgetItem) -> None:
+        self._model.set_good(self.runs.indexOfTopLevelItem(item), item.checkState(0) == Qt.Checked)
+
+    def _seek(self, item: QTreeWidgetItem) -> None:
+        row = self.runs.indexOfTopLevelItem(self.runs.currentItem())
+        if self._model.runs[row].path in self._model.recording[:1]:
+            self.seek_wanted.emit(item.data(0, Qt.UserRole))
+
+    def _ask_for_recording(self) -> None:
+        path, _ = QFileDialog.getOpenFileName(self, 'Add a recording', self._model.recording[0],
+                                              'Recordings (*.bag)')
+        if path:
+            self._model.add(path)
+
+
+def _row(comparison: Comparison, departure: Departure) -> QTreeWidgetItem:
+    item = QTreeWidgetItem([departure.signal.name, moment(comparison, departure.onset_s),
+                            amount(departure)])
+    item.setData(0, Qt.UserRole, comparison.run.begin_s + comparison.run_s(departure.onset_s))
+    for column in range(3):
+        item.setToolTip(column, 'Click to go there')
+    return item
+
+
+def _summary(compared: Compared) -> str:
+    departed = sum(bool(it is not None and it.departures) for it in compared.comparisons)
+    lines: List[str] = [f'{departed} of {len(compared.comparisons)} runs leave the band. Band: '
+                        f'{band_text(compared.good.band)}.', *compared.good.notes]
+    return '\n'.join(lines)
+
+
+def _button(name: str, text: str, action: Callable[[], None]) -> QPushButton:
+    button = QPushButton(text)
+    button.setObjectName(name)
+    button.clicked.connect(lambda: action())
+    return button
+
+
+def _tree(name: str, head: Sequence[str]) -> QTreeWidget:
+    tree = QTreeWidget()
+    tree.setObjectName(name)
+    tree.setAccessibleName(head[0])
+    tree.setHeaderLabels(list(head))
+    tree.setRootIsDecorated(False)
+    tree.setUniformRowHeights(True)
+    for column in (0, 1):
+        tree.header().setSectionResizeMode(column, QHeaderView.ResizeToContents)
+    return tree

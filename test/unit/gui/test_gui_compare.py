@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The tab Compare: runs are found, called good, compared, and shown where they departed."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, List
+
+import pytest
+from cycle_bags import write_bag
+from held_tasks import HeldTasks
+from PyQt5.QtCore import Qt
+from PyQt5.QtWidgets import QTreeWidget
+
+from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.gui.models.comparison.compare_model import CompareModel
+from process_visualizer.gui.views.comparison.compare_panel import ComparePanel
+
+
+class Stand:
+    """The panel on a bag of four cycles, of which the third is poor."""
+
+    def __init__(self, folder: Path, qtbot: Any) -> None:
+        self.tasks = HeldTasks()
+        self.model = CompareModel(self.tasks)  # type: ignore[arg-type]
+        self.failures: List[str] = []
+        self.model.failed.connect(self.failures.append)
+        self.path = write_bag(folder, cycles=4, poor=2)
+        self.model.set_cell(XmlParser().parse(str(folder / 'cell.xml')))
+        self.panel = ComparePanel(self.model)
+        self.sought: List[float] = []
+        self.panel.seek_wanted.connect(self.sought.append)
+        qtbot.addWidget(self.panel)
+        self.panel.show()
+
+    def find(self) -> None:
+        self.model.set_recording([self.path])
+        self.panel.find.click()
+        self.tasks.end_all()
+
+    def tick(self, *rows: int) -> None:
+        for row in rows:
+            self.panel.runs.topLevelItem(row).setCheckState(0, Qt.Checked)
+
+    def compare(self) -> None:
+        self.panel.compare.click()
+        self.tasks.end_all()
+
+
+@pytest.fixture
+def stand(tmp_path: Path, qtbot: Any) -> Stand:
+    return Stand(tmp_path, qtbot)
+
+
+def column(tree: QTreeWidget, number: int) -> List[str]:
+    return [tree.topLevelItem(row).text(number) for row in range(tree.topLevelItemCount())]
+
+
+def test_without_a_recording_nothing_can_be_done(stand: Stand) -> None:
+    assert not stand.panel.find.isEnabled()
+    assert stand.panel.state.text() == 'Open a recording on the tab Playback first.'
+
+
+def test_runs_are_found(stand: Stand) -> None:
+    stand.find()
+    assert column(stand.panel.runs, 0) == ['a.bag#1', 'a.bag#2', 'a.bag#3', 'a.bag#4']
+    assert column(stand.panel.runs, 1)[1] == '0:11.02'
+    assert not stand.panel.compare.isEnabled()
+    assert stand.panel.state.text().startswith('Tick the runs that were good')
+
+
+def test_the_poor_run_is_named_and_its_departure_leads_there(stand: Stand) -> None:
+    stand.find()
+    stand.tick(0, 1)
+    stand.compare()
+    verdicts = column(stand.panel.runs, 2)
+    assert [it.startswith('leaves the band') for it in verdicts] == [False, False, True, False]
+    assert 'arm tool force' in verdicts[2]
+    assert stand.panel.state.text().startswith('1 of 4 runs leave the band.')
+    stand.panel.runs.setCurrentItem(stand.panel.runs.topLevelItem(2))
+    departures = stand.panel.departures
+    assert departures.isVisible() and departures.topLevelItem(0).text(0) == 'arm tool force'
+    departures.itemClicked.emit(departures.topLevelItem(0), 0)
+    assert stand.sought == [pytest.approx(27.0, abs=0.1)]
+
+
+def test_another_choice_of_good_runs_forgets_the_verdicts(stand: Stand) -> None:
+    stand.find()
+    stand.tick(0)
+    stand.compare()
+    stand.tick(1)
+    assert column(stand.panel.runs, 2) == [''] * 4
+    assert stand.model.good == {0, 1}
+
+
+def test_a_further_recording_is_added(stand: Stand, tmp_path: Path) -> None:
+    stand.find()
+    other = write_bag(tmp_path, 'b.bag', poor=0)
+    stand.model.add(other)
+    stand.tasks.end_all()
+    assert column(stand.panel.runs, 0)[4:] == ['b.bag#1', 'b.bag#2']
+    stand.tick(0)
+    stand.compare()
+    stand.panel.runs.setCurrentItem(stand.panel.runs.topLevelItem(4))
+    stand.panel.departures.itemClicked.emit(stand.panel.departures.topLevelItem(0), 0)
+    assert stand.sought == []  # it is not the recording that is open
+
+
+def test_what_cannot_be_read_is_told_and_forgotten(stand: Stand, tmp_path: Path) -> None:
+    stand.find()
+    stand.model.add(str(tmp_path / 'none.bag'))
+    stand.tasks.end_all()
+    assert len(stand.failures) == 1 and 'none.bag' in stand.failures[0]
+    assert stand.model.activity == ''
+    stand.panel.find.click()
+    stand.tasks.end_all()
+    assert len(stand.model.runs) == 4
+
+
+def test_what_is_cancelled_comes_to_nothing(stand: Stand) -> None:
+    stand.model.set_recording([stand.path])
+    stand.panel.find.click()
+    assert stand.panel.cancel.isVisible()
+    stand.panel.cancel.click()
+    stand.tasks.end_all()
+    assert stand.model.runs == () and stand.failures == []
+    assert not stand.panel.cancel.isVisible()
+
+
+def test_another_recording_forgets_the_last_ones_runs(stand: Stand, tmp_path: Path) -> None:
+    stand.find()
+    stand.panel.find.click()  # is under way
+    stand.model.set_recording([write_bag(tmp_path, 'b.bag')])
+    stand.tasks.end_all()
+    assert stand.model.runs == ()
+    assert stand.panel.find.isEnabled()
