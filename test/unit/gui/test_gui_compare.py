@@ -73,10 +73,11 @@ def test_the_poor_run_is_named_and_its_departure_leads_there(stand: Stand) -> No
     stand.tick(0, 1)
     stand.compare()
     verdicts = column(stand.panel.runs, 2)
-    assert [it.startswith('leaves the band') for it in verdicts] == [False, False, True, False]
-    assert 'arm tool force' in verdicts[2]
+    assert verdicts[2].startswith('arm tool force from 0:2')
+    assert [it for row, it in enumerate(verdicts) if row != 2] == 3 * ['within the band']
+    assert 'leaves the band first at 0:2' in stand.panel.runs.topLevelItem(2).toolTip(2)
     assert stand.panel.state.text().startswith('1 of 4 runs leave the band.')
-    stand.panel.runs.setCurrentItem(stand.panel.runs.topLevelItem(2))
+    assert stand.panel.runs.currentItem() is stand.panel.runs.topLevelItem(2)
     departures = stand.panel.departures
     assert departures.isVisible() and departures.topLevelItem(0).text(0) == 'arm tool force'
     departures.itemClicked.emit(departures.topLevelItem(0), 0)

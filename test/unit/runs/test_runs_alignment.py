@@ -51,6 +51,12 @@ def test_a_known_warp_is_found(speed: float, start_s: float, has_events: bool) -
     assert np.percentile(found, 95) < 0.02
 
 
+def test_a_run_may_begin_in_the_middle_of_a_motion() -> None:
+    found = aligned(made_run(), made_run(1, start_s=-2.7)).time_map
+    later_s = MOVING_S[MOVING_S > 2.75]
+    assert np.abs(found.to_run(2.0 + later_s) - (later_s - 2.7)).max() < 0.02
+
+
 @settings(max_examples=10, deadline=None)
 @given(speed=st.floats(0.9, 1.1), start_s=st.floats(0.0, 7.0))
 def test_the_way_back_is_the_inverse(speed: float, start_s: float) -> None:

@@ -17,7 +17,7 @@ _MOST_ROUGH_ROWS, _ROUGH_HZ, _FINE_HZ, _REFINED_HZ = 3000, 5.0, 12.5, 50.0
 _FINE_REACH_S = 1.0
 _EVENT_REACH_S, _EVENT_SPREAD = 1.0, 0.35
 """So far from where events place it, a moment is looked for; farther, the farther from them."""
-_SKIPPED = 0.1
+_SKIPPED = 0.02
 """What a skipped row costs, as a share of the variance of the reference's motion."""
 
 

@@ -11,7 +11,7 @@ from process_visualizer.runs.alignment.time_map import TimeMap, time_map
 
 _ROUNDS, _FIRST_ROUNDS, _PARTS = 6, 3, 8
 _WINDOW_S = 0.2
-_FURTHEST_S = 0.05
+_FURTHEST_S = 0.1
 """One round moves a moment by so much at most."""
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Callable, List, Optional, Sequence
 
 from PyQt5.QtCore import Qt, pyqtSignal
+from PyQt5.QtGui import QColor
 from PyQt5.QtWidgets import (
     QFileDialog,
     QHeaderView,
@@ -16,7 +17,8 @@ from PyQt5.QtWidgets import (
 )
 
 from process_visualizer.gui.models.comparison.compare_model import Compared, CompareModel
-from process_visualizer.gui.toolkit.theme_following import colour
+from process_visualizer.gui.toolkit.theme import theme
+from process_visualizer.gui.toolkit.theme_following import ThemeFollower, colour
 from process_visualizer.gui.views.parts.layouts import in_column, in_row
 from process_visualizer.runs.comparison.comparison import Comparison
 from process_visualizer.runs.comparison.verdict import band_text, verdict
@@ -37,6 +39,7 @@ class ComparePanel(QWidget):
     def __init__(self, model: CompareModel, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
         self._model = model
+        self._shown: Optional[Compared] = None
         self.setObjectName('compare_panel')
         self.state = QLabel()
         self.state.setObjectName('compare_state')
@@ -59,6 +62,7 @@ class ComparePanel(QWidget):
         self.departures.itemClicked.connect(self._seek)
         self.departures.itemActivated.connect(self._seek)
         model.changed.connect(self._show)
+        ThemeFollower(self, self._show_runs)
         self._show()
 
     def _show(self) -> None:
@@ -85,24 +89,38 @@ class ComparePanel(QWidget):
     def _show_runs(self) -> None:
         tree, model = self.runs, self._model
         tree.blockSignals(True)
-        row = max(tree.indexOfTopLevelItem(tree.currentItem()), 0)
+        row = self._row_to_show()
         tree.clear()
         for number, it in enumerate(model.runs):
-            item = QTreeWidgetItem([it.run.name, clock(it.run.begin_s), self._verdict(number)])
+            item = QTreeWidgetItem([it.run.name, clock(it.run.begin_s)])
             item.setToolTip(0, it.path)
-            item.setToolTip(2, item.text(2))
+            self._show_verdict(item, number)
             item.setFlags(item.flags() | Qt.ItemIsUserCheckable)
             item.setCheckState(0, Qt.Checked if number in model.good else Qt.Unchecked)
             tree.addTopLevelItem(item)
         tree.setCurrentItem(tree.topLevelItem(min(row, tree.topLevelItemCount() - 1)))
         tree.blockSignals(False)
 
-    def _verdict(self, number: int) -> str:
+    def _row_to_show(self) -> int:
+        """The row that was chosen; when a result has come, the first poor run."""
+        compared = self._model.compared
+        is_new, self._shown = compared is not None and compared is not self._shown, compared
+        poor = [] if compared is None else [row for row, it in enumerate(compared.comparisons)
+                                            if it is not None and it.departures]
+        if is_new and poor:
+            return poor[0]
+        return max(self.runs.indexOfTopLevelItem(self.runs.currentItem()), 0)
+
+    def _show_verdict(self, item: QTreeWidgetItem, number: int) -> None:
         compared = self._model.compared
         if compared is None:
-            return ''
+            return
         found = compared.comparisons[number]
-        return 'has nothing in common with the reference' if found is None else verdict(found)
+        is_poor = found is None or bool(found.departures)
+        item.setText(2, _short_verdict(found))
+        item.setForeground(2, QColor(theme().bad if is_poor else theme().good))
+        if found is not None:
+            item.setToolTip(2, '\n'.join((verdict(found), *found.notes)))
 
     def _chosen(self) -> Optional[Comparison]:
         compared = self._model.compared
@@ -132,12 +150,21 @@ class ComparePanel(QWidget):
 
 
 def _row(comparison: Comparison, departure: Departure) -> QTreeWidgetItem:
-    item = QTreeWidgetItem([departure.signal.name, moment(comparison, departure.onset_s),
-                            amount(departure)])
-    item.setData(0, Qt.UserRole, comparison.run.begin_s + comparison.run_s(departure.onset_s))
+    begin_s = comparison.run.begin_s + comparison.run_s(departure.onset_s)
+    item = QTreeWidgetItem([departure.signal.name, clock(begin_s), amount(departure)])
+    item.setData(0, Qt.UserRole, begin_s)
     for column in range(3):
-        item.setToolTip(column, 'Click to go there')
+        item.setToolTip(column, f'{moment(comparison, departure.onset_s)}\nClick to go there')
     return item
+
+
+def _short_verdict(found: Optional[Comparison]) -> str:
+    if found is None:
+        return 'nothing in common with the reference'
+    if not found.departures:
+        return 'within the band'
+    first = found.departures[0]
+    return f'{first.signal.name} from {clock(found.run.begin_s + found.run_s(first.onset_s))}'
 
 
 def _summary(compared: Compared) -> str:
