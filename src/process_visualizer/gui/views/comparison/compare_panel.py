@@ -11,6 +11,7 @@ from PyQt5.QtWidgets import (
     QHeaderView,
     QLabel,
     QPushButton,
+    QSizePolicy,
     QTreeWidget,
     QTreeWidgetItem,
     QWidget,
@@ -25,6 +26,7 @@ from process_visualizer.runs.comparison.verdict import band_text, verdict
 from process_visualizer.runs.comparison.wording import amount, clock, moment
 from process_visualizer.runs.deviation.departures import Departure
 
+_RUNS_PX, _DEPARTURES_PX = 110, 64
 _EMPTY = 'Open a recording on the tab Playback first.'
 _FIND = 'Find the runs of the recording, tick those that were good, and compare.'
 _TICK = 'Tick the runs that were good; the first of them is the reference.'
@@ -50,8 +52,9 @@ class ComparePanel(QWidget):
         self.add = _button('add_recording', 'Add recording…', self._ask_for_recording)
         self.compare = _button('compare_runs', 'Compare', model.compare)
         self.cancel = _button('cancel_comparison', 'Cancel', model.cancel)
-        self.runs = _tree('runs', ('Run', 'Begins', 'Verdict'))
-        self.departures = _tree('departures', ('What departed', 'From', 'By how much'))
+        self.runs = _tree('runs', ('Run', 'Begins', 'Verdict'), _RUNS_PX)
+        self.departures = _tree('departures', ('What departed', 'From', 'By how much'),
+                                _DEPARTURES_PX)
         layout = in_column(self, 6, self.state, in_row(
             self.find, self.add, self.compare, self.cancel), self.runs, self.departures)
         layout.setContentsMargins(0, 6, 0, 0)
@@ -99,6 +102,7 @@ class ComparePanel(QWidget):
             item.setCheckState(0, Qt.Checked if number in model.good else Qt.Unchecked)
             tree.addTopLevelItem(item)
         tree.setCurrentItem(tree.topLevelItem(min(row, tree.topLevelItemCount() - 1)))
+        tree.scrollToItem(tree.currentItem())
         tree.blockSignals(False)
 
     def _row_to_show(self) -> int:
@@ -181,8 +185,10 @@ def _button(name: str, text: str, action: Callable[[], None]) -> QPushButton:
     return button
 
 
-def _tree(name: str, head: Sequence[str]) -> QTreeWidget:
+def _tree(name: str, head: Sequence[str], least_px: int) -> QTreeWidget:
     tree = QTreeWidget()
+    tree.setMinimumHeight(least_px)
+    tree.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Ignored)
     tree.setObjectName(name)
     tree.setAccessibleName(head[0])
     tree.setHeaderLabels(list(head))

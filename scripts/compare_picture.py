@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Takes the picture of the launcher that leads from a poor run to its cause.
+
+usage: compare_picture.py CONFIG BAG POOR FOLDER    (started by take_compare_picture)
+"""
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from window_pictures import Photographer
+
+from process_visualizer.cell.model import Mode
+
+_LAUNCH_S = 120.0
+
+
+class ComparePhotographer(Photographer):
+    """Plays a recording, compares its runs, and shows the moment at which the poor one departed."""
+
+    def take(self, bag: str, poor: int) -> None:
+        """Take the picture; ``poor`` is the number of the poor run, from 1."""
+        launcher, playback = self.launcher, self.launcher.playback
+        self._start_with(bag)
+        self._click('launch')
+        self._until(lambda: playback.is_available and launcher.launch.is_running, _LAUNCH_S)
+        self._until(lambda: playback.is_playing, 60.0)
+        playback.toggle()
+        self.window.panels.setCurrentWidget(self.window.compare)
+        model = launcher.compare
+        model.find_runs()
+        self._until(lambda: bool(model.runs), 60.0)
+        for number in range(len(model.runs)):
+            model.set_good(number, number not in (0, poor - 1))
+        model.compare()
+        self._until(lambda: model.compared is not None, 60.0)
+        departures = self.window.compare.departures
+        departures.itemClicked.emit(departures.topLevelItem(0), 0)
+        self._pause(1.0)
+        playback.seek(playback.position_s + 1.0)
+        self._pause(4.0)
+        self._picture('compare', whole=True)
+
+    def _start_with(self, bag: str) -> None:
+        launcher = self.launcher
+        launcher.cell.open(self._config)
+        self._until(lambda: launcher.cell.cell is not None, 60.0)
+        launcher.cell.tick('kinect', False)
+        launcher.cell.set_mode(Mode.PLAYBACK)
+        launcher.bag.open([bag])
+        self._until(lambda: launcher.bag.path == bag and bool(launcher.bag.curves.curves), 60.0)
+        self._until(self.window.launch.launch.isEnabled, 60.0)
+
+
+def main() -> None:
+    config, bag, poor, folder = sys.argv[1:]
+    photographer = ComparePhotographer(config, Path(folder))
+    try:
+        photographer.take(bag, int(poor))
+    finally:
+        photographer.close()
+
+
+if __name__ == '__main__':
+    main()
