@@ -18,10 +18,10 @@ from process_visualizer.runs.deviation.band import (
     tolerance_band,
 )
 from process_visualizer.runs.deviation.departures import departures
-from process_visualizer.runs.deviation.moving_window import moving_mean, roughness
 from process_visualizer.runs.deviation.onset import onset
 from process_visualizer.runs.deviation.signals import Columns, Signal, SignalKind
 from process_visualizer.runs.deviation.tool_path_axes import path_axes
+from process_visualizer.runs.moving_window import moving_maximum, moving_mean, roughness
 
 TIMES_S = np.arange(500) / 50.0
 FORCE = Signal('robot', 'tool force', 'N', SignalKind.FORCE)
@@ -159,6 +159,12 @@ def test_a_moving_mean_is_the_mean_of_what_is_known(values: np.ndarray, rows: in
         near = values[max(row - rows // 2, 0):row + (rows - 1) // 2 + 1]
         expected.append(np.nanmean(near) if np.isfinite(value) else np.nan)
     np.testing.assert_allclose(moving_mean(values, rows), expected, atol=1e-6)
+
+
+@given(arrays.arrays(float, st.integers(1, 30), elements=FINITE), st.integers(0, 40))
+def test_a_moving_maximum_is_the_greatest_around(values: np.ndarray, reach: int) -> None:
+    expected = [values[max(row - reach, 0):row + reach + 1].max() for row in range(len(values))]
+    assert moving_maximum(values, reach).tolist() == expected
 
 
 def test_roughness_is_a_logarithm() -> None:

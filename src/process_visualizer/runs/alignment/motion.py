@@ -7,6 +7,7 @@ from typing import NamedTuple, Sequence, Tuple
 import numpy as np
 
 from process_visualizer.motion.placements import interpolated
+from process_visualizer.runs.moving_window import moving_maximum
 from process_visualizer.runs.run import Run, ToolMotion
 
 _LONGEST_GAP_S = 0.5
@@ -60,8 +61,6 @@ def moving_rows(motion: Motion) -> np.ndarray:
     """
     velocity = velocities(motion)
     speed = np.sqrt(np.nansum(velocity * velocity, axis=1))
-    reach = int(_AROUND_S * motion.rate_hz)
-    padded = np.pad(speed, reach)
-    fastest = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1).max(axis=1)
+    fastest = moving_maximum(speed, int(_AROUND_S * motion.rate_hz))
     result: np.ndarray = speed > np.maximum(_SHARE_OF_FASTEST * fastest, _LEAST_SPEED_M_S)
     return result

@@ -7,7 +7,6 @@ from typing import Dict, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from process_visualizer.runs.deviation.moving_window import moving_mean
 from process_visualizer.runs.deviation.signals import (
     RATE_HZ,
     Columns,
@@ -15,6 +14,7 @@ from process_visualizer.runs.deviation.signals import (
     SignalKind,
     common_signals,
 )
+from process_visualizer.runs.moving_window import moving_maximum, moving_mean
 
 FEWEST_RUNS = 3
 """Good runs of which a spread can be known, each from the others."""
@@ -214,10 +214,9 @@ def tolerance_band(good: Sequence[Columns], relative: float = RELATIVE_TOLERANCE
 
 def _greatest_around(values: np.ndarray) -> np.ndarray:
     """The greatest value (t,) within the tolerance of time; NaN where the value itself is."""
-    reach = int(_TIME_TOLERANCE_S * RATE_HZ)
-    padded = np.pad(np.where(np.isfinite(values), values, -np.inf), reach, constant_values=-np.inf)
-    around = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1).max(axis=1)
-    result: np.ndarray = np.where(np.isfinite(values), around, np.nan)
+    known = np.isfinite(values)
+    around = moving_maximum(np.where(known, values, -np.inf), int(_TIME_TOLERANCE_S * RATE_HZ))
+    result: np.ndarray = np.where(known, around, np.nan)
     return result
 
 

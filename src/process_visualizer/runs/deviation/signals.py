@@ -9,8 +9,8 @@ import numpy as np
 
 from process_visualizer.motion.placements import interpolated
 from process_visualizer.runs.alignment.time_map import TimeMap
-from process_visualizer.runs.deviation.moving_window import moving_mean, roughness
 from process_visualizer.runs.deviation.tool_path_axes import path_axes
+from process_visualizer.runs.moving_window import moving_mean, roughness
 from process_visualizer.runs.run import Channel, ChannelKind, Run, ToolMotion
 
 RATE_HZ = 50.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Means and roughness of a series over a moving window."""
+"""Means, maxima and roughness of a series over a moving window."""
 from __future__ import annotations
 
 import numpy as np
@@ -21,6 +21,15 @@ def moving_mean(values: np.ndarray, rows: int) -> np.ndarray:
     number = count[..., end] - count[..., begin]
     mean = (total[..., end] - total[..., begin]) / np.maximum(number, 1.0)
     result: np.ndarray = np.where(known, mean, np.nan)
+    return result
+
+
+def moving_maximum(values: np.ndarray, reach: int) -> np.ndarray:
+    """Return the greatest of so many values (n,) before and behind each, and of itself."""
+    result = values.copy()
+    for shift in range(1, min(reach, len(values) - 1) + 1):
+        np.maximum(result[shift:], values[:-shift], out=result[shift:])
+        np.maximum(result[:-shift], values[shift:], out=result[:-shift])
     return result
 
 
