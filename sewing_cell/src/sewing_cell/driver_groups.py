@@ -145,9 +145,8 @@ class KinectDriver:
 class TruthDriver:
     """What is wrong with the cycle, for those who check what was found; no device lists it."""
 
-    def __init__(self, cycle: SewingCycle) -> None:
-        fault = asdict(cycle.fault) if isinstance(cycle, FaultyCycle) else None
-        text = json.dumps({"fault": fault, "period_s": cycle.schedule.period_s})
+    def __init__(self, cycle: FaultyCycle) -> None:
+        text = json.dumps({"fault": asdict(cycle.fault), "period_s": cycle.schedule.period_s})
         self._publisher = rospy.Publisher("simulator/truth", String, queue_size=1, latch=True)
         self._publisher.publish(String(text))
 

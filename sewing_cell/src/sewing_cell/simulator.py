@@ -37,7 +37,7 @@ class Simulator:
 
     def __init__(self, parameters: SimulatorParameters) -> None:
         cycle = _cycle(parameters)
-        self._truth = TruthDriver(cycle)
+        self._truth = TruthDriver(cycle) if isinstance(cycle, FaultyCycle) else None
         self._tickers: list[Ticker] = []
         self._add("joint", parameters.joint_rate, lambda rate: JointDriver(cycle, rate))
         self._add("force", parameters.force_rate, lambda rate: ForceDriver(cycle, rate))

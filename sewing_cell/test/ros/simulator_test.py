@@ -177,8 +177,7 @@ class SimulatorTest(unittest.TestCase):
                 process.terminate()
         truth = json.loads(text)["fault"]
         self.assertEqual((truth["kind"], truth["cycle"], truth["start_s"]), ("friction", 2, 8.5))
-        good = rospy.wait_for_message("/simulator/truth", String, 10).data
-        self.assertIsNone(json.loads(good)["fault"])
+        self.assertNotIn("/simulator/truth", dict(rospy.get_published_topics()))
 
     def test_a_wrong_parameter_is_said_without_a_traceback(self) -> None:
         for parameter, wanted in (
