@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, DefaultDict, Dict, List, NamedTuple, Set
 
 KINDS = ('lines', 'branches')
+SOURCES = 'src/process_visualizer/'
 
 
 class Share(NamedTuple):
@@ -32,10 +33,13 @@ def shares(reports: List[Dict[str, Any]], kind: str) -> Dict[str, Share]:
     every: DefaultDict[str, Set[Any]] = defaultdict(set)
     for report in reports:
         for path, file in report['files'].items():
-            folder = path.partition('process_visualizer/')[2].partition('/')[0]
-            found = {(path, str(it)) for it in file[f'executed_{kind}']}
+            inside = path.rpartition(SOURCES)[2] if SOURCES in path else ''
+            if not inside:
+                continue  # of another folder, such as generated messages
+            folder = inside.partition('/')[0]
+            found = {(inside, str(it)) for it in file[f'executed_{kind}']}
             executed[folder] |= found
-            every[folder] |= found | {(path, str(it)) for it in file[f'missing_{kind}']}
+            every[folder] |= found | {(inside, str(it)) for it in file[f'missing_{kind}']}
     return {folder: Share(len(executed[folder]), len(every[folder])) for folder in sorted(every)}
 
 
