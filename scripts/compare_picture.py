@@ -37,7 +37,9 @@ class ComparePhotographer(Photographer):
         departures = self.window.compare.departures
         departures.itemClicked.emit(departures.topLevelItem(0), 0)
         self._pause(1.0)
-        playback.seek(playback.position_s + 1.0)
+        position_s = playback.position_s + 1.0
+        playback.seek(position_s)
+        self.window.playback.timeline.zoom.show_part(position_s - 16.0, position_s + 12.0)
         self._pause(4.0)
         self._picture('compare', whole=True)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, List
 
+import numpy as np
 import pytest
 from cycle_bags import write_bag
 from held_tasks import HeldTasks
@@ -82,6 +83,16 @@ def test_the_poor_run_is_named_and_its_departure_leads_there(stand: Stand) -> No
     assert departures.isVisible() and departures.topLevelItem(0).text(0) == 'arm tool force'
     departures.itemClicked.emit(departures.topLevelItem(0), 0)
     assert stand.sought == [pytest.approx(27.0, abs=0.1)]
+
+
+def test_bands_are_those_of_the_open_recording(stand: Stand) -> None:
+    stand.find()
+    assert stand.model.bands(48.0, 480) == {}
+    stand.tick(0, 1)
+    stand.compare()
+    force = stand.model.bands(48.0, 480)['arm', 'tool force']
+    assert np.isfinite(force.low).sum() > 300
+    assert force.departed[265:280].any() and not force.departed[:240].any()
 
 
 def test_another_choice_of_good_runs_forgets_the_verdicts(stand: Stand) -> None:

@@ -11,10 +11,12 @@ from pytestqt.qtbot import QtBot
 from timeline_bench import Bench
 
 from process_visualizer.curves.value_scale import EMPTY_SCALE
+from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
-from process_visualizer.gui.views.playback.lane_picture import LaneLook
+from process_visualizer.gui.views.playback.lane_picture import TEXT_HEIGHT, LaneLook
 from process_visualizer.gui.views.playback.lane_pictures import LanePictures
 from process_visualizer.gui.views.playback.timeline_lanes import Lane
+from process_visualizer.runs.comparison.timeline_bands import TimelineBand
 
 AXIS = TimeAxis(10.0, 0.0, 100.0)
 ROWS = [0, 1, 2]
@@ -105,3 +107,21 @@ def test_lanes_that_were_not_in_time_are_drawn_in_the_next_paint(qtbot: QtBot) -
     qtbot.waitUntil(lambda: bench.view.stack.is_drawn)
     bench.view.zoom.show_part(5.0, 6.0)
     qtbot.waitUntil(lambda: bench.view.stack.is_drawn)
+
+
+def test_a_band_is_behind_the_curve_and_what_departs_is_marked(qtbot: QtBot) -> None:
+    made, columns = LanePictures(), 100
+    low = np.where(np.arange(columns) < 50, 0.2, np.nan)
+    departed = np.arange(columns) >= 40
+    lane = Lane('lane', 'N', (1.0, 0.0, 0.0), np.zeros(columns), (np.arange(columns) == 0) * 1.0,
+                band=TimelineBand(low, low + 0.6, departed & (np.arange(columns) < 50)))
+    made.set_lanes([lane, Lane('top', 'N', (1.0, 0.0, 0.0), np.zeros(columns), np.ones(columns))])
+    made.want(LaneLook(TimeAxis(10.0, 0.0, 100.0), 110, 46, 1.0, QFont(), 10.0))
+    made.draw([0, 1])
+    picture = made.picture(0)
+    assert picture is not None
+    image = picture.toImage()
+    rows = range(TEXT_HEIGHT - 3, 46)
+    colours = [{image.pixelColor(x, y).name() for y in rows} for x in (20, 45, 80)]
+    assert [theme().band in found for found in colours] == [True, True, False]
+    assert [theme().bad in found for found in colours] == [False, True, False]

@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from made_runs import made_run
+from made_runs import made_run, progress
 
 from process_visualizer.runs.comparison.comparison import (
     Comparison,
@@ -16,6 +16,7 @@ from process_visualizer.runs.comparison.comparison import (
 )
 from process_visualizer.runs.comparison.comparison_page import comparison_page
 from process_visualizer.runs.comparison.comparison_text import as_json, as_text
+from process_visualizer.runs.comparison.timeline_bands import timeline_bands
 from process_visualizer.runs.comparison.verdict import verdict
 from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.runs.deviation.band import TooFewRuns
@@ -144,6 +145,21 @@ def test_json_has_what_the_text_has(learned: GoodRuns) -> None:
     assert (first['device'], first['signal'], first['unit']) == ('robot', 'tool force', 'N')
     assert first['onset_s'] == pytest.approx(5.0, abs=0.1)
     assert as_text(learned, found).endswith('1 of 2 runs leave the band')
+
+
+def test_bands_on_the_timeline_of_a_recording(learned: GoodRuns) -> None:
+    """The recording goes on 5 s after the run, which begins 10 s after it."""
+    found = learned.compare(made_run(77, value=pushed)._replace(begin_s=10.0))
+    bands = timeline_bands(learned.times_s, [found], 28.0, 280)
+    force = bands['robot', 'tool force']
+    assert np.isnan(force.low[:100]).all() and np.isnan(force.high[231:]).all()
+    known = slice(105, 220)
+    assert (force.low[known] < force.high[known]).all()
+    np.testing.assert_allclose(0.5 * (force.low + force.high)[known],
+                               10.0 * progress(np.arange(105, 220) * 0.1 + 0.05 - 12.0), atol=0.2)
+    assert not force.departed[:149].any()
+    assert force.departed[152:].sum() > 60
+    assert ('robot', 'tool sideways') not in bands
 
 
 def elements(page: str, tag: str) -> Sequence[ElementTree.Element]:

@@ -197,6 +197,8 @@ class LauncherApp(QMainWindow):
         bag.played.changed.connect(self._show_launch)
         self._launcher.recording.finished.connect(bag.add_recent)
         self.compare.seek_wanted.connect(self._launcher.playback.seek)
+        compare = self._launcher.compare
+        compare.changed.connect(lambda: self.playback.show_bands(compare.bands))
         self.recording.play_wanted.connect(lambda path: self._after_quit.play((path,)))
         self._drops.play_wanted.connect(self._after_quit.play)
         self._after_quit.close_wanted.connect(self._close_now)

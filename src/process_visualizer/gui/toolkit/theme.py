@@ -30,6 +30,8 @@ class Theme:
     shape: str  # of an icon without a meaning of its own
     waiting: str
     tick: str  # marks of a scale
+    band: str  # what good runs do, behind a curve, and the line in its middle
+    band_line: str
     disabled_text: str
     disabled_shape: str
     indicator: str  # of a check box or radio button, inside
@@ -56,7 +58,7 @@ LIGHT = Theme(
     window='#f3f5f6', good='#247a4b', warning='#9a5b00', bad='#c0392b', selected='#e6f0f6',
     paper='#ffffff', on_signal='#ffffff', behind_bad='#fdf4f3', behind_warning='#fdf8ef',
     behind_good='#f2f9f4', used='#93b4c8', shape='#3c454d', waiting='#7a8590', tick='#aab2b9',
-    disabled_text='#a3abb2', disabled_shape='#b4bbc1', indicator='#ffffff', groove='#dde2e6',
+    band='#cfe0ea', band_line='#7fa3b8', disabled_text='#a3abb2', disabled_shape='#b4bbc1', indicator='#ffffff', groove='#dde2e6',
     loop='#8a5fb0', loop_off='#a0a8af', row='#f7f8f9', button='#fafbfb', light='#ffffff',
     midlight='#eceff1', mid='#c3c9ce', dark='#9aa3ab', shadow='#6b747c', primary='#1f6f9f',
     primary_hovered='#2a7fb3', primary_pressed='#185a82', primary_focus='#8fb8d0',
@@ -67,7 +69,7 @@ DARK = Theme(
     window='#1f2428', good='#5fc48b', warning='#e2a44a', bad='#f28577', selected='#24384a',
     paper='#171b1e', on_signal='#14181b', behind_bad='#38221f', behind_warning='#352b1a',
     behind_good='#1b3025', used='#3f6d8a', shape='#c4ccd3', waiting='#8d99a4', tick='#69737c',
-    disabled_text='#69727a', disabled_shape='#59626a', indicator='#66727c', groove='#363e45',
+    band='#26404f', band_line='#55798d', disabled_text='#69727a', disabled_shape='#59626a', indicator='#66727c', groove='#363e45',
     loop='#b794dc', loop_off='#77818a', row='#1b2024', button='#2a3036', light='#3a424a',
     midlight='#323940', mid='#454e56', dark='#101316', shadow='#0a0c0e', primary='#1f6f9f',
     primary_hovered='#2a7fb3', primary_pressed='#185a82', primary_focus='#8fb8d0',

@@ -102,17 +102,20 @@ class ComparePanel(QWidget):
             item.setCheckState(0, Qt.Checked if number in model.good else Qt.Unchecked)
             tree.addTopLevelItem(item)
         tree.setCurrentItem(tree.topLevelItem(min(row, tree.topLevelItemCount() - 1)))
-        tree.scrollToItem(tree.currentItem())
+        tree.scrollToItem(tree.currentItem(), QTreeWidget.PositionAtCenter)
         tree.blockSignals(False)
 
     def _row_to_show(self) -> int:
-        """The row that was chosen; when a result has come, the first poor run."""
+        """The row that was chosen; when a result has come, the first poor run.
+
+        A run that is called good comes after those that are not.
+        """
         compared = self._model.compared
         is_new, self._shown = compared is not None and compared is not self._shown, compared
         poor = [] if compared is None else [row for row, it in enumerate(compared.comparisons)
                                             if it is not None and it.departures]
         if is_new and poor:
-            return poor[0]
+            return min(poor, key=lambda row: (row in self._model.good, row))
         return max(self.runs.indexOfTopLevelItem(self.runs.currentItem()), 0)
 
     def _show_verdict(self, item: QTreeWidgetItem, number: int) -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import List, NamedTuple, Optional, Tuple
 
 import numpy as np
-from PyQt5.QtCore import QRectF, Qt
-from PyQt5.QtGui import QColor, QFont, QImage, QPainter, QPixmap
+from PyQt5.QtCore import QPointF, QRectF, Qt
+from PyQt5.QtGui import QColor, QFont, QImage, QPainter, QPen, QPixmap, QPolygonF
 
 from process_visualizer.cell.model import WarningLimits
 from process_visualizer.curves.value_scale import (
@@ -28,6 +28,8 @@ _OPACITIES = 128  # steps of opacity, from transparent to opaque
 _MOST_OPAQUE = _OPACITIES - 1
 _SOFT = 0.18  # opacity of the area between curve and zero
 _LIMIT_ALPHA = 150
+_DEPARTED_PX = 2.0
+_HALO_PX = 6.0  # a band that is narrower than the curve's line is seen beside it
 _NUMBER_PX, _NUMBER_HEIGHT, _BESIDE = 9, 10.0, 4.0
 
 
@@ -93,6 +95,7 @@ def lane_picture(lane: Lane, look: LaneLook, part: VisiblePart, scale: ValueScal
     painter.fillRect(QRectF(0.0, 0.0, look.axis.right, 1.0), QColor(theme().line))
     painter.setFont(look.font)
     _draw_scale(painter, lane.unit, look.curve_rect, scale)
+    _draw_band(painter, lane, look, scale)
     _draw_curve(painter, lane, look, part, scale)
     _draw_limits(painter, lane, look.curve_rect, scale)
     painter.end()
@@ -142,11 +145,56 @@ def _draw_scale(painter: QPainter, unit: str, rect: QRectF, scale: ValueScale) -
             free_below = bottom - _NUMBER_HEIGHT
 
 
+def _draw_band(painter: QPainter, lane: Lane, look: LaneLook, scale: ValueScale) -> None:
+    """Draw what good runs do behind the curve, and a red line above where the run departs.
+
+    Their middle is a thin line.
+    """
+    rect, band = look.curve_rect, lane.band
+    count = max(int(rect.width() * look.dots), 0)
+    if band is None or not count:
+        return
+    low, high = _extremes(band.low, band.high, count, look.shares)
+    _, departed = _extremes(band.departed, band.departed, count, look.shares)
+    step = rect.width() / count
+    painter.save()
+    painter.setClipRect(rect)
+    for begin, end in _stretches(~np.isnan(low)):
+        x = rect.left() + (np.arange(begin, end) + 0.5) * step
+        ends = [_points(x, values[begin:end], rect, scale) for values in (low, high)]
+        painter.setPen(QPen(QColor(theme().band), _HALO_PX))
+        painter.setBrush(QColor(theme().band))
+        painter.drawPolygon(QPolygonF(ends[0] + ends[1][::-1]))
+        painter.setPen(QColor(theme().band_line))
+        painter.drawPolyline(QPolygonF(_points(x, 0.5 * (low + high)[begin:end], rect, scale)))
+    painter.restore()
+    for begin, end in _stretches(departed > 0.0):
+        painter.fillRect(QRectF(rect.left() + begin * step, rect.top() - _DEPARTED_PX,
+                                max((end - begin) * step, 1.0), _DEPARTED_PX),
+                         QColor(theme().bad))
+
+
+def _points(x: np.ndarray, values: np.ndarray, rect: QRectF,
+            scale: ValueScale) -> List[QPointF]:
+    return [QPointF(at, value_y(value, rect, scale))
+            for at, value in zip(x.tolist(), values.tolist())]
+
+
+def _stretches(is_in: np.ndarray) -> List[Tuple[int, int]]:
+    """The rows of each stretch that is true, the end not included."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], is_in, [False])).astype(np.int8)))
+    return [(int(begin), int(end)) for begin, end in edges.reshape(-1, 2)]
+
+
 def _draw_curve(painter: QPainter, lane: Lane, look: LaneLook, part: VisiblePart,
                 scale: ValueScale) -> None:
-    """Draw the values from low to high in full colour, and paler the area between them and 0."""
+    """Draw the values from low to high in full colour, and paler the area between them and 0.
+
+    A band is not hidden by the paler area.
+    """
     rect = look.curve_rect
-    dots = _opacity(part, scale, int(rect.height() * look.dots), _LINE * look.dots)
+    dots = _opacity(part, scale, int(rect.height() * look.dots), _LINE * look.dots,
+                    _SOFT if lane.band is None else 0.0)
     if not dots.size:
         return
     if lane.limits is not None:
@@ -190,8 +238,12 @@ def _draw_limits(painter: QPainter, lane: Lane, rect: QRectF, scale: ValueScale)
                                     1.0), line)
 
 
-def _opacity(part: VisiblePart, scale: ValueScale, rows: int, line: float) -> np.ndarray:
-    """The opacity (rows, columns) of each dot, in steps; ``line`` is the thickness in dots."""
+def _opacity(part: VisiblePart, scale: ValueScale, rows: int, line: float,
+             soft: float) -> np.ndarray:
+    """The opacity (rows, columns) of each dot, in steps; ``line`` is the thickness in dots.
+
+    That between the values and 0 is ``soft`` (0 to 1).
+    """
     dots = max(rows - line, 0.0) / scale.span  # per unit of the value
     known = ~np.isnan(part.low)
     high, low = (np.where(known, it, 0.0) for it in (part.high, part.low))
@@ -201,7 +253,7 @@ def _opacity(part: VisiblePart, scale: ValueScale, rows: int, line: float) -> np
     zero = np.float32((scale.high - min(max(0.0, scale.low), scale.high)) * dots)
     body = _covered(np.where(known, np.minimum(upper, zero), upper),
                     np.where(known, np.maximum(lower, zero), upper), rows)
-    body *= np.float32(_SOFT)
+    body *= np.float32(soft)
     covered = np.maximum(_covered(upper, lower, rows), body, out=body)
     covered *= np.float32(_MOST_OPAQUE)
     covered += np.float32(0.5)
@@ -226,13 +278,18 @@ def _below(ends: np.ndarray, row: np.ndarray) -> np.ndarray:
 def _resampled(lane: Lane, count: int,
                shares: Tuple[float, float]) -> Tuple[np.ndarray, np.ndarray]:
     """The extremes of a part of the lane, given by its ends (0 to 1), in so many columns."""
-    columns = len(lane.low)
+    return _extremes(lane.low, lane.high, count, shares)
+
+
+def _extremes(low: np.ndarray, high: np.ndarray, count: int,
+              shares: Tuple[float, float]) -> Tuple[np.ndarray, np.ndarray]:
+    columns = len(low)
     if columns == 0 or count == 0:
         return np.full(count, np.nan), np.full(count, np.nan)
     edges = (np.linspace(*shares, count + 1) * columns + 1e-6).astype(np.int64)
     begins = np.minimum(edges[:-1], columns - 1)
     end = max(int(edges[-1]), int(begins[-1]) + 1)
-    return (np.fmin.reduceat(lane.low[:end], begins), np.fmax.reduceat(lane.high[:end], begins))
+    return (np.fmin.reduceat(low[:end], begins), np.fmax.reduceat(high[:end], begins))
 
 
 def _connected(low: np.ndarray, high: np.ndarray) -> VisiblePart:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from typing import Dict, Optional
+from typing import Callable, Dict, Mapping, Optional, Tuple
 
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QFrame, QInputDialog, QLabel, QVBoxLayout, QWidget
@@ -23,7 +23,9 @@ from process_visualizer.gui.views.playback.timeline_lanes import Lane, lane_of
 from process_visualizer.gui.views.playback.timeline_view import TimelineView
 from process_visualizer.gui.views.playback.transport_view import TransportView
 from process_visualizer.playback.time_text import format_time
+from process_visualizer.runs.comparison.timeline_bands import TimelineBand
 
+Bands = Callable[[float, int], Mapping[Tuple[str, str], TimelineBand]]
 _IN_WORDS = {'v': 'tool speed v', 'F': 'tool force F'}  # with the letters at the arrows
 
 
@@ -43,6 +45,7 @@ class PlaybackPanel(QWidget):
         self.timeline = TimelineView(playback, values.value)
         self.curves = CurvesRow(bag.curves)
         self._lanes: Dict[Key, Lane] = {}
+        self._bands: Bands = lambda _duration_s, _columns: {}
         self.notes = QLabel()
         self.notes.setObjectName('playback_notes')
         self.notes.setWordWrap(True)
@@ -118,9 +121,19 @@ class PlaybackPanel(QWidget):
         self._lanes = {lane.key: lane for lane in lanes}
         self._show_lanes()
 
+    def show_bands(self, bands: Bands) -> None:
+        """Show what good runs do behind the curves; ``bands`` returns it for so many columns."""
+        self._bands = bands
+        self._show_lanes()
+
     def _show_lanes(self) -> None:
         choice = self._bag.curves.choices.choice
-        self.timeline.set_lanes([self._lanes[key] for key in choice.shown(tuple(self._lanes))])
+        lanes = [self._lanes[key] for key in choice.shown(tuple(self._lanes))]
+        found = self._bag.catalogue
+        bands = {} if found is None or not lanes else self._bands(
+            found.duration_s, max(len(lane.low) for lane in lanes))
+        self.timeline.set_lanes([replace(lane, band=bands.get(_band_key(lane.key)))
+                                 for lane in lanes] if bands else lanes)
 
 
 def lane_label(device: str, label: str) -> str:
@@ -128,6 +141,12 @@ def lane_label(device: str, label: str) -> str:
     if re.match(f'{re.escape(device)}(\\b|_)', label, re.IGNORECASE):
         return label
     return f'{device}  {_IN_WORDS.get(label, label)}'
+
+
+def _band_key(key: Key) -> Tuple[str, str]:
+    """The device and the label that a run's channel has."""
+    device, label, _topic = key
+    return device, {'v': 'tool speed', 'F': 'tool force'}.get(label, label)
 
 
 def _lane(curve: Curve, duration_s: float) -> Lane:

@@ -11,6 +11,7 @@ import numpy as np
 
 from process_visualizer.cell.model import WarningLimits
 from process_visualizer.curves.position_values import Key
+from process_visualizer.runs.comparison.timeline_bands import TimelineBand
 
 _HELD_INTERVALS, _HELD_S = 4, 0.3  # a value holds for so many usual intervals, or so long
 _LEAST_SPAN = 0.01  # of the whole curve's: a smaller wiggle does not fill its lane
@@ -22,7 +23,8 @@ class Lane:
     """A process variable over the whole recording, which is divided into columns of equal time.
 
     ``low`` and ``high`` are the extreme values in each column, NaN where there is none; ``key`` is
-    used to find the value at the position; beyond its ``limits`` the curve has their colour.
+    used to find the value at the position; beyond its ``limits`` the curve has their colour. The
+    ``band`` of good runs has as many columns.
     """
 
     label: str
@@ -32,6 +34,7 @@ class Lane:
     high: np.ndarray
     key: Key = ('', '', '')
     limits: Optional[WarningLimits] = None
+    band: Optional[TimelineBand] = None
 
     def at(self, share: float) -> float:
         """Return the value at a part (0 to 1) of the recording; NaN where there is none."""
