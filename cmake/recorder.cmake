@@ -10,6 +10,7 @@ add_library(process_visualizer_recorder
   src/recorder/calibration.cpp
   src/recorder/intake.cpp
   src/recorder/message.cpp
+  src/recorder/recent_answers.cpp
   src/recorder/recent_messages.cpp
   src/recorder/recording.cpp
   src/recorder/text.cpp

@@ -43,7 +43,8 @@ BagRecorder::BagRecorder()
   services_ = {node_.advertiseService("start", &BagRecorder::start, this),
                node_.advertiseService("save_recent", &BagRecorder::saveRecent, this),
                node_.advertiseService("stop", &BagRecorder::stop, this),
-               node_.advertiseService("mark", &BagRecorder::mark, this)};
+               node_.advertiseService("mark", &BagRecorder::mark, this),
+               node_.advertiseService("read_recent", &BagRecorder::readRecent, this)};
   state_thread_ = std::thread(&BagRecorder::publishStates, this);
   master_thread_ = std::thread(&BagRecorder::followMaster, this);
 }
@@ -109,6 +110,12 @@ bool BagRecorder::mark(Mark::Request& request, Mark::Response& response) {
   std_msgs::String text;
   text.data = request.label;
   mark_publisher_.publish(text);
+  return true;
+}
+
+bool BagRecorder::readRecent(ReadRecent::Request& request, ReadRecent::Response& response) {
+  recent_answers_.answer(request, response);
+  response.now = ros::Time::now().toNSec();
   return true;
 }
 

@@ -61,15 +61,13 @@ bool Intake::mark(const ros::Time& time, const std::string& label) {
   return take(textMessage(own_.marks, time, label));
 }
 
-/// Hands a message to the recording or to the memory; the mutex has to be locked.
+/// Hands a message to the memory and to the recording; the mutex has to be locked.
 /// Returns whether one of them took it.
 bool Intake::take(const Message& message) {
   if (is_open_ && recording_->isOver()) board_.freeze();  // what comes now is not of it
   const bool is_taken = is_open_ ? recording_->push(message) : recent_.isKept();
-  if (is_open_)
-    recent_.pass(message);
-  else
-    recent_.add(message);
+  recent_.add(message);
+  if (is_open_) recent_.setRecorded();
   board_.add(message, is_taken || !is_open_);
   return is_taken;
 }
@@ -108,7 +106,7 @@ Past Intake::past(const Beginning& beginning) const {
 void Intake::open(const RecordingOptions& options, const Beginning& beginning, const Past& past) {
   recording_ = std::make_shared<Recording>(options, contents(beginning, past));
   is_open_ = true;
-  recent_.clear();
+  recent_.setRecorded();
   board_.begin({choice_.names().begin(), choice_.names().end()});
   for (const Message& message : past.messages) board_.add(message, true);
   problems_.clear();
@@ -161,6 +159,12 @@ RecordingStatus Intake::status() const {
 void Intake::forget() {
   const Lock lock(mutex_);
   recent_.forget();
+}
+
+NumberedMessages Intake::recentFrom(std::uint64_t first, const std::set<std::string>& topics,
+                                    std::size_t most_bytes) const {
+  const Lock lock(mutex_);
+  return recent_.from(first, topics, most_bytes);
 }
 
 // State

@@ -46,10 +46,11 @@ void RecentMessages::add(const Message& message) {
   if (!isKept() || message.time.isZero()) return pass(message);  // zero: no time has begun yet
   messages_.push_back(message);
   bytes_ += message.size();
-  while (!messages_.empty() && (bytes_ > limit_bytes_ || duration() > duration_)) {
+  while (!messages_.empty() && (bytes_ > limit_bytes_ || age() > duration_)) {
     bytes_ -= messages_.front().size();
     pass(messages_.front());
     messages_.pop_front();
+    ++oldest_;
   }
 }
 
@@ -57,15 +58,35 @@ Past RecentMessages::last(const ros::Time& now, double duration_s) const {
   const auto is_recent = [&](const Message& message) {
     return duration_s > 0 && (now - message.time).toSec() <= duration_s;
   };
-  const auto begin = std::find_if(messages_.begin(), messages_.end(), is_recent);
+  const auto unrecorded = messages_.begin() + static_cast<std::ptrdiff_t>(this->unrecorded());
+  const auto begin = std::find_if(unrecorded, messages_.end(), is_recent);
   Past past{before_, {begin, messages_.end()}};
   std::for_each(messages_.begin(), begin,
                 [&](const Message& message) { past.latched.add(message); });
   return past;
 }
 
+NumberedMessages RecentMessages::from(std::uint64_t first, const std::set<std::string>& topics,
+                                      std::size_t most_bytes) const {
+  NumberedMessages found;
+  std::size_t bytes = 0;
+  const auto take = [&](const Message& message) {
+    if (topics.count(message.topic()) == 0) return;
+    found.messages.push_back(message);
+    bytes += message.size();
+  };
+  if (first == 0 && !messages_.empty())
+    for (const Message& message : before_.at(messages_.front().time)) take(message);
+  found.next = std::clamp(first, oldest_, oldest_ + messages_.size());
+  for (; found.next < oldest_ + messages_.size() && bytes < most_bytes; ++found.next)
+    take(messages_[found.next - oldest_]);
+  found.is_cut = found.next < oldest_ + messages_.size();
+  return found;
+}
+
 void RecentMessages::clear() {
   for (const Message& message : messages_) pass(message);
+  oldest_ += messages_.size();
   messages_.clear();
   bytes_ = 0;
 }
@@ -75,8 +96,19 @@ void RecentMessages::forget() {
   before_ = {};
 }
 
+void RecentMessages::setRecorded() { unrecorded_ = oldest_ + messages_.size(); }
+
 double RecentMessages::duration() const {
+  const std::size_t first = unrecorded();
+  if (first == messages_.size()) return 0.0;
+  return (messages_.back().time - messages_[first].time).toSec();
+}
+
+double RecentMessages::age() const {
   return messages_.empty() ? 0.0 : (messages_.back().time - messages_.front().time).toSec();
 }
+
+/// Where in the memory is the first message that no recording has.
+std::size_t RecentMessages::unrecorded() const { return std::max(unrecorded_, oldest_) - oldest_; }
 
 }  // namespace process_visualizer::recorder

@@ -64,9 +64,10 @@ class RecorderUnderTest:
 
     _count = 0
 
-    def __init__(self, *prefix: str, folder: str = '', **parameters: object) -> None:
+    def __init__(self, *prefix: str, folder: str = '', node: str = '',
+                 **parameters: object) -> None:
         type(self)._count += 1
-        self.node = f'/recorder_{type(self)._count}'
+        self.node = node or f'/recorder_{type(self)._count}'
         self._temporary = tempfile.TemporaryDirectory(prefix='recorder_test_')
         self.folder = folder or os.path.join(self._temporary.name, 'bags')
         parameters = {'minimum_free_megabytes': 0, 'recent_duration': 0, **parameters}

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <process_visualizer/Mark.h>
+#include <process_visualizer/ReadRecent.h>
 #include <process_visualizer/RecorderState.h>
 #include <process_visualizer/StartRecording.h>
 #include <process_visualizer/StopRecording.h>
@@ -15,12 +16,13 @@
 #include <vector>
 
 #include "process_visualizer/recorder/intake.hpp"
+#include "process_visualizer/recorder/recent_answers.hpp"
 #include "process_visualizer/recorder/subscriptions.hpp"
 #include "process_visualizer/recorder/turns.hpp"
 
 namespace process_visualizer::recorder {
 
-/// The node bag_recorder: services `~start ~save_recent ~stop ~mark`, topic `~state`.
+/// The node bag_recorder: services `~start ~save_recent ~stop ~mark ~read_recent`, topic `~state`.
 class BagRecorder {
  public:
   BagRecorder();
@@ -36,6 +38,8 @@ class BagRecorder {
   bool saveRecent(Start::Request& request, Start::Response& response);
   bool stop(StopRecording::Request&, StopRecording::Response& response);
   bool mark(Mark::Request& request, Mark::Response& response);
+
+  bool readRecent(ReadRecent::Request& request, ReadRecent::Response& response);
 
   bool answer(Start::Response& response, const std::function<std::string()>& command);
   std::string begin(const Start::Request& request);
@@ -65,6 +69,7 @@ class BagRecorder {
   std::mutex command_mutex_;  ///< one command at a time
   Turns turns_;
   Intake intake_;
+  RecentAnswers recent_answers_{intake_};
   bool has_master_ = true;  ///< for the thread that looks at it
 
   ros::Publisher state_publisher_, mark_publisher_;

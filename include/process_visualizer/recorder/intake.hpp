@@ -29,7 +29,7 @@ struct Beginning {
   std::string configuration;  ///< of the cell; may be empty
 };
 
-/// Takes every message that arrives: into the recording or, while there is none, into the memory.
+/// Takes every message that arrives: into the memory and, while there is one, into the recording.
 /// It counts them, and knows the recorder's state. It needs no node and no master, and may be
 /// called by several threads at once, but its commands (begin, save, finish) by one only.
 class Intake {
@@ -63,6 +63,9 @@ class Intake {
   RecordingStatus status() const;  ///< of the recording begun last; there has to be one
   bool keepsRecent() const { return recent_.isKept(); }  ///< whether there is a memory at all
   void forget();                                         ///< empties the memory
+  /// What is in memory, as RecentMessages::from has it.
+  NumberedMessages recentFrom(std::uint64_t first, const std::set<std::string>& topics,
+                              std::size_t most_bytes) const;
 
   void setPhase(std::uint8_t phase);  ///< as RecorderState has it
   void addProblem(const std::string& problem);

@@ -5,6 +5,7 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -39,6 +40,13 @@ struct Past {
   std::deque<Message> messages;
 };
 
+/// Messages in the order in which they came, and the number of the one that will come next.
+struct NumberedMessages {
+  std::vector<Message> messages;
+  std::uint64_t next = 0;
+  bool is_cut = false;  ///< there are more than was asked for
+};
+
 /// The messages of the last seconds, bounded in time and in bytes, and what is latched.
 class RecentMessages {
  public:
@@ -47,27 +55,39 @@ class RecentMessages {
 
   /// Takes a message; of one from before a simulated time begins (zero) only what is latched.
   void add(const Message& message);
-  /// Takes note of a message that is recorded and need not be kept.
+  /// Takes of a message only what is latched.
   void pass(const Message& message) { before_.add(message); }
   /// As LatchedMessages has it.
   void forgetReplaced(const std::function<bool(const Message&)>& is_gone) {
     before_.forgetReplaced(is_gone);
   }
-  /// The last seconds before `now`; 0: no messages, only what is latched.
+  /// Of the messages that no recording has, the last seconds before `now`; 0: none, only what is
+  /// latched.
   Past last(const ros::Time& now, double duration_s) const;
-  void clear();   ///< keeps what is latched
-  void forget();  ///< keeps nothing
+  /// The messages from a number on (they are counted from 1), those of some topics, and no more
+  /// than so many bytes. From 0 on: all, and before them what is latched.
+  NumberedMessages from(std::uint64_t first, const std::set<std::string>& topics,
+                        std::size_t most_bytes) const;
+  void setRecorded();  ///< a recording has all that is in memory
+  void clear();        ///< keeps what is latched
+  void forget();       ///< keeps nothing
 
-  double duration() const;  ///< time from the oldest message to the newest, s
+  /// Time from the oldest message that no recording has to the newest, s.
+  double duration() const;
   std::size_t bytes() const { return bytes_; }
   bool isKept() const { return duration_ > 0; }  ///< whether anything is kept at all
 
  private:
+  double age() const;  ///< of the oldest message when the newest came, s
+  std::size_t unrecorded() const;
+
   double duration_;
   std::size_t limit_bytes_;
   std::size_t bytes_ = 0;
   std::deque<Message> messages_;
-  LatchedMessages before_;  ///< as of the time of the first message
+  std::uint64_t oldest_ = 1;      ///< the number of the first one
+  std::uint64_t unrecorded_ = 1;  ///< the number of the first one that no recording has
+  LatchedMessages before_;        ///< as of the time of the first message
 };
 
 }  // namespace process_visualizer::recorder

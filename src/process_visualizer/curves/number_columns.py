@@ -56,6 +56,12 @@ class NumberColumns:
         good = np.isfinite(joined.values).all(axis=1)
         return Numbers(*(column[good] for column in joined))
 
+    def taken(self) -> Numbers:
+        """Return what has been found since this was last asked."""
+        numbers = self.numbers()
+        self._found = []
+        return numbers
+
     def _take(self, pattern: '_Pattern', batch: RecordBatch, rows: np.ndarray) -> np.ndarray:
         """Read the rows that fit a pattern; return the others."""
         if not len(rows):

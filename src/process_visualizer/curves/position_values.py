@@ -2,6 +2,7 @@
 """The values of the process variables at a position of a recording, as the scene there has them."""
 from __future__ import annotations
 
+from functools import partial
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
@@ -116,7 +117,7 @@ class _Topic:
 
     def _speed(self, time_ns: int) -> Optional[float]:
         around = [self._rows(part, time_ns) for part in range(len(self._locators.parts))]
-        numbers = self._locators.joined(self._recording, [
+        numbers = self._locators.joined(partial(measured_s, self._recording), [
             self._read(part, rows) for part, rows in enumerate(around)])
         self._keep([row for rows in around for row in rows])
         if not len(numbers.positions):

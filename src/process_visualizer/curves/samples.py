@@ -2,6 +2,7 @@
 """The numbers of process variables over a whole recording, read in bulk."""
 from __future__ import annotations
 
+from functools import partial
 from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
@@ -117,7 +118,7 @@ def _samples(recording: Recording, series: Series,
              parts: Sequence[Dict[int, NumberColumns]]) -> Samples:
     numbers = [joined_numbers(tuple(it.numbers() for it in part.values())) for part in parts]
     with np.errstate(over='ignore', invalid='ignore'):  # of numbers that are no measurements
-        joined = series.locators.joined(recording, numbers)
+        joined = series.locators.joined(partial(measured_s, recording), numbers)
     return Samples(series.source, _times_s(recording, series.source.quantity, joined),
                    joined.values)
 

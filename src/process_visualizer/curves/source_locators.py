@@ -2,7 +2,7 @@
 """What finds the numbers of a process variable in the messages of a recording."""
 from __future__ import annotations
 
-from typing import Dict, NamedTuple, Optional, Sequence, Tuple
+from typing import Callable, Dict, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from process_visualizer.bags.recording import Recording
 from process_visualizer.cell.model import Device
 from process_visualizer.curves.curve_sources import CurveSource, Quantity
 from process_visualizer.curves.number_columns import Numbers
-from process_visualizer.curves.tool_on_tf import tool_on_tf
+from process_visualizer.curves.tool_on_tf import Messages, tool_on_tf
 from process_visualizer.messages.connection import Connection
 from process_visualizer.messages.message_definition import DefinitionError
 from process_visualizer.messages.number_places import FieldLocator, FloatArrayLocator, Locator
@@ -28,6 +28,9 @@ _PLAIN_TYPES = tuple(f'std_msgs/{name}' for name in (
     'Bool', 'Byte', 'Char', 'Float32', 'Float64', 'Int8', 'Int16', 'Int32', 'Int64', 'UInt8',
     'UInt16', 'UInt32', 'UInt64'))
 
+MeasuringTimes = Callable[[Numbers], np.ndarray]
+"""Returns when numbers (n, k) were measured: (n,) [s] from a beginning."""
+
 
 class SourceLocators(NamedTuple):
     """What finds a source's numbers: by connection, for each part that they are put together of.
@@ -44,8 +47,8 @@ class SourceLocators(NamedTuple):
         found = {number for part in self.parts for number in part}
         return tuple(sorted(found)) if all(self.parts) else ()
 
-    def joined(self, recording: Recording, parts: Sequence[Numbers]) -> Numbers:
-        """Return the source's numbers, given those of its parts.
+    def joined(self, measured: MeasuringTimes, parts: Sequence[Numbers]) -> Numbers:
+        """Return the source's numbers, given those of its parts, and when those were measured.
 
         Of a tool, they are its positions at the times of what moves it and is the nearest to it:
         a recorded transform, if there is one.
@@ -55,8 +58,8 @@ class SourceLocators(NamedTuple):
             return parts[0]
         leader = next((row for row, it in enumerate(path.moving)
                        if isinstance(it, SentTransform)), 0)
-        times_s = measured_s(recording, parts[leader])
-        values = {moving: _at(times_s, measured_s(recording, part), part.values, moving)
+        times_s = measured(parts[leader])
+        values = {moving: _at(times_s, measured(part), part.values, moving)
                   for moving, part in zip(path.moving, parts)}
         positions = path.places(values).positions
         known = np.isfinite(positions).all(axis=1)
@@ -82,17 +85,17 @@ def measured_s(recording: Recording, numbers: Numbers,
     return measuring_times(recorded_s, stamps_s, period_s)
 
 
-def source_locators(recording: Recording, source: CurveSource,
+def source_locators(messages: Messages, source: CurveSource,
                     devices: Sequence[Device]) -> SourceLocators:
-    """Return what finds a source's numbers in a recording; may load the device's model."""
-    connections = recording.index.connections
-    numbers = recording.index.connections_of(source.topic)
+    """Return what finds a source's numbers in messages; may load the device's model."""
+    connections = messages.index.connections
+    numbers = messages.index.connections_of(source.topic)
     if source.quantity is Quantity.SPEED:
         on_tf = [number for number in numbers if connections[number].type == TF_MESSAGE
                  and source.message_type in ('', TF_MESSAGE)]
         device = next(it for it in devices if it.name == source.device)
         is_on_tf = on_tf or source.message_type == TF_MESSAGE
-        found = tool_on_tf(recording, source, device, on_tf) if is_on_tf else None
+        found = tool_on_tf(messages, source, device, on_tf) if is_on_tf else None
         if found is not None:
             return SourceLocators(found[1], found[0])
     located = {number: locator_for(source, connections[number]) for number in numbers}

@@ -2,12 +2,12 @@
 """Where a recording has the pose of a tool from: tf, and what the cell itself adds to it."""
 from __future__ import annotations
 
-from typing import Dict, List, Optional, Sequence, Tuple
+from typing import Dict, List, Optional, Protocol, Sequence, Tuple
 
 import numpy as np
 
 from process_visualizer.bags.bag_errors import BagDamaged
-from process_visualizer.bags.recording import Recording
+from process_visualizer.bags.bag_index import BagIndex
 from process_visualizer.cell.model import Device, TopicFunction
 from process_visualizer.curves.curve_sources import CurveSource
 from process_visualizer.curves.given_parameters import given_parameters
@@ -38,10 +38,22 @@ from process_visualizer.ros_names import FLOAT_ARRAY, JOINT_STATE, STATIC_TF_TOP
 _BLOCKS, _BLOCK = 5, 100
 """In so many parts of a recording, so many messages of each publisher are looked at."""
 
+
+class Messages(Protocol):
+    """Messages that have come: a recording, or what a recorder has in memory."""
+
+    @property
+    def index(self) -> BagIndex:
+        """Their connections and times."""
+
+    def message(self, position: int) -> memoryview:
+        """Return the bytes of one; raises BagDamaged if it cannot be read."""
+
+
 Parts = Tuple[Dict[int, Locator], ...]
 
 
-def tool_on_tf(recording: Recording, source: CurveSource, device: Device,
+def tool_on_tf(messages: Messages, source: CurveSource, device: Device,
                connections: Sequence[int]) -> Optional[Tuple[ToolPath, Parts]]:
     """Return how a tool is found from transforms, and what finds the numbers of its moving parts.
 
@@ -49,7 +61,7 @@ def tool_on_tf(recording: Recording, source: CurveSource, device: Device,
     robot_state_publisher sends; what moves them are the recorded joint states. The model is
     loaded where it is needed. None where nothing that moves leads to the tool.
     """
-    frames = _recorded_frames(recording, connections)
+    frames = _recorded_frames(messages, connections)
     description = _description(device) if source.model else None
     base, tool = pose_frames(device, description) if source.model else source.frames
     path, matching = frames.path(base, tool), None
@@ -61,7 +73,7 @@ def tool_on_tf(recording: Recording, source: CurveSource, device: Device,
             path = frames.path(base, tool)
     if path is None or not path.moving:
         return None
-    return path, tuple(_locators(recording, part, device, matching, connections)
+    return path, tuple(_locators(messages, part, device, matching, connections)
                        for part in path.moving)
 
 
@@ -80,34 +92,34 @@ def _description(device: Device) -> Optional[RobotDescription]:
         return None
 
 
-def _recorded_frames(recording: Recording, connections: Sequence[int]) -> FrameSources:
+def _recorded_frames(messages: Messages, connections: Sequence[int]) -> FrameSources:
     frames = FrameSources()
-    for data in _some_messages(recording, connections):
+    for data in _some_messages(messages, connections):
         for transform in transforms_in(data):
             frames.add_sent(SentTransform(transform.parent, transform.child))
-    index = recording.index
-    for data in _some_messages(recording, index.connections_of(STATIC_TF_TOPIC)):
+    index = messages.index
+    for data in _some_messages(messages, index.connections_of(STATIC_TF_TOPIC)):
         for it in transforms_in(data):
             x, y, z, *turn = np.frombuffer(data, '<f8', 7, it.pose).tolist()
             frames.add_fixed(it.parent, it.child, Placement((x, y, z), tuple(turn)))
     return frames
 
 
-def _some_messages(recording: Recording, connections: Sequence[int]) -> List[memoryview]:
+def _some_messages(messages: Messages, connections: Sequence[int]) -> List[memoryview]:
     found = []
     for connection in connections:
-        positions = recording.index.positions(connection)
+        positions = messages.index.positions(connection)
         begins = np.linspace(0, max(len(positions) - _BLOCK, 0), _BLOCKS).astype(int).tolist()
         rows = sorted({row for begin in begins for row in range(begin, begin + _BLOCK)})
         for position in positions[rows[:len(positions)]].tolist():
             try:
-                found.append(recording.message(position))
+                found.append(messages.message(position))
             except BagDamaged:
                 continue
     return found
 
 
-def _locators(recording: Recording, part: MovingPart, device: Device,
+def _locators(messages: Messages, part: MovingPart, device: Device,
               matching: Optional[JointMatching],
               connections: Sequence[int]) -> Dict[int, Locator]:
     if isinstance(part, SentTransform):
@@ -116,8 +128,8 @@ def _locators(recording: Recording, part: MovingPart, device: Device,
     if topic is None or matching is None:
         return {}
     found = {}
-    for number in recording.index.connections_of(topic.name):
-        locator = joint_locator(recording.index.connections[number].type, part.name, matching)
+    for number in messages.index.connections_of(topic.name):
+        locator = joint_locator(messages.index.connections[number].type, part.name, matching)
         if locator is not None:
             found[number] = locator
     return found

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Curves of messages as they come are those that the recording has afterwards."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Dict, Iterator, List, Tuple
+
+import numpy as np
+import pytest
+from cycle_bags import write_bag
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from process_visualizer.bags.recorder_topics import MARKS
+from process_visualizer.bags.recording import Recording
+from process_visualizer.cell.model import Device
+from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.curves.curve_sources import curve_sources
+from process_visualizer.curves.live.live_curves import LiveCurve, LiveCurves
+from process_visualizer.curves.live.recent_part import RecentPart
+from process_visualizer.curves.live.rolling_columns import COLUMN_S, RollingColumns
+from process_visualizer.curves.samples import found_series, read_samples, sampled
+from process_visualizer.messages.connection import Connection
+
+HEADER = bytes([8, 0, 0, 0, 4, 0, 0, 0]) + b'op=\x02'
+DURATION_S = 24.0
+
+
+def part_of(connections: Tuple[Connection, ...], messages: List[Tuple[int, int, bytes]],
+            now_ns: int, is_anew: bool = False) -> RecentPart:
+    """A part with messages: number of the connection, time, bytes."""
+    records = [HEADER + len(data).to_bytes(4, 'little') + data for *_, data in messages]
+    end = np.cumsum([len(it) for it in records], dtype=np.int64)
+    begin = end - np.array([len(it) for it in records], np.int64)
+    return RecentPart(is_anew, connections, now_ns,
+                      np.array([it[0] for it in messages], np.int64),
+                      np.array([it[1] for it in messages], np.int64), begin, end,
+                      np.frombuffer(b''.join(records), np.uint8))
+
+
+def parts_of(path: str, step_s: float) -> Iterator[RecentPart]:
+    """The messages of a bag as they would come, looked at every so often."""
+    with Recording([path]) as recording:
+        index = recording.index
+        rows = [(int(index.connection[it]), int(index.time_ns[it]), bytes(recording.message(it)))
+                for it in range(len(index))]
+        at_ns, begin = recording.begin_ns, 0
+        while begin < len(rows):
+            at_ns += int(step_s * 1e9)
+            end = int(np.searchsorted(index.time_ns, at_ns))
+            yield part_of(index.connections, rows[begin:end], at_ns)
+            begin = end
+
+
+@pytest.fixture(scope='module')
+def bag(tmp_path_factory: pytest.TempPathFactory) -> Tuple[str, Tuple[Device, ...]]:
+    folder = tmp_path_factory.mktemp('live')
+    return write_bag(folder), XmlParser().parse(str(folder / 'cell.xml')).devices
+
+
+def by_label(curves: Tuple[LiveCurve, ...]) -> Dict[str, LiveCurve]:
+    return {curve.source.label: curve for curve in curves}
+
+
+@pytest.mark.parametrize('step_s', [0.02, 0.2, 1.7, 30.0])
+def test_live_curves_are_those_of_the_recording(bag: Tuple[str, Tuple[Device, ...]],
+                                                step_s: float) -> None:
+    path, devices = bag
+    live = LiveCurves(devices)
+    for part in parts_of(path, step_s):
+        live.add(part)
+    window = live.window(30.0)
+    found = by_label(window.curves)
+    assert set(found) == {'v', 'F', 'feed'}
+    with Recording([path]) as recording:
+        series = found_series(recording, curve_sources(devices), devices)
+        expected = {it.source.label: sampled(it) for it in read_samples(recording, series)}
+    for label, (times_s, values) in expected.items():
+        is_whole = (times_s > 0.3) & (times_s < DURATION_S - 0.3)
+        low, high = found[label].low, found[label].high
+        known = np.flatnonzero(np.isfinite(low))
+        assert np.diff(known).max() * COLUMN_S <= 0.14
+        at_s = window.begin_s + (known + 0.5) * COLUMN_S
+        shown = np.interp(times_s[is_whole], at_s, 0.5 * (low + high)[known])
+        off = np.sort(np.abs(shown - values[is_whole]))
+        limit = {'v': 0.005, 'F': 0.1, 'feed': 1e-6}[label]
+        assert off[int(0.98 * len(off))] < limit  # of the feed, all but its few jumps
+        assert values.min() - limit < np.nanmin(low) and np.nanmax(high) < values.max() + limit
+
+
+def test_only_what_is_new_is_read(bag: Tuple[str, Tuple[Device, ...]]) -> None:
+    path, devices = bag
+    live = LiveCurves(devices)
+    parts = list(parts_of(path, 6.0))
+    live.add(parts[0])
+    before = by_label(live.window(5.0).curves)['feed']
+    live.add(part_of(parts[0].connections, [], parts[0].now_ns + 1_000_000_000))
+    after = by_label(live.window(5.0).curves)['feed']
+    count = int(1.0 / COLUMN_S)
+    np.testing.assert_array_equal(after.high[:-count], before.high[count:])
+    assert np.isnan(after.high[-count:]).all()
+    assert after.value == before.value
+
+
+def test_topics_are_those_of_the_variables(bag: Tuple[str, Tuple[Device, ...]]) -> None:
+    _, devices = bag
+    assert LiveCurves(devices).topics == ('/feed', '/ft', MARKS, '/tcf', '/tf_static')
+
+
+def test_a_recorder_that_begins_anew_begins_the_curves_anew(
+        bag: Tuple[str, Tuple[Device, ...]]) -> None:
+    path, devices = bag
+    live = LiveCurves(devices)
+    parts = list(parts_of(path, 12.0))
+    live.add(parts[0])
+    live.add(parts[1]._replace(is_anew=True))
+    window = live.window(30.0)
+    shown_s = np.ptp(np.flatnonzero(np.isfinite(by_label(window.curves)['feed'].low))) * COLUMN_S
+    assert shown_s == pytest.approx(12.0, abs=0.1)
+
+
+def test_marks_come_with_their_labels_and_time_may_go_back(tmp_path: Path) -> None:
+    mark = Connection(MARKS, 'std_msgs/String', '', 'string data', False, '/r')
+    text = 'seam tears – ö'.encode()
+    live = LiveCurves(())
+    live.add(part_of((mark,), [(0, 5_000_000_000, len(text).to_bytes(4, 'little') + text)],
+                     6_000_000_000))
+    assert [(it.time_s, it.label) for it in live.window(30.0).marks] == [(0.0, 'seam tears – ö')]
+    live.add(part_of((mark,), [], 1_000_000_000))  # a simulation that was started again
+    assert live.window(30.0).marks == () and live.window(30.0).curves == ()
+
+
+def test_a_message_that_cannot_be_read_is_left_out(bag: Tuple[str, Tuple[Device, ...]]) -> None:
+    path, devices = bag
+    live = LiveCurves(devices)
+    connections = next(parts_of(path, 1.0)).connections
+    feed = next(number for number, it in enumerate(connections) if it.topic == '/feed')
+    good = np.float32(0.5).tobytes()
+    live.add(part_of(connections, [(feed, 10 ** 9, b''), (feed, 2 * 10 ** 9, good),
+                                   (feed, 3 * 10 ** 9, np.float32(np.nan).tobytes())],
+                     4 * 10 ** 9))
+    curve = by_label(live.window(30.0).curves)['feed']
+    assert curve.value == 0.5
+    assert np.isfinite(curve.low).sum() == 1
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.lists(st.lists(st.tuples(st.floats(0.0, 90.0), st.floats(-5.0, 5.0)), max_size=20),
+                max_size=10), st.sampled_from([1, 2, 5]))
+def test_columns_hold_the_extremes_of_the_last_seconds(
+        added: List[List[Tuple[float, float]]], joined: int) -> None:
+    columns, kept_s = RollingColumns(30.0), 30.0
+    for rows in added:
+        columns.add(np.array([it[0] for it in rows]), np.array([it[1] for it in rows]))
+    rows = [it for part in added for it in part]
+    newest_s = max((time_s for time_s, _ in rows), default=0.0)
+    end = joined * (int(newest_s / COLUMN_S) // joined + 1)
+    count = int(kept_s / (joined * COLUMN_S)) - 1
+    low, high = columns.window(end, count, joined)
+    wanted = np.full((2, count), np.nan)
+    for time_s, value in rows:
+        row = int(np.floor(time_s / COLUMN_S)) // joined - (end // joined - count)
+        if row >= 0:
+            wanted[:, row] = np.fmin(wanted[0, row], value), np.fmax(wanted[1, row], value)
+    np.testing.assert_array_equal(np.stack([low, high]), wanted)
