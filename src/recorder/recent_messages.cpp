@@ -48,7 +48,7 @@ void RecentMessages::add(const Message& message) {
   bytes_ += message.size();
   while (!messages_.empty() && (bytes_ > limit_bytes_ || age() > duration_)) {
     bytes_ -= messages_.front().size();
-    pass(messages_.front());
+    if (oldest_ >= unrecorded_) pass(messages_.front());
     messages_.pop_front();
     ++oldest_;
   }
@@ -61,8 +61,7 @@ Past RecentMessages::last(const ros::Time& now, double duration_s) const {
   const auto unrecorded = messages_.begin() + static_cast<std::ptrdiff_t>(this->unrecorded());
   const auto begin = std::find_if(unrecorded, messages_.end(), is_recent);
   Past past{before_, {begin, messages_.end()}};
-  std::for_each(messages_.begin(), begin,
-                [&](const Message& message) { past.latched.add(message); });
+  std::for_each(unrecorded, begin, [&](const Message& message) { past.latched.add(message); });
   return past;
 }
 
@@ -85,7 +84,7 @@ NumberedMessages RecentMessages::from(std::uint64_t first, const std::set<std::s
 }
 
 void RecentMessages::clear() {
-  for (const Message& message : messages_) pass(message);
+  setRecorded();
   oldest_ += messages_.size();
   messages_.clear();
   bytes_ = 0;
@@ -96,7 +95,10 @@ void RecentMessages::forget() {
   before_ = {};
 }
 
-void RecentMessages::setRecorded() { unrecorded_ = oldest_ + messages_.size(); }
+void RecentMessages::setRecorded() {
+  for (std::size_t i = unrecorded(); i < messages_.size(); ++i) pass(messages_[i]);
+  unrecorded_ = oldest_ + messages_.size();
+}
 
 double RecentMessages::duration() const {
   const std::size_t first = unrecorded();

@@ -61,15 +61,16 @@ def desk(qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterato
     made.launcher.close()
 
 
-def test_timeline_is_there_in_playback_mode_only(desk: Desk, qtbot: Any) -> None:
+def test_each_mode_has_its_timeline(desk: Desk, qtbot: Any) -> None:
     qtbot.waitUntil(desk.fits)
-    assert not desk.dock.isVisible()
+    assert desk.dock.isVisible() and desk.window.live.isVisible()
     desk.launcher.cell.set_mode(Mode.PLAYBACK)
     assert desk.dock.isVisible() and desk.window.playback.timeline.isVisible()
     qtbot.waitUntil(desk.fits)
     assert desk.dock.width() == desk.room.width()
     desk.launcher.cell.set_mode(Mode.REALTIME)
-    assert not desk.dock.isVisible()
+    assert desk.dock.isVisible() and desk.window.live.isVisible()
+    assert not desk.window.playback.timeline.isVisible()
     qtbot.waitUntil(desk.fits)
 
 

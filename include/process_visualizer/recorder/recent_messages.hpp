@@ -87,7 +87,7 @@ class RecentMessages {
   std::deque<Message> messages_;
   std::uint64_t oldest_ = 1;      ///< the number of the first one
   std::uint64_t unrecorded_ = 1;  ///< the number of the first one that no recording has
-  LatchedMessages before_;        ///< as of the time of the first message
+  LatchedMessages before_;        ///< as of the first one that no recording has
 };
 
 }  // namespace process_visualizer::recorder

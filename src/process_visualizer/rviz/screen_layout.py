@@ -38,26 +38,27 @@ class Places(NamedTuple):
 
     launcher: Rectangle
     rviz: Rectangle
-    timeline: Optional[Rectangle]
+    timeline: Rectangle
 
 
-def places(room: Rectangle, frame: Frame, sizes: Sizes, has_timeline: bool) -> Places:
+def places(room: Rectangle, frame: Frame, sizes: Sizes, is_wide: bool) -> Places:
     """Return the places in the usable part of a screen: none overlaps another one.
 
-    The timeline, which has no frame, is below the others, as wide as the screen. On a screen that
+    The timeline, which has no frame, is below RViz or, if it is wide, below both. On a screen that
     is too small for all, everything is smaller than it should be.
     """
-    lower = _timeline_height(room.height, sizes) if has_timeline else 0
+    lower = _timeline_height(room.height, sizes)
     upper = room.height - lower
     sides = frame.left + frame.right
     width = _share(room.width, sizes.launcher_width + sides, LEAST_LAUNCHER_PX + sides,
                    LEAST_RVIZ_PX + sides)
     rest = room.width - width
     x, rviz_x = (rest, 0) if sizes.is_right else (0, width)
+    timeline = Rectangle(room.x + (0 if is_wide else rviz_x), room.y + upper,
+                         max(room.width if is_wide else rest, 1), max(lower, 1))
     return Places(
-        _inside(Rectangle(room.x + x, room.y, width, upper), frame),
-        _inside(Rectangle(room.x + rviz_x, room.y, rest, upper), frame),
-        Rectangle(room.x, room.y + upper, max(room.width, 1), lower) if lower else None)
+        _inside(Rectangle(room.x + x, room.y, width, upper if is_wide else room.height), frame),
+        _inside(Rectangle(room.x + rviz_x, room.y, rest, upper), frame), timeline)
 
 
 def followed(sizes: Sizes, room: Rectangle, launcher: Rectangle, asked: Rectangle) -> Sizes:

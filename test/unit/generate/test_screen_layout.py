@@ -36,7 +36,7 @@ def framed(found: Places, frame: Frame) -> List[Rectangle]:
     """The windows with their frames."""
     upper = [Rectangle(it.x, it.y, it.width + frame.left + frame.right,
                        it.height + frame.top + frame.bottom) for it in found[:2]]
-    return upper if found.timeline is None else [*upper, found.timeline]
+    return [*upper, found.timeline]
 
 
 def is_inside(one: Rectangle, room: Rectangle) -> bool:
@@ -50,24 +50,23 @@ def overlap(one: Rectangle, other: Rectangle) -> bool:
 
 
 @given(SCREENS, FRAMES, SIZES, st.booleans())
-def test_inside_the_screen_and_beside_each_other(room: Rectangle, frame: Frame, sizes: Sizes,
-                                                 has_timeline: bool) -> None:
-    found = places(room, frame, sizes, has_timeline)
+def test_inside_the_screen_and_beside_each_other(room: Rectangle, frame: Frame,
+                                                 sizes: Sizes, is_wide: bool) -> None:
+    found = places(room, frame, sizes, is_wide)
     windows = framed(found, frame)
-    assert len(windows) == (3 if has_timeline else 2)
     assert all(is_inside(it, room) for it in windows), windows
     assert not any(overlap(*two) for two in itertools.combinations(windows, 2)), windows
     assert sum(it.width * it.height for it in windows) == room.width * room.height
 
 
 @given(SCREENS, FRAMES, SIZES, st.booleans())
-def test_no_window_is_too_small_unless_the_screen_is(room: Rectangle, frame: Frame, sizes: Sizes,
-                                                     has_timeline: bool) -> None:
-    launcher, rviz, timeline = places(room, frame, sizes, has_timeline)
+def test_no_window_is_too_small_unless_the_screen_is(room: Rectangle, frame: Frame,
+                                                     sizes: Sizes, is_wide: bool) -> None:
+    launcher, rviz, timeline = places(room, frame, sizes, is_wide)
     sides = frame.left + frame.right
     if room.width >= LEAST_LAUNCHER_PX + LEAST_RVIZ_PX + 2 * sides:
         assert launcher.width >= LEAST_LAUNCHER_PX and rviz.width >= LEAST_RVIZ_PX
-    if timeline is not None and room.height >= LEAST_UPPER_PX + LEAST_TIMELINE_PX:
+    if room.height >= LEAST_UPPER_PX + LEAST_TIMELINE_PX:
         assert timeline.height >= LEAST_TIMELINE_PX
         assert launcher.height + frame.top + frame.bottom >= LEAST_UPPER_PX
 
@@ -75,9 +74,9 @@ def test_no_window_is_too_small_unless_the_screen_is(room: Rectangle, frame: Fra
 @given(st.builds(Rectangle, POSITIONS, POSITIONS, st.integers(-5, 300), st.integers(-5, 300)),
        FRAMES, SIZES, st.booleans())
 def test_every_screen_has_an_answer(room: Rectangle, frame: Frame, sizes: Sizes,
-                                    has_timeline: bool) -> None:
-    found = places(room, frame, sizes, has_timeline)
-    assert all(it.width > 0 and it.height > 0 for it in found if it is not None)
+                                    is_wide: bool) -> None:
+    found = places(room, frame, sizes, is_wide)
+    assert all(it.width > 0 and it.height > 0 for it in found)
 
 
 @pytest.mark.parametrize('width, height', [(1024, 700), (1600, 1000), (1920, 1080), (960, 540)])
@@ -91,10 +90,10 @@ def test_what_the_operator_chose_is_kept(width: int, height: int) -> None:
 
 def test_launcher_at_the_right() -> None:
     launcher, rviz, timeline = places(Rectangle(10, 30, 1600, 970), Frame(),
-                                      Sizes(is_right=True), False)
+                                      Sizes(timeline_height=300, is_right=True), False)
     assert launcher == Rectangle(1150, 30, 460, 970)
-    assert rviz == Rectangle(10, 30, 1140, 970)
-    assert timeline is None
+    assert rviz == Rectangle(10, 30, 1140, 670)
+    assert timeline == Rectangle(10, 700, 1140, 300)
 
 
 ROOM, ASKED = Rectangle(0, 0, 1600, 1000), Rectangle(0, 0, 460, 980)

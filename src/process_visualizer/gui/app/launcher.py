@@ -31,6 +31,7 @@ from process_visualizer.gui.models.comparison.compare_model import CompareModel
 from process_visualizer.gui.models.playback.bag_model import BagModel
 from process_visualizer.gui.models.playback.playback_model import PlaybackModel
 from process_visualizer.gui.models.playback.values_model import ValuesModel
+from process_visualizer.gui.models.recording.live_curves_model import LiveCurvesModel
 from process_visualizer.gui.models.recording.recording_model import RecordingModel
 from process_visualizer.gui.ros.ros_link import RosLink, RosLinkError
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
@@ -63,6 +64,7 @@ class Launcher(QObject):
         self.warnings = WarningsModel(self.link.warnings, self)
         self.states = DeviceStatesModel(self.launch, self.warnings)
         self.recording = RecordingModel(self.tasks, self.link.recorder, self)
+        self.live = LiveCurvesModel(self.tasks, self.link.memory, self)
         self.playback = PlaybackModel(self.tasks, self.link.player, PlayerError, parent=self)
         self.bag = BagModel(self.tasks, self, lambda: self.recording.choices.folder)
         self.compare = CompareModel(self.tasks, self)
@@ -203,6 +205,7 @@ class Launcher(QObject):
         self.mixture.follow(running)
         self.warnings.follow(running is not None)
         self.recording.set_running(mode is Mode.REALTIME)
+        self.live.set_running(mode is Mode.REALTIME)
         self.calibration.set_running(mode is not None)
         if mode is Mode.PLAYBACK:
             self._play_other_bag('')
@@ -219,6 +222,7 @@ class Launcher(QObject):
 
     def _follow_cell(self) -> None:
         self.recording.choices.set_devices(self.cell.chosen)
+        self.live.set_devices(self.cell.chosen)
         self.bag.set_devices(self.cell.chosen)
         if self.cell.mode is Mode.PLAYBACK:
             self.bag.reopen()

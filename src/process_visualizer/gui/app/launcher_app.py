@@ -42,6 +42,7 @@ from process_visualizer.gui.views.cell.new_configuration_view import NewConfigur
 from process_visualizer.gui.views.cell.tool_notice import ToolNotice
 from process_visualizer.gui.views.cell.warnings_view import WarningsView
 from process_visualizer.gui.views.comparison.compare_panel import ComparePanel
+from process_visualizer.gui.views.live.live_panel import LivePanel
 from process_visualizer.gui.views.parts.column_scroll import ColumnScroll
 from process_visualizer.gui.views.parts.labels import title, tool_button
 from process_visualizer.gui.views.parts.panel_tabs import PanelTabs
@@ -79,6 +80,7 @@ class LauncherApp(QMainWindow):
         self.tool = ToolNotice(launcher.tool)
         self.recording = RecordingPanel(launcher.recording)
         self.playback = PlaybackPanel(launcher.playback, launcher.bag, launcher.values)
+        self.live = LivePanel(launcher.live, launcher.bag.curves.choices)
         self.calibration = CalibrationPanel(launcher.calibration)
         self.compare = ComparePanel(launcher.compare)
         self._drops = DropTarget(self, launcher)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from PyQt5.QtCore import QEvent, QObject, QRect, Qt, QTimer
 from PyQt5.QtGui import QGuiApplication, QScreen
-from PyQt5.QtWidgets import QWidget
+from PyQt5.QtWidgets import QStackedWidget, QWidget
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.launcher import Launcher
@@ -30,7 +30,8 @@ _CHANGES = (QEvent.Move, QEvent.Resize, QEvent.Show, QEvent.Hide, QEvent.WindowS
 class WindowKeeper(QObject):
     """Places the three windows, at first and whenever the operator changes one of them.
 
-    In playback mode the timeline is below the others; in real-time mode they have its room.
+    In playback mode the timeline of the recording is below the others; in real-time mode that of
+    the last seconds is below RViz, and the launcher has all of the height.
     """
 
     def __init__(self, window: LauncherApp, launcher: Launcher, settings: Settings) -> None:
@@ -38,15 +39,19 @@ class WindowKeeper(QObject):
         self._window, self._launcher, self._settings = window, launcher, settings
         self._screen: QScreen = QGuiApplication.primaryScreen()
         self._sizes = sizes_from(settings.value(self._name()))
-        self.dock = TimelineDock(window.playback.below, window)
+        self._timelines = QStackedWidget()
+        for timeline in (window.live, window.playback.below):
+            self._timelines.addWidget(timeline)
+        self.dock = TimelineDock(self._timelines, window)
         self.dock.height_wanted.connect(self._set_timeline_height)
-        self._had_timeline = self._has_timeline
         self._asked, self._refused = QRect(), QRect()
         self._is_asking = False
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
         self._timer.setInterval(_SETTLED_MS)
         self._timer.timeout.connect(self._follow)
+        self._is_wide = False
+        self._show_timeline()
         self._arrange()
         window.installEventFilter(self)
         launcher.cell.changed.connect(self._follow_mode)
@@ -69,19 +74,21 @@ class WindowKeeper(QObject):
             self._show_dock()
         return False
 
-    @property
-    def _has_timeline(self) -> bool:
-        return self._launcher.cell.mode is Mode.PLAYBACK
-
     def _follow_mode(self) -> None:
-        if self._has_timeline != self._had_timeline:
-            self._had_timeline = self._has_timeline
+        was_wide = self._is_wide
+        self._show_timeline()
+        if self._is_wide != was_wide:
             self._arrange()
-            self._show_dock()
+
+    def _show_timeline(self) -> None:
+        """Show the one of the mode."""
+        self._is_wide = self._launcher.cell.mode is Mode.PLAYBACK
+        window = self._window
+        self._timelines.setCurrentWidget(window.playback.below if self._is_wide else window.live)
 
     def _show_dock(self) -> None:
-        """Show it in playback mode; a window manager hides it while the launcher is minimised."""
-        self.dock.setVisible(self._has_timeline and self._window.isVisible())
+        """Show it with the launcher; a window manager hides it while that is minimised."""
+        self.dock.setVisible(self._window.isVisible())
 
     def _set_timeline_height(self, height: int) -> None:
         """Change the height at once; the other windows follow when the operator lets go."""
@@ -129,11 +136,10 @@ class WindowKeeper(QObject):
         self._launcher.link.place_rviz(_scaled(found.rviz, self._window.devicePixelRatioF()))
 
     def _place_dock(self, found: Places) -> None:
-        if found.timeline is not None:
-            self.dock.setGeometry(_rect(found.timeline))
+        self.dock.setGeometry(_rect(found.timeline))
 
     def _places(self) -> Places:
-        return places(self._room(), _frame_of(self._window), self._sizes, self._has_timeline)
+        return places(self._room(), _frame_of(self._window), self._sizes, self._is_wide)
 
     def _room(self) -> Rectangle:
         return _rectangle(self._screen.availableGeometry())

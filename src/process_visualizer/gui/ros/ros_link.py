@@ -18,6 +18,7 @@ from sensor_msgs.msg import RegionOfInterest
 from process_visualizer.cell.model import Pose
 from process_visualizer.clients.bag_recorder import BagRecorder
 from process_visualizer.clients.player_client import PlayerClient
+from process_visualizer.clients.recorder_memory import RecorderMemory
 from process_visualizer.clients.system_look import from_system
 from process_visualizer.discovery.new_configuration import NewConfiguration
 from process_visualizer.gui.ros.pose_marker import PoseMarker
@@ -63,6 +64,7 @@ class RosLink(QObject):
                                    follow_now=False)
         self.recorder = BagRecorder(lambda state: self.recorder_state.emit(_recorder(state)),
                                     follow_now=False)
+        self.memory = RecorderMemory()
         self.warnings = NodeWarnings()
         self._subscribers: List[rospy.Subscriber] = []
         self._marker = PoseMarker(self.pose_dragged.emit)

@@ -36,6 +36,13 @@ class LanePictures:
         self._lanes, self._look = tuple(lanes), None
         self._pictures, self._scales = {}, {}
 
+    def update_lanes(self, lanes: Sequence[Lane]) -> None:
+        """Set newer values; if the lanes are the same, they keep their scales and pictures."""
+        if [it.key for it in lanes] != [it.key for it in self._lanes]:
+            self.set_lanes(lanes)
+        self._lanes = tuple(lanes)
+        self._drawn.clear()
+
     def want(self, look: LaneLook) -> None:
         """Set the wanted look of each lane."""
         if (look, theme()) != (self._look, self._theme):

@@ -47,6 +47,11 @@ class LaneStack(QObject):
         self.lanes = tuple(lanes)
         self.pictures.set_lanes(lanes)
 
+    def update_lanes(self, lanes: Sequence[Lane]) -> None:
+        """Set lanes with newer values; those that stay keep their picture until its turn."""
+        self.lanes = tuple(lanes)
+        self.pictures.update_lanes(lanes)
+
     def height_of(self, lanes: int) -> int:
         """Return the height [px] that so many lanes need."""
         return lanes * LANE_HEIGHT + 2

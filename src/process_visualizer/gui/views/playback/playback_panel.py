@@ -2,7 +2,6 @@
 """Playback as a whole: the recording, the buttons, and the timeline."""
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from typing import Callable, Dict, Mapping, Optional, Tuple
 
@@ -19,14 +18,13 @@ from process_visualizer.gui.views.parts.layouts import in_column
 from process_visualizer.gui.views.playback.bag_view import BagView
 from process_visualizer.gui.views.playback.curves_dialog import CurvesDialog
 from process_visualizer.gui.views.playback.curves_row import CurvesRow
-from process_visualizer.gui.views.playback.timeline_lanes import Lane, lane_of
+from process_visualizer.gui.views.playback.timeline_lanes import Lane, lane_label, lane_of
 from process_visualizer.gui.views.playback.timeline_view import TimelineView
 from process_visualizer.gui.views.playback.transport_view import TransportView
 from process_visualizer.playback.time_text import format_time
 from process_visualizer.runs.comparison.timeline_bands import TimelineBand
 
 Bands = Callable[[float, int], Mapping[Tuple[str, str], TimelineBand]]
-_IN_WORDS = {'v': 'tool speed v', 'F': 'tool force F'}  # with the letters at the arrows
 
 
 class PlaybackPanel(QWidget):
@@ -134,13 +132,6 @@ class PlaybackPanel(QWidget):
             found.duration_s, max(len(lane.low) for lane in lanes))
         self.timeline.set_lanes([replace(lane, band=bands.get(_band_key(lane.key)))
                                  for lane in lanes] if bands else lanes)
-
-
-def lane_label(device: str, label: str) -> str:
-    """Return the name of a curve: as in RViz, after its device, which is not named twice."""
-    if re.match(f'{re.escape(device)}(\\b|_)', label, re.IGNORECASE):
-        return label
-    return f'{device}  {_IN_WORDS.get(label, label)}'
 
 
 def _band_key(key: Key) -> Tuple[str, str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple, Optional, Tuple
@@ -16,6 +17,7 @@ from process_visualizer.runs.comparison.timeline_bands import TimelineBand
 _HELD_INTERVALS, _HELD_S = 4, 0.3  # a value holds for so many usual intervals, or so long
 _LEAST_SPAN = 0.01  # of the whole curve's: a smaller wiggle does not fill its lane
 _MOST_DECIMALS = 6
+_IN_WORDS = {'v': 'tool speed v', 'F': 'tool force F'}  # with the letters at the arrows
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +84,13 @@ def lane_of(label: str, unit: str, colour: Tuple[float, float, float], low: np.n
     holds = (held >= 0) & (np.arange(len(low)) - held <= longest)
     return Lane(label, unit, colour, np.where(holds, low[held], np.nan),
                 np.where(holds, high[held], np.nan))
+
+
+def lane_label(device: str, label: str) -> str:
+    """Return the name of a curve: as in RViz, after its device, which is not named twice."""
+    if re.match(f'{re.escape(device)}(\\b|_)', label, re.IGNORECASE):
+        return label
+    return f'{device}  {_IN_WORDS.get(label, label)}'
 
 
 class LaneTexts(NamedTuple):

@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The curves of the running cell, followed in the background."""
+from __future__ import annotations
+
+from typing import Optional, Protocol, Sequence, Tuple
+
+from PyQt5.QtCore import QObject, QTimer, pyqtSignal
+
+from process_visualizer.cell.model import Device
+from process_visualizer.clients.service_connection import ServiceUnreachable
+from process_visualizer.curves.live.live_curves import LiveCurves, LiveWindow
+from process_visualizer.curves.live.recent_part import RecentPart
+from process_visualizer.gui.toolkit.tasks import Tasks
+
+LINE = 'live curves'
+DURATIONS_S = (30.0, 60.0, 120.0, 300.0, 600.0)
+"""What can be shown; the recorder's own memory is as long as the first."""
+_PERIOD_MS = 200  # from one look to the next: five pictures a second
+_LONGER_PERIODS = ((600.0, 1000), (120.0, 500))  # where a pixel is that long, more show nothing new
+_RETRY_MS = 1000
+
+
+class Memory(Protocol):
+    """Of a recorder."""
+
+    def read(self, topics: Sequence[str]) -> Tuple[RecentPart, bool]:
+        """Return new messages, and whether there are more; raises ServiceUnreachable."""
+
+    def restart(self) -> None:
+        """Read everything again."""
+
+
+class LiveCurvesModel(QObject):
+    """Reads what is new a few times a second, as long as somebody looks and the cell runs."""
+
+    changed = pyqtSignal()
+
+    def __init__(self, tasks: Tasks, memory: Memory, parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self._tasks, self._memory = tasks, memory
+        self._devices: Tuple[Device, ...] = ()
+        self._curves = LiveCurves(())  # of the line of tasks
+        self._is_running = self._is_shown = self._is_held = self._is_reading = False
+        self._duration_s = DURATIONS_S[0]
+        self._window: Optional[LiveWindow] = None
+        self._problem = ''
+        self._timer = QTimer(self, singleShot=True)
+        self._timer.timeout.connect(self._read)
+
+    @property
+    def window(self) -> Optional[LiveWindow]:
+        """What is to be seen; None before the first message has come."""
+        return self._window
+
+    @property
+    def duration_s(self) -> float:
+        """How much of the past is shown."""
+        return self._duration_s
+
+    @property
+    def is_running(self) -> bool:
+        """Whether there is a recorder to ask."""
+        return self._is_running
+
+    @property
+    def is_held(self) -> bool:
+        """Whether the picture stands still; what comes is still taken."""
+        return self._is_held
+
+    @property
+    def problem(self) -> str:
+        """Why nothing new comes; empty if all is well."""
+        return self._problem
+
+    def set_devices(self, devices: Sequence[Device]) -> None:
+        """Take the devices whose variables are followed."""
+        if tuple(devices) != self._devices:
+            self._devices = tuple(devices)
+            self._begin_anew()
+
+    def set_running(self, is_running: bool) -> None:
+        """Tell that a recorder was launched, or has ended; its last curves stay to be looked at."""
+        if is_running != self._is_running:
+            self._is_running = is_running
+            if is_running:
+                self._begin_anew()
+            self._follow()
+
+    def set_shown(self, is_shown: bool) -> None:
+        """Tell whether anybody can see the curves."""
+        self._is_shown = is_shown
+        self._follow()
+
+    def set_duration(self, duration_s: float) -> None:
+        """Show so much of the past, at most LONGEST_S."""
+        self._duration_s = duration_s
+        self._follow(now=True)
+
+    def hold(self, is_held: bool) -> None:
+        """Let the picture stand still, or go on."""
+        self._is_held = is_held
+        self.changed.emit()
+
+    def _begin_anew(self) -> None:
+        devices, self._window, self._is_held = self._devices, None, False
+        self._tasks.run(LINE, lambda: self._set_curves(devices))
+        self.changed.emit()
+
+    def _set_curves(self, devices: Tuple[Device, ...]) -> None:
+        """In the line of tasks."""
+        self._curves = LiveCurves(devices)
+        self._memory.restart()
+
+    def _follow(self, now: bool = False) -> None:
+        """Begin to look, or end."""
+        if not (self._is_running and self._is_shown):
+            self._timer.stop()
+        elif not self._is_reading and (now or not self._timer.isActive()):
+            self._read()
+
+    def _read(self) -> None:
+        self._is_reading = True
+        duration_s = self._duration_s
+        self._tasks.run(LINE, lambda: self._looked(duration_s), self._take, self._fail)
+
+    def _looked(self, duration_s: float) -> LiveWindow:
+        """In the line of tasks."""
+        more = True
+        while more:
+            part, more = self._memory.read(self._curves.topics)
+            self._curves.add(part)
+        return self._curves.window(duration_s)
+
+    def _take(self, window: LiveWindow) -> None:
+        self._is_reading, self._problem = False, ''
+        if not self._is_held:
+            self._window = window
+            self.changed.emit()
+        self._wait(next((it for least_s, it in _LONGER_PERIODS if window.duration_s >= least_s),
+                        _PERIOD_MS))
+
+    def _fail(self, error: Exception) -> None:
+        self._is_reading = False
+        if not isinstance(error, ServiceUnreachable):
+            raise error
+        if self._is_running:
+            self._problem = 'The recorder does not answer: there is nothing new to be drawn'
+            self.changed.emit()
+        self._wait(_RETRY_MS)
+
+    def _wait(self, period_ms: int) -> None:
+        if self._is_running and self._is_shown:
+            self._timer.start(period_ms)

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What is below RViz in real-time mode: the curves of the last seconds."""
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Dict, Optional
+
+from PyQt5.QtGui import QHideEvent, QShowEvent
+from PyQt5.QtWidgets import QComboBox, QFrame, QLabel, QToolButton, QVBoxLayout, QWidget
+
+from process_visualizer.curves.live.live_curves import LiveCurve, LiveWindow
+from process_visualizer.curves.position_values import Key, key_of
+from process_visualizer.gui.models.playback.lane_choices import LaneChoices
+from process_visualizer.gui.models.recording.live_curves_model import DURATIONS_S, LiveCurvesModel
+from process_visualizer.gui.toolkit.theme_following import colour
+from process_visualizer.gui.views.live.live_timeline import LiveTimeline
+from process_visualizer.gui.views.parts.layouts import in_column, in_row
+from process_visualizer.gui.views.playback.curves_dialog import CurvesDialog
+from process_visualizer.gui.views.playback.timeline_lanes import Lane, lane_label, lane_of
+
+_IDLE = 'Launch the devices: their process variables are drawn here while they run.'
+_WAITING = 'Waiting for the first values…'
+
+
+class LivePanel(QWidget):
+    """Follows the model as long as it can be seen."""
+
+    def __init__(self, curves: LiveCurvesModel, choices: LaneChoices,
+                 parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._curves, self._choices = curves, choices
+        self._lanes: Dict[Key, Lane] = {}
+        self.setObjectName('live_panel')
+        self.state = QLabel(_IDLE)
+        self.state.setObjectName('live_state')
+        colour(self.state, 'quiet')
+        self.durations = QComboBox()
+        self.durations.setObjectName('live_duration')
+        self.durations.setAccessibleName('How much of the past is shown')
+        for duration_s in DURATIONS_S:
+            self.durations.addItem(_duration_text(duration_s), duration_s)
+        self.hold = QToolButton()
+        self.hold.setObjectName('live_hold')
+        self.hold.setText('Hold')
+        self.hold.setCheckable(True)
+        self.hold.setToolTip('Let the curves stand still to look at them; nothing is lost')
+        self.timeline = LiveTimeline()
+        self._lay_out()
+        self.durations.activated.connect(
+            lambda row: curves.set_duration(float(self.durations.itemData(row))))
+        self.hold.clicked.connect(curves.hold)
+        self.timeline.hide_wanted.connect(choices.hide)
+        self.timeline.curves_wanted.connect(self._ask_for_curves)
+        self.timeline.longer_wanted.connect(self._change_duration)
+        choices.changed.connect(self._show)
+        curves.changed.connect(self._show)
+        self._show()
+
+    def _lay_out(self) -> None:
+        row = in_row(QLabel('Last'), self.durations, self.hold, self.state, wide=self.state)
+        frame = QFrame()
+        frame.setFrameShape(QFrame.StyledPanel)
+        frame.setStyleSheet('QFrame { background: palette(base); }')
+        inside = QVBoxLayout(frame)
+        inside.setContentsMargins(0, 2, 0, 0)
+        inside.setSizeConstraint(QVBoxLayout.SetMinAndMaxSize)
+        inside.addWidget(self.timeline, 1)
+        layout = in_column(self, 8, row, frame)
+        layout.setStretchFactor(frame, 1)
+        layout.addStretch(0)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Follow the cell."""
+        self._curves.set_shown(True)
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Nobody looks: nothing is read."""
+        self._curves.set_shown(False)
+
+    def _show(self) -> None:
+        curves, window = self._curves, self._curves.window
+        self.durations.setCurrentIndex(self.durations.findData(curves.duration_s))
+        self.hold.setEnabled(window is not None)
+        self.hold.setChecked(curves.is_held)
+        self.state.setText(self._state())
+        if window is None:
+            self._lanes = {}
+            self.timeline.show_lanes(0.0, (), (), (), 0.0)
+        else:
+            self._show_window(window)
+
+    def _state(self) -> str:
+        curves = self._curves
+        if curves.is_held:
+            return 'Held: what comes is drawn when you let go'
+        if not curves.is_running:
+            return _IDLE if curves.window is None else 'Ended: the last values before the end'
+        return curves.problem or ('' if curves.window and curves.window.curves else _WAITING)
+
+    def _show_window(self, window: LiveWindow) -> None:
+        self._lanes = {lane.key: lane for lane in (
+            _lane(curve, window.duration_s) for curve in window.curves)}
+        values = {_key(curve): curve.value for curve in window.curves}
+        shown = self._choices.choice.shown(tuple(self._lanes))
+        self.timeline.show_lanes(
+            window.duration_s, [self._lanes[key] for key in shown], [values[key] for key in shown],
+            window.marks, window.begin_s + window.duration_s)
+
+    def _change_duration(self, steps: int) -> None:
+        row = min(max(self.durations.currentIndex() + steps, 0), self.durations.count() - 1)
+        self._curves.set_duration(float(self.durations.itemData(row)))
+
+    def _ask_for_curves(self) -> None:
+        CurvesDialog(tuple(self._lanes.values()), self._choices, self).open()
+
+
+def _key(curve: LiveCurve) -> Key:
+    source = curve.source
+    return key_of(source.device, source.label, source.topic)
+
+
+def _lane(curve: LiveCurve, duration_s: float) -> Lane:
+    source = curve.source
+    lane = lane_of(lane_label(source.device, source.label), source.unit, source.color, curve.low,
+                   curve.high, duration_s / len(curve.low))
+    return replace(lane, key=_key(curve), limits=source.limits)
+
+
+def _duration_text(duration_s: float) -> str:
+    return f'{duration_s:.0f} s' if duration_s < 60.0 else f'{duration_s / 60.0:.0f} min'

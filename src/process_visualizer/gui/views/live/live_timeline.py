@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Draws the curves of the last seconds; the present is at the right."""
+from __future__ import annotations
+
+from typing import List, Optional, Sequence, Tuple
+
+import numpy as np
+from PyQt5.QtCore import QEvent, QRect, QRectF, QSize, Qt, pyqtSignal
+from PyQt5.QtGui import (
+    QColor,
+    QContextMenuEvent,
+    QFont,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPalette,
+    QResizeEvent,
+    QWheelEvent,
+)
+from PyQt5.QtWidgets import QMenu, QSizePolicy, QWidget
+
+from process_visualizer.curves.live.live_curves import LiveMark
+from process_visualizer.gui.models.playback.marks import PlacedMark
+from process_visualizer.gui.toolkit.theme import theme
+from process_visualizer.gui.toolkit.time_axis import TimeAxis
+from process_visualizer.gui.views.playback import timeline_header as header
+from process_visualizer.gui.views.playback.lane_stack import LaneStack
+from process_visualizer.gui.views.playback.timeline_lanes import Lane, LaneTexts, lane_texts
+from process_visualizer.gui.views.playback.timeline_layout import (
+    AXIS_HEIGHT,
+    AXIS_TOP,
+    HEADER_HEIGHT,
+    LEFT,
+    SIDE,
+)
+
+_FEWEST_LANES = 2  # that are visible, if there are so many
+_FONT_PX = 11
+_TICK_PX = 80.0
+
+
+class LiveTimeline(QWidget):
+    """Lanes of the same time, with what the mouse points at."""
+
+    hide_wanted = pyqtSignal(object)
+    """The curve with this key should be hidden."""
+
+    curves_wanted = pyqtSignal()
+    """The operator wants to choose the curves."""
+
+    longer_wanted = pyqtSignal(int)
+    """More of the past should be shown, or (below 0) less: so many steps."""
+
+    def __init__(self, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._duration_s = 0.0
+        self._values: Tuple[float, ...] = ()
+        self._marks: Tuple[PlacedMark, ...] = ()
+        self._hover_x: Optional[float] = None
+        self._font = QFont(self.font())
+        self._font.setPixelSize(_FONT_PX)
+        self.stack = LaneStack(self)
+        self.stack.redraw.connect(self.update)
+        self.setObjectName('live_timeline')
+        self.setAccessibleName('Curves of the last seconds')
+        self.setMouseTracking(True)
+        self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Preferred)
+
+    def show_lanes(self, duration_s: float, lanes: Sequence[Lane], values: Sequence[float],
+                   marks: Sequence[LiveMark], now_s: float) -> None:
+        """Show lanes of the last seconds, with the newest value of each.
+
+        ``now_s`` is the end, on the clock of the marks.
+        """
+        is_other = [it.key for it in lanes] != [it.key for it in self.stack.lanes]
+        self._duration_s, self._values = duration_s, tuple(values)
+        self._marks = tuple(PlacedMark(it.time_s - now_s, it.label) for it in marks)
+        self.stack.update_lanes(lanes)
+        if is_other:
+            self._fit()
+            self.updateGeometry()
+        self.update()
+
+    @property
+    def axis(self) -> TimeAxis:
+        """The axis of time, whose right end is 0 s."""
+        return TimeAxis(self._duration_s, LEFT, max(self.width() - LEFT - SIDE, 0.0),
+                        -self._duration_s)
+
+    # Size
+
+    def sizeHint(self) -> QSize:
+        """Return a size with room for all lanes."""
+        return QSize(400, self._height_of(len(self.stack.lanes)))
+
+    def minimumSizeHint(self) -> QSize:
+        """Return a size in which some lanes can be seen."""
+        return QSize(260, self._height_of(min(len(self.stack.lanes), _FEWEST_LANES)))
+
+    def _height_of(self, lanes: int) -> int:
+        return int(HEADER_HEIGHT) + self.stack.height_of(lanes)
+
+    def _fit(self) -> None:
+        self.setMaximumHeight(int(HEADER_HEIGHT) + self.stack.most_height)
+        self.stack.place(self.rect().adjusted(0, int(HEADER_HEIGHT), 0, 0))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Give the lanes their height in the new size."""
+        self._fit()
+
+    # Drawing
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw everything: most of it has moved."""
+        painter = QPainter(self)
+        painter.setFont(self._font)
+        painter.fillRect(event.rect(), self.palette().color(QPalette.Base))
+        axis, bottom = self.axis, float(self.height())
+        self.stack.draw(painter, axis._replace(begin_s=0.0), self._duration_s, event.rect())
+        painter.setRenderHint(QPainter.Antialiasing)
+        self._draw_header(painter, axis)
+        if self._duration_s > 0.0:
+            header.draw_flags(painter, axis, self._marks, -1)
+            painter.fillRect(QRectF(round(axis.right) - 1, AXIS_TOP, 2, bottom - AXIS_TOP),
+                             QColor(theme().accent))
+        if self._hover_x is not None:
+            time_s = axis.time_s(self._hover_x)
+            header.draw_hover(painter, axis, time_s, _before_now(time_s, 2), bottom)
+        self.stack.draw_texts(painter, axis, event.rect(), self.lane_texts)
+        painter.end()
+
+    def _draw_header(self, painter: QPainter, axis: TimeAxis) -> None:
+        header.draw_groove(painter, axis)
+        header.draw_alarms(painter, axis, self.alarms())
+        step_s = axis.tick_step_s(_TICK_PX)
+        for time_s in axis.ticks(_TICK_PX):
+            x = axis.x(time_s)
+            painter.setPen(QColor(theme().tick))
+            painter.drawLine(round(x), int(AXIS_TOP) - 1, round(x), int(AXIS_TOP) + 3)
+            painter.setPen(QColor(theme().quiet))
+            left = min(max(x - _TICK_PX / 2, 1.0), axis.right + SIDE - _TICK_PX)
+            place = Qt.AlignRight if x > axis.right - step_s / 2 else Qt.AlignHCenter
+            painter.drawText(QRectF(left, AXIS_TOP + 2, _TICK_PX, AXIS_HEIGHT - 2),
+                             place | Qt.AlignVCenter, _before_now(time_s, 0))
+
+    def alarms(self) -> List[Tuple[float, float]]:
+        """Return when [s, s] some value was beyond its limits; the present is 0."""
+        beyond = [it for it in map(_beyond, self.stack.lanes) if it is not None]
+        if not beyond:
+            return []
+        edges = np.flatnonzero(np.diff(np.concatenate(
+            ([False], np.any(beyond, axis=0), [False])).astype(np.int8)))
+        at_s = edges / len(beyond[0]) * self._duration_s - self._duration_s
+        return [(float(begin), float(end)) for begin, end in at_s.reshape(-1, 2)]
+
+    def lane_texts(self, row: int) -> LaneTexts:
+        """Return a lane's newest value, the one at the mouse, and their difference."""
+        lane, at_mouse = self.stack.lanes[row], None
+        if self._hover_x is not None and self._duration_s > 0.0:
+            at_mouse = lane.at(1.0 + self.axis.time_s(self._hover_x) / self._duration_s)
+        return lane_texts(lane, self.stack.pictures.scale(row).span, self._values[row], at_mouse)
+
+    # The mouse
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Show the values under the mouse."""
+        self._hover_x = event.localPos().x()
+        self.update()
+
+    def leaveEvent(self, event: QEvent) -> None:
+        """Hide the line at the mouse."""
+        self._hover_x = None
+        self.update()
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Show more or less of the past; over lanes that do not fit, scroll them."""
+        steps = -1 if event.angleDelta().y() > 0 else 1
+        if self.stack.scroll.maximum() and event.modifiers() == Qt.NoModifier \
+                and event.pos().y() >= HEADER_HEIGHT:
+            self.stack.scroll.event(event)
+        elif event.angleDelta().y():
+            self.longer_wanted.emit(steps)
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Offer to hide the lane under the mouse, and to choose all."""
+        menu = self.menu_at(self.stack.row_at(event.y()))
+        menu.setAttribute(Qt.WA_DeleteOnClose)
+        menu.popup(event.globalPos())
+
+    def menu_at(self, row: Optional[int]) -> QMenu:
+        """Return the menu for a lane, if there is one."""
+        menu = QMenu(self)
+        if row is not None:
+            lane = self.stack.lanes[row]
+            menu.addAction(f'Hide “{lane.label}”', lambda: self.hide_wanted.emit(lane.key))
+        menu.addAction('Curves…', self.curves_wanted)
+        return menu
+
+    def lane_rect(self, row: int) -> QRect:
+        """Return the place of a lane."""
+        return self.stack.lane_rect(row)
+
+
+def _beyond(lane: Lane) -> Optional[np.ndarray]:
+    """In which columns a lane is beyond its limits; None without any."""
+    limits = lane.limits
+    if limits is None:
+        return None
+    beyond: np.ndarray = np.zeros(len(lane.low), bool)
+    with np.errstate(invalid='ignore'):
+        if limits.high is not None:
+            beyond |= lane.high > limits.high
+        if limits.low is not None:
+            beyond |= lane.low < limits.low
+    return beyond
+
+
+def _before_now(time_s: float, decimals: int) -> str:
+    """A time below 0 in words: how long it is before the present."""
+    if time_s > -0.5 * 10.0 ** -decimals:
+        return 'now'
+    minutes, seconds = divmod(-time_s, 60.0)
+    if minutes and not decimals:
+        return f'−{minutes:.0f}:{seconds:02.0f} min'
+    return f'−{-time_s:.{decimals}f} s'
