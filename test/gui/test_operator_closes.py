@@ -21,7 +21,7 @@ from process_visualizer.gui.models.recording.recording_types import Phase
 from process_visualizer.rviz.window_geometry import Rectangle
 
 LAUNCH_S = 60.0
-RVIZ = Rectangle(460, 0, 1140, 1000)
+RVIZ = Rectangle(460, 0, 1140, 620)
 
 
 @pytest.fixture

@@ -12,9 +12,12 @@ from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtWidgets import QDoubleSpinBox, QTreeWidget
 
 from process_visualizer.bags.catalogue import read_catalogue
+from process_visualizer.curves.live.live_curves import LiveWindow
+from process_visualizer.gui.models.recording.live_curves_model import LiveCurvesModel
 from process_visualizer.gui.models.recording.recording_types import Phase
 from process_visualizer.gui.ros.snapshots import DisplaySnapshot, PlayerSnapshot
 from process_visualizer.gui.views.cell.devices_view import DevicesView
+from process_visualizer.gui.views.live.live_timeline import LiveTimeline
 from process_visualizer.rviz.window_geometry import Rectangle
 
 CONFIG = str(Path(__file__).parents[2] / 'sewing_cell' / 'devices' / 'simulated.xml')
@@ -22,7 +25,7 @@ RECORDED_S = 10.0
 LAUNCH_S = 60.0
 REALTIME = 'In real-time mode.'
 """What nodes say follows, as that of the simulator where the computer is too busy for it."""
-RVIZ = Rectangle(460, 0, 1140, 1000)
+RVIZ = Rectangle(460, 0, 1140, 620)
 
 
 @pytest.fixture
@@ -68,6 +71,7 @@ def test_session(operator: Operator, tmp_path: Path) -> None:
     open_the_cell(operator)
     launch(operator)
     save_the_view(operator)
+    follow_the_curves(operator)
     bag = record(operator, tmp_path)
     quit_all(operator)
     play_back(operator, bag)
@@ -132,6 +136,32 @@ def save_the_view(operator: Operator) -> None:
     operator.wait(lambda: view.chosen is None, 'the generated view is chosen')
 
 
+def follow_the_curves(operator: Operator) -> None:
+    model, timeline = operator.launcher.live, operator.widget('live_timeline', LiveTimeline)
+    names = ['ur_rt_upper  tool speed v', 'ur_rt_upper  tool force F', 'ur_rt_lower  tool speed v',
+             'ur_rt_lower  tool force F', 'sewing_machine  feed', 'sewing_machine  upper edge',
+             'sewing_machine  lower edge']
+    operator.wait(lambda: set(names) <= {lane.label for lane in timeline.stack.lanes}, 'curves',
+                  instead=lambda: [lane.label for lane in timeline.stack.lanes])
+    assert not operator.text('live_state') and timeline.isVisible()
+    begins_s: List[float] = []
+
+    def note() -> None:
+        begins_s.append(shown(model).begin_s)
+
+    model.changed.connect(note)
+    operator.wait(lambda: len(begins_s) >= 10, 'they go on')
+    model.changed.disconnect(note)
+    assert 0.05 < begins_s[-1] - begins_s[0] < 20.0 and begins_s == sorted(begins_s)
+    speeds = [lane for lane in timeline.stack.lanes if lane.label.endswith('tool speed v')]
+    operator.wait(lambda: all(0.01 < lane.extent[1] < 2.0 for lane in speeds), 'a robot moves')
+
+
+def shown(model: LiveCurvesModel) -> LiveWindow:
+    assert model.window is not None
+    return model.window
+
+
 def bad(displays: Sequence[DisplaySnapshot]) -> List[DisplaySnapshot]:
     return [display for display in displays if display.level != 0]
 
@@ -154,6 +184,8 @@ def record(operator: Operator, folder: Path) -> str:
     counts = {topic.name: topic.message_count for topic in found.topics}
     assert counts['/ur_rt_upper/q_act'] > 90 * RECORDED_S
     assert [mark.label for mark in found.marks] == ['mark 1']
+    operator.wait(lambda: [it.label for it in shown(operator.launcher.live).marks] == ['mark 1'],
+                  'the mark is on the curves')
     return str(path)
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Dict, Iterator, List, Tuple
+from typing import Dict, List, Tuple
 
 import numpy as np
 import pytest
 from cycle_bags import write_bag
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from recent_parts import part_of, parts_of
 
 from process_visualizer.bags.recorder_topics import MARKS
 from process_visualizer.bags.recording import Recording
@@ -17,39 +18,11 @@ from process_visualizer.cell.model import Device
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.curves.curve_sources import curve_sources
 from process_visualizer.curves.live.live_curves import LiveCurve, LiveCurves
-from process_visualizer.curves.live.recent_part import RecentPart
 from process_visualizer.curves.live.rolling_columns import COLUMN_S, RollingColumns
 from process_visualizer.curves.samples import found_series, read_samples, sampled
 from process_visualizer.messages.connection import Connection
 
-HEADER = bytes([8, 0, 0, 0, 4, 0, 0, 0]) + b'op=\x02'
 DURATION_S = 24.0
-
-
-def part_of(connections: Tuple[Connection, ...], messages: List[Tuple[int, int, bytes]],
-            now_ns: int, is_anew: bool = False) -> RecentPart:
-    """A part with messages: number of the connection, time, bytes."""
-    records = [HEADER + len(data).to_bytes(4, 'little') + data for *_, data in messages]
-    end = np.cumsum([len(it) for it in records], dtype=np.int64)
-    begin = end - np.array([len(it) for it in records], np.int64)
-    return RecentPart(is_anew, connections, now_ns,
-                      np.array([it[0] for it in messages], np.int64),
-                      np.array([it[1] for it in messages], np.int64), begin, end,
-                      np.frombuffer(b''.join(records), np.uint8))
-
-
-def parts_of(path: str, step_s: float) -> Iterator[RecentPart]:
-    """The messages of a bag as they would come, looked at every so often."""
-    with Recording([path]) as recording:
-        index = recording.index
-        rows = [(int(index.connection[it]), int(index.time_ns[it]), bytes(recording.message(it)))
-                for it in range(len(index))]
-        at_ns, begin = recording.begin_ns, 0
-        while begin < len(rows):
-            at_ns += int(step_s * 1e9)
-            end = int(np.searchsorted(index.time_ns, at_ns))
-            yield part_of(index.connections, rows[begin:end], at_ns)
-            begin = end
 
 
 @pytest.fixture(scope='module')

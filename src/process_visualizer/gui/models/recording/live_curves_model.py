@@ -85,6 +85,7 @@ class LiveCurvesModel(QObject):
             if is_running:
                 self._begin_anew()
             self._follow()
+            self.changed.emit()
 
     def set_shown(self, is_shown: bool) -> None:
         """Tell whether anybody can see the curves."""

@@ -132,14 +132,14 @@ class LiveTimeline(QWidget):
     def _draw_header(self, painter: QPainter, axis: TimeAxis) -> None:
         header.draw_groove(painter, axis)
         header.draw_alarms(painter, axis, self.alarms())
-        step_s = axis.tick_step_s(_TICK_PX)
         for time_s in axis.ticks(_TICK_PX):
             x = axis.x(time_s)
             painter.setPen(QColor(theme().tick))
             painter.drawLine(round(x), int(AXIS_TOP) - 1, round(x), int(AXIS_TOP) + 3)
             painter.setPen(QColor(theme().quiet))
-            left = min(max(x - _TICK_PX / 2, 1.0), axis.right + SIDE - _TICK_PX)
-            place = Qt.AlignRight if x > axis.right - step_s / 2 else Qt.AlignHCenter
+            is_last = x > axis.right - 1.0
+            left = max(x - (_TICK_PX + 5.0 if is_last else _TICK_PX / 2), 1.0)
+            place = Qt.AlignRight if is_last else Qt.AlignHCenter
             painter.drawText(QRectF(left, AXIS_TOP + 2, _TICK_PX, AXIS_HEIGHT - 2),
                              place | Qt.AlignVCenter, _before_now(time_s, 0))
 

@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The curves of the running cell: model and panel, with a recorder's memory in a list."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, List, Sequence, Tuple
+
+import pytest
+from cycle_bags import write_bag
+from held_tasks import HeldTasks
+from PyQt5.QtCore import QPoint, QPointF, Qt
+from PyQt5.QtGui import QWheelEvent
+from PyQt5.QtTest import QTest
+from PyQt5.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+from recent_parts import part_of, parts_of
+
+from process_visualizer.bags.recorder_topics import MARKS
+from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.clients.service_connection import ServiceUnreachable
+from process_visualizer.curves.live.recent_part import RecentPart
+from process_visualizer.gui.models.playback.lane_choices import LaneChoices
+from process_visualizer.gui.models.recording.live_curves_model import LiveCurvesModel
+from process_visualizer.gui.views.live.live_panel import LivePanel
+from process_visualizer.messages.connection import Connection
+
+MARK = Connection(MARKS, 'std_msgs/String', '', 'string data', False, '/recorder')
+
+
+class ListedMemory:
+    """Hands out parts, one at each look; an exception among them is raised."""
+
+    def __init__(self) -> None:
+        self.parts: List[Any] = []
+        self.asked: List[Tuple[str, ...]] = []
+        self.restarts = 0
+
+    def read(self, topics: Sequence[str]) -> Tuple[RecentPart, bool]:
+        self.asked.append(tuple(topics))
+        found = self.parts.pop(0)
+        if isinstance(found, Exception):
+            raise found
+        return found
+
+    def restart(self) -> None:
+        self.restarts += 1
+
+
+class Stand:
+    """The panel of a cell with three variables."""
+
+    def __init__(self, qtbot: QtBot, folder: Path) -> None:
+        self.parts = list(parts_of(write_bag(folder), 8.0))
+        self.tasks, self.memory, self.choices = HeldTasks(), ListedMemory(), LaneChoices()
+        self.model = LiveCurvesModel(self.tasks, self.memory)  # type: ignore[arg-type]
+        self.panel = LivePanel(self.model, self.choices)
+        qtbot.addWidget(self.panel)
+        self.panel.resize(900, 300)
+        self.model.set_devices(XmlParser().parse(str(folder / 'cell.xml')).devices)
+        self.panel.show()
+        qtbot.waitExposed(self.panel)
+
+    @property
+    def timeline(self) -> Any:
+        return self.panel.timeline
+
+    def come(self, *parts: Any) -> None:
+        """Let parts come, the last of which ends the look."""
+        self.memory.parts += [(it, row + 1 < len(parts)) if isinstance(it, RecentPart) else it
+                              for row, it in enumerate(parts)]
+        if not self.model.is_running:
+            self.model.set_running(True)
+        elif self.model._timer.isActive():
+            self.model._timer.timeout.emit()
+        self.tasks.end_all()
+
+
+@pytest.fixture
+def stand(qtbot: QtBot, tmp_path: Path) -> Stand:
+    return Stand(qtbot, tmp_path)
+
+
+def test_curves_are_drawn_as_they_come(stand: Stand) -> None:
+    assert 'Launch' in stand.panel.state.text()
+    stand.come(stand.parts[0])
+    assert stand.memory.asked[-1] == ('/feed', '/ft', MARKS, '/tcf', '/tf_static')
+    assert [lane.label for lane in stand.timeline.stack.lanes] == [
+        'arm  tool speed v', 'arm  tool force F', 'machine  feed']
+    assert stand.panel.state.text() == ''
+    before = stand.timeline.stack.lanes[2]
+    assert stand.timeline.lane_texts(2).at_position == '0.05 m/s'
+    stand.come(stand.parts[1])
+    assert stand.timeline.stack.lanes[2].at(0.99) == before.at(0.99) == pytest.approx(0.05)
+    assert stand.timeline.stack.lanes[2].at(0.8) == 0.0  # 6 s ago, in the pause
+
+
+def test_what_comes_in_several_parts_is_one_picture(stand: Stand) -> None:
+    shown: List[int] = []
+    stand.model.changed.connect(lambda: shown.append(len(stand.timeline.stack.lanes)))
+    stand.come(*stand.parts)
+    assert shown[-1] == 3 and shown.count(3) == 1
+
+
+def test_it_is_held_and_goes_on(stand: Stand) -> None:
+    stand.come(stand.parts[0])
+    QTest.mouseClick(stand.panel.hold, Qt.LeftButton)
+    held = stand.model.window
+    stand.come(stand.parts[1])
+    assert stand.model.window is held and 'Held' in stand.panel.state.text()
+    QTest.mouseClick(stand.panel.hold, Qt.LeftButton)
+    stand.come(stand.parts[2])
+    assert stand.model.window is not held
+    assert stand.timeline.stack.lanes[2].at(0.6) == 0.0  # nothing was lost meanwhile
+
+
+def test_nobody_who_does_not_look_is_read_to(stand: Stand) -> None:
+    stand.come(stand.parts[0])
+    stand.panel.hide()
+    assert not stand.model._timer.isActive()
+    stand.memory.parts.append((stand.parts[1], False))
+    stand.panel.show()
+    stand.tasks.end_all()
+    assert stand.memory.parts == []
+
+
+def test_a_recorder_that_is_silent_is_told_and_asked_again(stand: Stand) -> None:
+    stand.come(ServiceUnreachable('gone'))
+    assert 'does not answer' in stand.panel.state.text()
+    stand.come(stand.parts[0])
+    assert stand.panel.state.text() == ''
+
+
+def test_an_end_leaves_the_last_picture_and_a_launch_begins_anew(stand: Stand) -> None:
+    stand.come(stand.parts[0])
+    stand.model.set_running(False)
+    assert len(stand.timeline.stack.lanes) == 3 and 'Ended' in stand.panel.state.text()
+    restarts = stand.memory.restarts
+    stand.come(stand.parts[1])
+    assert stand.memory.restarts == restarts + 1
+    assert stand.timeline.stack.lanes[2].at(0.5) != stand.timeline.stack.lanes[2].at(0.5)  # NaN
+
+
+def test_more_of_the_past_by_wheel_and_list(stand: Stand) -> None:
+    stand.come(stand.parts[0])
+    turn = QWheelEvent(QPointF(200, 20), QPointF(200, 20), QPoint(), QPoint(0, -120),
+                       Qt.NoButton, Qt.NoModifier, Qt.NoScrollPhase, False)
+    stand.memory.parts.append((stand.parts[1], False))
+    QApplication.sendEvent(stand.timeline, turn)
+    stand.tasks.end_all()
+    assert stand.model.duration_s == 60.0 and stand.panel.durations.currentText() == '1 min'
+    assert stand.model.window is not None and stand.model.window.duration_s == 60.0
+    row = stand.panel.durations.findText('10 min')
+    stand.memory.parts.append((stand.parts[2], False))
+    stand.panel.durations.setCurrentIndex(row)
+    stand.panel.durations.activated.emit(row)
+    stand.tasks.end_all()
+    assert stand.model.window.duration_s == 600.0
+
+
+def test_a_curve_is_hidden_and_the_choice_is_that_of_playback(stand: Stand) -> None:
+    stand.come(stand.parts[0])
+    stand.timeline.menu_at(1).actions()[0].trigger()
+    assert [lane.label for lane in stand.timeline.stack.lanes] == [
+        'arm  tool speed v', 'machine  feed']
+    assert ('arm', 'F', '/ft') in stand.choices.choice.hidden
+
+
+def test_values_at_the_mouse_and_marks(stand: Stand) -> None:
+    stand.come(stand.parts[0])
+    x = stand.timeline.axis.x(-7.5)
+    QTest.mouseMove(stand.timeline, QPoint(round(x), 100))
+    stand.timeline._hover_x = x
+    assert float(stand.timeline.lane_texts(2).at_mouse) == 0.0
+    last = stand.parts[0]
+    text = b'leather in'
+    stand.come(part_of((*last.connections, MARK), [(
+        len(last.connections), last.now_ns + 10 ** 9, len(text).to_bytes(4, 'little') + text)],
+        last.now_ns + 3 * 10 ** 9))
+    mark, = stand.timeline._marks
+    assert mark.label == 'leather in' and mark.position_s == pytest.approx(-2.0, abs=0.05)
+    assert not stand.timeline.grab().isNull()
