@@ -161,10 +161,9 @@ void Intake::forget() {
   recent_.forget();
 }
 
-NumberedMessages Intake::recentFrom(std::uint64_t first, const std::set<std::string>& topics,
-                                    std::size_t most_bytes) const {
+NumberedMessages Intake::recent(const MessageWish& wish) const {
   const Lock lock(mutex_);
-  return recent_.from(first, topics, most_bytes);
+  return recent_.wished(wish);
 }
 
 // State

@@ -2,7 +2,6 @@
 #include "process_visualizer/recorder/recent_answers.hpp"
 
 #include <array>
-#include <set>
 #include <string>
 
 namespace process_visualizer::recorder {
@@ -28,11 +27,15 @@ void append(const Message& message, ReadRecent::Response& response) {
 }  // namespace
 
 void RecentAnswers::answer(const ReadRecent::Request& request, ReadRecent::Response& response) {
-  const std::set<std::string> topics(request.topics.begin(), request.topics.end());
-  NumberedMessages found = intake_.recentFrom(request.first, topics, kMostBytes);
+  MessageWish wish{
+      request.first, {request.topics.begin(), request.topics.end()}, request.largest, kMostBytes};
+  NumberedMessages found = intake_.recent(wish);
   const std::lock_guard<std::mutex> lock(mutex_);
   response.anew = found.next < request.first || request.known > connections_.size();
-  if (response.anew) found = intake_.recentFrom(0, topics, kMostBytes);
+  if (response.anew) {
+    wish.first = 0;
+    found = intake_.recent(wish);
+  }
   response.next = found.next;
   response.more = found.is_cut;
   for (const Message& message : found.messages) {

@@ -65,19 +65,19 @@ Past RecentMessages::last(const ros::Time& now, double duration_s) const {
   return past;
 }
 
-NumberedMessages RecentMessages::from(std::uint64_t first, const std::set<std::string>& topics,
-                                      std::size_t most_bytes) const {
+NumberedMessages RecentMessages::wished(const MessageWish& wish) const {
   NumberedMessages found;
   std::size_t bytes = 0;
   const auto take = [&](const Message& message) {
-    if (topics.count(message.topic()) == 0) return;
+    if (wish.largest > 0 && message.size() > wish.largest) return;
+    if (wish.topics.count(message.topic()) == 0) return;
     found.messages.push_back(message);
     bytes += message.size();
   };
-  if (first == 0 && !messages_.empty())
+  if (wish.first == 0 && !messages_.empty())
     for (const Message& message : before_.at(messages_.front().time)) take(message);
-  found.next = std::clamp(first, oldest_, oldest_ + messages_.size());
-  for (; found.next < oldest_ + messages_.size() && bytes < most_bytes; ++found.next)
+  found.next = std::clamp(wish.first, oldest_, oldest_ + messages_.size());
+  for (; found.next < oldest_ + messages_.size() && bytes < wish.most_bytes; ++found.next)
     take(messages_[found.next - oldest_]);
   found.is_cut = found.next < oldest_ + messages_.size();
   return found;

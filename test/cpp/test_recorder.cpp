@@ -285,28 +285,29 @@ TEST(Recent, IsReadPartByPart) {
   const std::set<std::string> wanted = {"/a"};
   const auto latched = latchedBy("/n"), other = latchedBy("/n", "/b");
   recent.add(messageAt(1, latched, 11));
-  EXPECT_EQ(recent.from(0, wanted, 1 << 20).messages.size(), 1u);
+  EXPECT_EQ(recent.wished({0, wanted}).messages.size(), 1u);
   for (int i = 2; i <= 30; ++i) recent.add(messageAt(i, connectionWith(""), 100));
   recent.add(messageAt(30, other, 100));
-  const NumberedMessages all = recent.from(0, wanted, 1 << 20);
+  const NumberedMessages all = recent.wished({0, wanted});
   ASSERT_EQ(all.messages.size(), 12u);  // the latched one, and eleven of ten seconds
   EXPECT_EQ(all.messages[0].size(), 11u);
   EXPECT_LT(all.messages[0].time, all.messages[1].time);
   EXPECT_EQ(all.next, 32u);
   EXPECT_FALSE(all.is_cut);
   recent.add(messageAt(31, connectionWith(""), 100));
-  const NumberedMessages new_ones = recent.from(all.next, wanted, 1 << 20);
+  const NumberedMessages new_ones = recent.wished({all.next, wanted});
   ASSERT_EQ(new_ones.messages.size(), 1u);
   EXPECT_EQ(new_ones.messages[0].time, ros::Time(31));
-  EXPECT_TRUE(recent.from(new_ones.next, wanted, 1 << 20).messages.empty());
-  EXPECT_EQ(recent.from(1, wanted, 1 << 20).messages.size(), 11u);  // the others are forgotten
-  const NumberedMessages some = recent.from(1, wanted, 250);
+  EXPECT_TRUE(recent.wished({new_ones.next, wanted}).messages.empty());
+  EXPECT_EQ(recent.wished({1, wanted}).messages.size(), 11u);  // the others are forgotten
+  const NumberedMessages some = recent.wished({1, wanted, 0, 250});
   EXPECT_EQ(some.messages.size(), 3u);
   EXPECT_TRUE(some.is_cut);
-  EXPECT_EQ(recent.from(some.next, wanted, 1 << 20).messages.size(), 8u);
+  EXPECT_EQ(recent.wished({some.next, wanted}).messages.size(), 8u);
+  EXPECT_TRUE(recent.wished({1, wanted, 99}).messages.empty());  // these are larger
   recent.clear();
-  EXPECT_EQ(recent.from(1, wanted, 1 << 20).next, 33u);
-  EXPECT_EQ(recent.from(99, wanted, 1 << 20).next, 33u);  // of a recorder that ran before
+  EXPECT_EQ(recent.wished({1, wanted}).next, 33u);
+  EXPECT_EQ(recent.wished({99, wanted}).next, 33u);  // of a recorder that ran before
 }
 
 TEST(Latched, KeepsTheNewestOfEachPublisher) {

@@ -69,12 +69,14 @@ class RecorderMemoryTest(unittest.TestCase):
             for number in range(12):
                 publisher.publish(chr(ord('a') + number) * 1_000_000)
             self.assertTrue(wait_for_count(recorder, large, 12))
-            memory, letters, count, more = RecorderMemory(recorder.node), '', 0, True
+            memory, letters, count, more = RecorderMemory(recorder.node, largest_bytes=0), '', 0, True
             while more:
                 part, more = memory.read((large,))
                 letters += ''.join(chr(part.message(row)[4]) for row in range(len(part.numbers)))
                 count += 1
             self.assertEqual((letters, count), ('abcdefghijkl', 3))
+            part, more = RecorderMemory(recorder.node).read((large,))
+            self.assertEqual((len(part.numbers), more), (0, False))  # too large for numbers
 
     def test_a_recorder_that_was_started_again_is_noticed(self):
         topic = new_topic()

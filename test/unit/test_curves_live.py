@@ -2,6 +2,7 @@
 """Curves of messages as they come are those that the recording has afterwards."""
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Dict, List, Tuple
 
@@ -14,7 +15,7 @@ from recent_parts import part_of, parts_of
 
 from process_visualizer.bags.recorder_topics import MARKS
 from process_visualizer.bags.recording import Recording
-from process_visualizer.cell.model import Device
+from process_visualizer.cell.model import Device, Topic
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.curves.curve_sources import curve_sources
 from process_visualizer.curves.live.live_curves import LiveCurve, LiveCurves
@@ -136,3 +137,14 @@ def test_columns_hold_the_extremes_of_the_last_seconds(
         if row >= 0:
             wanted[:, row] = np.fmin(wanted[0, row], value), np.fmax(wanted[1, row], value)
     np.testing.assert_array_equal(np.stack([low, high]), wanted)
+
+
+def test_a_topic_of_something_else_is_not_asked_for_again(
+        bag: Tuple[str, Tuple[Device, ...]]) -> None:
+    _, devices = bag
+    topic = Topic('/camera/image')
+    live = LiveCurves([replace(devices[1], topics=(*devices[1].topics, topic))])
+    assert topic.name in live.topics
+    image = Connection(topic.name, 'sensor_msgs/Image', '', 'uint8[] data', False, '/camera')
+    live.add(part_of((image,), [(0, 10 ** 9, b'\0\0\0\0')], 2 * 10 ** 9))
+    assert topic.name not in live.topics and '/feed' in live.topics

@@ -63,9 +63,8 @@ class Intake {
   RecordingStatus status() const;  ///< of the recording begun last; there has to be one
   bool keepsRecent() const { return recent_.isKept(); }  ///< whether there is a memory at all
   void forget();                                         ///< empties the memory
-  /// What is in memory, as RecentMessages::from has it.
-  NumberedMessages recentFrom(std::uint64_t first, const std::set<std::string>& topics,
-                              std::size_t most_bytes) const;
+  /// What is in memory, as RecentMessages has it.
+  NumberedMessages recent(const MessageWish& wish) const;
 
   void setPhase(std::uint8_t phase);  ///< as RecorderState has it
   void addProblem(const std::string& problem);

@@ -40,6 +40,14 @@ struct Past {
   std::deque<Message> messages;
 };
 
+/// Which messages are asked for.
+struct MessageWish {
+  std::uint64_t first = 0;  ///< the number of the first one, counted from 1
+  std::set<std::string> topics;
+  std::size_t largest = 0;      ///< bytes; 0: of any size
+  std::size_t most_bytes = ~0;  ///< of all together
+};
+
 /// Messages in the order in which they came, and the number of the one that will come next.
 struct NumberedMessages {
   std::vector<Message> messages;
@@ -64,10 +72,8 @@ class RecentMessages {
   /// Of the messages that no recording has, the last seconds before `now`; 0: none, only what is
   /// latched.
   Past last(const ros::Time& now, double duration_s) const;
-  /// The messages from a number on (they are counted from 1), those of some topics, and no more
-  /// than so many bytes. From 0 on: all, and before them what is latched.
-  NumberedMessages from(std::uint64_t first, const std::set<std::string>& topics,
-                        std::size_t most_bytes) const;
+  /// The messages that are wished for. From 0 on: all, and before them what is latched.
+  NumberedMessages wished(const MessageWish& wish) const;
   void setRecorded();  ///< a recording has all that is in memory
   void clear();        ///< keeps what is latched
   void forget();       ///< keeps nothing

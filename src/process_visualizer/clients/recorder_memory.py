@@ -13,12 +13,16 @@ from process_visualizer.ros_names import BAG_RECORDER
 from process_visualizer.srv import ReadRecent
 
 _TEXTS = 4  # that describe a connection
+_LARGEST_BYTES = 1 << 16  # of a message that holds a few numbers
 
 
 class RecorderMemory:
     """Reads each message once; needs no node of its own. Calls block."""
 
-    def __init__(self, node: str = f'/{BAG_RECORDER}', timeout_s: float = 3.0) -> None:
+    def __init__(self, node: str = f'/{BAG_RECORDER}', timeout_s: float = 3.0,
+                 largest_bytes: int = _LARGEST_BYTES) -> None:
+        """Messages of more than ``largest_bytes`` are left out, such as images; 0: none are."""
+        self._largest = largest_bytes
         self._service = ServiceConnection(f'{node}/read_recent', ReadRecent, timeout_s)
         self._next = 0
         self._connections: Tuple[Connection, ...] = ()
@@ -29,7 +33,8 @@ class RecorderMemory:
         Raises:
             ServiceUnreachable: the recorder does not answer.
         """
-        answer = self._service.call(list(topics), self._next, len(self._connections))
+        answer = self._service.call(list(topics), self._next, self._largest,
+                                    len(self._connections))
         known = () if answer.anew else self._connections
         self._connections = known + _connections(answer.connections)
         self._next = answer.next

@@ -65,6 +65,7 @@ class LiveCurves:
         self._known = 0  # connections that have been looked at
         self._begin_ns, self._now_ns = 0, 0
         self._series: Dict[CurveSource, LiveSeries] = {}
+        self._useless: Set[CurveSource] = set()  # not asked for, and no plain numbers
         self._columns: Dict[CurveSource, RollingColumns] = {}
         self._values: Dict[CurveSource, Tuple[float, float]] = {}  # time and newest value
         self._marks: List[LiveMark] = []
@@ -72,7 +73,8 @@ class LiveCurves:
     @property
     def topics(self) -> Tuple[str, ...]:
         """The topics whose messages are needed."""
-        names = {topic for source in self._sources for topic in self._topics_of(source)}
+        names = {topic for source in self._sources if source not in self._useless
+                 for topic in self._topics_of(source)}
         return tuple(sorted(names | {MARKS}))
 
     def add(self, part: RecentPart) -> None:
@@ -133,6 +135,8 @@ class LiveCurves:
                 locators = source_locators(self._seen, source, self._devices)
                 if locators.connections:
                     self._series[source] = LiveSeries(source, locators, self._begin_ns)
+                elif source.plain:
+                    self._useless.add(source)
 
     def _take(self, source: CurveSource, times_s: np.ndarray, values: np.ndarray) -> None:
         if not len(times_s):
