@@ -69,7 +69,8 @@ class RecorderMemoryTest(unittest.TestCase):
             for number in range(12):
                 publisher.publish(chr(ord('a') + number) * 1_000_000)
             self.assertTrue(wait_for_count(recorder, large, 12))
-            memory, letters, count, more = RecorderMemory(recorder.node, largest_bytes=0), '', 0, True
+            memory = RecorderMemory(recorder.node, largest_bytes=0)
+            letters, count, more = '', 0, True
             while more:
                 part, more = memory.read((large,))
                 letters += ''.join(chr(part.message(row)[4]) for row in range(len(part.numbers)))

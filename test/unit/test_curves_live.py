@@ -15,7 +15,7 @@ from recent_parts import part_of, parts_of
 
 from process_visualizer.bags.recorder_topics import MARKS
 from process_visualizer.bags.recording import Recording
-from process_visualizer.cell.model import Device, Topic
+from process_visualizer.cell.model import Device
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.curves.curve_sources import curve_sources
 from process_visualizer.curves.live.live_curves import LiveCurve, LiveCurves
@@ -142,7 +142,7 @@ def test_columns_hold_the_extremes_of_the_last_seconds(
 def test_a_topic_of_something_else_is_not_asked_for_again(
         bag: Tuple[str, Tuple[Device, ...]]) -> None:
     _, devices = bag
-    topic = Topic('/camera/image')
+    topic = replace(devices[1].topics[0], name='/camera/image')
     live = LiveCurves([replace(devices[1], topics=(*devices[1].topics, topic))])
     assert topic.name in live.topics
     image = Connection(topic.name, 'sensor_msgs/Image', '', 'uint8[] data', False, '/camera')
