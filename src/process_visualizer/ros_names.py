@@ -6,6 +6,7 @@ PACKAGE = 'process_visualizer'
 
 CELL_FRAMES = 'cell_frames'  # as in src/recorder/bag_recorder.cpp
 SCENE_WATCH = 'scene_watch'
+GHOST = 'ghost'
 BAG_RECORDER = 'bag_recorder'
 BAG_PLAYER = 'bag_player'
 RVIZ = 'rviz'
@@ -28,6 +29,7 @@ OWN_TOPICS = f'/{PACKAGE}/'  # as in src/recorder/bag_recorder.cpp
 PLAYBACK_RATE = f'{OWN_TOPICS}playback_rate'
 """The parameter that says how fast a recording is played."""
 PLAYER_STATE_TOPIC = f'/{BAG_PLAYER}/state'
+GHOST_TOPIC = f'/{GHOST}/marker_array'
 DISPLAY_STATUS_TOPIC = f'/{RVIZ}/display_status'  # published by src/displays
 RVIZ_PLACE_TOPIC = f'/{RVIZ}/place'  # subscribed there
 

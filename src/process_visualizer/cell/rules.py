@@ -25,6 +25,7 @@ from process_visualizer.ros_names import (
     BAG_RECORDER,
     CELL_FRAMES,
     DEPTH_PROC,
+    GHOST,
     JOINT_PROC,
     PACKAGE,
     ROBOT_PROC,
@@ -36,7 +37,8 @@ from process_visualizer.ros_names import (
     VARIABLE_PROC,
 )
 
-_PROGRAM_NODES = (PACKAGE, CELL_FRAMES, SCENE_WATCH, BAG_PLAYER, BAG_RECORDER, RVIZ, 'rosout')
+_PROGRAM_NODES = (PACKAGE, CELL_FRAMES, SCENE_WATCH, GHOST, BAG_PLAYER, BAG_RECORDER, RVIZ,
+                  'rosout')
 
 
 def check_devices(parsed_devices: Sequence[Parsed], global_frame: str,

@@ -17,7 +17,12 @@ from process_visualizer.generate.cell_extent import cell_extent
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.drivers import inspect_launch_files
 from process_visualizer.generate.frame_rules import frame_problems
-from process_visualizer.generate.launch_file import LaunchFileBuilder, has_recorder, urdf_file
+from process_visualizer.generate.launch_file import (
+    LaunchFileBuilder,
+    has_ghost,
+    has_recorder,
+    urdf_file,
+)
 from process_visualizer.generate.parts import add_parts
 from process_visualizer.generate.plan import CONFIGURATION_FILE, LAUNCH_FILE, RVIZ_FILE, Plan
 from process_visualizer.generate.rviz_config import RVizConfig
@@ -96,6 +101,8 @@ def _view(choice: Choice, descriptions: Mapping[str, RobotDescription]) -> RVizC
     extent = cell_extent(choice.cell, choice.devices, descriptions)
     config.look_at(np.concatenate([np.empty((0, 3)), *extent.values()]))
     config.add_devices(choice.devices)
+    if has_ghost(choice, descriptions):
+        config.add_ghost()
     if choice.view is not None:
         config.adopt(choice.view)
     return config

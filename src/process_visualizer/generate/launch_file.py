@@ -7,7 +7,14 @@ import shlex
 from functools import partial
 from typing import Callable, Dict, Mapping, Sequence
 
-from process_visualizer.cell.model import Device, LaunchFile, Mode, Node, RoslaunchElement
+from process_visualizer.cell.model import (
+    Device,
+    DeviceType,
+    LaunchFile,
+    Mode,
+    Node,
+    RoslaunchElement,
+)
 from process_visualizer.descriptions.robot_description import RobotDescription
 from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.launch_writer import Tag, write_document
@@ -30,6 +37,7 @@ from process_visualizer.ros_names import (
     BAG_PLAYER,
     BAG_RECORDER,
     CELL_FRAMES,
+    GHOST,
     PACKAGE,
     PLAYBACK_RATE,
     RVIZ,
@@ -114,6 +122,9 @@ class LaunchFileBuilder:
             PACKAGE, SCENE_WATCH, SCENE_WATCH,
             watch_parameters(self._choice.cell, self._choice.devices).to_parameters()),
             respawn=True)
+        if has_ghost(self._choice, self._descriptions):
+            root.comment('draws the robots of another run beside those of this one')
+            self._processor(root, ProcessorNode(PACKAGE, GHOST, GHOST))
 
     def _bag(self, root: Tag) -> None:
         if has_recorder(self._choice):
@@ -212,6 +223,12 @@ def _in_words(attributes: Mapping[str, str]) -> Dict[str, str]:
 def urdf_file(device: Device) -> str:
     """The name of the generated URDF file of a device."""
     return f'{os.path.basename(device.name)}.urdf'
+
+
+def has_ghost(choice: Choice, descriptions: Mapping[str, RobotDescription]) -> bool:
+    """Whether robots of another run can be drawn beside those of this one."""
+    return choice.mode is Mode.PLAYBACK and any(
+        it.type is DeviceType.ROBOT and it.name in descriptions for it in choice.devices)
 
 
 def has_recorder(choice: Choice) -> bool:

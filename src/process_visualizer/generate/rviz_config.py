@@ -9,7 +9,7 @@ import yaml
 
 from process_visualizer.cell.model import Device
 from process_visualizer.generate.watch_parameters import WATCH_TOPIC
-from process_visualizer.ros_names import OWN_TOPICS
+from process_visualizer.ros_names import GHOST_TOPIC, OWN_TOPICS
 from process_visualizer.rviz.camera import camera_pose, grid_below
 from process_visualizer.rviz.displays import DisplayConfig, device_displays
 from process_visualizer.rviz.view_file import read_view
@@ -29,6 +29,9 @@ _CALIBRATION_DISPLAY: DisplayConfig = {
 _WATCH_DISPLAY: DisplayConfig = {
     'Class': 'rviz/MarkerArray', 'Name': 'What is not live', 'Enabled': True,
     'Marker Topic': WATCH_TOPIC}
+_GHOST_DISPLAY: DisplayConfig = {
+    'Class': 'rviz/MarkerArray', 'Name': 'Another run', 'Enabled': True,
+    'Marker Topic': GHOST_TOPIC}
 _GRID = 'rviz/Grid'
 
 
@@ -63,6 +66,10 @@ class RVizConfig:
                 self._displays.append({
                     'Class': 'rviz/Group', 'Name': f'{device.name} ({device.type.value})',
                     'Enabled': True, 'Displays': displays})
+
+    def add_ghost(self) -> None:
+        """Add the robots of another run."""
+        self._displays.append(_GHOST_DISPLAY)
 
     @property
     def current_view(self) -> Dict[str, Any]:

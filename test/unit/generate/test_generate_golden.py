@@ -28,7 +28,7 @@ CAMERA_NODES = [
 NODES = {
     'devices_realtime': [*DEVICE_NODES, *CAMERA_NODES, '/camera/driver', '/camera/debayer',
                          '/bag_recorder'],
-    'devices_playback': [*DEVICE_NODES, *CAMERA_NODES, '/bag_player'],
+    'devices_playback': [*DEVICE_NODES, *CAMERA_NODES, '/bag_player', '/ghost'],
     'simulated_realtime': [*DEVICE_NODES, *CAMERA_NODES, '/sewing_machine/variable_proc',
                            '/simulator', '/bag_recorder'],
 }

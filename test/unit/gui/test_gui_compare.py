@@ -13,7 +13,9 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QTreeWidget
 
 from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.clients.ghost_client import GhostError
 from process_visualizer.gui.models.comparison.compare_model import CompareModel
+from process_visualizer.gui.models.comparison.ghost_model import GhostModel
 from process_visualizer.gui.views.comparison.compare_panel import ComparePanel
 
 
@@ -27,7 +29,10 @@ class Stand:
         self.model.failed.connect(self.failures.append)
         self.path = write_bag(folder, cycles=4, poor=2)
         self.model.set_cell(XmlParser().parse(str(folder / 'cell.xml')))
-        self.panel = ComparePanel(self.model)
+        self.ghosts: List[Any] = []
+        self.ghost = GhostModel(self.tasks, self.model,  # type: ignore[arg-type]
+                                self.ghosts.append)
+        self.panel = ComparePanel(self.model, self.ghost)
         self.sought: List[float] = []
         self.panel.seek_wanted.connect(self.sought.append)
         qtbot.addWidget(self.panel)
@@ -93,6 +98,43 @@ def test_bands_are_those_of_the_open_recording(stand: Stand) -> None:
     force = stand.model.bands(48.0, 480)['arm', 'tool force']
     assert np.isfinite(force.low).sum() > 300
     assert force.departed[265:280].any() and not force.departed[:240].any()
+
+
+def test_the_ghost_is_shown_while_the_player_runs(stand: Stand) -> None:
+    stand.find()
+    stand.tick(0, 1)
+    stand.ghost.set_running(True)
+    assert stand.ghosts == []
+    stand.compare()
+    assert len(stand.ghosts) == 1
+    assert not stand.panel.ghost.isHidden() and stand.panel.ghost.isChecked()
+    stand.panel.ghost.click()
+    stand.tasks.end_all()
+    assert stand.ghosts[1:] == [()]
+    stand.panel.ghost.click()
+    stand.tasks.end_all()
+    stand.ghost.set_running(False)
+    stand.ghost.set_running(True)  # another player: its node has to be told
+    stand.tasks.end_all()
+    assert len(stand.ghosts) == 4
+    stand.model.set_good(1, False)
+    stand.tasks.end_all()
+    assert stand.ghosts[4:] == [()]
+
+
+def test_a_ghost_that_cannot_be_shown_is_told(stand: Stand) -> None:
+    told: List[str] = []
+
+    def refuse(_tracks: Any) -> None:
+        raise GhostError('The ghost cannot be shown: no model')
+
+    model = GhostModel(stand.tasks, stand.model, refuse)  # type: ignore[arg-type]
+    model.failed.connect(told.append)
+    stand.find()
+    stand.tick(0, 1)
+    model.set_running(True)
+    stand.compare()
+    assert told == ['The ghost cannot be shown: no model']
 
 
 def test_another_choice_of_good_runs_forgets_the_verdicts(stand: Stand) -> None:

@@ -11,6 +11,7 @@ from process_visualizer.ros_names import (
     BAG_RECORDER,
     CELL_FRAMES,
     DEVICE_NODES,
+    GHOST,
     OWN_TOPICS,
     PACKAGE,
     ROBOT_OUTPUTS,
@@ -20,11 +21,11 @@ from process_visualizer.ros_names import (
     TF_TOPIC,
 )
 
-_OWN_NODES = frozenset({*DEVICE_NODES, CELL_FRAMES, SCENE_WATCH, BAG_RECORDER, PACKAGE})
+_OWN_NODES = frozenset({*DEVICE_NODES, CELL_FRAMES, SCENE_WATCH, GHOST, BAG_RECORDER, PACKAGE})
 _OTHER_NODES = re.compile(r'rviz(_.*)?|rosout|record_\d+|rqt.*|cell_(new|record).*')
 _OF_ROS = frozenset({'/rosout', '/rosout_agg', '/clock', TF_TOPIC, STATIC_TF_TOPIC, '/statistics'})
 _DESCRIPTION = '/robot_description'
-_PREFIXES = (OWN_TOPICS, *(f'/{name}/' for name in (BAG_PLAYER, BAG_RECORDER, RVIZ)))
+_PREFIXES = (OWN_TOPICS, *(f'/{name}/' for name in (BAG_PLAYER, BAG_RECORDER, GHOST, RVIZ)))
 _PACKAGES = frozenset({'actionlib_msgs', 'bond', 'diagnostic_msgs', 'dynamic_reconfigure',
                        PACKAGE, 'rosgraph_msgs', 'theora_image_transport'})
 _TYPES = re.compile(r'.*Action(Goal|Feedback|Result)|visualization_msgs/InteractiveMarker.*')

@@ -10,6 +10,7 @@ from PyQt5.QtCore import QObject, pyqtSignal
 
 from process_visualizer.cell.editing.changes import changes
 from process_visualizer.cell.model import Mode, Pose
+from process_visualizer.clients.ghost_client import show_ghost
 from process_visualizer.clients.player_client import PlayerError
 from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.plan import BAG_PART
@@ -28,6 +29,7 @@ from process_visualizer.gui.models.cell.tool_model import ToolModel
 from process_visualizer.gui.models.cell.view_model import ViewModel
 from process_visualizer.gui.models.cell.warnings_model import WarningsModel
 from process_visualizer.gui.models.comparison.compare_model import CompareModel
+from process_visualizer.gui.models.comparison.ghost_model import GhostModel
 from process_visualizer.gui.models.playback.bag_model import BagModel
 from process_visualizer.gui.models.playback.playback_model import PlaybackModel
 from process_visualizer.gui.models.playback.values_model import ValuesModel
@@ -68,6 +70,7 @@ class Launcher(QObject):
         self.playback = PlaybackModel(self.tasks, self.link.player, PlayerError, parent=self)
         self.bag = BagModel(self.tasks, self, lambda: self.recording.choices.folder)
         self.compare = CompareModel(self.tasks, self)
+        self.ghost = GhostModel(self.tasks, self.compare, show_ghost, self)
         self.values = ValuesModel(self.tasks, self.playback, parent=self)
         self.view = ViewModel(self.tasks, self.cell, self.launch)
         self.calibration = CalibrationModel(self.tasks, self.link.move_frame, self)
@@ -181,7 +184,8 @@ class Launcher(QObject):
         curves = self.bag.curves
         curves.changed.connect(lambda: self.alarms.set_recorded(curves.alarms))
         for model in (self.master, self.launch, self.recording, self.playback, self.bag,
-                      self.calibration, self.tool, self.view, self.new, self.compare):
+                      self.calibration, self.tool, self.view, self.new, self.compare,
+                      self.ghost):
             model.failed.connect(self.failed)
         for model in (self.guard, self.launch, self.recording, self.playback, self.states,
                       self.new):
@@ -201,7 +205,9 @@ class Launcher(QObject):
         running = self.launch.running
         mode = running.mode if running is not None and self.launch.is_running else None
         player = self.launch.reports.get(BAG_PART)
-        self.playback.follow_player(player is not None and player.state is PartState.RUNNING)
+        is_playing = player is not None and player.state is PartState.RUNNING
+        self.playback.follow_player(is_playing)
+        self.ghost.set_running(is_playing and mode is Mode.PLAYBACK)
         self.mixture.follow(running)
         self.warnings.follow(running is not None)
         self.recording.set_running(mode is Mode.REALTIME)

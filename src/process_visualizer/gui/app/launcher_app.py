@@ -82,7 +82,7 @@ class LauncherApp(QMainWindow):
         self.playback = PlaybackPanel(launcher.playback, launcher.bag, launcher.values)
         self.live = LivePanel(launcher.live, launcher.bag.curves.choices)
         self.calibration = CalibrationPanel(launcher.calibration)
-        self.compare = ComparePanel(launcher.compare)
+        self.compare = ComparePanel(launcher.compare, launcher.ghost)
         self._drops = DropTarget(self, launcher)
         self._lay_out()
         self._keys = WindowKeys(self, launcher, self._mark_playback,

@@ -104,6 +104,13 @@ def text_marker(namespace: str, frame: str, position: Vector, text: str, height_
     return marker
 
 
+def frame_marker(namespace: str, number: int, frame: str, color: Color) -> Marker:
+    """Return a marker without a shape in a frame, which disappears if it is not redrawn."""
+    marker = _mortal_marker(namespace, number, frame)
+    marker.color = ColorRGBA(*color)
+    return marker
+
+
 def deletion(namespace: str, number: int, frame: str) -> Marker:
     """Return the deletion of a marker."""
     marker = _marker(namespace, number, frame)

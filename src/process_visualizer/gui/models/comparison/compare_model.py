@@ -73,6 +73,11 @@ class CompareModel(QObject):
         return self._compared
 
     @property
+    def cell(self) -> Optional[Cell]:
+        """The configuration by which recordings are read."""
+        return self._cell
+
+    @property
     def of_recording(self) -> Tuple[Comparison, ...]:
         """What came of the runs of the recording that is open, or of its first part."""
         if self._compared is None:

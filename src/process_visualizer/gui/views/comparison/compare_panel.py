@@ -7,6 +7,7 @@ from typing import Callable, List, Optional, Sequence
 from PyQt5.QtCore import Qt, pyqtSignal
 from PyQt5.QtGui import QColor
 from PyQt5.QtWidgets import (
+    QCheckBox,
     QFileDialog,
     QHeaderView,
     QLabel,
@@ -18,6 +19,7 @@ from PyQt5.QtWidgets import (
 )
 
 from process_visualizer.gui.models.comparison.compare_model import Compared, CompareModel
+from process_visualizer.gui.models.comparison.ghost_model import GhostModel
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.theme_following import ThemeFollower, colour
 from process_visualizer.gui.views.parts.layouts import in_column, in_row
@@ -38,7 +40,8 @@ class ComparePanel(QWidget):
     seek_wanted = pyqtSignal(float)
     """The operator wants to see this moment of the open recording [s from its begin]."""
 
-    def __init__(self, model: CompareModel, parent: Optional[QWidget] = None) -> None:
+    def __init__(self, model: CompareModel, ghost: GhostModel,
+                 parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
         self._model = model
         self._shown: Optional[Compared] = None
@@ -52,14 +55,20 @@ class ComparePanel(QWidget):
         self.add = _button('add_recording', 'Add recording…', self._ask_for_recording)
         self.compare = _button('compare_runs', 'Compare', model.compare)
         self.cancel = _button('cancel_comparison', 'Cancel', model.cancel)
+        self.ghost = QCheckBox('Ghost in the scene')
+        self.ghost.setObjectName('show_ghost')
+        self.ghost.setToolTip('The reference, translucent, in step with the run that is played;\n'
+                              'at each tool how far it is from there, 20 times as long')
+        self.ghost.setChecked(ghost.is_wanted)
         self.runs = _tree('runs', ('Run', 'Begins', 'Verdict'), _RUNS_PX)
         self.departures = _tree('departures', ('What departed', 'From', 'By how much'),
                                 _DEPARTURES_PX)
         layout = in_column(self, 6, self.state, in_row(
-            self.find, self.add, self.compare, self.cancel), self.runs, self.departures)
+            self.find, self.add, self.compare, self.cancel), self.ghost, self.runs, self.departures)
         layout.setContentsMargins(0, 6, 0, 0)
         layout.setStretchFactor(self.runs, 3)
         layout.setStretchFactor(self.departures, 2)
+        self.ghost.toggled.connect(ghost.set_wanted)
         self.runs.itemChanged.connect(self._tick)
         self.runs.currentItemChanged.connect(lambda *_: self._show_departures())
         self.departures.itemClicked.connect(self._seek)
@@ -76,6 +85,7 @@ class ComparePanel(QWidget):
         self.add.setEnabled(bool(model.runs) and not is_busy)
         self.compare.setEnabled(bool(model.good) and not is_busy)
         self.cancel.setVisible(is_busy)
+        self.ghost.setVisible(model.compared is not None)
         self._show_runs()
         self._show_departures()
 

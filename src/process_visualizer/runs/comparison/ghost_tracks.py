@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The robots of the reference, in step with the runs of a recording that were held against it."""
+from __future__ import annotations
+
+from typing import List, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from process_visualizer.cell.model import Cell, Device, DeviceType
+from process_visualizer.curves.tool_on_tf import joint_matching
+from process_visualizer.descriptions.robot_description import (
+    ModelError,
+    RobotDescription,
+    describe_device,
+)
+from process_visualizer.descriptions.tool_frame import tool_frame
+from process_visualizer.motion.joint_track import JointTrack
+from process_visualizer.runs.comparison.comparison import Comparison
+from process_visualizer.runs.run import Channel, Run
+
+_STEP_S = 0.02
+"""Between two rows: at 2 rad/s² a joint is less than 0.1 mrad from the line through them."""
+
+
+class GhostTrack(NamedTuple):
+    """A robot in the reference and in the runs themselves, over the time of the recording.
+
+    ``tool`` is the link whose deviation counts.
+    """
+
+    device: str
+    tool: str
+    there: JointTrack
+    here: np.ndarray  # (n, k), as ``there.positions``
+
+
+def ghost_tracks(cell: Cell, reference: Run,
+                 comparisons: Sequence[Comparison]) -> Tuple[GhostTrack, ...]:
+    """Return a track of each robot whose joints are in the reference; loads their models.
+
+    Between two runs there is a row without positions.
+    """
+    found = [_track(device, reference, comparisons) for device in cell.devices
+             if device.type is DeviceType.ROBOT]
+    return tuple(it for it in found if it is not None)
+
+
+def _track(device: Device, reference: Run,
+           comparisons: Sequence[Comparison]) -> Optional[GhostTrack]:
+    description = _description(device)
+    if description is None:
+        return None
+    matching = joint_matching(device, description)
+    channels = {joint: reference.by_key.get((device.name, f'joint {joint.rpartition("/")[2]}'))
+                for joint in matching.joints}
+    known = {joint: channel for joint, channel in channels.items()
+             if channel is not None and len(channel.times_s)}
+    if not known or not comparisons:
+        return None
+    offsets = np.array([matching.offset(joint) for joint in known])
+    parts = [_part(list(known.values()), reference, it) for it in _in_order(comparisons)]
+    columns = [np.concatenate(column) for column in zip(*parts)]
+    rising = columns[0] >= np.maximum.accumulate(columns[0])  # where runs overlap, the first one
+    times_s, there, here = (column[rising] for column in columns)
+    return GhostTrack(device.name, _tool(device, description),
+                      JointTrack(tuple(known), times_s, there + offsets), here + offsets)
+
+
+def _in_order(comparisons: Sequence[Comparison]) -> List[Comparison]:
+    return sorted(comparisons, key=lambda it: it.run.begin_s)
+
+
+def _part(channels: Sequence[Channel], reference: Run,
+          comparison: Comparison) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times [s] of the recording (n,), and joints (n, k) of the reference and of the run.
+
+    The last row ends the run.
+    """
+    run = comparison.run
+    reference_s = np.arange(0.0, reference.duration_s, _STEP_S)
+    run_s = comparison.alignment.time_map.to_run(reference_s)
+    inside = (run_s >= 0.0) & (run_s <= run.duration_s)
+    reference_s, run_s = reference_s[inside], run_s[inside]
+    there = np.stack([_at(channel, reference_s) for channel in channels], axis=1)
+    here = np.stack([_at(run.by_key.get(channel.key), run_s) for channel in channels], axis=1)
+    gap = np.full((1, len(channels)), np.nan)
+    end_s = np.append(run_s, run_s[-1] if len(run_s) else 0.0)
+    return run.begin_s + end_s, np.concatenate((there, gap)), np.concatenate((here, gap))
+
+
+def _at(channel: Optional[Channel], times_s: np.ndarray) -> np.ndarray:
+    if channel is None or not len(channel.times_s):
+        return np.full(len(times_s), np.nan)
+    found: np.ndarray = np.interp(times_s, channel.times_s, channel.values)
+    return found
+
+
+def _description(device: Device) -> Optional[RobotDescription]:
+    """A model that cannot be used has no ghost; the cell itself tells why."""
+    try:
+        return describe_device(device)
+    except ModelError:
+        return None
+
+
+def _tool(device: Device, description: RobotDescription) -> str:
+    """The link of the model that carries the tool."""
+    tool = tool_frame(device, description)
+    return next((it for it in (tool.frame, tool.parent) if it in description.links), '')
