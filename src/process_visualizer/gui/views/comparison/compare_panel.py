@@ -55,16 +55,17 @@ class ComparePanel(QWidget):
         self.add = _button('add_recording', 'Add recording…', self._ask_for_recording)
         self.compare = _button('compare_runs', 'Compare', model.compare)
         self.cancel = _button('cancel_comparison', 'Cancel', model.cancel)
-        self.ghost = QCheckBox('Ghost in the scene')
+        self.ghost = QCheckBox('Ghost')
         self.ghost.setObjectName('show_ghost')
-        self.ghost.setToolTip('The reference, translucent, in step with the run that is played;\n'
-                              'at each tool how far it is from there, 20 times as long')
+        self.ghost.setToolTip('In the scene: the reference, translucent, in step with the run\n'
+                              'that is played; at each tool how far it is from there, 20 times\n'
+                              'as long')
         self.ghost.setChecked(ghost.is_wanted)
         self.runs = _tree('runs', ('Run', 'Begins', 'Verdict'), _RUNS_PX)
         self.departures = _tree('departures', ('What departed', 'From', 'By how much'),
                                 _DEPARTURES_PX)
         layout = in_column(self, 6, self.state, in_row(
-            self.find, self.add, self.compare, self.cancel), self.ghost, self.runs, self.departures)
+            self.find, self.add, self.compare, self.cancel, self.ghost), self.runs, self.departures)
         layout.setContentsMargins(0, 6, 0, 0)
         layout.setStretchFactor(self.runs, 3)
         layout.setStretchFactor(self.departures, 2)
