@@ -2,6 +2,7 @@
 """The robots of the reference, in step with the runs of a recording that were held against it."""
 from __future__ import annotations
 
+import math
 from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
@@ -18,8 +19,8 @@ from process_visualizer.motion.joint_track import JointTrack
 from process_visualizer.runs.comparison.comparison import Comparison
 from process_visualizer.runs.run import Channel, Run
 
-_STEP_S = 0.02
-"""Between two rows: at 2 rad/s² a joint is less than 0.1 mrad from the line through them."""
+_MOST_ROWS = 60_000
+"""Of a robot: eight minutes of each message at 125 Hz; of more, every second or third, ..."""
 
 
 class GhostTrack(NamedTuple):
@@ -58,7 +59,8 @@ def _track(device: Device, reference: Run,
     if not known or not comparisons:
         return None
     offsets = np.array([matching.offset(joint) for joint in known])
-    parts = [_part(list(known.values()), reference, it) for it in _in_order(comparisons)]
+    times_s = _times_s(list(known.values()), len(comparisons))
+    parts = [_part(list(known.values()), times_s, it) for it in _in_order(comparisons)]
     columns = [np.concatenate(column) for column in zip(*parts)]
     rising = columns[0] >= np.maximum.accumulate(columns[0])  # where runs overlap, the first one
     times_s, there, here = (column[rising] for column in columns)
@@ -70,14 +72,19 @@ def _in_order(comparisons: Sequence[Comparison]) -> List[Comparison]:
     return sorted(comparisons, key=lambda it: it.run.begin_s)
 
 
-def _part(channels: Sequence[Channel], reference: Run,
+def _times_s(channels: Sequence[Channel], runs: int) -> np.ndarray:
+    """The times of the reference's messages, all of them if there are not too many."""
+    times_s = max((it.times_s for it in channels), key=len)
+    return times_s[::max(1, math.ceil(len(times_s) * runs / _MOST_ROWS))]
+
+
+def _part(channels: Sequence[Channel], reference_s: np.ndarray,
           comparison: Comparison) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Times [s] of the recording (n,), and joints (n, k) of the reference and of the run.
 
     The last row ends the run.
     """
     run = comparison.run
-    reference_s = np.arange(0.0, reference.duration_s, _STEP_S)
     run_s = comparison.alignment.time_map.to_run(reference_s)
     inside = (run_s >= 0.0) & (run_s <= run.duration_s)
     reference_s, run_s = reference_s[inside], run_s[inside]

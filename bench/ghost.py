@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How exactly and at what cost the ghost follows: a recording of the simulated cell's cycles.
+
+usage: bench/run ghost CONFIG BAG
+
+The first run is the reference. At 100 positions of the others the ghost's tool is compared with
+where the joints in the bag, at the reference's own time, put it: read by rosbag, between the two
+samples around that time.
+"""
+from __future__ import annotations
+
+import math
+import random
+import sys
+import time
+from typing import Dict, List, Tuple
+
+import numpy as np
+import rosbag
+
+from process_visualizer.cell.model import TopicFunction
+from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.curves.tool_on_tf import joint_matching
+from process_visualizer.descriptions.robot_description import describe_device
+from process_visualizer.motion.kinematics import Kinematics, Placement
+from process_visualizer.nodes.ghost.ghost_display import RATE_HZ
+from process_visualizer.nodes.ghost.ghost_robot import GhostRobot
+from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns
+from process_visualizer.runs.comparison.ghost_tracks import ghost_tracks
+from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
+
+POSITIONS = 100
+
+
+def recorded(bag: str, topic: str) -> Tuple[np.ndarray, np.ndarray]:
+    """Times [s] from the first message of the bag, and joints, of a topic of plain numbers."""
+    with rosbag.Bag(bag) as file:
+        begin_s = file.get_start_time()
+        rows = [(stamp.to_sec() - begin_s, message.data)
+                for _, message, stamp in file.read_messages([topic])]
+    return np.array([it[0] for it in rows]), np.array([it[1] for it in rows])
+
+
+def angle_deg(one: Placement, other: Placement) -> float:
+    cosine = abs(sum(a * b for a, b in zip(one.quaternion, other.quaternion)))
+    return math.degrees(2.0 * math.acos(min(cosine, 1.0)))
+
+
+def errors(robot: GhostRobot, urdf: str, tool: str, joints: Tuple[str, ...],
+           series: Tuple[np.ndarray, np.ndarray], reference_begin_s: float,
+           found: List[Comparison]) -> Tuple[List[float], List[float]]:
+    """In mm and degrees."""
+    chance, arm = random.Random(16), Kinematics(urdf)
+    far, turned = [], []
+    for _ in range(POSITIONS):
+        it = chance.choice(found)
+        at_s = chance.uniform(0.1, it.run.duration_s - 0.1)
+        then_s = float(it.alignment.time_map.to_reference(np.array([at_s]))[0])
+        place = robot.tool(it.run.begin_s + at_s)
+        if place is None:  # the reference had not begun, or had ended
+            continue
+        values: Dict[str, float] = {
+            joint: float(np.interp(then_s + reference_begin_s, series[0], series[1][:, column]))
+            for column, joint in enumerate(joints)}
+        wanted = arm.placement(tool, robot.root, values)
+        assert wanted is not None
+        far.append(1000.0 * math.dist(place.position, wanted.position))
+        turned.append(angle_deg(place, wanted))
+    return far, turned
+
+
+def main() -> None:
+    """Print what was measured."""
+    config, bag = sys.argv[1:]
+    cell = XmlParser().parse(config)
+    runs = ChosenRuns(cell).runs([bag])
+    good = GoodRuns(runs[0])
+    found = [good.compare(run) for run in runs[1:]]
+    begin_s = time.perf_counter()
+    tracks = ghost_tracks(cell, good.reference, found)
+    print(f'{len(runs)} runs, {len(tracks)} robots; the tracks take '
+          f'{time.perf_counter() - begin_s:.2f} s\n')
+    print('| robot | positions | off, p95 | at most | turned, at most |\n|---|---|---|---|---|')
+    robots = []
+    for track in tracks:
+        device = cell.device(track.device)
+        description = describe_device(device)
+        robot = GhostRobot(track.device, description.text, track.tool, track.there,
+                           track.there._replace(positions=track.here))
+        robots.append(robot)
+        topic = device.topic_for(TopicFunction.JOINT_STATES)
+        assert topic is not None
+        far, turned = errors(robot, description.text, track.tool,
+                             joint_matching(device, description).joints,
+                             recorded(bag, topic.name), good.reference.begin_s, found)
+        print(f'| {track.device} | {len(far)} | {np.quantile(far, 0.95):.3f} mm '
+              f'| {max(far):.3f} mm | {max(turned):.4f}° |')
+    begin_s = time.process_time()
+    for number in range(600):
+        for robot in robots:
+            robot.markers(found[0].run.begin_s + number / RATE_HZ % found[0].run.duration_s)
+    per_second = (time.process_time() - begin_s) / 600 * RATE_HZ
+    print(f'\nmarkers of {len(robots)} robots, {RATE_HZ:.0f} times a second: {per_second:.1%} of a '
+          'core')
+
+
+if __name__ == '__main__':
+    main()
