@@ -85,6 +85,7 @@ class Photographer:
         self._click('mark')
         self._until(lambda: launcher.recording.elapsed_s > _RECORDED_S, 60.0)
         self._picture('recording')
+        self._picture('live', whole=True)
         self._click('record')
         self._until(lambda: not launcher.recording.is_recording, 30.0)
         self._pause(1.0)

@@ -24,6 +24,7 @@ from process_visualizer.gui.views.playback.lane_picture import (
     visible_scale,
 )
 from process_visualizer.gui.views.playback.timeline_lanes import (
+from process_visualizer.runs.comparison.timeline_bands import TimelineBand
     Lane,
     decimals_for,
     lane_of,
@@ -106,6 +107,18 @@ class TestTexts:
         (None, None, ('… N', '', '')), (None, 5.0, ('…', '5.0', 'Δ – N'))])
     def test_values(self, at_position: float, at_mouse: float, texts: tuple) -> None:
         assert lane_texts(self.LANE, 20.0, at_position, at_mouse) == texts
+
+    def test_what_good_runs_have_is_beside_the_value(self) -> None:
+        found = lane_texts(self.LANE, 20.0, 19.24, None, 17.7).at_position
+        assert found == '19.2 N  (good 17.7, Δ +1.5)'
+        assert lane_texts(self.LANE, 20.0, NAN, None, 17.7).at_position == '– N'
+        assert lane_texts(self.LANE, 20.0, 19.2, 5.0, 17.7).at_position == '19.2'
+
+    def test_good_is_the_middle_of_the_band(self) -> None:
+        band = TimelineBand(np.array([1.0, NAN]), np.array([3.0, NAN]), np.zeros(2, bool))
+        lane = replace(self.LANE, band=band)
+        assert [lane.good_at(share) for share in (0.0, 0.4, 0.6, 1.0)] == [2.0, 2.0, None, None]
+        assert self.LANE.good_at(0.5) is None
 
     def test_whole_numbers_have_no_decimals(self) -> None:
         lane = Lane('a', '', (1.0, 0.0, 0.0), np.array([254.0, NAN]), np.array([255.0, NAN]))

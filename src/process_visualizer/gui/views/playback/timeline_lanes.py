@@ -43,6 +43,14 @@ class Lane:
         column = min(int(share * len(self.low)), len(self.low) - 1)
         return float(self.low[column] + self.high[column]) / 2 if column >= 0 else float('nan')
 
+    def good_at(self, share: float) -> Optional[float]:
+        """Return what good runs have in the middle at a part (0 to 1); None without any."""
+        if self.band is None or not len(self.band.low):
+            return None
+        column = min(int(share * len(self.band.low)), len(self.band.low) - 1)
+        middle = 0.5 * float(self.band.low[column] + self.band.high[column])
+        return None if math.isnan(middle) else middle
+
     @cached_property
     def extent(self) -> Tuple[float, float]:
         """The least and the greatest value; NaN if there is none."""
@@ -105,20 +113,27 @@ class LaneTexts(NamedTuple):
 
 
 def lane_texts(lane: Lane, span: float, at_position: Optional[float],
-               at_mouse: Optional[float]) -> LaneTexts:
+               at_mouse: Optional[float], good: Optional[float] = None) -> LaneTexts:
     """Return values in the unit of a lane that shows a ``span`` of values.
 
     A value is NaN where there is none; None at the position: not known yet, at the mouse: there is
-    no mouse.
+    no mouse. What is ``good`` at the position is told beside the value, with the difference.
     """
     decimals = 0 if lane.is_whole else decimals_for(span)
     known = '…' if at_position is None else number_text(at_position, decimals)
     if at_mouse is None:
-        return LaneTexts(f'{known} {lane.unit}'.rstrip())
+        return LaneTexts(f'{known} {lane.unit}'.rstrip() + _beside_good(at_position, good, decimals))
     difference = math.nan if at_position is None else (
         round(at_mouse, decimals) - round(at_position, decimals))  # of the numbers that are read
     return LaneTexts(known, number_text(at_mouse, decimals),
                      f"Δ {number_text(difference, decimals, '+')} {lane.unit}".rstrip())
+
+
+def _beside_good(value: Optional[float], good: Optional[float], decimals: int) -> str:
+    if good is None or value is None or math.isnan(value):
+        return ''
+    difference = round(value, decimals) - round(good, decimals)
+    return f"  (good {number_text(good, decimals)}, Δ {number_text(difference, decimals, '+')})"
 
 
 def decimals_for(span: float) -> int:

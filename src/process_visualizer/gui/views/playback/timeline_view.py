@@ -124,8 +124,9 @@ class TimelineView(QWidget):
         """Return a lane's values at the position and at the mouse, and their difference."""
         lane, length_s, time_s = self.stack.lanes[row], self.zoom.shown.length_s, self._hover_s
         at_mouse = None if time_s is None or not length_s else lane.at(time_s / length_s)
+        good = lane.good_at(self._playback.position_s / length_s) if length_s else None
         return lane_texts(lane, self.stack.pictures.scale(row).span, self._value_of(lane.key),
-                          at_mouse)
+                          at_mouse, good)
 
     @property
     def _hover_s(self) -> Optional[float]:
