@@ -24,13 +24,13 @@ from process_visualizer.gui.views.playback.lane_picture import (
     visible_scale,
 )
 from process_visualizer.gui.views.playback.timeline_lanes import (
-from process_visualizer.runs.comparison.timeline_bands import TimelineBand
     Lane,
     decimals_for,
     lane_of,
     lane_texts,
     number_text,
 )
+from process_visualizer.runs.comparison.timeline_bands import TimelineBand
 
 NAN = float('nan')
 
