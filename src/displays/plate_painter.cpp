@@ -38,7 +38,7 @@ int plateWidth(const QStringList& texts, const QFontMetrics& metrics, int step) 
   int width = 0;
   for (const QString& text : texts)
     width = std::max(width, metrics.boundingRect(text).width() + metrics.averageCharWidth() / 2);
-  return std::min((width + 2 * step - 1) / step * step, kWidest);
+  return std::min((width + step - 1) / step * step, kWidest);
 }
 
 PlateStyle styleOf(const std::vector<PlateLine>& lines) {
