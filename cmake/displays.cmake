@@ -41,3 +41,10 @@ if(CATKIN_ENABLE_TESTING)
   target_include_directories(test_labels PRIVATE ${PROJECT_SOURCE_DIR}/src/displays)
   target_link_libraries(test_labels ${roscpp_LIBRARIES})
 endif()
+
+# A benchmark: cmake --build build --target bench_labels
+add_executable(bench_labels EXCLUDE_FROM_ALL bench/labels.cpp
+  src/displays/label_layout.cpp src/displays/label_style.cpp src/displays/plate_painter.cpp)
+process_visualizer_compile(bench_labels)
+target_include_directories(bench_labels PRIVATE ${PROJECT_SOURCE_DIR}/src/displays)
+target_link_libraries(bench_labels ${rviz_qt}::Widgets)

@@ -69,6 +69,7 @@ class Chooser {
     if (label.offset) consider(label, *label.offset, -kBetter);
     consider(label, {}, 0);
     for (int ring = 1; ring <= kRings; ++ring) considerRing(label, static_cast<float>(ring));
+    if (platesUnder(best_) > 0) considerNeighbours(label);
     placed_.push_back(widened(best_, kGap));
     return {best_.corner.x + best_.size.width / 2 - label.anchor.x,
             best_.corner.y + best_.size.height / 2 - label.anchor.y};
@@ -81,6 +82,16 @@ class Chooser {
     const float width = ring * (label.size.width * 0.4F + kGap);
     const float height = ring * (label.size.height * 0.6F + kGap);
     for (const Point& way : around) consider(label, {way.x * width, way.y * height}, 0);
+  }
+
+  /// Places right above and below other plates: where it is crowded, and for wide plates.
+  void considerNeighbours(const LabelBox& label) {
+    for (const Rect& other : placed_) {
+      const float above = other.corner.y - label.size.height / 2;
+      const float below = other.corner.y + other.size.height + label.size.height / 2;
+      consider(label, {0, above - label.anchor.y}, 0);
+      consider(label, {0, below - label.anchor.y}, 0);
+    }
   }
 
   void consider(const LabelBox& label, Point offset, float extra_cost) {

@@ -70,6 +70,17 @@ TEST(LabelLayout, PlatesOfOnePlaceDoNotOverlap) {
   }
 }
 
+TEST(LabelLayout, WidePlatesDoNotOverlap) {
+  std::vector<LabelBox> boxes;
+  for (const float x : {100.0F, 300.0F, 600.0F, 700.0F, 900.0F, 500.0F})
+    boxes.push_back({{x, 100 + x / 10}, {900, 60 + x / 20}, {}});
+  const auto offsets = chooseOffsets(boxes, {}, kView);
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j)
+      EXPECT_FALSE(overlap(rectOf(boxes[i], offsets[i]), rectOf(boxes[j], offsets[j])));
+  }
+}
+
 TEST(LabelLayout, PlatesStayInTheView) {
   for (const Point anchor : {Point{-50, 400}, Point{1040, 400}, Point{3, 3}, Point{500, 850}}) {
     const LabelBox box{anchor, kPlate, {}};
