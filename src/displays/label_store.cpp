@@ -19,11 +19,6 @@ constexpr double kFarthest = 1e9;    ///< m
 constexpr std::size_t kMostLines = 24;
 const char* const kBlank = " \t\n\v\f\r";
 
-bool isFinite(const geometry_msgs::Point& point) {
-  return std::abs(point.x) < kFarthest && std::abs(point.y) < kFarthest &&
-         std::abs(point.z) < kFarthest;
-}
-
 ros::Time endOf(const Marker& marker, ros::Time now) {
   return marker.lifetime.isZero() ? ros::Time() : now + marker.lifetime;
 }
@@ -83,9 +78,14 @@ Spot spotOf(const Place& place) {
 
 }  // namespace
 
+bool isInReach(const geometry_msgs::Point& point) {
+  return std::abs(point.x) < kFarthest && std::abs(point.y) < kFarthest &&
+         std::abs(point.z) < kFarthest;
+}
+
 bool isLabel(const Marker& marker) {
   return marker.action == Marker::ADD && marker.type == Marker::TEXT_VIEW_FACING &&
-         isFinite(marker.pose.position) && std::isfinite(marker.scale.z) && marker.scale.z > 0 &&
+         isInReach(marker.pose.position) && std::isfinite(marker.scale.z) && marker.scale.z > 0 &&
          marker.color.a > 0 && marker.text.find_first_not_of(kBlank) != std::string::npos;
 }
 
@@ -105,7 +105,7 @@ void LabelStore::add(const Marker& marker, ros::Time now) {
     texts_[id] = {marker, endOf(marker, now)};
     has_changed_ = true;
   } else if (marker.type == Marker::ARROW && marker.points.empty() &&
-             isFinite(marker.pose.position) && std::isfinite(marker.scale.x)) {
+             isInReach(marker.pose.position) && std::isfinite(marker.scale.x)) {
     arrows_[id] = {displays::arrowOf(marker), endOf(marker, now)};
     has_changed_ = true;
   } else {

@@ -43,6 +43,9 @@ struct Label {
   std::vector<LabelLine> lines;
 };
 
+/// Whether a place is near enough for single precision; NaN is not.
+bool isInReach(const geometry_msgs::Point& point);
+
 /// Whether a marker is a text that RViz would draw.
 bool isLabel(const visualization_msgs::Marker& marker);
 

@@ -8,6 +8,7 @@
 #include <rviz/properties/ros_topic_property.h>
 
 #include <boost/make_shared.hpp>
+#include <limits>
 #include <pluginlib/class_list_macros.hpp>
 
 namespace process_visualizer::displays {
@@ -24,6 +25,15 @@ Marker standIn(const Marker& text) {
   marker.scale.x = marker.scale.y = marker.scale.z = 1e-4;
   marker.color.a = 1e-3F;
   return marker;
+}
+
+/// RViz reports a marker whose place is no number; one that is too far, or a text that is too
+/// large, would end it.
+void keepInReach(Marker& marker) {
+  geometry_msgs::Point size;
+  size.z = marker.scale.z;
+  if (!isInReach(marker.pose.position) || !isInReach(size))
+    marker.pose.position.x = std::numeric_limits<double>::quiet_NaN();
 }
 
 PlateLine plateLine(const LabelLine& line) {
@@ -76,6 +86,7 @@ void LabelledMarkers::take(const MarkerArray::ConstPtr& array) {
   const ros::Time now = ros::Time::now();
   const auto rest = boost::make_shared<MarkerArray>(*array);
   for (Marker& marker : rest->markers) {
+    keepInReach(marker);
     store_.take(marker, now);
     if (has_plates && isLabel(marker)) marker = standIn(marker);
   }

@@ -8,12 +8,12 @@
 namespace process_visualizer::displays {
 namespace {
 
-constexpr std::size_t kMostLabels = 100;  ///< more could not be told apart
-constexpr float kArrowWeight = 400;       ///< px
-constexpr float kArrowWidth = 0.03F;      ///< m
-constexpr float kBeside = 0.1F;           ///< of the view: what is so near its rim is still named
-constexpr float kShortestLeader = 10;     ///< px
-constexpr float kSameFoot = 14;           ///< px
+constexpr std::size_t kMostLabels = 60;  ///< more could not be told apart
+constexpr float kArrowWeight = 400;      ///< px
+constexpr float kArrowWidth = 0.03F;     ///< m
+constexpr float kBeside = 0.1F;          ///< of the view: what is so near its rim is still named
+constexpr float kShortestLeader = 10;    ///< px
+constexpr float kSameFoot = 14;          ///< px
 constexpr Rgb kSharedColor{0.85F, 0.87F, 0.9F};
 
 float distance(Point a, Point b) { return std::hypot(a.x - b.x, a.y - b.y); }
