@@ -52,7 +52,8 @@ Rect keptIn(Size view, Rect rect) {
 std::array<Point, kDirections> directions() {
   std::array<Point, kDirections> all;
   for (int i = 0; i < kDirections; ++i) {
-    const float turn = 6.2831853F * static_cast<float>((i + 1) / 2) / kDirections;
+    const int step = (i + 1) / 2;
+    const float turn = 6.2831853F * static_cast<float>(step) / kDirections;
     const float angle = 1.5707963F + (i % 2 == 0 ? turn : -turn);
     all[i] = {std::cos(angle), -std::sin(angle)};
   }

@@ -43,6 +43,7 @@ int plateWidth(const QStringList& texts, const QFontMetrics& metrics, int step) 
 
 PlateStyle styleOf(const std::vector<PlateLine>& lines) {
   std::vector<Rgb> colors;
+  colors.reserve(lines.size());
   for (const PlateLine& line : lines) colors.push_back(line.color);
   return plateFor(colors);
 }
