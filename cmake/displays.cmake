@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# The RViz display that reports on all displays.
+# The RViz displays: one reports on all displays, one draws markers with readable texts.
 
 # A plugin must have the Qt of its RViz, which says nowhere which one that is: Debian 13 has 6.
 set(rviz_library ${rviz_LIBRARIES})
@@ -16,8 +16,35 @@ add_library(process_visualizer_rviz
   src/displays/display_report.cpp
   src/displays/display_silence.cpp
   src/displays/display_status.cpp
+  src/displays/flat_object.cpp
+  src/displays/label_layer.cpp
+  src/displays/label_layout.cpp
+  src/displays/label_store.cpp
+  src/displays/label_style.cpp
+  src/displays/labelled_markers.cpp
+  src/displays/leader_lines.cpp
+  src/displays/plate_painter.cpp
+  src/displays/plate_picture.cpp
+  src/displays/screen_projection.cpp
+  src/displays/visible_labels.cpp
 )
 process_visualizer_compile(process_visualizer_rviz)
-target_link_libraries(process_visualizer_rviz ${rviz_LIBRARIES} ${rviz_qt}::Widgets)
+target_link_libraries(process_visualizer_rviz
+  ${rviz_LIBRARIES} ${rviz_DEFAULT_PLUGIN_LIBRARIES} ${rviz_qt}::Widgets)
 
 install(TARGETS process_visualizer_rviz LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})
+
+if(CATKIN_ENABLE_TESTING)
+  catkin_add_gtest(test_labels test/cpp/test_labels.cpp
+    src/displays/label_layout.cpp src/displays/label_store.cpp src/displays/label_style.cpp)
+  process_visualizer_compile(test_labels)
+  target_include_directories(test_labels PRIVATE ${PROJECT_SOURCE_DIR}/src/displays)
+  target_link_libraries(test_labels ${roscpp_LIBRARIES})
+endif()
+
+# A benchmark: cmake --build build --target bench_labels
+add_executable(bench_labels EXCLUDE_FROM_ALL bench/labels.cpp
+  src/displays/label_layout.cpp src/displays/label_style.cpp src/displays/plate_painter.cpp)
+process_visualizer_compile(bench_labels)
+target_include_directories(bench_labels PRIVATE ${PROJECT_SOURCE_DIR}/src/displays)
+target_link_libraries(bench_labels ${rviz_qt}::Widgets)

@@ -10,6 +10,8 @@
 
 #include <algorithm>
 
+#include "labelled_markers.hpp"
+
 namespace process_visualizer::displays {
 
 const char* const kSilenceName = "Messages";
@@ -66,8 +68,9 @@ bool hasReceivedNothing(const rviz::Display& display) {
   return statusText(display, "Depth Map").startsWith("0 ");
 }
 
-/// Markers are not counted at all, but each brings its namespace.
+/// RViz's own displays do not count markers at all, but each marker brings its namespace.
 bool hasNoMarker(const rviz::Display& display) {
+  if (const auto* own = dynamic_cast<const LabelledMarkers*>(&display)) return !own->hasReceived();
   const rviz::Property* namespaces = childOf(display, "Namespaces");
   return namespaces && childOf(display, "Marker Topic") && namespaces->numChildren() == 0;
 }

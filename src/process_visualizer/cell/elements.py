@@ -289,9 +289,13 @@ _DRAWN: Dict[str, Tag] = {
          'unit': _optional('text', 'unit to write after the value', ''),
          'scale': _optional('number', 'length in m per unit of the value', '1'),
          'max': _optional('positive', 'longest length in m; the number beside it is not limited'),
-         'offset': _optional('number', 'value (setpoint) at which the arrow has no length', '0'),
-         'offset_param': _optional('resource', 'parameter that holds the offset and may change at '
-                                               'any time; `offset` is used until it is set'),
+         'offset': _optional('number', 'setpoint, in the unit of the value: the arrow shows how '
+                                       'far the value is above or below it, and so does the number '
+                                       'in brackets after the value; with 0 there are no brackets',
+                             '0'),
+         'offset_param': _optional('resource', 'parameter that holds the offset, in the unit of '
+                                               'the value, and may change at any time; `offset` '
+                                               'is used until it is set'),
          'low': _optional('number', 'lower limit, in the unit of the value: below it the arrow has '
                                     'the warning colour, and the launcher shows an alarm'),
          'high': _optional('number', 'upper limit, likewise'),

@@ -12,6 +12,8 @@ from process_visualizer.cell.model import Device, DeviceType, Display, Property
 DisplayConfig = Dict[str, Any]
 
 _NUMBER = re.compile(r'-?(0|[1-9][0-9]{0,15})(\.[0-9]{1,15})?')
+_OWN_DISPLAYS = ('MarkerArray',)
+"""Types for which our own RViz plugin has a display of the same name and the same properties."""
 _SETTLED = ('Class', 'Name', 'Displays')
 """Keys that follow from the ``<rviz>`` element itself; no property changes them."""
 _DEFAULT_NAMES = {
@@ -45,7 +47,7 @@ def _default_displays(device: Device) -> List[Display]:
 def _config(display: Display, device: Device) -> DisplayConfig:
     display_type = DISPLAY_TYPES[display.type]
     config: DisplayConfig = {
-        'Class': f'rviz/{display.type}',
+        'Class': _class_of(display.type),
         'Name': display.name or _DEFAULT_NAMES.get(display.type, display.type),
         'Enabled': True,
         **copy.deepcopy(display_type.properties),
@@ -61,6 +63,11 @@ def _config(display: Display, device: Device) -> DisplayConfig:
     if display.type == 'TF':
         config['Frames'] = _frame_states(config['Frames'])
     return config
+
+
+def _class_of(display_type: str) -> str:
+    library = 'process_visualizer' if display_type in _OWN_DISPLAYS else 'rviz'
+    return f'{library}/{display_type}'
 
 
 def _frame_states(frames: Any) -> Any:

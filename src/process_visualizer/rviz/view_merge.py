@@ -47,11 +47,16 @@ def _merged_display(generated: ViewConfig, saved: ViewConfig) -> ViewConfig:
 
 
 def _identity(display: ViewConfig) -> Tuple[str, str]:
-    return str(display.get('Class')), str(display.get('Name'))
+    return _type(display), str(display.get('Name'))
+
+
+def _type(display: ViewConfig) -> str:
+    """The type without its library: views saved earlier show our markers with RViz's display."""
+    return str(display.get('Class')).split('/')[-1]
 
 
 def _topic_key(display: ViewConfig) -> str:
-    display_type = DISPLAY_TYPES.get(str(display.get('Class')).split('/')[-1])
+    display_type = DISPLAY_TYPES.get(_type(display))
     return (display_type.topic_key or '') if display_type else ''
 
 

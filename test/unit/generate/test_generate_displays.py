@@ -83,12 +83,16 @@ def test_all_types_of_rviz_are_known() -> None:
     assert set(DISPLAY_TYPES) == set(FACTS)
 
 
+def class_of(name: str) -> str:
+    return f'{"process_visualizer" if name == "MarkerArray" else "rviz"}/{name}'
+
+
 @pytest.mark.parametrize('name', FACTS)
 def test_every_type(name: str, displays: Displays) -> None:
     fact = FACTS[name]
     topic = '' if fact.topic_key is None else 'topic="a/b"'
     (found,) = displays(f'<rviz type="{name}" name="Shown" {topic}/>')
-    assert found['Class'] == f'rviz/{name}'
+    assert found['Class'] == class_of(name)
     assert found['Name'] == 'Shown'
     assert found['Enabled'] is True
     assert DISPLAY_TYPES[name].message_type == fact.message_type
@@ -175,7 +179,7 @@ def test_property_cannot_change_what_a_display_is(name: str, displays: Displays)
 def test_default_displays(kind: str, elements: str, expected: List[str], parse: Parse) -> None:
     device = parse(f'<device type="{kind}" name="d">{elements}</device>').devices[0]
     found = device_displays(device)
-    assert classes(found) == [f'rviz/{name}' for name in expected]
+    assert classes(found) == [class_of(name) for name in expected]
     assert all(display['Enabled'] is True for display in found)
 
 
@@ -187,7 +191,7 @@ def robot(parse: Parse, elements: str) -> List[Dict[str, Any]]:
 def test_explicit_display_replaces_the_default_like_it(parse: Parse) -> None:
     found = robot(parse, '<rviz type="RobotModel" name="Mine">'
                          '<property name="Alpha" value="0.5"/></rviz>')
-    assert classes(found) == ['rviz/MarkerArray', 'rviz/RobotModel']
+    assert classes(found) == ['process_visualizer/MarkerArray', 'rviz/RobotModel']
     assert (found[1]['Name'], found[1]['Alpha']) == ('Mine', 0.5)
 
 

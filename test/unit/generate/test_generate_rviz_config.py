@@ -51,7 +51,8 @@ def test_groups_of_devices(parse: Parse) -> None:
     displays = manager(cell)['Displays']
     assert [(display['Class'], display['Name']) for display in displays] == [
         ('rviz/Grid', 'Grid'), ('rviz/Group', 'r (robot)'), ('rviz/Group', 'o (other)'),
-        ('rviz/MarkerArray', 'What is not live'), ('rviz/InteractiveMarkers', 'Calibration'),
+        ('process_visualizer/MarkerArray', 'What is not live'),
+        ('rviz/InteractiveMarkers', 'Calibration'),
         ('process_visualizer/DisplayStatus', 'Status report')]
     assert all(display['Enabled'] is True for display in displays)
     assert [display['Class'] for display in displays[2]['Displays']] == ['rviz/TF']
@@ -61,7 +62,7 @@ def test_own_grid_replaces_the_default_one(parse: Parse) -> None:
     displays = manager(parse('<device type="other" name="o"><rviz type="Grid" name="Floor"/>'
                              '</device>'))['Displays']
     assert [display['Class'] for display in displays] == [
-        'rviz/Group', 'rviz/MarkerArray', 'rviz/InteractiveMarkers',
+        'rviz/Group', 'process_visualizer/MarkerArray', 'rviz/InteractiveMarkers',
         'process_visualizer/DisplayStatus']
     assert displays[0]['Displays'][0]['Name'] == 'Floor'
 

@@ -153,6 +153,14 @@ def test_what_the_operator_sets_is_kept(generated: Config) -> None:
     assert displays(merged) == displays(saved)
 
 
+def test_markers_of_earlier_views_are_not_shown_twice() -> None:
+    ours, his = ({'Visualization Manager': {'Displays': [
+        {'Class': f'{library}/MarkerArray', 'Name': 'Arrows and numbers', 'Enabled': enabled}]}}
+        for library, enabled in (('process_visualizer', True), ('rviz', False)))
+    (display,) = merged_view(ours, his)['Visualization Manager']['Displays']
+    assert (display['Class'], display['Enabled']) == ('process_visualizer/MarkerArray', False)
+
+
 def test_what_the_configuration_says_is_kept(generated: Config) -> None:
     saved = copy.deepcopy(generated)
     displays(saved)['Points']['Topic'] = '/old/points'

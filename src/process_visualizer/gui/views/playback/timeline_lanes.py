@@ -122,7 +122,7 @@ def lane_texts(lane: Lane, span: float, at_position: Optional[float],
     decimals = 0 if lane.is_whole else decimals_for(span)
     known = '…' if at_position is None else number_text(at_position, decimals)
     if at_mouse is None:
-        return LaneTexts(f"{known} {lane.unit}".rstrip()
+        return LaneTexts(f'{known} {lane.unit}'.rstrip()
                          + _beside_good(at_position, good, decimals))
     difference = math.nan if at_position is None else (
         round(at_mouse, decimals) - round(at_position, decimals))  # of the numbers that are read

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <OgreRenderTargetListener.h>
+#include <rviz/render_panel.h>
+
+#include <QPointer>
+#include <chrono>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "label_layout.hpp"
+#include "leader_lines.hpp"
+#include "plate_picture.hpp"
+#include "visible_labels.hpp"
+
+namespace rviz {
+class DisplayContext;
+}
+
+namespace process_visualizer::displays {
+
+/// Draws the labels of all displays in front of the 3D view, so that all plates avoid each other.
+/// To be called in RViz's GUI thread.
+class LabelLayer : public Ogre::RenderTargetListener {
+ public:
+  /// The layer of an RViz; it exists while somebody holds it.
+  static std::shared_ptr<LabelLayer> of(rviz::DisplayContext& context);
+
+  explicit LabelLayer(rviz::DisplayContext& context);
+  ~LabelLayer() override;
+  LabelLayer(const LabelLayer&) = delete;
+  LabelLayer& operator=(const LabelLayer&) = delete;
+
+  /// A number for somebody who shows labels.
+  int newOwner() { return ++owners_; }
+  /// Replaces the labels of an owner; their keys are its own.
+  void show(int owner, const std::vector<SceneLabel>& labels);
+
+  void preViewportUpdate(const Ogre::RenderTargetViewportEvent& event) override;
+  /// Other pictures of the scene, as of a camera or for the mouse, do not have the labels.
+  void postViewportUpdate(const Ogre::RenderTargetViewportEvent& event) override;
+
+ private:
+  /// A plate as it was drawn last.
+  struct Plate {
+    std::unique_ptr<PlatePicture> picture;
+    std::vector<PlateLine> lines;
+    int font_size = 0;  ///< px
+    Size size;
+  };
+
+  bool isOurs(const Ogre::RenderTargetViewportEvent& event) const;
+  void draw(const Ogre::Camera& camera, Size view);
+  std::vector<SceneLabel> allLabels() const;
+  void forgetOthers(const std::vector<VisibleLabel>& visible);
+  /// Paints a plate whose text or size has changed.
+  void paint(const VisibleLabel& visible);
+  std::vector<Rect> places(const std::vector<VisibleLabel>& visible,
+                           const ScreenProjection& projection);
+  float secondsSinceLastPicture();
+
+  Ogre::SceneManager& scene_;
+  Ogre::SceneNode* node_;
+  QPointer<rviz::RenderPanel> panel_;  ///< RViz may delete it before its displays
+  LeaderLines leaders_;
+  LabelLayout layout_;
+  std::map<int, std::vector<SceneLabel>> labels_;
+  std::map<std::string, Plate> plates_;
+  std::chrono::steady_clock::time_point last_picture_;
+  int owners_ = 0;
+};
+
+}  // namespace process_visualizer::displays

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace process_visualizer::displays {
+
+/// A point of the picture, px: x to the right and y downwards from its upper left corner.
+struct Point {
+  float x = 0;
+  float y = 0;
+};
+
+/// px
+struct Size {
+  float width = 0;
+  float height = 0;
+};
+
+/// px; `corner` is the upper left one.
+struct Rect {
+  Point corner;
+  Size size;
+};
+
+/// What a plate had better not cover. `weight` is the way, in px, that a plate goes in order not to
+/// cover all of it, or not to be covered with it.
+struct Obstacle {
+  Rect rect;
+  float weight = 0;
+};
+
+/// A plate that has to find its place. `offset` is where it was in the last picture, px from the
+/// anchor to its middle.
+struct LabelBox {
+  Point anchor;
+  Size size;
+  std::optional<Point> offset;
+};
+
+/// Returns the offset of each plate from its anchor. A plate is centred on its anchor unless it
+/// would cover a plate before it in the list, or obstacles that are worth the way. It stays
+/// where it was in the last picture unless another place is clearly better. All plates are kept in
+/// the view, as far as it has room.
+std::vector<Point> chooseOffsets(const std::vector<LabelBox>& labels,
+                                 const std::vector<Obstacle>& obstacles, Size view);
+
+/// Where plates are, from picture to picture: they glide to their places instead of jumping.
+class LabelLayout {
+ public:
+  struct Plate {
+    std::string key;  ///< the same from picture to picture
+    Point anchor;
+    Size size;
+  };
+
+  /// Returns the rectangle of each plate; `elapsed_s` since the last picture.
+  std::vector<Rect> place(const std::vector<Plate>& plates, const std::vector<Obstacle>& obstacles,
+                          Size view, float elapsed_s);
+
+ private:
+  struct Offset {
+    Point chosen;
+    Point shown;
+  };
+
+  Offset glide(const std::string& key, Point chosen, float elapsed_s) const;
+
+  std::map<std::string, Offset> offsets_;
+};
+
+}  // namespace process_visualizer::displays

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <geometry_msgs/Point.h>
+#include <ros/time.h>
+#include <std_msgs/ColorRGBA.h>
+#include <visualization_msgs/Marker.h>
+
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace process_visualizer::displays {
+
+/// A place in a frame; the stamp is zero where the newest transform of the frame counts.
+struct Place {
+  std::string frame;
+  ros::Time stamp;
+  geometry_msgs::Point position;  ///< m
+};
+
+/// An arrow in the scene.
+struct LabelArrow {
+  Place foot, tip;
+  bool is_drawn = true;  ///< a quantity near zero has a place, but no arrow
+};
+
+/// A line of a label.
+struct LabelLine {
+  std::string marker_namespace;
+  std::string text;  ///< UTF-8
+  std_msgs::ColorRGBA color;
+  std::optional<LabelArrow> arrow;  ///< whose number it is
+};
+
+/// All texts that stand at one place, as lines from top to bottom.
+struct Label {
+  std::string key;  ///< the same for as long as it exists
+  Place place;
+  double height_m = 0;  ///< of a line, in the scene
+  std::vector<LabelLine> lines;
+};
+
+/// Whether a place is near enough for single precision; NaN is not.
+bool isInReach(const geometry_msgs::Point& point);
+
+/// Whether a marker is a text that RViz would draw.
+bool isLabel(const visualization_msgs::Marker& marker);
+
+/// The texts among the markers of one topic.
+class LabelStore {
+ public:
+  /// Follows a marker, whatever it is; `now` begins its lifetime.
+  void take(const visualization_msgs::Marker& marker, ros::Time now);
+  /// Removes what has outlived its lifetime.
+  void expire(ros::Time now);
+  void clear();
+  const std::vector<Label>& labels();
+
+ private:
+  using Id = std::pair<std::string, int>;
+
+  struct Text {
+    visualization_msgs::Marker marker;
+    ros::Time end;  ///< zero: it has none
+  };
+  struct Arrow {
+    LabelArrow arrow;
+    ros::Time end;
+  };
+
+  void add(const visualization_msgs::Marker& marker, ros::Time now);
+  void remove(const Id& id);
+  void forgetArrowsWithoutText();
+  std::optional<LabelArrow> arrowOf(const std::string& marker_namespace) const;
+  void appendLines(const visualization_msgs::Marker& marker,
+                   std::vector<std::pair<int, LabelLine>>& lines) const;
+  Label label(const std::vector<Id>& ids) const;
+  void collect();
+
+  std::map<Id, Text> texts_;
+  std::map<Id, Arrow> arrows_;
+  std::vector<Label> labels_;
+  bool has_changed_ = false;
+};
+
+}  // namespace process_visualizer::displays
