@@ -1,8 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# The cloud filter (a library) and the nodelet around it.
+# The cloud filters (libraries) and the nodelets around them.
 
 # Only message classes and Eigen: no node, no master.
-add_library(roi_filter src/cloud/roi_filter.cpp)
+set(cloud_sources
+  src/cloud/box.cpp
+  src/cloud/image_layout.cpp
+  src/cloud/pixel_rays.cpp
+  src/cloud/registered_crop.cpp
+  src/cloud/roi_filter.cpp
+)
+add_library(roi_filter ${cloud_sources})
 process_visualizer_compile(roi_filter)
 target_link_libraries(roi_filter ${roscpp_serialization_LIBRARIES} ${rostime_LIBRARIES})
 
@@ -19,12 +26,26 @@ install(TARGETS roi_filter process_visualizer_nodelets
 )
 
 if(CATKIN_ENABLE_TESTING)
+  set(sanitizers -fsanitize=address,undefined -fno-sanitize-recover=all)
+
   # PCL's own box filter is what the test compares with.
   find_package(PCL REQUIRED COMPONENTS common filters)
   catkin_add_gtest(test_roi_filter test/cpp/test_roi_filter.cpp)
   process_visualizer_compile(test_roi_filter)
   target_include_directories(test_roi_filter SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
   target_link_libraries(test_roi_filter roi_filter ${PCL_LIBRARIES})
+
+  catkin_add_gtest(test_registered_crop test/cpp/test_registered_crop.cpp)
+  process_visualizer_compile(test_registered_crop)
+  target_link_libraries(test_registered_crop roi_filter)
+
+  # Bad images once more where every access to a byte that is not there, and every undefined
+  # operation, ends the test. The sources are compiled into it, so that they are watched as well.
+  catkin_add_gtest(test_bad_images test/cpp/test_bad_images.cpp ${cloud_sources})
+  process_visualizer_compile(test_bad_images)
+  target_compile_options(test_bad_images PRIVATE -O1 -g ${sanitizers})
+  target_link_libraries(test_bad_images ${sanitizers}
+    ${roscpp_serialization_LIBRARIES} ${rostime_LIBRARIES})
 
   add_executable(roi_filter_benchmark EXCLUDE_FROM_ALL bench/roi_filter.cpp)
   process_visualizer_compile(roi_filter_benchmark)
