@@ -4,6 +4,7 @@
 # Only message classes and Eigen: no node, no master.
 set(cloud_sources
   src/cloud/box.cpp
+  src/cloud/box_outline.cpp
   src/cloud/image_layout.cpp
   src/cloud/pixel_rays.cpp
   src/cloud/registered_crop.cpp
@@ -14,12 +15,15 @@ process_visualizer_compile(roi_filter)
 target_link_libraries(roi_filter ${roscpp_serialization_LIBRARIES} ${rostime_LIBRARIES})
 
 add_library(process_visualizer_nodelets
+  src/cloud/region_of_interest.cpp
+  src/cloud/registered_crop_nodelet.cpp
   src/cloud/roi_filter_nodelet.cpp
   src/cloud/roi_parameters.cpp
 )
 process_visualizer_compile(process_visualizer_nodelets)
 target_link_libraries(process_visualizer_nodelets
-  roi_filter ${nodelet_LIBRARIES} ${roscpp_LIBRARIES} ${tf2_ros_LIBRARIES})
+  roi_filter ${image_transport_LIBRARIES} ${message_filters_LIBRARIES} ${nodelet_LIBRARIES}
+  ${roscpp_LIBRARIES} ${tf2_ros_LIBRARIES})
 
 install(TARGETS roi_filter process_visualizer_nodelets
   LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION}
