@@ -51,7 +51,9 @@ if(CATKIN_ENABLE_TESTING)
   target_link_libraries(test_bad_images ${sanitizers}
     ${roscpp_serialization_LIBRARIES} ${rostime_LIBRARIES})
 
-  add_executable(roi_filter_benchmark EXCLUDE_FROM_ALL bench/roi_filter.cpp)
-  process_visualizer_compile(roi_filter_benchmark)
-  target_link_libraries(roi_filter_benchmark roi_filter)
+  foreach(name roi_filter registered_crop)
+    add_executable(${name}_benchmark EXCLUDE_FROM_ALL bench/${name}.cpp)
+    process_visualizer_compile(${name}_benchmark)
+    target_link_libraries(${name}_benchmark roi_filter)
+  endforeach()
 endif()

@@ -95,13 +95,11 @@ class ImageCrop {
         metres_per_pixel_((double{Depth<Value>::kUnit} / rays.focal().array()).cast<float>()),
         row_(depth.width) {}
 
-  std::vector<std::uint8_t> points() {
-    std::vector<std::uint8_t> data;
+  void appendTo(std::vector<std::uint8_t>& points) {
     for (std::uint32_t row = 0; row < depth_.height; ++row) {
       const auto* begin = reinterpret_cast<const std::uint8_t*>(row_.data());
-      data.insert(data.end(), begin, begin + cropRow(row) * sizeof(Point));
+      points.insert(points.end(), begin, begin + cropRow(row) * sizeof(Point));
     }
-    return data;
   }
 
  private:
@@ -134,12 +132,12 @@ class ImageCrop {
   std::vector<Point> row_;
 };
 
-PointCloud2 makeCloud(const std_msgs::Header& header, std::vector<std::uint8_t> points) {
+PointCloud2 makeCloud(const std_msgs::Header& header, const std::vector<std::uint8_t>& points) {
   PointCloud2 cloud;
   sensor_msgs::PointCloud2Modifier(cloud).setPointCloud2FieldsByString(2, "xyz", "rgb");
   cloud.header = header;
   cloud.is_dense = true;
-  cloud.data = std::move(points);
+  cloud.data = points;
   cloud.row_step = cloud.data.size();
   cloud.width = cloud.row_step / cloud.point_step;
   cloud.height = 1;
@@ -157,9 +155,12 @@ PointCloud2 RegisteredCrop::crop(const Image& depth, const Image& color,
   const PixelRays& rays = raysOf(depth, info);
   const InsideBox is_inside(box_from_camera, box);
   const bool is_float = depth.encoding == sensor_msgs::image_encodings::TYPE_32FC1;
-  return makeCloud(depth.header,
-                   is_float ? ImageCrop<float>(depth, rays, colors, is_inside).points()
-                            : ImageCrop<std::uint16_t>(depth, rays, colors, is_inside).points());
+  points_.clear();
+  if (is_float)
+    ImageCrop<float>(depth, rays, colors, is_inside).appendTo(points_);
+  else
+    ImageCrop<std::uint16_t>(depth, rays, colors, is_inside).appendTo(points_);
+  return makeCloud(depth.header, points_);
 }
 
 const PixelRays& RegisteredCrop::raysOf(const Image& depth, const sensor_msgs::CameraInfo& info) {

@@ -6,7 +6,9 @@
 #include <sensor_msgs/PointCloud2.h>
 
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "process_visualizer/cloud/box.hpp"
 #include "process_visualizer/cloud/pixel_rays.hpp"
@@ -41,6 +43,7 @@ class RegisteredCrop {
   Lens lens_;
   std::optional<PixelRays> rays_;
   sensor_msgs::CameraInfo rays_info_;       ///< what the rays were made from, without its header
+  std::vector<std::uint8_t> points_;        ///< memory that is kept: to get it anew takes longer
   std::uint32_t rays_width_, rays_height_;  ///< of the image that they were made for, px
 };
 
