@@ -12,4 +12,13 @@ Box::Box(const Eigen::Vector3d& center, const Eigen::Vector3d& size)
           "size must be three finite numbers greater than zero");
 }
 
+Eigen::Matrix<double, 3, 8> Box::corners() const {
+  Eigen::Matrix<double, 3, 8> corners;
+  for (int number = 0; number < 8; ++number) {
+    const Eigen::Vector3d side((number & 1) * 2 - 1, (number & 2) - 1, (number & 4) / 2 - 1);
+    corners.col(number) = center_ + side.cwiseProduct(halfExtents());
+  }
+  return corners;
+}
+
 }  // namespace process_visualizer::cloud

@@ -8,10 +8,7 @@ using visualization_msgs::Marker;
 
 constexpr double kLineWidth = 0.004;  ///< m
 
-/// A corner by its number: bit i says on which side of the centre it lies along axis i.
-geometry_msgs::Point corner(const Box& box, int number) {
-  const Eigen::Vector3d sides((number & 1) * 2 - 1, (number & 2) - 1, (number & 4) / 2 - 1);
-  const Eigen::Vector3d place = box.center() + sides.cwiseProduct(box.halfExtents());
+geometry_msgs::Point toPoint(const Eigen::Vector3d& place) {
   geometry_msgs::Point point;
   point.x = place.x();
   point.y = place.y();
@@ -21,11 +18,12 @@ geometry_msgs::Point corner(const Box& box, int number) {
 
 /// The edges join the corners whose numbers differ in one bit.
 void addEdges(Marker& outline, const Box& box) {
+  const auto corners = box.corners();
   for (int begin = 0; begin < 8; ++begin) {
     for (const int bit : {1, 2, 4}) {
       if (begin & bit) continue;
-      outline.points.push_back(corner(box, begin));
-      outline.points.push_back(corner(box, begin | bit));
+      outline.points.push_back(toPoint(corners.col(begin)));
+      outline.points.push_back(toPoint(corners.col(begin | bit)));
     }
   }
 }

@@ -3,6 +3,7 @@
 
 #include <sensor_msgs/distortion_models.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -17,6 +18,9 @@ using sensor_msgs::CameraInfo;
 
 constexpr int kMaxSteps = 100;       ///< of the search for a pixel's ray
 constexpr double kTolerance = 1e-8;  ///< of a ray's slope: a few millionths of a pixel
+
+constexpr double kNearest = 0.01;  ///< depth from which on a corner has a place in the image, m
+constexpr double kMargin = 2;      ///< around a range, for what is rounded, px
 
 struct Pinhole {
   Eigen::Vector2d focal;   ///< px
@@ -125,18 +129,38 @@ Pinhole pinholeOf(const CameraInfo& info, std::uint32_t width, std::uint32_t hei
   return pinhole;
 }
 
+/// A column or row, limited to those of the image and the one behind them; NaN is the first one.
+std::uint32_t pixelWithin(double place, std::uint32_t end) {
+  return static_cast<std::uint32_t>(std::min<double>(std::max(0.0, place), end));
+}
+
 }  // namespace
 
 PixelRays::PixelRays(const CameraInfo& info, std::uint32_t width, std::uint32_t height, Lens lens)
-    : width_(width), rays_(std::size_t{width} * height) {
-  const bool is_distorted = lens == Lens::kDistorts && hasDistortion(info);
-  const Pinhole pinhole = pinholeOf(info, width, height, is_distorted);
+    : whole_{0, 0, width, height},
+      is_distorted_(lens == Lens::kDistorts && hasDistortion(info)),
+      width_(width),
+      rays_(std::size_t{width} * height) {
+  const Pinhole pinhole = pinholeOf(info, width, height, is_distorted_);
   focal_ = pinhole.focal;
+  center_ = pinhole.center;
   // In float, as depth_image_proc subtracts: the points are to be equal to the last bit.
   const Eigen::Vector2f center = pinhole.center.cast<float>();
   for (std::size_t pixel = 0; pixel < rays_.size(); ++pixel)
     rays_[pixel] = Eigen::Vector2f(pixel % width, pixel / width) - center;
-  if (is_distorted) undistort(rays_, pinhole.focal, readDistortion(info));
+  if (is_distorted_) undistort(rays_, pinhole.focal, readDistortion(info));
+}
+
+PixelRange PixelRays::rangeOf(const Eigen::Matrix<double, 3, 8>& corners) const {
+  if (is_distorted_ || !(corners.row(2).minCoeff() > kNearest)) return whole_;
+  const auto places =
+      ((corners.colwise().hnormalized().array().colwise() * focal_.array()).colwise() +
+       center_.array())
+          .eval();
+  return {pixelWithin(places.row(0).minCoeff() - kMargin, whole_.end_column),
+          pixelWithin(places.row(1).minCoeff() - kMargin, whole_.end_row),
+          pixelWithin(places.row(0).maxCoeff() + kMargin, whole_.end_column),
+          pixelWithin(places.row(1).maxCoeff() + kMargin, whole_.end_row)};
 }
 
 }  // namespace process_visualizer::cloud

@@ -87,16 +87,17 @@ template <typename Value>
 class ImageCrop {
  public:
   ImageCrop(const Image& depth, const PixelRays& rays, const ColorPlaces& colors,
-            const InsideBox& is_inside)
+            const PixelRange& range, const InsideBox& is_inside)
       : depth_(depth),
         rays_(rays),
         colors_(colors),
+        range_(range),
         is_inside_(is_inside),
         metres_per_pixel_((double{Depth<Value>::kUnit} / rays.focal().array()).cast<float>()),
         row_(depth.width) {}
 
   void appendTo(std::vector<std::uint8_t>& points) {
-    for (std::uint32_t row = 0; row < depth_.height; ++row) {
+    for (std::uint32_t row = range_.begin_row; row < range_.end_row; ++row) {
       const auto* begin = reinterpret_cast<const std::uint8_t*>(row_.data());
       points.insert(points.end(), begin, begin + cropRow(row) * sizeof(Point));
     }
@@ -109,7 +110,7 @@ class ImageCrop {
     const std::uint8_t* colors = colors_.row(row);
     const Eigen::Vector2f* rays = rays_.row(row);
     std::size_t count = 0;
-    for (std::size_t column = 0; column < depth_.width; ++column) {
+    for (std::size_t column = range_.begin_column; column < range_.end_column; ++column) {
       const auto depth = read<Value>(depths + column * sizeof(Value));
       if (!Depth<Value>::isMeasured(depth)) continue;
       const Eigen::Vector3f position = pointAt(rays[column], depth);
@@ -127,6 +128,7 @@ class ImageCrop {
   const Image& depth_;
   const PixelRays& rays_;
   const ColorPlaces& colors_;
+  PixelRange range_;  ///< of the pixels that can see the box
   InsideBox is_inside_;
   Eigen::Vector2f metres_per_pixel_;  ///< at a depth of 1 in the image's unit
   std::vector<Point> row_;
@@ -153,13 +155,14 @@ PointCloud2 RegisteredCrop::crop(const Image& depth, const Image& color,
   checkDepthImage(depth);
   const ColorPlaces colors(color, depth, checkColorImage(color, depth));
   const PixelRays& rays = raysOf(depth, info);
+  const PixelRange range = rays.rangeOf(box_from_camera.inverse() * box.corners());
   const InsideBox is_inside(box_from_camera, box);
   const bool is_float = depth.encoding == sensor_msgs::image_encodings::TYPE_32FC1;
   points_.clear();
   if (is_float)
-    ImageCrop<float>(depth, rays, colors, is_inside).appendTo(points_);
+    ImageCrop<float>(depth, rays, colors, range, is_inside).appendTo(points_);
   else
-    ImageCrop<std::uint16_t>(depth, rays, colors, is_inside).appendTo(points_);
+    ImageCrop<std::uint16_t>(depth, rays, colors, range, is_inside).appendTo(points_);
   return makeCloud(depth.header, points_);
 }
 

@@ -123,12 +123,14 @@ TEST(BadImages, HugeAndDenormalNumbersGiveNoPoints) {
 
 TEST(BadImages, ATransformOfNaNKeepsNothing) {
   const auto images = makeImages();
-  Eigen::Isometry3d nowhere = Eigen::Isometry3d::Identity();
-  nowhere.translation().x() = NAN;
-  EXPECT_EQ(RegisteredCrop(Lens::kDistorts)
-                .crop(images.depth, images.color, images.info, nowhere, kBox)
-                .width,
-            0u);
+  for (int place = 0; place < 12; ++place) {
+    Eigen::Isometry3d nowhere = Eigen::Isometry3d::Identity();
+    nowhere.matrix()(place % 3, place / 3) = NAN;
+    EXPECT_EQ(RegisteredCrop(Lens::kDistorts)
+                  .crop(images.depth, images.color, images.info, nowhere, kBox)
+                  .width,
+              0u);
+  }
 }
 
 /// Changes one number of the messages to anything.

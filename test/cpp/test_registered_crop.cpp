@@ -98,6 +98,23 @@ TEST_P(EveryEncoding, GivesTheCroppedPointsOfTheWholeCloud) {
   EXPECT_EQ(cropped, expected);
 }
 
+TEST(RegisteredCrop, GivesTheSamePointsOfAnyBox) {
+  std::mt19937 generator(5);
+  std::uniform_real_distribution<double> place(-1.5, 1.5), edge(0.05, 1.5);
+  const auto images = makeImages();
+  const auto whole = wholeCloud(images);
+  int empty = 0, full = 0;
+  for (int round = 0; round < 500; ++round) {
+    const Box box({place(generator), place(generator), 1 + place(generator)},
+                  {edge(generator), edge(generator), edge(generator)});
+    const auto expected = cropToBox(whole, tilted(), box);
+    EXPECT_EQ(crop(images, box, tilted()), expected);
+    ++(expected.width == 0 ? empty : full);
+  }
+  EXPECT_GT(empty, 20);
+  EXPECT_GT(full, 100);
+}
+
 INSTANTIATE_TEST_SUITE_P(RegisteredCrop, EveryEncoding,
                          testing::Values(Encodings{"16UC1", "rgb8"}, Encodings{"32FC1", "rgb8"},
                                          Encodings{"16UC1", "bgr8"}, Encodings{"16UC1", "rgba8"},

@@ -18,6 +18,10 @@ class Box {
   const Eigen::Vector3d& center() const { return center_; }
   Eigen::Vector3d halfExtents() const { return size_ / 2; }
 
+  /// The corners, as columns. Bit i of a corner's number says on which side of the centre it lies
+  /// along axis i.
+  Eigen::Matrix<double, 3, 8> corners() const;
+
  private:
   Eigen::Vector3d center_;
   Eigen::Vector3d size_;

@@ -13,6 +13,11 @@ namespace process_visualizer::cloud {
 /// a raw and a rectified image have the same camera info.
 enum class Lens { kDistorts, kRectified };
 
+/// A rectangle of pixels, from the first column and row up to the last ones, exclusively.
+struct PixelRange {
+  std::uint32_t begin_column, begin_row, end_column, end_row;
+};
+
 /// Where the pixels of a camera look, computed once for every camera info.
 ///
 /// A pixel's ray is its place in an image without distortion, in px from the principal point: a
@@ -31,11 +36,18 @@ class PixelRays {
 
   const Eigen::Vector2d& focal() const { return focal_; }  ///< focal lengths fx and fy, px
 
+  /// The pixels that can see points at the corners of a box, or between them; all pixels where the
+  /// lens distorts, or a corner is not in front of the camera.
+  /// \param corners  in the camera's frame, m
+  PixelRange rangeOf(const Eigen::Matrix<double, 3, 8>& corners) const;
+
   /// The rays of a row's pixels, from left to right.
   const Eigen::Vector2f* row(std::size_t number) const { return &rays_[number * width_]; }
 
  private:
-  Eigen::Vector2d focal_;
+  PixelRange whole_;
+  bool is_distorted_;
+  Eigen::Vector2d focal_, center_;
   std::size_t width_;
   std::vector<Eigen::Vector2f> rays_;
 };
