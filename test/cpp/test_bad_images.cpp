@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Images that are none. Built with AddressSanitizer and UndefinedBehaviorSanitizer.
+/// Images and clouds that are none. Built with AddressSanitizer and UndefinedBehaviorSanitizer.
 #include <gtest/gtest.h>
+#include <sensor_msgs/point_cloud2_iterator.h>
 
 #include <cmath>
 #include <functional>
@@ -166,6 +167,55 @@ TEST(BadImages, AnyThreeChangesAreSurvived) {
     for (int change = 0; change < 3; ++change) mutate(images, generator);
     try {
       crop(images);
+      ++accepted;
+    } catch (const std::invalid_argument&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 300);
+  EXPECT_GT(accepted, 30);
+}
+
+/// A cloud of 4 x 3 points with x, y, z and rgb, all of them in the box.
+sensor_msgs::PointCloud2 makeCloud() {
+  sensor_msgs::PointCloud2 cloud;
+  sensor_msgs::PointCloud2Modifier modifier(cloud);
+  modifier.setPointCloud2FieldsByString(2, "xyz", "rgb");
+  modifier.resize(12);
+  for (sensor_msgs::PointCloud2Iterator<float> z(cloud, "z"); z != z.end(); ++z) *z = 1.5f;
+  cloud.width = 4;
+  cloud.height = 3;
+  cloud.row_step = 4 * cloud.point_step;
+  return cloud;
+}
+
+/// Changes one number of the cloud to anything.
+void mutate(sensor_msgs::PointCloud2& cloud, std::mt19937& generator) {
+  const std::uint32_t any[] = {0, 1, 3, 4, 5, 12, 31, 32, 33, 128, 0x7FFFFFFF, 0xFFFFFFFF};
+  sensor_msgs::PointField& field = cloud.fields[generator() % cloud.fields.size()];
+  std::uint32_t* const numbers[] = {&cloud.width, &cloud.height, &cloud.row_step, &cloud.point_step,
+                                    &field.offset};
+  switch (generator() % 4) {
+    case 0:
+      field.datatype = generator() % 10;
+      break;
+    case 1:
+      cloud.data.resize(generator() % (cloud.data.size() + 2));
+      break;
+    default:
+      *numbers[generator() % std::size(numbers)] = any[generator() % std::size(any)];
+  }
+}
+
+TEST(BadClouds, AnyTwoChangesAreSurvived) {
+  std::mt19937 generator(9);
+  int refused = 0, accepted = 0;
+  for (int round = 0; round < 3000; ++round) {
+    auto cloud = makeCloud();
+    for (int change = 0; change < 2; ++change) mutate(cloud, generator);
+    cloud.data.shrink_to_fit();
+    try {
+      cropToBox(cloud, Eigen::Isometry3d::Identity(), kBox);
       ++accepted;
     } catch (const std::invalid_argument&) {
       ++refused;
