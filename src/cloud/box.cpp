@@ -15,8 +15,9 @@ Box::Box(const Eigen::Vector3d& center, const Eigen::Vector3d& size)
 Eigen::Matrix<double, 3, 8> Box::corners() const {
   Eigen::Matrix<double, 3, 8> corners;
   for (int number = 0; number < 8; ++number) {
-    const Eigen::Vector3d side((number & 1) * 2 - 1, (number & 2) - 1, (number & 4) / 2 - 1);
-    corners.col(number) = center_ + side.cwiseProduct(halfExtents());
+    const auto side = [number](int bit) { return (number & bit) != 0 ? 1.0 : -1.0; };
+    corners.col(number) =
+        center_ + Eigen::Vector3d(side(1), side(2), side(4)).cwiseProduct(halfExtents());
   }
   return corners;
 }

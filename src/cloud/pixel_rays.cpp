@@ -123,8 +123,7 @@ void undistort(std::vector<Eigen::Vector2f>& rays, const Eigen::Vector2d& focal,
 
 Pinhole pinholeOf(const CameraInfo& info, std::uint32_t width, std::uint32_t height,
                   bool is_distorted) {
-  const Pinhole pinhole =
-      scaled(asSent(readPinhole(info, is_distorted), info), info, width, height);
+  Pinhole pinhole = scaled(asSent(readPinhole(info, is_distorted), info), info, width, height);
   check(pinhole);
   return pinhole;
 }

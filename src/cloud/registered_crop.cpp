@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <utility>
 #include <vector>
 
 #include "process_visualizer/cloud/image_layout.hpp"
@@ -87,12 +88,12 @@ template <typename Value>
 class ImageCrop {
  public:
   ImageCrop(const Image& depth, const PixelRays& rays, const ColorPlaces& colors,
-            const PixelRange& range, const InsideBox& is_inside)
+            const PixelRange& range, InsideBox is_inside)
       : depth_(depth),
         rays_(rays),
         colors_(colors),
         range_(range),
-        is_inside_(is_inside),
+        is_inside_(std::move(is_inside)),
         metres_per_pixel_((double{Depth<Value>::kUnit} / rays.focal().array()).cast<float>()),
         row_(depth.width) {}
 

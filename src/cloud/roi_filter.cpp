@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstring>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "process_visualizer/cloud/require.hpp"
@@ -62,8 +63,8 @@ float readFloat(const std::uint8_t* bytes) {
 /// Tells whether a point lies in the box, for the bytes of a point.
 class InsideTest {
  public:
-  InsideTest(const InsideBox& is_inside, const Offsets& offsets)
-      : is_inside_(is_inside), offsets_(offsets) {}
+  InsideTest(InsideBox is_inside, const Offsets& offsets)
+      : is_inside_(std::move(is_inside)), offsets_(offsets) {}
 
   bool operator()(const std::uint8_t* point) const {
     return is_inside_({readFloat(point + offsets_.x), readFloat(point + offsets_.y),
