@@ -1,24 +1,37 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# The cloud filter (a library) and the nodelet around it.
+# The cloud filters (libraries) and the nodelets around them.
 
 # Only message classes and Eigen: no node, no master.
-add_library(roi_filter src/cloud/roi_filter.cpp)
+set(cloud_sources
+  src/cloud/box.cpp
+  src/cloud/box_outline.cpp
+  src/cloud/image_layout.cpp
+  src/cloud/pixel_rays.cpp
+  src/cloud/registered_crop.cpp
+  src/cloud/roi_filter.cpp
+)
+add_library(roi_filter ${cloud_sources})
 process_visualizer_compile(roi_filter)
 target_link_libraries(roi_filter ${roscpp_serialization_LIBRARIES} ${rostime_LIBRARIES})
 
 add_library(process_visualizer_nodelets
+  src/cloud/region_of_interest.cpp
+  src/cloud/registered_crop_nodelet.cpp
   src/cloud/roi_filter_nodelet.cpp
   src/cloud/roi_parameters.cpp
 )
 process_visualizer_compile(process_visualizer_nodelets)
 target_link_libraries(process_visualizer_nodelets
-  roi_filter ${nodelet_LIBRARIES} ${roscpp_LIBRARIES} ${tf2_ros_LIBRARIES})
+  roi_filter ${image_transport_LIBRARIES} ${message_filters_LIBRARIES} ${nodelet_LIBRARIES}
+  ${roscpp_LIBRARIES} ${tf2_ros_LIBRARIES})
 
 install(TARGETS roi_filter process_visualizer_nodelets
   LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION}
 )
 
 if(CATKIN_ENABLE_TESTING)
+  set(sanitizers -fsanitize=address,undefined -fno-sanitize-recover=all)
+
   # PCL's own box filter is what the test compares with.
   find_package(PCL REQUIRED COMPONENTS common filters)
   catkin_add_gtest(test_roi_filter test/cpp/test_roi_filter.cpp)
@@ -26,7 +39,21 @@ if(CATKIN_ENABLE_TESTING)
   target_include_directories(test_roi_filter SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
   target_link_libraries(test_roi_filter roi_filter ${PCL_LIBRARIES})
 
-  add_executable(roi_filter_benchmark EXCLUDE_FROM_ALL bench/roi_filter.cpp)
-  process_visualizer_compile(roi_filter_benchmark)
-  target_link_libraries(roi_filter_benchmark roi_filter)
+  catkin_add_gtest(test_registered_crop test/cpp/test_registered_crop.cpp)
+  process_visualizer_compile(test_registered_crop)
+  target_link_libraries(test_registered_crop roi_filter)
+
+  # Bad images once more where every access to a byte that is not there, and every undefined
+  # operation, ends the test. The sources are compiled into it, so that they are watched as well.
+  catkin_add_gtest(test_bad_images test/cpp/test_bad_images.cpp ${cloud_sources})
+  process_visualizer_compile(test_bad_images)
+  target_compile_options(test_bad_images PRIVATE -O1 -g ${sanitizers})
+  target_link_libraries(test_bad_images ${sanitizers}
+    ${roscpp_serialization_LIBRARIES} ${rostime_LIBRARIES})
+
+  foreach(name roi_filter registered_crop)
+    add_executable(${name}_benchmark EXCLUDE_FROM_ALL bench/${name}.cpp)
+    process_visualizer_compile(${name}_benchmark)
+    target_link_libraries(${name}_benchmark roi_filter)
+  endforeach()
 endif()

@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
-#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
+
+#include "process_visualizer/cloud/require.hpp"
 
 namespace process_visualizer::cloud {
 namespace {
@@ -23,10 +25,6 @@ struct Run {
 struct Offsets {
   std::size_t x, y, z;
 };
-
-void require(bool condition, const std::string& problem) {
-  if (!condition) throw std::invalid_argument(problem);
-}
 
 std::size_t coordinateOffset(const sensor_msgs::PointCloud2& cloud, const std::string& name) {
   const auto field = std::find_if(cloud.fields.begin(), cloud.fields.end(),
@@ -62,30 +60,19 @@ float readFloat(const std::uint8_t* bytes) {
   return value;
 }
 
-/// Tells for a point in the cloud's frame whether it lies in the box.
+/// Tells whether a point lies in the box, for the bytes of a point.
 class InsideTest {
  public:
-  InsideTest(const Eigen::Isometry3d& box_from_cloud, const Box& box, const Offsets& offsets)
-      : rotation_(box_from_cloud.linear().cast<float>()),
-        translation_((box_from_cloud.translation() - box.center()).cast<float>()),
-        half_extents_(box.halfExtents().cast<float>()),
-        offsets_(offsets) {}
+  InsideTest(InsideBox is_inside, const Offsets& offsets)
+      : is_inside_(std::move(is_inside)), offsets_(offsets) {}
 
   bool operator()(const std::uint8_t* point) const {
-    const Eigen::Vector3f position(readFloat(point + offsets_.x), readFloat(point + offsets_.y),
-                                   readFloat(point + offsets_.z));
-    const Eigen::Vector3f from_center = rotation_ * position + translation_;
-    // With & instead of && there is one branch for each point; a comparison with NaN is false.
-    const int is_inside = static_cast<int>(std::abs(from_center.x()) < half_extents_.x()) &
-                          static_cast<int>(std::abs(from_center.y()) < half_extents_.y()) &
-                          static_cast<int>(std::abs(from_center.z()) < half_extents_.z());
-    return is_inside != 0;
+    return is_inside_({readFloat(point + offsets_.x), readFloat(point + offsets_.y),
+                       readFloat(point + offsets_.z)});
   }
 
  private:
-  Eigen::Matrix3f rotation_;
-  Eigen::Vector3f translation_;
-  Eigen::Vector3f half_extents_;
+  InsideBox is_inside_;
   Offsets offsets_;
 };
 
@@ -126,16 +113,9 @@ std::vector<std::uint8_t> copyRuns(const std::vector<Run>& runs) {
 
 }  // namespace
 
-Box::Box(const Eigen::Vector3d& center, const Eigen::Vector3d& size)
-    : center_(center), size_(size) {
-  require(center.allFinite(), "center must be three finite numbers");
-  require(size.allFinite() && (size.array() > 0).all(),
-          "size must be three finite numbers greater than zero");
-}
-
 sensor_msgs::PointCloud2 cropToBox(const sensor_msgs::PointCloud2& cloud,
                                    const Eigen::Isometry3d& box_from_cloud, const Box& box) {
-  const InsideTest is_inside(box_from_cloud, box, checkLayout(cloud));
+  const InsideTest is_inside(InsideBox(box_from_cloud, box), checkLayout(cloud));
   sensor_msgs::PointCloud2 cropped;
   cropped.header = cloud.header;
   cropped.fields = cloud.fields;

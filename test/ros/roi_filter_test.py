@@ -11,6 +11,7 @@ import rostest
 from cloud_testing import Listener, indices, log_listener, logged, make_cloud, wait_until
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import PointCloud2
+from visualization_msgs.msg import Marker
 
 # In the frame of the box these lie at x = 0, 0.9, 1.5, and 4.
 POINTS = ((-5, 0, 0), (-4.1, 0, 0), (-3.5, 0, 0), (-1, 0, 0))
@@ -64,6 +65,20 @@ class RoiFilterTest(unittest.TestCase):
             self.wait_for(output, [3])
             rospy.set_param('/roi_filter', {'frame': '', 'center': [-5, 0, 0], 'size': [1, 1, 1]})
             self.wait_for(output, [0])
+
+    def test_shows_its_box(self) -> None:
+        with Listener('/roi_filter/outline', Marker) as outline:
+            wait_until(lambda: any(marker.points[0].x == -1 and marker.header.frame_id == 'box'
+                                   for marker in outline.messages), 'the box, without any cloud')
+            rospy.set_param('/roi_filter/size', [4, 2, 2])
+            wait_until(lambda: outline.messages[-1].points[0].x == -2, 'the larger box')
+
+    def test_shows_a_box_of_the_clouds_own_frame(self) -> None:
+        rospy.set_param('/roi_filter/frame', '')
+        with Listener('/roi_filter/output', PointCloud2), \
+                Listener('/roi_filter/outline', Marker) as outline:
+            wait_until(lambda: any(marker.header.frame_id == 'camera'
+                                   for marker in outline.messages), 'the box', self.publish)
 
     def test_keeps_the_last_good_parameters(self) -> None:
         with Listener('/roi_filter/output', PointCloud2) as output, log_listener() as log:

@@ -25,6 +25,9 @@ MESSAGE_TYPES: Mapping[str, Tuple[str, ...]] = {
     'tool_center_frame': (FLOAT_ARRAY, POSE_STAMPED, TF_MESSAGE),
     'force_sensor': (FLOAT_ARRAY, WRENCH_STAMPED),
     'pointcloud': ('sensor_msgs/PointCloud2',),
+    'depth_image': ('sensor_msgs/Image',),
+    'color_image': ('sensor_msgs/Image',),
+    'camera_info': ('sensor_msgs/CameraInfo',),
 }
 """The message types of topics with a function."""
 

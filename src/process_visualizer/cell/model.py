@@ -38,10 +38,16 @@ class TopicFunction(Enum):
     TOOL_CENTER_FRAME = 'tool_center_frame'
     FORCE_SENSOR = 'force_sensor'
     POINTCLOUD = 'pointcloud'
+    DEPTH_IMAGE = 'depth_image'
+    COLOR_IMAGE = 'color_image'
+    CAMERA_INFO = 'camera_info'
 
 
 ROBOT_FUNCTIONS = (TopicFunction.JOINT_STATES, TopicFunction.TOOL_CENTER_FRAME,
                    TopicFunction.FORCE_SENSOR)
+IMAGE_FUNCTIONS = (TopicFunction.DEPTH_IMAGE, TopicFunction.COLOR_IMAGE,
+                   TopicFunction.CAMERA_INFO)
+"""What a cropped cloud is made from in one pass."""
 
 
 @dataclass(frozen=True)
@@ -254,6 +260,16 @@ class Device:
     def topic_for(self, function: TopicFunction) -> Optional[Topic]:
         """The topic that has this function, if there is one."""
         return next((topic for topic in self.topics if topic.function is function), None)
+
+    @property
+    def has_images(self) -> bool:
+        """Whether there is everything that a cropped cloud is made from in one pass."""
+        return self.roi is not None and None not in map(self.topic_for, IMAGE_FUNCTIONS)
+
+    @property
+    def has_cloud(self) -> bool:
+        """Whether there is a cloud, published or made from images."""
+        return self.has_images or self.topic_for(TopicFunction.POINTCLOUD) is not None
 
 
 @dataclass(frozen=True)

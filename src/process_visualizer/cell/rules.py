@@ -11,6 +11,7 @@ from process_visualizer.cell.element_reader import Parsed
 from process_visualizer.cell.elements import MESSAGE_TYPES
 from process_visualizer.cell.errors import Location, ProblemList
 from process_visualizer.cell.model import (
+    IMAGE_FUNCTIONS,
     ROBOT_FUNCTIONS,
     Device,
     DeviceType,
@@ -37,6 +38,7 @@ from process_visualizer.ros_names import (
     VARIABLE_PROC,
 )
 
+_IMAGE_TYPES = ', '.join(f'"{function.value}"' for function in IMAGE_FUNCTIONS)
 _PROGRAM_NODES = (PACKAGE, CELL_FRAMES, SCENE_WATCH, GHOST, BAG_PLAYER, BAG_RECORDER, RVIZ,
                   'rosout')
 
@@ -151,10 +153,17 @@ def _check_force(device: Device, problems: ProblemList) -> None:
 
 
 def _check_region(device: Device, problems: ProblemList) -> None:
-    if (device.roi is not None and device.type is DeviceType.DEPTH_SENSOR
-            and device.topic_for(TopicFunction.POINTCLOUD) is None):
-        problems.add(device.roi.location, 'roi', 'there is no cloud to crop; give one <topic> the '
-                                                 'type "pointcloud"')
+    if device.type is not DeviceType.DEPTH_SENSOR or device.has_images:
+        return
+    if device.roi is not None and not device.has_cloud:
+        problems.add(device.roi.location, 'roi',
+                     'there is no cloud to crop; give one <topic> the type "pointcloud", or give '
+                     f'three the types {_IMAGE_TYPES}')
+    for topic in device.topics:
+        if topic.function in IMAGE_FUNCTIONS:
+            problems.add(topic.location, 'topic',
+                         'a cloud is made from images only with a <roi> and with topics of all '
+                         f'three types {_IMAGE_TYPES}; add what is missing, or remove "type"')
 
 
 def _check_topics(device: Device, problems: ProblemList) -> None:

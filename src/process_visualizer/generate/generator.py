@@ -23,6 +23,7 @@ from process_visualizer.generate.launch_file import (
     has_recorder,
     urdf_file,
 )
+from process_visualizer.generate.nodelet_managers import nodelet_managers
 from process_visualizer.generate.parts import add_parts
 from process_visualizer.generate.plan import CONFIGURATION_FILE, LAUNCH_FILE, RVIZ_FILE, Plan
 from process_visualizer.generate.rviz_config import RVizConfig
@@ -60,7 +61,8 @@ class _Generation:
         if problems:
             raise ConfigurationError(problems)
         self.launch_files = inspect_launch_files(choice)
-        self.builder = LaunchFileBuilder(choice, self._descriptions, self.launch_files.paths)
+        self.builder = LaunchFileBuilder(choice, self._descriptions, self.launch_files.paths,
+                                         nodelet_managers(choice, self.launch_files.contents))
         self.view = _view(choice, self._descriptions)
 
     def plan(self) -> Plan:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shlex
 from functools import partial
+from types import MappingProxyType
 from typing import Callable, Dict, Mapping, Sequence
 
 from process_visualizer.cell.model import (
@@ -51,14 +52,17 @@ _TRUTH = {'1': 'true', '0': 'false'}
 class LaunchFileBuilder:
     """Builds the launch file; ``included`` maps a launch file to its path.
 
-    A launch file that is missing there is left out, with a comment.
+    A launch file that is missing there is left out, with a comment. ``managers`` are the nodelet
+    managers of devices, as far as they are known.
     """
 
     def __init__(self, choice: Choice, descriptions: Mapping[str, RobotDescription],
-                 included: Mapping[LaunchFile, str]) -> None:
+                 included: Mapping[LaunchFile, str],
+                 managers: Mapping[str, str] = MappingProxyType({})) -> None:
         self._choice = choice
         self._descriptions = descriptions
         self._included = included
+        self._managers = managers
         self._folder = '$(dirname)'
 
     def text(self) -> str:
@@ -136,7 +140,8 @@ class LaunchFileBuilder:
         root.comment(f'{device.name} ({device.type.value}), from {device.location}')
         group = root.add('group', {'ns': device.name})
         self._model(group, device)
-        for processor in processor_nodes(device, self._descriptions.get(device.name)):
+        for processor in processor_nodes(device, self._descriptions.get(device.name),
+                                         self._managers.get(device.name, '')):
             self._processor(group, processor)
         for parameter in device.parameters:  # after what is generated: what a user sets counts
             self._roslaunch_element(group, parameter)

@@ -7,12 +7,14 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Dict, List, Optional, Sequence
 
 from process_visualizer.cell.model import (
+    IMAGE_FUNCTIONS,
     ROBOT_FUNCTIONS,
     Arrow,
     Cell,
     Device,
     DeviceType,
     Pose,
+    RegionOfInterest,
     Topic,
     TopicFunction,
     Variable,
@@ -59,9 +61,12 @@ class ProcessorNode:
     remaps: Dict[str, str] = field(default_factory=dict)
 
 
-def processor_nodes(device: Device, description: Optional[RobotDescription]
-                    ) -> List[ProcessorNode]:
-    """Robot or depth processor, state publisher and variables of a device."""
+def processor_nodes(device: Device, description: Optional[RobotDescription],
+                    manager: str = '') -> List[ProcessorNode]:
+    """Robot or depth processor, state publisher and variables of a device.
+
+    ``manager`` is the nodelet manager in which the device's own nodelets run, if it is known.
+    """
     nodes: List[ProcessorNode] = []
     if description is not None and description.parents:
         nodes.append(ProcessorNode(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER,
@@ -72,7 +77,7 @@ def processor_nodes(device: Device, description: Optional[RobotDescription]
         nodes.append(ProcessorNode(PACKAGE, ROBOT_PROC, ROBOT_PROC,
                                    robot_parameters(device, description).to_parameters()))
     if device.type is DeviceType.DEPTH_SENSOR:
-        nodes += _depth_nodes(device)
+        nodes += _depth_nodes(device, manager)
     if device.variables:
         variables = VariablesParameters([_variable(variable) for variable in device.variables])
         nodes.append(ProcessorNode(PACKAGE, VARIABLE_PROC, VARIABLE_PROC,
@@ -138,18 +143,35 @@ def _arrow(arrow: Arrow) -> ArrowStyle:
                    **{name: value for name, value in given.items() if value is not None})
 
 
-def _depth_nodes(device: Device) -> List[ProcessorNode]:
+def _depth_nodes(device: Device, manager: str) -> List[ProcessorNode]:
     topic = device.topic_for(TopicFunction.POINTCLOUD)
-    if topic is None:
-        return []
     if device.roi is None:
-        return [ProcessorNode(PACKAGE, DEPTH_PROC, DEPTH_PROC, {'topic': topic.name})]
+        return [] if topic is None else [
+            ProcessorNode(PACKAGE, DEPTH_PROC, DEPTH_PROC, {'topic': topic.name})]
+    if not device.has_cloud:
+        return []
     cropped = f'/{device.name}/roi_points'
-    roi = ProcessorNode('nodelet', 'nodelet', ROI_FILTER, {
-        'frame': device.roi.frame, 'center': list(device.roi.center),
-        'size': list(device.roi.size)}, args='standalone process_visualizer/RoiFilter',
-        remaps={'~input': topic.name, '~output': cropped})
-    return [roi, ProcessorNode(PACKAGE, DEPTH_PROC, DEPTH_PROC, {'topic': cropped})]
+    return [_crop_node(device, device.roi, cropped, manager),
+            ProcessorNode(PACKAGE, DEPTH_PROC, DEPTH_PROC, {'topic': cropped})]
+
+
+def _crop_node(device: Device, roi: RegionOfInterest, cropped: str,
+               manager: str) -> ProcessorNode:
+    """The crop, in the manager of the device's nodelets if that is known."""
+    nodelet = f'{PACKAGE}/RegisteredCrop' if device.has_images else f'{PACKAGE}/RoiFilter'
+    return ProcessorNode(
+        'nodelet', 'nodelet', ROI_FILTER,
+        {'frame': roi.frame, 'center': list(roi.center), 'size': list(roi.size)},
+        args=f'load {nodelet} {manager} --no-bond' if manager else f'standalone {nodelet}',
+        remaps={**_crop_inputs(device), '~output': cropped})
+
+
+def _crop_inputs(device: Device) -> Dict[str, str]:
+    """Images if there are any: one pass over them costs a fraction of making the whole cloud."""
+    names = dict(zip(IMAGE_FUNCTIONS, ('~depth', '~color', '~camera_info'))) \
+        if device.has_images else {TopicFunction.POINTCLOUD: '~input'}
+    topics = {name: device.topic_for(function) for function, name in names.items()}
+    return {name: topic.name for name, topic in topics.items() if topic is not None}
 
 
 def _variable(variable: Variable) -> VariableParameters:

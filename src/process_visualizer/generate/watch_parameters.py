@@ -13,7 +13,6 @@ from process_visualizer.cell.model import (
     Device,
     DeviceType,
     Pose,
-    TopicFunction,
 )
 from process_visualizer.motion.rotations import matrix_from_ypr
 from process_visualizer.parameters.scene_parameters import SceneParameters, WatchedDevice
@@ -63,12 +62,11 @@ def _device(cell: Cell, device: Device, base: Optional[BaseFrame],
     pose = Pose() if base is None else base.pose
     x, y, z = (round(float(part), 6) + 0.0
                for part in matrix_from_ypr(pose.ypr).T @ np.array([0.0, 0.0, up_m]))
-    has_cloud = device.topic_for(TopicFunction.POINTCLOUD) is not None
     return WatchedDevice(
         device.name, cell.frame if base is None else base.frame, (x, y, z),
         {f'/{device.name}/{name}': meaning for name, meaning in _meanings(device).items()},
         tuple(sorted(set(_topics(device_displays(device))))),
-        f'/{device.name}/points_age' if has_cloud else '')
+        f'/{device.name}/points_age' if device.has_cloud else '')
 
 
 def _meanings(device: Device) -> Dict[str, str]:

@@ -8,6 +8,7 @@ from typing import Any, Dict, List, Optional, Set, Tuple
 
 from process_visualizer.cell.displays import DISPLAY_TYPES
 from process_visualizer.cell.model import Device, DeviceType, Display, Property
+from process_visualizer.ros_names import ROI_FILTER
 
 DisplayConfig = Dict[str, Any]
 
@@ -41,7 +42,11 @@ def _default_displays(device: Device) -> List[Display]:
         types.append('MarkerArray')
     if device.type is DeviceType.DEPTH_SENSOR:
         types.append('PointCloud2')
-    return [Display(type_name, None, None, (), (), device.location) for type_name in types]
+    displays = [Display(type_name, None, None, (), (), device.location) for type_name in types]
+    if device.roi is not None and device.has_cloud:
+        displays.append(Display('Marker', 'Region of interest',
+                                f'/{device.name}/{ROI_FILTER}/outline', (), (), device.location))
+    return displays
 
 
 def _config(display: Display, device: Device) -> DisplayConfig:

@@ -288,6 +288,18 @@ COMBINATIONS: List[Bad] = [
               '3: <roi>: belongs to depth sensors only', schema_sees=False),
     _in_robot('region without a cloud', '<roi size="1 1 1"/>',
               '3: <roi>: there is no cloud to crop', kind='depth_sensor', schema_sees=False),
+    _in_robot('crop of incomplete images', '<topic name="i" type="camera_info"/>\n'
+              '<topic name="d" type="depth_image"/><roi size="1 1 1"/>',
+              '3: <topic>: a cloud is made from images only with a <roi> and with topics of all '
+              'three types "depth_image", "color_image", "camera_info"',
+              '4: <roi>: there is no cloud to crop', '4: <topic>: a cloud is made from images',
+              kind='depth_sensor', schema_sees=False),
+    _in_robot('images without a crop', '<topic name="i" type="color_image"/>',
+              '3: <topic>: a cloud is made from images only with a <roi>', kind='depth_sensor',
+              schema_sees=False),
+    _in_robot('image of a robot', '<topic name="i" type="color_image"/>',
+              '3: <topic>: type "color_image" belongs to devices of type "depth_sensor"',
+              schema_sees=False),
     _in_robot('display that shows no topic', '<rviz type="Grid" topic="a"/>',
               '3: <rviz>: a display of type "Grid" shows no topic', schema_sees=False),
     _in_robot('display in a display', '<rviz type="TF"><rviz type="Grid"/></rviz>',

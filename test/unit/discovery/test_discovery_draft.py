@@ -217,6 +217,8 @@ def test_no_device_takes_the_place_of_a_drivers_description(tmp_path: Path) -> N
 def test_own_outputs_are_left_out(tmp_path: Path) -> None:
     own = [('/a/joint_states', JOINTS, '/a/joint_proc'),
            ('/a/marker_array', 'm/A', '/a/robot_proc'),
+           ('/c/roi_filter/outline', 'visualization_msgs/Marker', '/camera/manager'),
+           ('/c/roi_points', CLOUD, '/camera/manager'),
            ('/c/points', CLOUD, '/c/depth_proc'), ('/rosout', 'rosgraph_msgs/Log', '/x'),
            ('/clicked_point', 'geometry_msgs/PointStamped', '/rviz_1234'),
            ('/tf', 'tf2_msgs/TFMessage', '/x'), ('/move/goal', 'm/MoveActionGoal', '/x'),

@@ -188,6 +188,18 @@ def robot(parse: Parse, elements: str) -> List[Dict[str, Any]]:
                                  f'{elements}</device>').devices[0])
 
 
+@pytest.mark.parametrize('topics', [
+    '<topic name="c" type="pointcloud"/>',
+    '<topic name="d" type="depth_image"/><topic name="c" type="color_image"/>'
+    '<topic name="i" type="camera_info"/>'])
+def test_region_of_interest_is_drawn(topics: str, parse: Parse) -> None:
+    cell = parse(f'<device type="depth_sensor" name="k">{topics}<roi size="1 1 1"/></device>')
+    points, region = device_displays(cell.devices[0])
+    assert (points['Class'], points['Topic']) == ('rviz/PointCloud2', '/k/points')
+    assert (region['Class'], region['Name'], region['Marker Topic']) == (
+        'rviz/Marker', 'Region of interest', '/k/roi_filter/outline')
+
+
 def test_explicit_display_replaces_the_default_like_it(parse: Parse) -> None:
     found = robot(parse, '<rviz type="RobotModel" name="Mine">'
                          '<property name="Alpha" value="0.5"/></rviz>')

@@ -74,6 +74,26 @@ def test_cropped_cloud(parse: Parse) -> None:
     assert depth.parameters == {'topic': '/d/roi_points'}
 
 
+IMAGES = ('<topic ns="k" name="d" type="depth_image"/><topic ns="k" name="c" type="color_image"/>'
+          '<topic ns="k" name="i" type="camera_info"/>')
+
+
+@pytest.mark.parametrize('cloud', ['', '<topic name="p" type="pointcloud"/>'])
+def test_cloud_cropped_from_images(cloud: str, parse: Parse) -> None:
+    roi, depth = nodes_of(parse, 'depth_sensor', IMAGES + cloud + '<roi size="3 4 5"/>')
+    assert (roi.name, roi.args) == ('roi_filter', 'standalone process_visualizer/RegisteredCrop')
+    assert roi.remaps == {'~depth': '/k/d', '~color': '/k/c', '~camera_info': '/k/i',
+                          '~output': '/d/roi_points'}
+    assert roi.parameters == {'frame': 'world', 'center': [0, 0, 0], 'size': [3, 4, 5]}
+    assert depth.parameters == {'topic': '/d/roi_points'}
+
+
+def test_crop_in_a_manager(parse: Parse) -> None:
+    roi = processor_nodes(device(parse, 'depth_sensor', IMAGES + '<roi size="3 4 5"/>'), None,
+                          '/camera/m')[0]
+    assert roi.args == 'load process_visualizer/RegisteredCrop /camera/m --no-bond'
+
+
 def test_region_in_the_global_frame(parse: Parse) -> None:
     roi = nodes_of(parse, 'depth_sensor',
                    '<topic name="c" type="pointcloud"/><roi size="3 4 5"/>')[0]

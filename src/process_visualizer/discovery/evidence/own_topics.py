@@ -15,6 +15,7 @@ from process_visualizer.ros_names import (
     OWN_TOPICS,
     PACKAGE,
     ROBOT_OUTPUTS,
+    ROI_FILTER,
     RVIZ,
     SCENE_WATCH,
     STATIC_TF_TOPIC,
@@ -36,7 +37,7 @@ def device_topics(topics: Iterable[SeenTopic]) -> Tuple[SeenTopic, ...]:
     """Return the topics that may be what a device sends."""
     found = tuple(topics)
     names = {topic.name for topic in found}
-    own = _robots_outputs(names)
+    own = _robots_outputs(names) | _crops_outputs(names)
     return tuple(it for it in found if it.name not in own and not _is_other(it, names))
 
 
@@ -59,3 +60,10 @@ def _robots_outputs(names: Set[str]) -> Set[str]:
     robots = {name[:-len('/tool_velocity')] for name in names if name.endswith('/tool_velocity')}
     return {f'{robot}/{output}' for robot in robots if f'{robot}/marker_array' in names
             for output in ROBOT_OUTPUTS}
+
+
+def _crops_outputs(names: Set[str]) -> Set[str]:
+    """What a depth sensor's crop sends, which may run in a nodelet manager of any name."""
+    outline = f'/{ROI_FILTER}/outline'
+    sensors = {name[:-len(outline)] for name in names if name.endswith(outline)}
+    return {f'{sensor}{output}' for sensor in sensors for output in (outline, '/roi_points')}

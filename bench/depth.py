@@ -1,0 +1,247 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""CPU time per frame of the crop of a depth sensor, beside depth_image_proc and pcl_ros.
+
+usage: bench/run depth [--seconds 15] [--rounds 3]
+
+Registered images of 640x480 are published at 30 Hz and reach a nodelet manager through sockets; in
+it they become the cloud in a box by one of three ways. What the manager's process takes is divided
+by the clouds that came out. The cost of one filter alone is the difference between a manager with
+three of it and one with a single one. The box is the same: pcl/CropBox has it in the camera's
+frame, ours transform each point into another frame. Medians of the rounds.
+"""
+from __future__ import annotations
+
+import argparse
+import glob
+import os
+import statistics
+import subprocess
+import time
+from typing import Dict, List, NamedTuple, Tuple
+
+import numpy as np
+import rospy
+from arrival_recorder import ArrivalRecorder, build_recorder
+from players import ros_master
+from roslib.packages import find_node
+from sensor_msgs.msg import CameraInfo, Image
+
+WIDTH, HEIGHT = 640, 480
+RATE_HZ = 30.0
+FOCAL_PX = 525.0
+CENTER_M = (0.0, 0.0, 2.0)
+SIZE_M = (1.0, 0.8, 1.0)
+SETTLING_S = 2.0
+START_TIMEOUT_S = 60.0
+POINT_BYTES = 32
+PROGRAMS = ('roi_filter_benchmark', 'registered_crop_benchmark')
+
+
+class Way(NamedTuple):
+    """A way from images to the points in the box: how often each nodelet is loaded."""
+
+    whole_clouds: bool
+    filter: str
+    count: int
+
+
+WAYS: Dict[str, Way] = {
+    'depth_image_proc + pcl/CropBox': Way(True, 'pcl/CropBox', 1),
+    'depth_image_proc + 3 pcl/CropBox': Way(True, 'pcl/CropBox', 3),
+    'depth_image_proc + RoiFilter': Way(True, 'process_visualizer/RoiFilter', 1),
+    'depth_image_proc + 3 RoiFilter': Way(True, 'process_visualizer/RoiFilter', 3),
+    'RegisteredCrop': Way(False, 'process_visualizer/RegisteredCrop', 1),
+}
+
+
+class Figures(NamedTuple):
+    """What a manager took."""
+
+    cpu_ms_per_cloud: float
+    clouds_per_s: float
+    points: int
+
+
+class Camera:
+    """Publishes images at a fixed rate while it is used as a context manager."""
+
+    def __init__(self) -> None:
+        self._publishers = [rospy.Publisher(topic, kind, queue_size=2) for topic, kind in (
+            ('/depth', Image), ('/color', Image), ('/camera_info', CameraInfo))]
+        self._messages = _images()
+        self._timer = rospy.Timer(rospy.Duration.from_sec(1 / RATE_HZ), self._publish)
+
+    def __enter__(self) -> 'Camera':
+        return self
+
+    def __exit__(self, *_exception: object) -> None:
+        self._timer.shutdown()
+
+    def _publish(self, _event: rospy.timer.TimerEvent) -> None:
+        now = rospy.Time.now()
+        for publisher, message in zip(self._publishers, self._messages):
+            message.header.stamp = now
+            publisher.publish(message)
+
+
+def _images() -> Tuple[Image, Image, CameraInfo]:
+    """A plane at 2 m with a Kinect's noise, nothing in a tenth of the pixels."""
+    generator = np.random.RandomState(1)
+    depth_mm = generator.normal(2000, 8, (HEIGHT, WIDTH)).astype('<u2')
+    depth_mm[generator.rand(HEIGHT, WIDTH) < 0.1] = 0
+    colors = generator.randint(0, 256, (HEIGHT, WIDTH, 3)).astype('u1')
+    info = CameraInfo(height=HEIGHT, width=WIDTH, distortion_model='plumb_bob', D=[0.0] * 5)
+    x_px, y_px = (WIDTH - 1) / 2, (HEIGHT - 1) / 2
+    info.K = [FOCAL_PX, 0, x_px, 0, FOCAL_PX, y_px, 0, 0, 1]
+    info.R = [1, 0, 0, 0, 1, 0, 0, 0, 1]
+    info.P = [FOCAL_PX, 0, x_px, 0, 0, FOCAL_PX, y_px, 0, 0, 0, 1, 0]
+    images = (_image('16UC1', depth_mm), _image('rgb8', colors), info)
+    for message in images:
+        message.header.frame_id = 'camera'
+    return images
+
+
+def _image(encoding: str, pixels: np.ndarray) -> Image:
+    return Image(height=HEIGHT, width=WIDTH, encoding=encoding, data=pixels.tobytes(),
+                 step=pixels[0].nbytes)
+
+
+class Manager:
+    """A nodelet manager with the nodelets of a way; a context manager."""
+
+    def __init__(self, way: Way, name: str) -> None:
+        self._name = name
+        self._processes = [_start('manager', f'__name:={name}')]
+        points = f'/{name}_cloud/points'
+        if way.whole_clouds:
+            self._load('depth_image_proc/point_cloud_xyzrgb', f'{name}_cloud', {
+                'depth_registered/image_rect': '/depth', 'rgb/image_rect_color': '/color',
+                'rgb/camera_info': '/camera_info', 'depth_registered/points': points})
+        for number in range(way.count):
+            self._load_filter(way.filter, f'{name}_crop_{number}', points)
+
+    def __enter__(self) -> 'Manager':
+        return self
+
+    def __exit__(self, *_exception: object) -> None:
+        for process in reversed(self._processes):
+            process.terminate()
+        for process in self._processes:
+            process.wait()
+
+    def cpu_s(self) -> float:
+        """The CPU time that the manager's process has taken so far."""
+        with open(f'/proc/{self._processes[0].pid}/stat', encoding='ascii') as file:
+            words = file.read().rpartition(')')[2].split()
+        return (int(words[11]) + int(words[12])) / os.sysconf('SC_CLK_TCK')
+
+    def _load_filter(self, kind: str, name: str, points: str) -> None:
+        rospy.set_param(f'/{name}', _box())
+        self._load(kind, name, {'~input': points, '~depth': '/depth', '~color': '/color',
+                                '~camera_info': '/camera_info'})
+
+    def _load(self, kind: str, name: str, remaps: Dict[str, str]) -> None:
+        self._processes.append(_start(
+            'load', kind, self._name, '--no-bond', f'__name:={name}',
+            *(f'{old}:={new}' for old, new in remaps.items())))
+
+
+def _box() -> Dict[str, object]:
+    """The parameters of our filters, and those of pcl/CropBox."""
+    limits = {f'{side}_{axis}': center + sign * size / 2
+              for axis, center, size in zip('xyz', CENTER_M, SIZE_M)
+              for side, sign in (('min', -1), ('max', 1))}
+    return {'frame': 'box', 'center': list(CENTER_M), 'size': list(SIZE_M), **limits}
+
+
+def _start(*arguments: str) -> 'subprocess.Popen[bytes]':
+    return subprocess.Popen([find_node('nodelet', 'nodelet')[0], *arguments],
+                            stdout=subprocess.DEVNULL)
+
+
+def measure(way: Way, name: str, seconds: float) -> Figures:
+    """Run a way and return what it took."""
+    outputs = [f'/{name}_crop_{number}/output' for number in range(way.count)]
+    path = os.path.join(os.environ['ROS_HOME'], 'arrivals')
+    with ArrivalRecorder(outputs, path) as recorder:
+        with Manager(way, name) as manager:
+            for output in outputs:
+                rospy.wait_for_message(output, rospy.AnyMsg, START_TIMEOUT_S)
+            time.sleep(SETTLING_S)
+            begin_ns, begin_cpu_s = time.monotonic_ns(), manager.cpu_s()
+            time.sleep(seconds)
+            end_ns, cpu_s = time.monotonic_ns(), manager.cpu_s() - begin_cpu_s
+        arrivals = recorder.finish()
+    clouds = arrivals[(arrivals['time_ns'] >= begin_ns) & (arrivals['time_ns'] < end_ns)
+                      & (arrivals['topic'] == 0)]
+    return Figures(1e3 * cpu_s / len(clouds), len(clouds) / seconds,
+                   int(np.median(clouds['size'])) // POINT_BYTES)
+
+
+def measure_all(seconds: float, rounds: int) -> Dict[str, Figures]:
+    """The medians of each way, which take turns."""
+    found: Dict[str, List[Figures]] = {name: [] for name in WAYS}
+    for number in range(rounds):
+        for place, (name, way) in enumerate(WAYS.items()):
+            found[name].append(measure(way, f'way_{place}_{number}', seconds))
+    return {name: Figures(statistics.median(it.cpu_ms_per_cloud for it in figures),
+                          statistics.median(it.clouds_per_s for it in figures), figures[0].points)
+            for name, figures in found.items()}
+
+
+def print_table(figures: Dict[str, Figures]) -> None:
+    """Print the ways, and what one filter alone costs."""
+    print('| images to cropped cloud, in one manager | CPU per frame | clouds/s | points |')
+    print('|---|---|---|---|')
+    for name, it in figures.items():
+        print(f'| {name} | {it.cpu_ms_per_cloud:.1f} ms | {it.clouds_per_s:.1f} | {it.points} |')
+    for name in ('pcl/CropBox', 'RoiFilter'):
+        three, one = figures[f'depth_image_proc + 3 {name}'], figures[f'depth_image_proc + {name}']
+        alone_ms = (three.cpu_ms_per_cloud - one.cpu_ms_per_cloud) / 2
+        print(f'| {name} alone: half of what two more of it take | {alone_ms:.1f} ms | | |')
+
+
+def find_pcl_filters() -> None:
+    """Let pluginlib find pcl_ros's filters: Debian has them elsewhere than it looks for them."""
+    libraries = glob.glob('/usr/lib/*/libpcl_ros_filters.so*')
+    if libraries:
+        prefix = os.path.join(os.environ['ROS_HOME'], 'pcl_ros')
+        os.makedirs(os.path.join(prefix, 'lib'))
+        os.symlink(libraries[0], os.path.join(prefix, 'lib', 'libpcl_ros_filters.so'))
+        os.environ['CMAKE_PREFIX_PATH'] += os.pathsep + prefix
+
+
+def run_programs() -> None:
+    """Run the benchmarks of the filters without nodes."""
+    devel = os.environ['CMAKE_PREFIX_PATH'].split(os.pathsep)[0]
+    build = ['cmake', '--build', os.path.join(devel, '..', 'build'), '--target']
+    for program in PROGRAMS:
+        subprocess.run([*build, program], stdout=subprocess.DEVNULL, check=True)
+        print(program, flush=True)
+        subprocess.run([os.path.join(devel, 'lib', 'process_visualizer', program)], check=True)
+
+
+def main() -> None:
+    """Measure, and print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('--seconds', type=float, default=15, help='of each run')
+    parser.add_argument('--rounds', type=int, default=3)
+    options = parser.parse_args()
+    build_recorder()
+    run_programs()
+    find_pcl_filters()
+    with ros_master():
+        rospy.init_node('bench_depth')
+        frames = subprocess.Popen([find_node('tf2_ros', 'static_transform_publisher')[0],
+                                   *'0 0 0 0 0 0 box camera'.split()], stdout=subprocess.DEVNULL)
+        try:
+            with Camera():
+                figures = measure_all(options.seconds, options.rounds)
+        finally:
+            frames.terminate()
+    print_table(figures)
+
+
+if __name__ == '__main__':
+    main()
