@@ -14,6 +14,7 @@ from PyQt5.QtWidgets import QTreeWidget
 
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.clients.ghost_client import GhostError
+from process_visualizer.gui.models.comparison.bands_model import BandsModel
 from process_visualizer.gui.models.comparison.compare_model import CompareModel
 from process_visualizer.gui.models.comparison.ghost_model import GhostModel
 from process_visualizer.gui.views.comparison.compare_panel import ComparePanel
@@ -29,6 +30,7 @@ class Stand:
         self.model.failed.connect(self.failures.append)
         self.path = write_bag(folder, cycles=4, poor=2)
         self.model.set_cell(XmlParser().parse(str(folder / 'cell.xml')))
+        self.bands = BandsModel(self.tasks, self.model)  # type: ignore[arg-type]
         self.ghosts: List[Any] = []
         self.ghost = GhostModel(self.tasks, self.model,  # type: ignore[arg-type]
                                 self.ghosts.append)
@@ -92,12 +94,20 @@ def test_the_poor_run_is_named_and_its_departure_leads_there(stand: Stand) -> No
 
 def test_bands_are_those_of_the_open_recording(stand: Stand) -> None:
     stand.find()
-    assert stand.model.bands(48.0, 480) == {}
+    stand.bands.set_columns(48.0, 480)
+    stand.tasks.end_all()
+    assert stand.bands.bands == {}
     stand.tick(0, 1)
     stand.compare()
-    force = stand.model.bands(48.0, 480)['arm', 'tool force']
+    force = stand.bands.bands['arm', 'tool force']
     assert np.isfinite(force.low).sum() > 300
     assert force.departed[265:280].any() and not force.departed[:240].any()
+    stand.bands.set_columns(48.0, 960)  # the curves were read again, more finely
+    assert stand.bands.bands == {}
+    stand.tasks.end_all()
+    assert len(stand.bands.bands['arm', 'tool force'].low) == 960
+    stand.tick(2)
+    assert stand.bands.bands == {}
 
 
 def test_the_ghost_is_shown_while_the_player_runs(stand: Stand) -> None:

@@ -16,6 +16,8 @@ from std_msgs.msg import Float32
 
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Topic
+from process_visualizer.gui.models.comparison.bands_model import BandsModel
+from process_visualizer.gui.models.comparison.compare_model import CompareModel
 from process_visualizer.gui.models.playback.bag_model import BagModel
 from process_visualizer.gui.models.playback.marks import PlacedMark
 from process_visualizer.gui.models.playback.values_model import ValuesModel
@@ -35,7 +37,8 @@ class Bench:
         self.stand = PlaybackStand()
         self.bag = BagModel(tasks)
         self.values = ValuesModel(tasks, self.stand.model)
-        self.panel = PlaybackPanel(self.stand.model, self.bag, self.values)
+        self.bands = BandsModel(tasks, CompareModel(tasks))
+        self.panel = PlaybackPanel(self.stand.model, self.bag, self.values, self.bands)
         qtbot.addWidget(self.panel)
         self.panel.resize(430, 600)
         self.panel.show()

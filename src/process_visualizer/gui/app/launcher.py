@@ -28,6 +28,7 @@ from process_visualizer.gui.models.cell.new_configuration_model import NewConfig
 from process_visualizer.gui.models.cell.tool_model import ToolModel
 from process_visualizer.gui.models.cell.view_model import ViewModel
 from process_visualizer.gui.models.cell.warnings_model import WarningsModel
+from process_visualizer.gui.models.comparison.bands_model import BandsModel
 from process_visualizer.gui.models.comparison.compare_model import CompareModel
 from process_visualizer.gui.models.comparison.ghost_model import GhostModel
 from process_visualizer.gui.models.playback.bag_model import BagModel
@@ -70,6 +71,7 @@ class Launcher(QObject):
         self.playback = PlaybackModel(self.tasks, self.link.player, PlayerError, parent=self)
         self.bag = BagModel(self.tasks, self, lambda: self.recording.choices.folder)
         self.compare = CompareModel(self.tasks, self)
+        self.bands = BandsModel(self.tasks, self.compare, self)
         self.ghost = GhostModel(self.tasks, self.compare, show_ghost, self)
         self.values = ValuesModel(self.tasks, self.playback, parent=self)
         self.view = ViewModel(self.tasks, self.cell, self.launch)

@@ -79,7 +79,8 @@ class LauncherApp(QMainWindow):
         self.mixture = MixtureNotice(launcher.mixture)
         self.tool = ToolNotice(launcher.tool)
         self.recording = RecordingPanel(launcher.recording)
-        self.playback = PlaybackPanel(launcher.playback, launcher.bag, launcher.values)
+        self.playback = PlaybackPanel(launcher.playback, launcher.bag, launcher.values,
+                                      launcher.bands)
         self.live = LivePanel(launcher.live, launcher.bag.curves.choices)
         self.calibration = CalibrationPanel(launcher.calibration)
         self.compare = ComparePanel(launcher.compare, launcher.ghost)
@@ -199,8 +200,6 @@ class LauncherApp(QMainWindow):
         bag.played.changed.connect(self._show_launch)
         self._launcher.recording.finished.connect(bag.add_recent)
         self.compare.seek_wanted.connect(self._launcher.playback.seek)
-        compare = self._launcher.compare
-        compare.changed.connect(lambda: self.playback.show_bands(compare.bands))
         self.recording.play_wanted.connect(lambda path: self._after_quit.play((path,)))
         self._drops.play_wanted.connect(self._after_quit.play)
         self._after_quit.close_wanted.connect(self._close_now)

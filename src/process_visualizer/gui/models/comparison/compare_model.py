@@ -2,7 +2,7 @@
 """The runs of recordings, which of them are good, and how the others differ from those."""
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, FrozenSet, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, FrozenSet, NamedTuple, Optional, Sequence, Tuple
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
@@ -13,9 +13,8 @@ from process_visualizer.curves.samples import ReadingCancelled
 from process_visualizer.gui.toolkit.progress import Progress
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns, incomparable
-from process_visualizer.runs.comparison.timeline_bands import TimelineBand, timeline_bands
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
-from process_visualizer.runs.run import Key, Run
+from process_visualizer.runs.run import Run
 
 LINE = 'comparison'
 
@@ -84,12 +83,6 @@ class CompareModel(QObject):
             return ()
         return tuple(found for it, found in zip(self._runs, self._compared.comparisons)
                      if found is not None and it.path in self._recording[:1])
-
-    def bands(self, duration_s: float, columns: int) -> Dict[Key, TimelineBand]:
-        """Return the bands behind the curves of the open recording: see timeline_bands."""
-        if self._compared is None:
-            return {}
-        return timeline_bands(self._compared.good.times_s, self.of_recording, duration_s, columns)
 
     @property
     def activity(self) -> str:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Callable, Dict, Mapping, Optional, Tuple
+from typing import Dict, Optional, Tuple
 
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QFrame, QInputDialog, QLabel, QVBoxLayout, QWidget
 
 from process_visualizer.curves.curves import Curve
 from process_visualizer.curves.position_values import Key, key_of
+from process_visualizer.gui.models.comparison.bands_model import BandsModel
 from process_visualizer.gui.models.playback.bag_model import BagModel
 from process_visualizer.gui.models.playback.playback_model import PlaybackModel
 from process_visualizer.gui.models.playback.values_model import ValuesModel
@@ -22,9 +23,6 @@ from process_visualizer.gui.views.playback.timeline_lanes import Lane, lane_labe
 from process_visualizer.gui.views.playback.timeline_view import TimelineView
 from process_visualizer.gui.views.playback.transport_view import TransportView
 from process_visualizer.playback.time_text import format_time
-from process_visualizer.runs.comparison.timeline_bands import TimelineBand
-
-Bands = Callable[[float, int], Mapping[Tuple[str, str], TimelineBand]]
 
 
 class PlaybackPanel(QWidget):
@@ -34,7 +32,7 @@ class PlaybackPanel(QWidget):
     """
 
     def __init__(self, playback: PlaybackModel, bag: BagModel, values: ValuesModel,
-                 parent: Optional[QWidget] = None) -> None:
+                 bands: BandsModel, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
         self._playback = playback
         self._bag = bag
@@ -43,7 +41,7 @@ class PlaybackPanel(QWidget):
         self.timeline = TimelineView(playback, values.value)
         self.curves = CurvesRow(bag.curves)
         self._lanes: Dict[Key, Lane] = {}
-        self._bands: Bands = lambda _duration_s, _columns: {}
+        self._bands = bands
         self.notes = QLabel()
         self.notes.setObjectName('playback_notes')
         self.notes.setWordWrap(True)
@@ -58,6 +56,7 @@ class PlaybackPanel(QWidget):
         self.timeline.hide_wanted.connect(bag.curves.choices.hide)
         self.timeline.curves_wanted.connect(self.ask_for_curves)
         bag.curves.choices.changed.connect(self._show_lanes)
+        bands.changed.connect(self._show_lanes)
         playback.changed.connect(self._show_notes)
         self._show_bag()
         self._show_curves()
@@ -117,21 +116,17 @@ class PlaybackPanel(QWidget):
         lanes = [] if found is None else [
             _lane(curve, found.duration_s) for curve in self._bag.curves.curves]
         self._lanes = {lane.key: lane for lane in lanes}
-        self._show_lanes()
-
-    def show_bands(self, bands: Bands) -> None:
-        """Show what good runs do behind the curves; ``bands`` returns it for so many columns."""
-        self._bands = bands
+        self._bands.set_columns(0.0 if found is None else found.duration_s,
+                                max((len(lane.low) for lane in lanes), default=0))
         self._show_lanes()
 
     def _show_lanes(self) -> None:
-        choice = self._bag.curves.choices.choice
-        lanes = [self._lanes[key] for key in choice.shown(tuple(self._lanes))]
-        found = self._bag.catalogue
-        bands = {} if found is None or not lanes else self._bands(
-            found.duration_s, max(len(lane.low) for lane in lanes))
-        self.timeline.set_lanes([replace(lane, band=bands.get(_band_key(lane.key)))
-                                 for lane in lanes] if bands else lanes)
+        shown = self._bag.curves.choices.choice.shown(tuple(self._lanes))
+        self.timeline.set_lanes([self._over_band(self._lanes[key]) for key in shown])
+
+    def _over_band(self, lane: Lane) -> Lane:
+        band = self._bands.bands.get(_band_key(lane.key))
+        return lane if band is None else replace(lane, band=band)
 
 
 def _band_key(key: Key) -> Tuple[str, str]:
