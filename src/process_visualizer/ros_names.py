@@ -32,6 +32,7 @@ PLAYER_STATE_TOPIC = f'/{BAG_PLAYER}/state'
 GHOST_TOPIC = f'/{GHOST}/marker_array'
 DISPLAY_STATUS_TOPIC = f'/{RVIZ}/display_status'  # published by src/displays
 RVIZ_PLACE_TOPIC = f'/{RVIZ}/place'  # subscribed there
+RVIZ_CAMERA_TOPIC = f'/{RVIZ}/camera'  # published there
 
 TF_TOPIC, STATIC_TF_TOPIC = '/tf', '/tf_static'
 

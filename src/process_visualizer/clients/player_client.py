@@ -38,13 +38,17 @@ class PlayerClient:
     """
 
     def __init__(self, on_state: Optional[Callable[[PlayerState], None]] = None,
-                 node: str = _NODE, timeout_s: float = 10.0, follow_now: bool = True) -> None:
+                 node: str = _NODE, timeout_s: float = 10.0, follow_now: bool = True,
+                 master_uri: Optional[str] = None) -> None:
         """Follow the state, from now or from ``begin`` on.
+
+        A player on another master can be commanded, but not followed.
 
         A call to a player that does not answer within the timeout fails.
         """
         self._node = node
-        self._services = {name: ServiceConnection(f'{node}/{name}', service, timeout_s)
+        self._services = {name: ServiceConnection(f'{node}/{name}', service, timeout_s,
+                                                  master_uri)
                           for name, service in _SERVICES.items()}
         self._follower: StateFollower[PlayerState] = StateFollower(
             f'{node}/state', PlayerState, on_state, follow_now)

@@ -44,9 +44,13 @@ class ServiceConnection:
     node that hangs and fails once after each restart.
     """
 
-    def __init__(self, name: str, service: Type[Any], timeout_s: float = 10.0) -> None:
-        """``name`` is global, ``service`` a generated class; ``timeout_s`` is for each answer."""
-        self._name = name
+    def __init__(self, name: str, service: Type[Any], timeout_s: float = 10.0,
+                 master_uri: Optional[str] = None) -> None:
+        """``name`` is global, ``service`` a generated class; ``timeout_s`` is for each answer.
+
+        ``master_uri`` is of another master than that of this process.
+        """
+        self._name, self._master_uri = name, master_uri
         self._service = service
         self._timeout_s = timeout_s
         self._lock = threading.Lock()
@@ -88,7 +92,8 @@ class ServiceConnection:
         return _exchange(self._socket, data)
 
     def _connect(self) -> socket.socket:
-        address = urlsplit(rosgraph.Master(rospy.get_name()).lookupService(self._name))
+        address = urlsplit(rosgraph.Master(rospy.get_name(),
+                                           self._master_uri).lookupService(self._name))
         connection = socket.create_connection((address.hostname, address.port), self._timeout_s)
         try:
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

@@ -25,6 +25,7 @@ class Choice:
 
     ``further_bags`` are the other files of a split recording, ``left_out`` the topics of it that
     are not played.
+    ``is_replay``: the bag holds the last seconds of a cell that runs elsewhere.
     ``window`` is the place of RViz on the screen, ``view`` the content of an RViz file that the
     operator has saved (see ``SavedViews``).
     """
@@ -38,6 +39,7 @@ class Choice:
     view: Optional[Mapping[str, Any]] = None
     further_bags: Tuple[str, ...] = ()
     left_out: Tuple[str, ...] = ()
+    is_replay: bool = False
 
     def nodes(self, device: Device) -> Tuple[Node, ...]:
         """The device's own nodes that run in this mode."""

@@ -105,6 +105,8 @@ def _view(choice: Choice, descriptions: Mapping[str, RobotDescription]) -> RVizC
     config.add_devices(choice.devices)
     if has_ghost(choice, descriptions):
         config.add_ghost()
+    if choice.is_replay:
+        config.add_replay_band()
     if choice.view is not None:
         config.adopt(choice.view)
     return config

@@ -205,7 +205,8 @@ class LaunchFileBuilder:
             'pkg': PACKAGE, 'type': BAG_PLAYER, 'name': BAG_PLAYER,
             'output': 'screen',
             'args': ' '.join([*map(shlex.quote, bags), '--keep-alive', '--quiet', '--others',
-                              'pause', '--topics', *topics])})
+                              'pause', *['--pause'] * self._choice.is_replay, '--topics',
+                              *topics])})
 
     def _rviz(self, root: Tag) -> None:
         start = self._choice.rviz
@@ -232,7 +233,7 @@ def urdf_file(device: Device) -> str:
 
 def has_ghost(choice: Choice, descriptions: Mapping[str, RobotDescription]) -> bool:
     """Whether robots of another run can be drawn beside those of this one."""
-    return choice.mode is Mode.PLAYBACK and any(
+    return choice.mode is Mode.PLAYBACK and not choice.is_replay and any(
         it.type is DeviceType.ROBOT and it.name in descriptions for it in choice.devices)
 
 

@@ -9,7 +9,7 @@ import yaml
 
 from process_visualizer.cell.model import Device
 from process_visualizer.generate.watch_parameters import WATCH_TOPIC
-from process_visualizer.ros_names import GHOST_TOPIC, OWN_TOPICS
+from process_visualizer.ros_names import GHOST_TOPIC, OWN_TOPICS, PLAYER_STATE_TOPIC
 from process_visualizer.rviz.camera import camera_pose, grid_below
 from process_visualizer.rviz.displays import DisplayConfig, device_displays
 from process_visualizer.rviz.view_file import read_view
@@ -32,6 +32,9 @@ _WATCH_DISPLAY: DisplayConfig = {
 _GHOST_DISPLAY: DisplayConfig = {
     'Class': 'process_visualizer/MarkerArray', 'Name': 'Another run', 'Enabled': True,
     'Marker Topic': GHOST_TOPIC}
+_REPLAY_DISPLAY: DisplayConfig = {
+    'Class': 'process_visualizer/ReplayBand', 'Name': 'Replay', 'Enabled': True,
+    'State Topic': PLAYER_STATE_TOPIC, 'Shown At Start': False}
 _GRID = 'rviz/Grid'
 
 
@@ -70,6 +73,10 @@ class RVizConfig:
     def add_ghost(self) -> None:
         """Add the robots of another run."""
         self._displays.append(_GHOST_DISPLAY)
+
+    def add_replay_band(self) -> None:
+        """Add what tells the picture from that of the running cell."""
+        self._displays.append(_REPLAY_DISPLAY)
 
     @property
     def current_view(self) -> Dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from typing import Collection, Dict, List, Sequence
+from typing import Collection, Dict, List, Optional, Sequence
 
 from process_visualizer.generate.plan import Plan, write_plan
 from process_visualizer.launching.launched_part import LaunchedPart, OnChange
@@ -19,9 +19,13 @@ class LaunchedCell:
     part never twice at the same time, and must not wait for a method of this object.
     """
 
-    def __init__(self, folder: str, on_change: OnChange) -> None:
-        """``folder`` receives the plan's files and the logs of the parts."""
-        self._folder = folder
+    def __init__(self, folder: str, on_change: OnChange,
+                 master_uri: Optional[str] = None) -> None:
+        """``folder`` receives the plan's files and the logs of the parts.
+
+        ``master_uri`` is of another master than that of this process.
+        """
+        self._folder, self._master_uri = folder, master_uri
         self._on_change = on_change
         self._forks = RoslaunchForks()
         self._parts: Dict[str, LaunchedPart] = {}
@@ -63,7 +67,8 @@ class LaunchedCell:
         self._stop([name for name in self.differing(plan) if name not in keep])
         started = [name for name in plan.parts if name not in self._parts]
         for name in started:
-            self._parts[name] = LaunchedPart(name, self._on_change, self._forks.start)
+            self._parts[name] = LaunchedPart(name, self._on_change, self._forks.start,
+                                             self._master_uri)
             self._parts[name].start(plan.parts[name], self._folder)
         return started
 

@@ -20,9 +20,10 @@ OnChange = Callable[[PartReport], None]
 class LaunchedPart:
     """Starts and stops a part; ``on_change`` is called in several threads, one at a time."""
 
-    def __init__(self, name: str, on_change: OnChange, start: Start) -> None:
+    def __init__(self, name: str, on_change: OnChange, start: Start,
+                 master_uri: Optional[str] = None) -> None:
         self._on_change = on_change
-        self._start = start
+        self._start, self._master_uri = start, master_uri
         self._lock = threading.RLock()
         self._report = PartReport(name)
         self._part: Optional[Part] = None
@@ -64,7 +65,7 @@ class LaunchedPart:
 
     def _launch(self, path: Path) -> Run:
         return Run(str(path), self._take_node, self._tail.add, self._take_end,
-                   f'{path.stem}.log', self._start)
+                   f'{path.stem}.log', self._start, self._master_uri)
 
     def _take_node(self, node: NodeReport) -> None:
         nodes = [node]

@@ -30,9 +30,11 @@ class NodeWatcher:
     thread, and only while a node is starting.
     """
 
-    def __init__(self, on_report: OnReport, on_line: OnLine) -> None:
+    def __init__(self, on_report: OnReport, on_line: OnLine,
+                 master_uri: Optional[str] = None) -> None:
         self._on_report = on_report
         self._on_line = on_line
+        self._master_uri = master_uri
         self._lock = threading.Lock()
         self._reports: Dict[str, NodeReport] = {}
         self._starting = threading.Event()
@@ -125,6 +127,7 @@ class NodeWatcher:
                      if report.state is NodeState.STARTING]
             if names:
                 self._starting.set()
-            for name in filter(is_registered, names):
-                self._change(name, lambda report: report.registered())
+            for name in names:
+                if is_registered(name, self._master_uri):
+                    self._change(name, lambda report: report.registered())
             self._ended.wait(_CHECK_PERIOD_S)

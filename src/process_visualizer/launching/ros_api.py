@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from http.client import HTTPException
-from typing import Any
+from typing import Any, Optional
 from xmlrpc.client import Error, ServerProxy, Transport
 
 import rosgraph
@@ -27,14 +27,14 @@ def process_id_at(uri: str) -> int:
     return int(answer[2])
 
 
-def is_registered(name: str) -> bool:
+def is_registered(name: str, master_uri: Optional[str] = None) -> bool:
     """Whether the master knows a node of that name and the node answers; False without a master.
 
     The master still knows a node that has ended without unregistering, and one that has a
-    parameter in its cache.
+    parameter in its cache. ``master_uri`` is of another master than the usual one.
     """
     try:
-        process_id_at(rosgraph.Master(CALLER_ID).lookupNode(name))
+        process_id_at(rosgraph.Master(CALLER_ID, master_uri).lookupNode(name))
     except (rosgraph.MasterException, OSError, HTTPException, Error, ValueError):
         return False
     return True

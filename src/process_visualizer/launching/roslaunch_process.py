@@ -36,8 +36,10 @@ class RoslaunchProcess:
     """
 
     def __init__(self, arguments: Sequence[str], run_id: str,
-                 start: Start = start_roslaunch) -> None:
+                 start: Start = start_roslaunch, master_uri: Optional[str] = None) -> None:
         environment = {**os.environ, RUN_VARIABLE: run_id, 'PYTHONUNBUFFERED': '1'}
+        if master_uri is not None:
+            environment['ROS_MASTER_URI'] = master_uri
         self._run_id = run_id
         self._process = start(['--no-summary', '--disable-title', '--skip-log-check', *arguments],
                               environment)

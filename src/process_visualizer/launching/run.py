@@ -31,8 +31,11 @@ class Run:
     def __init__(self, launch_file: str, on_report: Callable[[NodeReport], None],
                  on_line: Callable[[str], None] = lambda line: None,
                  on_end: Callable[[int], None] = lambda code: None,
-                 log_file: str = LOG_FILE, start: Start = start_roslaunch) -> None:
+                 log_file: str = LOG_FILE, start: Start = start_roslaunch,
+                 master_uri: Optional[str] = None) -> None:
         """Start it; ``log_file`` is written beside the launch file.
+
+        ``master_uri`` is of another master than that of this process.
 
         Raises:
             OSError: the log cannot be written, or roslaunch cannot be started.
@@ -44,8 +47,8 @@ class Run:
         self._on_end = on_end
         self._record = RunRecord()
         self._record.write()
-        self._watcher = NodeWatcher(on_report, self._take_line)
-        self._process = self._start(launch_file, start)
+        self._watcher = NodeWatcher(on_report, self._take_line, master_uri)
+        self._process = self._start(launch_file, start, master_uri)
         self._ended = threading.Event()
         self._threads = [
             threading.Thread(target=self._watcher.watch, args=[self._process.output],
@@ -54,9 +57,10 @@ class Run:
         for thread in self._threads:
             thread.start()
 
-    def _start(self, launch_file: str, start: Start) -> RoslaunchProcess:
+    def _start(self, launch_file: str, start: Start,
+               master_uri: Optional[str]) -> RoslaunchProcess:
         try:
-            return RoslaunchProcess([launch_file], self._record.run_id, start)
+            return RoslaunchProcess([launch_file], self._record.run_id, start, master_uri)
         except OSError:
             self._log.close()
             self._record.remove()

@@ -44,12 +44,16 @@ class LiveMark(NamedTuple):
 
 
 class LiveWindow(NamedTuple):
-    """All curves from ``begin_s`` on [s from the beginning]; it may begin before that, below 0."""
+    """All curves from ``begin_s`` on [s from the beginning]; it may begin before that, below 0.
+
+    ``epoch_s`` is the recorder's time of the beginning [s].
+    """
 
     begin_s: float
     duration_s: float
     curves: Tuple[LiveCurve, ...] = ()
     marks: Tuple[LiveMark, ...] = ()
+    epoch_s: float = 0.0
 
 
 class LiveCurves:
@@ -101,7 +105,8 @@ class LiveCurves:
                                  self._values.get(source, (0.0, math.nan))[1])
                        for source, columns in self._in_order())
         length_s = count * joined * COLUMN_S
-        return LiveWindow(end * COLUMN_S - length_s, length_s, curves, tuple(self._marks))
+        return LiveWindow(end * COLUMN_S - length_s, length_s, curves, tuple(self._marks),
+                          self._begin_ns / 1e9)
 
     def _in_order(self) -> List[Tuple[CurveSource, RollingColumns]]:
         """What has been seen, in the order of the devices; plain ones with a colour each."""

@@ -9,11 +9,13 @@ from typing import List, Optional, Sequence, Tuple
 from PyQt5.QtCore import QObject, pyqtSignal
 
 from process_visualizer.cell.editing.changes import changes
+from process_visualizer.cell.errors import ConfigurationError
 from process_visualizer.cell.model import Mode, Pose
 from process_visualizer.clients.ghost_client import show_ghost
 from process_visualizer.clients.player_client import PlayerError
+from process_visualizer.clients.recording_options import RecorderError
 from process_visualizer.generate.choice import Choice, RvizStart
-from process_visualizer.generate.plan import BAG_PART
+from process_visualizer.generate.plan import BAG_PART, PlanError
 from process_visualizer.gui.app.event_notes import EventNotes
 from process_visualizer.gui.app.status import player_activity, recorder_activity, status_text
 from process_visualizer.gui.models.cell.alarms_model import AlarmsModel
@@ -36,13 +38,18 @@ from process_visualizer.gui.models.playback.playback_model import PlaybackModel
 from process_visualizer.gui.models.playback.values_model import ValuesModel
 from process_visualizer.gui.models.recording.live_curves_model import LiveCurvesModel
 from process_visualizer.gui.models.recording.recording_model import RecordingModel
+from process_visualizer.gui.models.recording.replay_model import ReplayModel
+from process_visualizer.gui.ros.replay_link import ReplayLinkError
 from process_visualizer.gui.ros.ros_link import RosLink, RosLinkError
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.health.device_state import Level, Line
 from process_visualizer.launching.part_report import PartState
+from process_visualizer.launching.ros_master import RosMasterError
 
 _MARKER = 'marker'
+_REPLAY_ERRORS = (RecorderError, ReplayLinkError, ConfigurationError, PlanError, RosMasterError,
+                  OSError)
 
 _SWITCH_INTERVAL_S = 0.0005
 """How long the window waits for each other computing thread; Python's own 5 ms add up."""
@@ -69,6 +76,9 @@ class Launcher(QObject):
         self.recording = RecordingModel(self.tasks, self.link.recorder, self)
         self.live = LiveCurvesModel(self.tasks, self.link.memory, self)
         self.playback = PlaybackModel(self.tasks, self.link.player, PlayerError, parent=self)
+        self.replay = ReplayModel(
+            self.tasks, PlaybackModel(self.tasks, self.link.replay.player, PlayerError,
+                                      parent=self), self.link.replay, _REPLAY_ERRORS, self)
         self.bag = BagModel(self.tasks, self, lambda: self.recording.choices.folder)
         self.compare = CompareModel(self.tasks, self)
         self.bands = BandsModel(self.tasks, self.compare, self)
@@ -91,6 +101,7 @@ class Launcher(QObject):
 
     def close(self) -> None:
         """End everything that was started; block until it is done."""
+        self.replay.close()
         self.launch.close()
         self.master.close()
         self.tasks.close()
@@ -148,6 +159,13 @@ class Launcher(QObject):
         else:
             self.launch.apply(self.choice())
 
+    def show_replay(self, time_s: float) -> None:
+        """Show a moment [s, on the recorder's clock] of the cell that runs."""
+        running = self.launch.running
+        if running is not None and self.launch.is_running and running.mode is Mode.REALTIME:
+            self.replay.show(time_s, replace(running, window=self.view.window,
+                                             view=self.view.content))
+
     def status(self) -> str:
         """The status line."""
         if self.guard.is_looking:
@@ -173,6 +191,8 @@ class Launcher(QObject):
     def _connect(self) -> None:
         self.link.player_state.connect(self._take_player)
         self.link.pose_dragged.connect(self._take_drag)
+        self.link.replay.reported.connect(self.replay.take_report)
+        self.link.replay.player_state.connect(self.replay.take_state)
         self.calibration.marker_wanted.connect(self._show_marker)
         self.calibration.moved.connect(lambda frame, pose: self.tasks.run(
             _MARKER, lambda: self.link.move_marker(frame, pose)))
@@ -187,7 +207,7 @@ class Launcher(QObject):
         curves.changed.connect(lambda: self.alarms.set_recorded(curves.alarms))
         for model in (self.master, self.launch, self.recording, self.playback, self.bag,
                       self.calibration, self.tool, self.view, self.new, self.compare,
-                      self.ghost):
+                      self.ghost, self.replay, self.replay.playback):
             model.failed.connect(self.failed)
         for model in (self.guard, self.launch, self.recording, self.playback, self.states,
                       self.new):
@@ -214,6 +234,8 @@ class Launcher(QObject):
         self.warnings.follow(running is not None)
         self.recording.set_running(mode is Mode.REALTIME)
         self.live.set_running(mode is Mode.REALTIME)
+        if mode is not Mode.REALTIME:
+            self.replay.stop()
         self.calibration.set_running(mode is not None)
         if mode is Mode.PLAYBACK:
             self._play_other_bag('')

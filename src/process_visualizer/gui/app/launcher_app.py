@@ -81,7 +81,7 @@ class LauncherApp(QMainWindow):
         self.recording = RecordingPanel(launcher.recording)
         self.playback = PlaybackPanel(launcher.playback, launcher.bag, launcher.values,
                                       launcher.bands)
-        self.live = LivePanel(launcher.live, launcher.bag.curves.choices)
+        self.live = LivePanel(launcher.live, launcher.bag.curves.choices, launcher.replay)
         self.calibration = CalibrationPanel(launcher.calibration)
         self.compare = ComparePanel(launcher.compare, launcher.ghost)
         self._drops = DropTarget(self, launcher)
@@ -200,6 +200,7 @@ class LauncherApp(QMainWindow):
         bag.played.changed.connect(self._show_launch)
         self._launcher.recording.finished.connect(bag.add_recent)
         self.compare.seek_wanted.connect(self._launcher.playback.seek)
+        self.live.replay_wanted.connect(self._launcher.show_replay)
         self.recording.play_wanted.connect(lambda path: self._after_quit.play((path,)))
         self._drops.play_wanted.connect(self._after_quit.play)
         self._after_quit.close_wanted.connect(self._close_now)

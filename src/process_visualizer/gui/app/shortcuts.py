@@ -18,6 +18,7 @@ from PyQt5.QtWidgets import (
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.models.playback.playback_model import PlaybackModel
 from process_visualizer.gui.models.recording.recording_model import RecordingModel
+from process_visualizer.gui.models.recording.replay_model import ReplayModel
 from process_visualizer.gui.toolkit.theme import theme
 
 
@@ -64,6 +65,24 @@ def recording_keys(recording: RecordingModel) -> List[Shortcut]:
     return [
         Shortcut('R', 'start or stop recording', recording.toggle),
         Shortcut('M', 'mark this moment', recording.mark),
+    ]
+
+
+def replay_keys(replay: ReplayModel) -> List[Shortcut]:
+    """Return the keys that work while the past is shown in real-time mode."""
+    playback = replay.playback
+    return [
+        Shortcut('Esc', 'back to live', replay.leave),
+        Shortcut('Space', 'play or pause', playback.toggle),
+        Shortcut('Shift+Space', 'play backwards', playback.toggle_backwards),
+        Shortcut('Left', 'one step back', lambda: playback.step(-1)),
+        Shortcut('Right', 'one step forward', lambda: playback.step(1)),
+        Shortcut(',', 'one step back', lambda: playback.step(-1)),
+        Shortcut('.', 'one step forward', lambda: playback.step(1)),
+        Shortcut('Shift+Left', '1 s back', lambda: playback.jump(-1.0)),
+        Shortcut('Shift+Right', '1 s forward', lambda: playback.jump(1.0)),
+        Shortcut('[', 'slower', playback.slower),
+        Shortcut(']', 'faster', playback.faster),
     ]
 
 

@@ -15,6 +15,7 @@ from process_visualizer.gui.app.shortcuts import (
     help_text,
     playback_keys,
     recording_keys,
+    replay_keys,
 )
 from process_visualizer.gui.models.cell.launch_model import Phase
 from process_visualizer.gui.views.parts.keys_dialog import KeysDialog
@@ -30,10 +31,14 @@ class WindowKeys:
         self._launcher = launcher
         playback = playback_keys(launcher.playback, add_mark, zoom_in)
         recording = recording_keys(launcher.recording)
+        replay = replay_keys(launcher.replay)
         general = general_keys(launcher, self.show)
-        self._groups = {'Playback': playback, 'Recording': recording, 'Always': general}
+        self._groups = {'Playback': playback, 'Recording': recording, 'Replay': replay[:1],
+                        'Always': general}
         self._playback: List[QShortcut] = bind(window, playback)
         self._recording: List[QShortcut] = bind(window, recording)
+        self._replay: List[QShortcut] = bind(window, replay)
+        launcher.replay.changed.connect(self.enable)
         bind(window, general)
         EnterPresses(window)
 
@@ -49,3 +54,5 @@ class WindowKeys:
             shortcut.setEnabled(is_running and is_playback)
         for shortcut in self._recording:
             shortcut.setEnabled(is_running and not is_playback)
+        for shortcut in self._replay:
+            shortcut.setEnabled(not self._launcher.replay.is_live)

@@ -14,6 +14,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from PyQt5.QtCore import QObject, pyqtSignal
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import RegionOfInterest
+from std_msgs.msg import String
 
 from process_visualizer.cell.model import Pose
 from process_visualizer.clients.bag_recorder import BagRecorder
@@ -21,16 +22,22 @@ from process_visualizer.clients.player_client import PlayerClient
 from process_visualizer.clients.recorder_memory import RecorderMemory
 from process_visualizer.clients.system_look import from_system
 from process_visualizer.discovery.new_configuration import NewConfiguration
+from process_visualizer.gui.ros.player_messages import player_snapshot
 from process_visualizer.gui.ros.pose_marker import PoseMarker
+from process_visualizer.gui.ros.replay_link import ReplayLink
 from process_visualizer.gui.ros.snapshots import (
     DisplaySnapshot,
-    PlayerSnapshot,
     RecorderSnapshot,
     TopicSnapshot,
 )
 from process_visualizer.health.node_warnings import NodeWarnings, Severity
-from process_visualizer.msg import PlayerState, RecorderState, TopicRecord
-from process_visualizer.ros_names import CELL_FRAMES, DISPLAY_STATUS_TOPIC, RVIZ_PLACE_TOPIC
+from process_visualizer.msg import RecorderState, TopicRecord
+from process_visualizer.ros_names import (
+    CELL_FRAMES,
+    DISPLAY_STATUS_TOPIC,
+    RVIZ_CAMERA_TOPIC,
+    RVIZ_PLACE_TOPIC,
+)
 from process_visualizer.rviz.window_geometry import Rectangle
 from process_visualizer.srv import SetFrame
 
@@ -60,7 +67,8 @@ class RosLink(QObject):
 
     def __init__(self, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
-        self.player = PlayerClient(lambda state: self.player_state.emit(_player(state)),
+        self.player = PlayerClient(lambda state: self.player_state.emit(
+            player_snapshot(state)),
                                    follow_now=False)
         self.recorder = BagRecorder(lambda state: self.recorder_state.emit(_recorder(state)),
                                     follow_now=False)
@@ -69,6 +77,8 @@ class RosLink(QObject):
         self._subscribers: List[rospy.Subscriber] = []
         self._marker = PoseMarker(self.pose_dragged.emit)
         self._place: Optional[Rectangle] = None
+        self._camera = ''
+        self.replay = ReplayLink(self.recorder.copy_recent, lambda: self._camera, self)
         self._place_publisher: Optional[rospy.Publisher] = None
 
     def begin(self) -> None:
@@ -109,8 +119,12 @@ class RosLink(QObject):
         self._subscribers = [
             rospy.Subscriber(DISPLAY_STATUS_TOPIC, DiagnosticArray,
                              lambda report: self.displays.emit(_displays(report)), queue_size=2),
+            rospy.Subscriber(RVIZ_CAMERA_TOPIC, String, self._take_camera, queue_size=1),
             rospy.Subscriber('/rosout', Log, self._take_log),
             rospy.Subscriber('/diagnostics', DiagnosticArray, self._take_states)]
+
+    def _take_camera(self, camera: String) -> None:
+        self._camera = camera.data
 
     def _take_log(self, log: Any) -> None:
         if log.level >= Log.WARN:
@@ -197,17 +211,6 @@ def _refuse_second_launcher() -> None:
 def _sender(message: Any) -> str:
     """The node that sent a message, whatever the message says."""
     return str(message._connection_header['callerid'])
-
-
-def _player(state: PlayerState) -> PlayerSnapshot:
-    return PlayerSnapshot(
-        stamp_s=state.stamp.to_sec(), begin_s=state.begin.to_sec(), duration_s=state.duration,
-        position_s=state.position, rate=state.rate, achieved_rate=state.achieved_rate,
-        paused=state.paused, loop=(state.loop_begin, state.loop_end) if state.loop else None,
-        segment=state.segment, published=state.published, dropped=state.dropped,
-        gaps=tuple(state.gaps), files=tuple(state.files), mark=state.mark,
-        topics=tuple((topic.name, topic.published) for topic in state.topics),
-        others=tuple(state.others))
 
 
 def _recorder(state: RecorderState) -> RecorderSnapshot:

@@ -2,9 +2,11 @@
 """What is below RViz in real-time mode: the curves of the last seconds."""
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 from typing import Dict, Optional
 
+from PyQt5.QtCore import pyqtSignal
 from PyQt5.QtGui import QHideEvent, QShowEvent
 from PyQt5.QtWidgets import QComboBox, QFrame, QLabel, QToolButton, QVBoxLayout, QWidget
 
@@ -12,8 +14,10 @@ from process_visualizer.curves.live.live_curves import LiveCurve, LiveWindow
 from process_visualizer.curves.position_values import Key, key_of
 from process_visualizer.gui.models.playback.lane_choices import LaneChoices
 from process_visualizer.gui.models.recording.live_curves_model import DURATIONS_S, LiveCurvesModel
+from process_visualizer.gui.models.recording.replay_model import ReplayModel
 from process_visualizer.gui.toolkit.theme_following import colour
 from process_visualizer.gui.views.live.live_timeline import LiveTimeline
+from process_visualizer.gui.views.live.replay_bar import ReplayBar
 from process_visualizer.gui.views.parts.layouts import in_column, in_row
 from process_visualizer.gui.views.playback.curves_dialog import CurvesDialog
 from process_visualizer.gui.views.playback.timeline_lanes import Lane, lane_label, lane_of
@@ -25,10 +29,13 @@ _WAITING = 'Waiting for the first values…'
 class LivePanel(QWidget):
     """Follows the model as long as it can be seen."""
 
-    def __init__(self, curves: LiveCurvesModel, choices: LaneChoices,
+    replay_wanted = pyqtSignal(float)
+    """The scene should show this moment [s] on the recorder's clock."""
+
+    def __init__(self, curves: LiveCurvesModel, choices: LaneChoices, replay: ReplayModel,
                  parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
-        self._curves, self._choices = curves, choices
+        self._curves, self._choices, self._replay = curves, choices, replay
         self._lanes: Dict[Key, Lane] = {}
         self.setObjectName('live_panel')
         self.state = QLabel(_IDLE)
@@ -45,6 +52,7 @@ class LivePanel(QWidget):
         self.hold.setCheckable(True)
         self.hold.setToolTip('Let the curves stand still to look at them; nothing is lost')
         self.timeline = LiveTimeline()
+        self.replay = ReplayBar(replay, time.time)
         self._lay_out()
         self.durations.activated.connect(
             lambda row: curves.set_duration(float(self.durations.itemData(row))))
@@ -52,6 +60,9 @@ class LivePanel(QWidget):
         self.timeline.hide_wanted.connect(choices.hide)
         self.timeline.curves_wanted.connect(self._ask_for_curves)
         self.timeline.longer_wanted.connect(self._change_duration)
+        self.timeline.replay_wanted.connect(self._want_replay)
+        replay.changed.connect(self._follow_replay)
+        replay.playback.moved.connect(self._show_moment)
         choices.changed.connect(self._show)
         curves.changed.connect(self._show)
         self._show()
@@ -65,7 +76,7 @@ class LivePanel(QWidget):
         inside.setContentsMargins(0, 2, 0, 0)
         inside.setSizeConstraint(QVBoxLayout.SetMinAndMaxSize)
         inside.addWidget(self.timeline, 1)
-        layout = in_column(self, 8, row, frame)
+        layout = in_column(self, 8, row, self.replay, frame)
         layout.setStretchFactor(frame, 1)
         layout.addStretch(0)
 
@@ -92,7 +103,7 @@ class LivePanel(QWidget):
     def _state(self) -> str:
         curves = self._curves
         if curves.is_held:
-            return 'Held: what comes is drawn when you let go'
+            return '' if not self._replay.is_live else 'Held: what comes is drawn when you let go'
         if not curves.is_running:
             return _IDLE if curves.window is None else 'Ended: the last values before the end'
         return curves.problem or ('' if curves.window and curves.window.curves else _WAITING)
@@ -105,6 +116,26 @@ class LivePanel(QWidget):
         self.timeline.show_lanes(
             window.duration_s, [self._lanes[key] for key in shown], [values[key] for key in shown],
             window.marks, window.begin_s + window.duration_s)
+        self._show_moment()
+
+    def _want_replay(self, time_s: float) -> None:
+        if self._curves.is_running:
+            self._curves.hold(True)  # what is looked at must not run away
+            self.replay_wanted.emit(self._end_s() + time_s)
+
+    def _follow_replay(self) -> None:
+        if self._replay.is_live:
+            self._curves.hold(False)
+        self._show_moment()
+
+    def _show_moment(self) -> None:
+        self.timeline.show_replay(None if self._replay.is_live
+                                  else self._replay.time_s - self._end_s())
+
+    def _end_s(self) -> float:
+        """What the right end is on the recorder's clock."""
+        window = self._curves.window
+        return 0.0 if window is None else window.epoch_s + window.begin_s + window.duration_s
 
     def _change_duration(self, steps: int) -> None:
         row = min(max(self.durations.currentIndex() + steps, 0), self.durations.count() - 1)

@@ -51,9 +51,13 @@ class LiveTimeline(QWidget):
     longer_wanted = pyqtSignal(int)
     """More of the past should be shown, or (below 0) less: so many steps."""
 
+    replay_wanted = pyqtSignal(float)
+    """The scene should show this time [s, below 0: before the right end]."""
+
     def __init__(self, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
         self._duration_s = 0.0
+        self._replay_s: Optional[float] = None
         self._values: Tuple[float, ...] = ()
         self._marks: Tuple[PlacedMark, ...] = ()
         self._hover_x: Optional[float] = None
@@ -80,6 +84,12 @@ class LiveTimeline(QWidget):
             self._fit()
             self.updateGeometry()
         self.update()
+
+    def show_replay(self, time_s: Optional[float]) -> None:
+        """Show which moment is in the scene [s, below 0]; None: the present."""
+        if time_s != self._replay_s:
+            self._replay_s = time_s
+            self.update()
 
     @property
     def axis(self) -> TimeAxis:
@@ -121,13 +131,19 @@ class LiveTimeline(QWidget):
         self._draw_header(painter, axis)
         if self._duration_s > 0.0:
             header.draw_flags(painter, axis, self._marks, -1)
-            painter.fillRect(QRectF(round(axis.right) - 1, AXIS_TOP, 2, bottom - AXIS_TOP),
-                             QColor(theme().accent))
+            self._draw_moment(painter, axis, bottom)
         if self._hover_x is not None:
             time_s = axis.time_s(self._hover_x)
             header.draw_hover(painter, axis, time_s, _before_now(time_s, 2), bottom)
         self.stack.draw_texts(painter, axis, event.rect(), self.lane_texts)
         painter.end()
+
+    def _draw_moment(self, painter: QPainter, axis: TimeAxis, bottom: float) -> None:
+        """What the scene shows: the present at the right, or what is replayed."""
+        x, color = axis.right - 1.0, theme().accent
+        if self._replay_s is not None:
+            x, color = axis.x(max(self._replay_s, -self._duration_s)), theme().warning
+        painter.fillRect(QRectF(round(x) - 1.0, AXIS_TOP, 3.0, bottom - AXIS_TOP), QColor(color))
 
     def _draw_header(self, painter: QPainter, axis: TimeAxis) -> None:
         header.draw_groove(painter, axis)
@@ -162,10 +178,22 @@ class LiveTimeline(QWidget):
 
     # The mouse
 
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Let the scene show the moment under the mouse."""
+        if event.button() == Qt.LeftButton:
+            self._want_replay(event.localPos().x())
+
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Show the values under the mouse."""
+        """Show the values under the mouse; with the button pressed, the scene as well."""
         self._hover_x = event.localPos().x()
+        if event.buttons() & Qt.LeftButton:
+            self._want_replay(event.localPos().x())
         self.update()
+
+    def _want_replay(self, x: float) -> None:
+        if self._duration_s > 0.0:
+            time_s = self.axis.time_s(x)
+            self.replay_wanted.emit(min(max(time_s, -self._duration_s), 0.0))
 
     def leaveEvent(self, event: QEvent) -> None:
         """Hide the line at the mouse."""

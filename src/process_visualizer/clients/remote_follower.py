@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Follows what a node of another ROS master publishes: rospy knows one master only."""
+from __future__ import annotations
+
+import http.client
+import io
+import socket
+import struct
+import threading
+from typing import Any, Callable, Dict, Optional, Type
+from xmlrpc.client import Error, ServerProxy
+
+import genpy
+import rosgraph
+import rospy
+from rosgraph.network import (
+    ROSHandshakeException,
+    read_ros_handshake_header,
+    write_ros_handshake_header,
+)
+
+_TIMEOUT_S = 5.0
+_BUFFER_BYTES = 65536
+_LENGTH = struct.Struct('<I')
+
+_FAILURES = (OSError, ValueError, TypeError, Error, http.client.HTTPException,
+             rosgraph.MasterException, ROSHandshakeException, genpy.DeserializationError)
+
+
+class RemoteFollower:
+    """Reads one topic of one node, in a thread of its own, until that node ends.
+
+    The node is asked directly, as any subscriber does; its master does not learn of it.
+    """
+
+    def __init__(self, topic: str, message_class: Type[Any], node: str, master_uri: str,
+                 on_message: Callable[[Any], None], on_end: Callable[[], None]) -> None:
+        """``on_message`` and ``on_end`` are called in the thread; after ``close`` neither is."""
+        self._topic, self._message_class = topic, message_class
+        self._node, self._master_uri = node, master_uri
+        self._on_message, self._on_end = on_message, on_end
+        self._lock = threading.Lock()
+        self._connection: Optional[socket.socket] = None
+        self._is_closed = False
+        self._thread = threading.Thread(target=self._run, name=f'follow {topic}', daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop following; wait for the end of the thread."""
+        with self._lock:
+            self._is_closed = True
+            if self._connection is not None:
+                self._connection.shutdown(socket.SHUT_RDWR)
+        self._thread.join()
+
+    def _run(self) -> None:
+        try:
+            with self._connected() as connection, connection.makefile('rb') as stream:
+                self._follow(stream)
+        except _FAILURES as error:
+            if not self._is_closed:
+                rospy.loginfo('%s of %s is not followed: %s', self._topic, self._node, error)
+        if not self._is_closed:
+            self._on_end()
+
+    def _follow(self, stream: Any) -> None:
+        while True:
+            head = stream.read(_LENGTH.size)
+            if len(head) < _LENGTH.size:
+                return
+            data = stream.read(_LENGTH.unpack(head)[0])
+            message = self._message_class().deserialize(data)
+            if self._is_closed:
+                return
+            self._on_message(message)
+
+    def _connected(self) -> socket.socket:
+        host, port = self._address()
+        connection = socket.create_connection((host, port), _TIMEOUT_S)
+        try:
+            write_ros_handshake_header(connection, {
+                'topic': self._topic, 'type': self._message_class._type,
+                'md5sum': self._message_class._md5sum, 'callerid': rospy.get_name(),
+                'message_definition': self._message_class._full_text, 'tcp_nodelay': '1'})
+            header: Dict[str, str] = read_ros_handshake_header(connection, io.BytesIO(),
+                                                               _BUFFER_BYTES)
+            if 'error' in header:
+                raise ROSHandshakeException(header['error'])
+            connection.settimeout(None)  # a publisher may have nothing to say
+            self._keep(connection)
+        except BaseException:
+            connection.close()
+            raise
+        return connection
+
+    def _address(self) -> Any:
+        """Host and port at which the node publishes the topic."""
+        master = rosgraph.Master(rospy.get_name(), self._master_uri)
+        with ServerProxy(master.lookupNode(self._node)) as node:
+            answer: Any = node.requestTopic(rospy.get_name(), self._topic, [['TCPROS']])
+        _, reason, protocol = answer
+        if not protocol:
+            raise ValueError(f'it does not publish it ({reason})')
+        return protocol[1:3]
+
+    def _keep(self, connection: socket.socket) -> None:
+        with self._lock:
+            if self._is_closed:
+                raise OSError('closed')
+            self._connection = connection

@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Instant replay: what happened some seconds ago, while the cell and its recording go on."""
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from enum import Enum
+from typing import Any, Callable, Dict, Optional, Protocol, Tuple, Type
+
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from process_visualizer.cell.model import Mode
+from process_visualizer.generate.choice import Choice, RvizStart
+from process_visualizer.generate.plan import BAG_PART, RVIZ_PART
+from process_visualizer.gui.models.playback.playback_model import LINE as PLAYER_LINE
+from process_visualizer.gui.models.playback.playback_model import PlaybackModel
+from process_visualizer.gui.ros.snapshots import PlayerSnapshot
+from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.launching.part_report import PartReport, PartState
+
+LINE = 'replay'
+_END_TIMEOUT_S = 60.0
+
+
+class ReplayPhase(Enum):
+    """``PREPARING`` until the past can be seen."""
+
+    LIVE = 'live'
+    PREPARING = 'preparing'
+    SHOWN = 'shown'
+
+
+class ReplayTools(Protocol):
+    """What a replay is made with (ReplayLink in gui/ros/replay_link.py); each call may block."""
+
+    def copy_memory(self) -> str:
+        """Write what the recorder has in memory into a bag; return its path."""
+
+    def start(self, choice: Choice) -> Any:
+        """Start a second cell, or change what it plays."""
+
+    def follow(self) -> Any:
+        """Follow the state of its player, until that ends."""
+
+    def show(self, choice: Choice) -> Any:
+        """Show its RViz over that of the running cell, with the same camera."""
+
+    def hide(self) -> Any:
+        """Hide its RViz."""
+
+    def stop(self) -> Any:
+        """Stop the second cell."""
+
+
+class ReplayModel(QObject):
+    """Shows a moment of the recorder's memory; ``playback`` moves on from there.
+
+    The memory is copied when a replay begins, so that what is looked at does not run out of it.
+    The second cell starts with the first replay and stays, so that later ones come at once.
+    Times are those of the recorder's clock [s].
+    """
+
+    changed = pyqtSignal()
+    failed = pyqtSignal(str)
+
+    def __init__(self, tasks: Tasks, playback: PlaybackModel, tools: ReplayTools,
+                 refused: Tuple[Type[Exception], ...],
+                 parent: Optional[QObject] = None) -> None:
+        """Take what the tools raise with a text for the user."""
+        super().__init__(parent)
+        self.playback = playback
+        self._tasks, self._tools, self._refused = tasks, tools, refused
+        self._phase = ReplayPhase.LIVE
+        self._choice: Optional[Choice] = None
+        self._reports: Dict[str, PartReport] = {}
+        self._path = self._old_path = ''
+        self._begin_s = self._wanted_s = 0.0
+        self._has_state = self._is_started = False
+
+    @property
+    def phase(self) -> ReplayPhase:
+        """What is to be seen."""
+        return self._phase
+
+    @property
+    def is_live(self) -> bool:
+        """Whether the scene is that of the running cell."""
+        return self._phase is ReplayPhase.LIVE
+
+    @property
+    def time_s(self) -> float:
+        """The moment that is shown, or is about to be."""
+        if self._phase is not ReplayPhase.SHOWN:
+            return self._wanted_s
+        return self._begin_s + self.playback.position_s
+
+    def show(self, time_s: float, choice: Choice) -> None:
+        """Go to a moment; ``choice`` is what runs."""
+        self._wanted_s = time_s
+        if self._phase is ReplayPhase.SHOWN:
+            self.playback.seek(time_s - self._begin_s)
+        elif self.is_live:
+            self._begin(choice)
+
+    def leave(self) -> None:
+        """Return to the running cell."""
+        before, self._phase = self._phase, ReplayPhase.LIVE
+        if before is ReplayPhase.SHOWN:
+            self.playback.pause()
+            self._run(self._tools.hide)
+        if before is not ReplayPhase.LIVE:
+            self.changed.emit()
+
+    def stop(self) -> None:
+        """The cell ends, and with it the replay."""
+        if self._is_started:
+            self.leave()
+            self._is_started, self._reports = False, {}
+            self.playback.take_state(None)
+            self._run(self._tools.stop)
+
+    def close(self) -> None:
+        """Stop everything; block until it is done."""
+        if self._is_started:
+            self._tasks.run_and_wait(LINE, self._tools.stop, _END_TIMEOUT_S)
+
+    def take_report(self, report: PartReport) -> None:
+        """Take the state of a part of the second cell."""
+        before = self._reports.get(report.part)
+        self._reports[report.part] = report
+        if report.state is PartState.FAILED and report.part in (BAG_PART, RVIZ_PART):
+            self._give_up(f'The replay has ended: {report.reason}')
+        elif report.part == BAG_PART and report.state is PartState.RUNNING and (
+                before is None or before.state is not PartState.RUNNING):
+            self._run(self._tools.follow)
+        self._look_whether_ready()
+
+    def take_state(self, snapshot: Optional[PlayerSnapshot]) -> None:
+        """Take the newest state of its player."""
+        if self.is_live or snapshot is None or self._path not in snapshot.files:
+            return
+        self._begin_s = snapshot.begin_s
+        self.playback.take_state(snapshot)
+        self._has_state = True
+        self._look_whether_ready()
+
+    def _begin(self, choice: Choice) -> None:
+        self._phase, self._choice, self._has_state = ReplayPhase.PREPARING, choice, False
+        self._is_started = True
+        self._old_path, self._path = self._path, ''
+        self.playback.forget_player()
+        self._tasks.run(LINE, lambda: self._started(choice), self._take_path, self._fail)
+        self.changed.emit()
+
+    def _started(self, choice: Choice) -> str:
+        """In the line of tasks."""
+        path, old = self._tools.copy_memory(), self._old_path
+        self._tools.start(replace(choice, mode=Mode.PLAYBACK, rviz=RvizStart.OPTIONAL, bag=path,
+                                  further_bags=(), left_out=(), is_replay=True))
+        if old:
+            os.unlink(old)
+        return path
+
+    def _take_path(self, path: str) -> None:
+        self._path = path
+        self._look_whether_ready()
+
+    def _look_whether_ready(self) -> None:
+        view, choice = self._reports.get(RVIZ_PART), self._choice
+        if self._phase is not ReplayPhase.PREPARING or not self._has_state or choice is None \
+                or view is None or view.state is not PartState.RUNNING:
+            return
+        self._phase = ReplayPhase.SHOWN
+        self.playback.seek(self._wanted_s - self._begin_s)
+        self._tasks.run(PLAYER_LINE, lambda: self._tools.show(choice), None, self._fail)
+        self.changed.emit()
+
+    def _run(self, work: Callable[[], Any]) -> None:
+        self._tasks.run(LINE, work, None, self._fail)
+
+    def _fail(self, error: Exception) -> None:
+        if not isinstance(error, self._refused):
+            raise error
+        self._give_up(f'There is no replay: {error}')
+
+    def _give_up(self, text: str) -> None:
+        if not self.is_live:
+            self._phase = ReplayPhase.LIVE
+            self.changed.emit()
+            self.failed.emit(text)

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The second cell of an instant replay, which has a ROS master of its own."""
+from __future__ import annotations
+
+from typing import Callable, Optional
+
+from PyQt5.QtCore import QObject, pyqtSignal
+from sensor_msgs.msg import RegionOfInterest
+
+from process_visualizer.clients.player_client import PlayerClient
+from process_visualizer.clients.recording_options import RecordingOptions
+from process_visualizer.clients.remote_follower import RemoteFollower
+from process_visualizer.clients.service_connection import ServiceConnection, ServiceUnreachable
+from process_visualizer.generate.choice import Choice
+from process_visualizer.gui.ros.player_messages import player_snapshot
+from process_visualizer.launching.replay_cell import ReplayCell
+from process_visualizer.msg import PlayerState
+from process_visualizer.ros_names import BAG_PLAYER, PLAYER_STATE_TOPIC, RVIZ
+from process_visualizer.rviz.window_geometry import Rectangle
+from process_visualizer.srv import ShowReplay
+
+_TIMEOUT_S = 10.0
+
+
+class ReplayLinkError(Exception):
+    """RViz of the replay does not do what it should; says why."""
+
+
+class ReplayLink(QObject):
+    """Starts, follows and commands it. Its methods block: run them as tasks."""
+
+    reported = pyqtSignal(object)
+    """A PartReport."""
+    player_state = pyqtSignal(object)
+    """A PlayerSnapshot."""
+
+    def __init__(self, copy: Callable[[RecordingOptions], str], camera: Callable[[], str],
+                 parent: Optional[QObject] = None) -> None:
+        """``copy`` writes what the recorder has in memory; ``camera`` is that of the live RViz."""
+        super().__init__(parent)
+        self._copy, self._camera = copy, camera
+        self._cell = ReplayCell(self.reported.emit)
+        uri = self._cell.master_uri
+        self.player = PlayerClient(follow_now=False, master_uri=uri)
+        self._show = ServiceConnection(f'/{RVIZ}/show_replay', ShowReplay, _TIMEOUT_S, uri)
+        self._follower: Optional[RemoteFollower] = None
+        self._count = 0
+
+    def copy_memory(self) -> str:
+        """Write what the recorder has in memory into a bag; return its path.
+
+        Raises:
+            RecorderError: it does not answer, or there is nothing.
+        """
+        self._count += 1
+        return self._copy(RecordingOptions((), folder=self._cell.folder,
+                                           name=f'replay_{self._count}'))
+
+    def start(self, choice: Choice) -> None:
+        """Start the cell, or change what it plays; see ReplayCell."""
+        self._cell.show(choice)
+
+    def follow(self) -> None:
+        """Follow the state of its player, until that ends."""
+        self._leave_player()
+        self._follower = RemoteFollower(
+            PLAYER_STATE_TOPIC, PlayerState, f'/{BAG_PLAYER}', self._cell.master_uri,
+            lambda state: self.player_state.emit(player_snapshot(state)), lambda: None)
+
+    def show(self, choice: Choice) -> None:
+        """Show its RViz over that of the running cell, with the same camera.
+
+        Raises:
+            ReplayLinkError: it does not answer.
+        """
+        self._call(True, self._camera(), _place(choice.window))
+
+    def hide(self) -> None:
+        """Hide its RViz.
+
+        Raises:
+            ReplayLinkError: it does not answer.
+        """
+        self._call(False, '', RegionOfInterest())
+
+    def stop(self) -> None:
+        """Stop the cell."""
+        self._leave_player()
+        for connection in (self.player, self._show):
+            connection.close()
+        self._cell.stop()
+
+    def _leave_player(self) -> None:
+        if self._follower is not None:
+            self._follower.close()
+        self._follower = None
+
+    def _call(self, shown: bool, camera: str, place: RegionOfInterest) -> None:
+        try:
+            answer = self._show.call(shown, camera, place)
+        except ServiceUnreachable as error:
+            raise ReplayLinkError(str(error)) from error
+        if not answer.success:
+            raise ReplayLinkError(answer.message)
+
+
+def _place(window: Optional[Rectangle]) -> RegionOfInterest:
+    return RegionOfInterest() if window is None else RegionOfInterest(
+        x_offset=max(window.x, 0), y_offset=max(window.y, 0), width=window.width,
+        height=window.height)
