@@ -11,6 +11,7 @@ from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.generator import generate_parts
 from process_visualizer.launching.launched_cell import LaunchedCell
 from process_visualizer.launching.launched_part import OnChange
+from process_visualizer.launching.part_report import PartState
 from process_visualizer.launching.ros_master import RosMaster
 from process_visualizer.launching.run_record import RunRecord, new_run_folder
 
@@ -54,7 +55,12 @@ class ReplayCell:
         self._master.ensure()
         if self._launched is None:
             self._launched = LaunchedCell(self.folder, self._on_change, self._master.uri)
-        self._launched.change(generate_parts(choice))
+        ended = [report.part for report in self._launched.reports()
+                 if report.state in (PartState.FAILED, PartState.STOPPED)]
+        started = self._launched.change(generate_parts(choice))
+        for part in ended:
+            if part not in started:
+                self._launched.restart(part)
 
     def stop(self) -> None:
         """Stop everything, and remove what was written."""

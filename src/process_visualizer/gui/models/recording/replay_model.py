@@ -105,9 +105,11 @@ class ReplayModel(QObject):
     def leave(self) -> None:
         """Return to the running cell."""
         before, self._phase = self._phase, ReplayPhase.LIVE
+        view = self._reports.get(RVIZ_PART)
         if before is ReplayPhase.SHOWN:
             self.playback.pause()
-            self._run(self._tools.hide)
+            if view is not None and view.state is PartState.RUNNING:
+                self._run(self._tools.hide)
         if before is not ReplayPhase.LIVE:
             self.changed.emit()
 
@@ -130,6 +132,8 @@ class ReplayModel(QObject):
         self._reports[report.part] = report
         if report.state is PartState.FAILED and report.part in (BAG_PART, RVIZ_PART):
             self._give_up(f'The replay has ended: {report.reason}')
+        elif report.state is PartState.STOPPED and report.part == RVIZ_PART:
+            self.leave()  # the operator has closed its window
         elif report.part == BAG_PART and report.state is PartState.RUNNING and (
                 before is None or before.state is not PartState.RUNNING):
             self._run(self._tools.follow)
@@ -185,6 +189,5 @@ class ReplayModel(QObject):
 
     def _give_up(self, text: str) -> None:
         if not self.is_live:
-            self._phase = ReplayPhase.LIVE
-            self.changed.emit()
+            self.leave()
             self.failed.emit(text)

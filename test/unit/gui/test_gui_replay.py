@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Instant replay: the model with a second cell that the test plays, and what the operator sees."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Callable, List, Tuple
+
+import pytest
+from held_tasks import Refused
+from playback_stand import PAUSED, PlaybackStand
+from pytestqt.qtbot import QtBot
+
+from process_visualizer.cell.model import Mode
+from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.generate.choice import Choice, RvizStart
+from process_visualizer.generate.plan import BAG_PART, RVIZ_PART
+from process_visualizer.gui.models.recording.replay_model import ReplayModel, ReplayPhase
+from process_visualizer.gui.views.live.replay_bar import ReplayBar
+from process_visualizer.launching.part_report import PartReport, PartState
+
+BEGIN_S = 970.0
+"""Of the memory, on the recorder's clock; now it is 1000."""
+
+
+class Tools:
+    """In place of ReplayLink: notes what it is asked for; writes real files."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.asked = folder, []  # type: Tuple[Path, List[Any]]
+        self.reason = ''
+
+    def copy_memory(self) -> str:
+        if self.reason:
+            raise Refused(self.reason)
+        path = self.folder / f'{len(list(self.folder.iterdir()))}_{len(self.asked)}.bag'
+        path.write_bytes(b'')
+        return str(path)
+
+    def start(self, choice: Choice) -> None:
+        self.asked.append(('start', choice))
+
+    def __getattr__(self, name: str) -> Callable[..., None]:
+        return lambda *_arguments: self.asked.append((name,))
+
+    def names(self) -> List[str]:
+        names, self.asked = [it[0] for it in self.asked], []
+        return names
+
+
+class Stand(PlaybackStand):
+    """A replay of a cell that runs."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__()
+        (folder / 'copies').mkdir()
+        (folder / 'cell.xml').write_text(
+            '<visualizer><other name="machine"><topic name="/a"/></other></visualizer>')
+        cell = XmlParser().parse(str(folder / 'cell.xml'))
+        self.choice = Choice(cell, Mode.REALTIME, cell.devices, RvizStart.OPTIONAL)
+        self.tools = Tools(folder / 'copies')
+        self.replay = ReplayModel(self.tasks, self.model, self.tools,  # type: ignore[arg-type]
+                                  (Refused, OSError))
+        self.replay.failed.connect(self.failures.append)
+
+    def report(self, part: str, state: PartState) -> None:
+        self.replay.take_report(PartReport(part, state, reason='it has died'))
+
+    def tell(self, position_s: float = 0.0, **changes: Any) -> None:
+        """Let the player of the second cell tell its state."""
+        bag = sorted(self.tools.folder.iterdir())[-1]
+        self.snapshot = PAUSED._replace(stamp_s=self.now_s, begin_s=BEGIN_S, duration_s=30.0,
+                                        position_s=position_s, files=(str(bag),), **changes)
+        self.replay.take_state(self.snapshot)
+
+    def begin(self, time_s: float = 990.0) -> None:
+        """Show a moment, with all that this takes."""
+        self.replay.show(time_s, self.choice)
+        self.tasks.end_all()
+        self.report(RVIZ_PART, PartState.RUNNING)
+        self.report(BAG_PART, PartState.RUNNING)
+        self.tasks.end_all()
+        self.tell()
+        self.tasks.end_all()
+
+
+@pytest.fixture
+def stand(tmp_path: Path, qtbot: QtBot) -> Stand:
+    return Stand(tmp_path)
+
+
+def test_a_moment_of_the_memory_is_shown_when_everything_is_there(stand: Stand) -> None:
+    stand.replay.show(990.0, stand.choice)
+    assert stand.replay.phase is ReplayPhase.PREPARING
+    stand.tasks.end_all()
+    choice = stand.tools.asked[0][1]
+    assert (choice.mode, choice.is_replay) == (Mode.PLAYBACK, True)
+    assert Path(choice.bag).exists()
+    stand.report(BAG_PART, PartState.RUNNING)
+    stand.tell()
+    stand.tasks.end_all()
+    assert stand.tools.names() == ['start', 'follow']
+    assert stand.replay.phase is ReplayPhase.PREPARING  # RViz is not up yet
+    stand.report(RVIZ_PART, PartState.RUNNING)
+    assert stand.replay.phase is ReplayPhase.SHOWN
+    assert stand.commands() == [('seek', 20.0)]
+    assert stand.tools.names() == ['show']
+    stand.tell(20.0)
+    assert stand.replay.time_s == 990.0
+
+
+def test_the_newest_wish_counts_while_it_is_prepared(stand: Stand) -> None:
+    stand.replay.show(990.0, stand.choice)
+    for time_s in (985.0, 980.0, 975.0):
+        stand.replay.show(time_s, stand.choice)
+    assert stand.replay.time_s == 975.0
+    stand.begin(975.0)
+    assert [it for it in stand.client.taken() if it[0] == 'seek'] == [('seek', 5.0)]
+
+
+def test_going_on_dragging_is_seeking(stand: Stand) -> None:
+    stand.begin()
+    stand.client.taken()
+    stand.replay.show(980.0, stand.choice)
+    assert stand.commands() == [('seek', 10.0)]
+    assert 'start' not in stand.tools.names()[3:]
+
+
+def test_back_to_live_hides_it_and_the_next_replay_has_a_newer_copy(stand: Stand) -> None:
+    stand.begin()
+    first = sorted(stand.tools.folder.iterdir())
+    stand.tools.names()
+    stand.replay.leave()
+    assert stand.replay.is_live
+    assert ('pause',) in stand.commands()
+    assert stand.tools.names() == ['hide']
+    stand.tell()  # it still says what it does
+    assert stand.replay.is_live
+    stand.report(BAG_PART, PartState.STOPPED)
+    stand.begin(995.0)
+    assert stand.replay.phase is ReplayPhase.SHOWN
+    assert stand.tools.names() == ['start', 'follow', 'show']
+    now = sorted(stand.tools.folder.iterdir())
+    assert len(now) == 1 and now != first
+
+
+def test_left_while_it_is_prepared_it_stays_live(stand: Stand) -> None:
+    stand.replay.show(990.0, stand.choice)
+    stand.replay.leave()
+    stand.tasks.end_all()
+    stand.report(RVIZ_PART, PartState.RUNNING)
+    stand.report(BAG_PART, PartState.RUNNING)
+    stand.tell()
+    stand.tasks.end_all()
+    assert stand.replay.is_live
+    assert 'show' not in stand.tools.names()
+
+
+def test_without_a_memory_it_stays_live_and_says_why(stand: Stand) -> None:
+    stand.tools.reason = 'there is nothing in memory'
+    stand.replay.show(990.0, stand.choice)
+    stand.tasks.end_all()
+    assert stand.replay.is_live
+    assert stand.failures == ['There is no replay: there is nothing in memory']
+
+
+@pytest.mark.parametrize('part', [BAG_PART, RVIZ_PART])
+def test_a_part_that_dies_ends_it(stand: Stand, part: str) -> None:
+    stand.begin()
+    stand.report(part, PartState.FAILED)
+    assert stand.replay.is_live
+    assert stand.failures == ['The replay has ended: it has died']
+
+
+def test_a_window_that_is_closed_ends_it_without_complaint(stand: Stand) -> None:
+    stand.begin()
+    stand.report(RVIZ_PART, PartState.STOPPED)
+    assert stand.replay.is_live and not stand.failures
+
+
+def test_the_end_of_the_cell_ends_it(stand: Stand) -> None:
+    stand.replay.stop()  # there was none
+    stand.tasks.end_all()
+    assert stand.tools.names() == []
+    stand.begin()
+    stand.replay.stop()
+    stand.tasks.end_all()
+    assert stand.replay.is_live
+    assert stand.tools.names()[-1] == 'stop'
+
+
+def test_the_bar_says_how_long_ago_it_is(stand: Stand, qtbot: QtBot) -> None:
+    bar = ReplayBar(stand.replay, lambda: stand.now_s)
+    qtbot.addWidget(bar)
+    assert bar.isHidden()
+    stand.replay.show(990.0, stand.choice)
+    assert not bar.isHidden() and bar.state.text() == 'Preparing the replay…'
+    assert not bar.play.isEnabled()
+    stand.begin()
+    stand.tell(12.5)
+    assert bar.state.text() == 'REPLAY  17.5 s ago'
+    bar.back.click()
+    assert bar.isHidden() and stand.replay.is_live
