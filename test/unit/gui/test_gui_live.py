@@ -8,7 +8,8 @@ from typing import Any, List, Sequence, Tuple
 import pytest
 from cycle_bags import write_bag
 from held_tasks import HeldTasks
-from PyQt5.QtCore import QPoint, QPointF, Qt
+from playback_stand import PlaybackStand
+from PyQt5.QtCore import QObject, QPoint, QPointF, Qt, pyqtSignal
 from PyQt5.QtGui import QWheelEvent
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication
@@ -21,6 +22,7 @@ from process_visualizer.clients.service_connection import ServiceUnreachable
 from process_visualizer.curves.live.recent_part import RecentPart
 from process_visualizer.gui.models.playback.lane_choices import LaneChoices
 from process_visualizer.gui.models.recording.live_curves_model import LiveCurvesModel
+from process_visualizer.gui.models.recording.replay_model import ReplayPhase
 from process_visualizer.gui.views.live.live_panel import LivePanel
 from process_visualizer.messages.connection import Connection
 
@@ -46,6 +48,25 @@ class ListedMemory:
         self.restarts += 1
 
 
+class Replay(QObject):
+    """In place of ReplayModel."""
+
+    changed = pyqtSignal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.playback = PlaybackStand().model
+        self.phase, self.time_s = ReplayPhase.LIVE, 0.0
+
+    @property
+    def is_live(self) -> bool:
+        return self.phase is ReplayPhase.LIVE
+
+    def leave(self) -> None:
+        self.phase = ReplayPhase.LIVE
+        self.changed.emit()
+
+
 class Stand:
     """The panel of a cell with three variables."""
 
@@ -53,7 +74,11 @@ class Stand:
         self.parts = list(parts_of(write_bag(folder), 8.0))
         self.tasks, self.memory, self.choices = HeldTasks(), ListedMemory(), LaneChoices()
         self.model = LiveCurvesModel(self.tasks, self.memory)  # type: ignore[arg-type]
-        self.panel = LivePanel(self.model, self.choices)
+        self.replay = Replay()
+        self.panel = LivePanel(self.model, self.choices,
+                               self.replay)  # type: ignore[arg-type]
+        self.wanted: List[float] = []
+        self.panel.replay_wanted.connect(self.wanted.append)
         qtbot.addWidget(self.panel)
         self.panel.resize(900, 300)
         self.model.set_devices(XmlParser().parse(str(folder / 'cell.xml')).devices)
@@ -179,3 +204,29 @@ def test_values_at_the_mouse_and_marks(stand: Stand) -> None:
     mark, = stand.timeline._marks
     assert mark.label == 'leather in' and mark.position_s == pytest.approx(-2.0, abs=0.05)
     assert not stand.timeline.grab().isNull()
+
+
+def test_a_drag_wants_a_replay_of_what_is_under_the_mouse_and_holds_the_curves(
+        stand: Stand) -> None:
+    stand.come(*stand.parts)
+    timeline, window = stand.timeline, stand.model.window
+    end_s = window.epoch_s + window.begin_s + window.duration_s
+    point = QPoint(int(timeline.axis.x(-10.0)), 40)
+    QTest.mousePress(timeline, Qt.LeftButton, pos=point)
+    QTest.mouseRelease(timeline, Qt.LeftButton, pos=point)
+    assert stand.wanted == [pytest.approx(end_s - 10.0, abs=0.1)]
+    assert stand.model.is_held
+    stand.replay.phase, stand.replay.time_s = ReplayPhase.SHOWN, end_s - 10.0
+    stand.replay.changed.emit()
+    assert not stand.panel.replay.isHidden()
+    assert timeline._replay_s == pytest.approx(-10.0)
+    stand.panel.replay.back.click()
+    stand.replay.leave()
+    assert not stand.model.is_held and timeline._replay_s is None
+
+
+def test_without_a_cell_there_is_no_replay(stand: Stand) -> None:
+    stand.come(*stand.parts)
+    stand.model.set_running(False)
+    QTest.mousePress(stand.timeline, Qt.LeftButton, pos=QPoint(300, 40))
+    assert stand.wanted == [] and not stand.model.is_held

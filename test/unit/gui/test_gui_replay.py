@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Callable, List, Tuple
+from typing import Any, Callable, List
 
 import pytest
 from held_tasks import Refused
@@ -54,7 +54,8 @@ class Stand(PlaybackStand):
         super().__init__()
         (folder / 'copies').mkdir()
         (folder / 'cell.xml').write_text(
-            '<visualizer><other name="machine"><topic name="/a"/></other></visualizer>')
+            '<visualizer><device type="other" name="machine"><topic name="a"/></device>'
+            '</visualizer>')
         cell = XmlParser().parse(str(folder / 'cell.xml'))
         self.choice = Choice(cell, Mode.REALTIME, cell.devices, RvizStart.OPTIONAL)
         self.tools = Tools(folder / 'copies')
@@ -196,7 +197,8 @@ def test_the_bar_says_how_long_ago_it_is(stand: Stand, qtbot: QtBot) -> None:
     assert not bar.isHidden() and bar.state.text() == 'Preparing the replay…'
     assert not bar.play.isEnabled()
     stand.begin()
-    stand.tell(12.5)
-    assert bar.state.text() == 'REPLAY  17.5 s ago'
+    stand.now_s = 1002.5
+    stand.tell(20.0)
+    assert bar.state.text() == 'REPLAY  12.5 s ago'
     bar.back.click()
     assert bar.isHidden() and stand.replay.is_live
