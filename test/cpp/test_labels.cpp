@@ -320,7 +320,7 @@ TEST(LabelStore, TheArrowOfANumber) {
   EXPECT_DOUBLE_EQ(arrow->tip.position.x, 0.2);
   EXPECT_DOUBLE_EQ(arrow->tip.position.y, 1);
   store.take(change("force", 0, Marker::DELETE), kNow);
-  EXPECT_FALSE(store.labels().at(0).lines.at(0).arrow->is_drawn);
+  EXPECT_FALSE(store.labels().at(0).lines.at(0).arrow);
   store.take(change("force", 1, Marker::DELETE), kNow);
   EXPECT_TRUE(store.labels().empty());
 }
