@@ -26,6 +26,7 @@ add_library(process_visualizer_rviz
   src/displays/plate_painter.cpp
   src/displays/plate_picture.cpp
   src/displays/screen_projection.cpp
+  src/displays/stillness.cpp
   src/displays/visible_labels.cpp
 )
 process_visualizer_compile(process_visualizer_rviz)
@@ -36,7 +37,8 @@ install(TARGETS process_visualizer_rviz LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB
 
 if(CATKIN_ENABLE_TESTING)
   catkin_add_gtest(test_labels test/cpp/test_labels.cpp
-    src/displays/label_layout.cpp src/displays/label_store.cpp src/displays/label_style.cpp)
+    src/displays/label_layout.cpp src/displays/label_store.cpp src/displays/label_style.cpp
+    src/displays/stillness.cpp)
   process_visualizer_compile(test_labels)
   target_include_directories(test_labels PRIVATE ${PROJECT_SOURCE_DIR}/src/displays)
   target_link_libraries(test_labels ${roscpp_LIBRARIES})

@@ -66,8 +66,14 @@ void LabelLayer::draw(const Ogre::Camera& camera, Size view) {
   const ScreenProjection projection(camera, view);
   const auto visible = visibleLabels(labels, projection, camera.getDerivedPosition());
   forgetOthers(visible);
-  for (const VisibleLabel& it : visible) paint(it);
-  const std::vector<Rect> rects = places(visible, projection);
+  const float elapsed_s = secondsSinceLastPicture();
+  std::map<std::string, Point> anchors;
+  for (const VisibleLabel& it : visible) anchors[it.label->key] = it.anchor;
+  const bool anew = stillness_.begins(anchors, elapsed_s);
+  for (const VisibleLabel& it : visible) paint(it, anew);
+  const auto plates = layoutPlates(visible);
+  const std::vector<Rect> rects =
+      layout_.place(plates, obstacles(visible, projection), view, elapsed_s, anew);
   std::vector<Leader> leaders;
   for (std::size_t i = 0; i < visible.size(); ++i) {
     plates_.at(visible[i].label->key).picture->draw(rects[i].corner, view);
@@ -90,11 +96,12 @@ void LabelLayer::forgetOthers(const std::vector<VisibleLabel>& visible) {
     it = keys.count(it->first) > 0 ? std::next(it) : plates_.erase(it);
 }
 
-void LabelLayer::paint(const VisibleLabel& visible) {
+void LabelLayer::paint(const VisibleLabel& visible, bool anew) {
   Plate& plate = plates_[visible.label->key];
   if (!plate.picture) plate.picture = std::make_unique<PlatePicture>(scene_, *node_);
-  const int font_size = fontSize(visible.text_height,
-                                 static_cast<float>(panel_->devicePixelRatioF()), plate.font_size);
+  const int font_size =
+      fontSize(visible.text_height, static_cast<float>(panel_->devicePixelRatioF()),
+               anew ? 0 : plate.font_size);
   if (font_size == plate.font_size && visible.label->lines == plate.lines) return;
   plate.font_size = font_size;
   plate.lines = visible.label->lines;
@@ -103,17 +110,23 @@ void LabelLayer::paint(const VisibleLabel& visible) {
   plate.size = {static_cast<float>(image.width()), static_cast<float>(image.height())};
 }
 
-std::vector<Rect> LabelLayer::places(const std::vector<VisibleLabel>& visible,
-                                     const ScreenProjection& projection) {
+std::vector<LabelLayout::Plate> LabelLayer::layoutPlates(
+    const std::vector<VisibleLabel>& visible) const {
   std::vector<LabelLayout::Plate> plates;
-  std::vector<Obstacle> obstacles;
-  if (!visible.empty()) obstacles = modelObstacles(scene_, projection, kModelWeight);
-  for (const VisibleLabel& it : visible) {
+  for (const VisibleLabel& it : visible)
     plates.push_back({it.label->key, it.anchor, plates_.at(it.label->key).size});
+  return plates;
+}
+
+std::vector<Obstacle> LabelLayer::obstacles(const std::vector<VisibleLabel>& visible,
+                                            const ScreenProjection& projection) const {
+  std::vector<Obstacle> all;
+  if (!visible.empty()) all = modelObstacles(scene_, projection, kModelWeight);
+  for (const VisibleLabel& it : visible) {
     const auto more = arrowObstacles(it, projection);
-    obstacles.insert(obstacles.end(), more.begin(), more.end());
+    all.insert(all.end(), more.begin(), more.end());
   }
-  return layout_.place(plates, obstacles, projection.view(), secondsSinceLastPicture());
+  return all;
 }
 
 float LabelLayer::secondsSinceLastPicture() {

@@ -14,6 +14,7 @@
 #include "label_layout.hpp"
 #include "leader_lines.hpp"
 #include "plate_picture.hpp"
+#include "stillness.hpp"
 #include "visible_labels.hpp"
 
 namespace rviz {
@@ -56,10 +57,11 @@ class LabelLayer : public Ogre::RenderTargetListener {
   void draw(const Ogre::Camera& camera, Size view);
   std::vector<SceneLabel> allLabels() const;
   void forgetOthers(const std::vector<VisibleLabel>& visible);
-  /// Paints a plate whose text or size has changed.
-  void paint(const VisibleLabel& visible);
-  std::vector<Rect> places(const std::vector<VisibleLabel>& visible,
-                           const ScreenProjection& projection);
+  /// Paints a plate whose text or size has changed. `anew`: the size that it had does not count.
+  void paint(const VisibleLabel& visible, bool anew);
+  std::vector<LabelLayout::Plate> layoutPlates(const std::vector<VisibleLabel>& visible) const;
+  std::vector<Obstacle> obstacles(const std::vector<VisibleLabel>& visible,
+                                  const ScreenProjection& projection) const;
   float secondsSinceLastPicture();
 
   Ogre::SceneManager& scene_;
@@ -67,6 +69,7 @@ class LabelLayer : public Ogre::RenderTargetListener {
   QPointer<rviz::RenderPanel> panel_;  ///< RViz may delete it before its displays
   LeaderLines leaders_;
   LabelLayout layout_;
+  Stillness stillness_;
   std::map<int, std::vector<SceneLabel>> labels_;
   std::map<std::string, Plate> plates_;
   std::chrono::steady_clock::time_point last_picture_;

@@ -138,12 +138,12 @@ std::vector<Point> chooseOffsets(const std::vector<LabelBox>& labels,
 
 std::vector<Rect> LabelLayout::place(const std::vector<Plate>& plates,
                                      const std::vector<Obstacle>& obstacles, Size view,
-                                     float elapsed_s) {
+                                     float elapsed_s, bool anew) {
   std::vector<LabelBox> boxes;
   for (const Plate& plate : plates) {
     const auto last = offsets_.find(plate.key);
     boxes.push_back({plate.anchor, plate.size, {}});
-    if (last != offsets_.end()) boxes.back().offset = last->second.chosen;
+    if (last != offsets_.end() && !anew) boxes.back().offset = last->second.chosen;
   }
   const std::vector<Point> chosen = chooseOffsets(boxes, obstacles, view);
   std::map<std::string, Offset> offsets;

@@ -57,9 +57,10 @@ class LabelLayout {
     Size size;
   };
 
-  /// Returns the rectangle of each plate; `elapsed_s` since the last picture.
+  /// Returns the rectangle of each plate; `elapsed_s` since the last picture. `anew`: where plates
+  /// were does not count.
   std::vector<Rect> place(const std::vector<Plate>& plates, const std::vector<Obstacle>& obstacles,
-                          Size view, float elapsed_s);
+                          Size view, float elapsed_s, bool anew = false);
 
  private:
   struct Offset {

@@ -40,7 +40,7 @@ geometry_msgs::Point sum(const geometry_msgs::Point& point, double x, double y, 
 
 /// An arrow along its pose's x axis; those between two points are no quantities of our nodes.
 LabelArrow arrowOf(const Marker& marker) {
-  LabelArrow arrow{placeOf(marker), placeOf(marker), true};
+  LabelArrow arrow{placeOf(marker), placeOf(marker)};
   const auto& q = marker.pose.orientation;
   const double length = marker.scale.x;
   arrow.tip.position =
@@ -114,8 +114,7 @@ void LabelStore::add(const Marker& marker, ros::Time now) {
 }
 
 void LabelStore::remove(const Id& id) {
-  const auto arrow = arrows_.find(id);
-  if (arrow != arrows_.end()) arrow->second.arrow.is_drawn = false;
+  arrows_.erase(id);
   texts_.erase(id);
   has_changed_ = true;
 }
@@ -127,7 +126,7 @@ void LabelStore::expire(ros::Time now) {
     it = is_over ? texts_.erase(it) : std::next(it);
   }
   for (auto it = arrows_.begin(); it != arrows_.end();) {
-    const bool is_over = isOver(it->second.end, now) && it->second.arrow.is_drawn;
+    const bool is_over = isOver(it->second.end, now);
     has_changed_ = has_changed_ || is_over;
     it = is_over ? arrows_.erase(it) : std::next(it);
   }
@@ -145,18 +144,7 @@ const std::vector<Label>& LabelStore::labels() {
   return labels_;
 }
 
-/// An arrow that is gone stays as a place while its text does.
-void LabelStore::forgetArrowsWithoutText() {
-  std::set<std::string> namespaces;
-  for (const auto& [id, text] : texts_) namespaces.insert(id.first);
-  for (auto it = arrows_.begin(); it != arrows_.end();) {
-    const bool is_kept = it->second.arrow.is_drawn || namespaces.count(it->first.first) > 0;
-    it = is_kept ? std::next(it) : arrows_.erase(it);
-  }
-}
-
 void LabelStore::collect() {
-  forgetArrowsWithoutText();
   std::map<Spot, std::vector<Id>> spots;
   for (const auto& [id, text] : texts_) spots[spotOf(placeOf(text.marker))].push_back(id);
   labels_.clear();

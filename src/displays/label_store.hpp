@@ -24,7 +24,6 @@ struct Place {
 /// An arrow in the scene.
 struct LabelArrow {
   Place foot, tip;
-  bool is_drawn = true;  ///< a quantity near zero has a place, but no arrow
 };
 
 /// A line of a label.
@@ -73,7 +72,6 @@ class LabelStore {
 
   void add(const visualization_msgs::Marker& marker, ros::Time now);
   void remove(const Id& id);
-  void forgetArrowsWithoutText();
   std::optional<LabelArrow> arrowOf(const std::string& marker_namespace) const;
   void appendLines(const visualization_msgs::Marker& marker,
                    std::vector<std::pair<int, LabelLine>>& lines) const;

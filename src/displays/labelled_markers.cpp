@@ -148,7 +148,7 @@ std::optional<SceneArrow> LabelledMarkers::sceneArrow(
   if (!arrow) return {};
   const auto foot = inFixedFrame(arrow->foot), tip = inFixedFrame(arrow->tip);
   if (!foot || !tip) return {};
-  return SceneArrow{*foot, *tip, arrow->is_drawn};
+  return SceneArrow{*foot, *tip};
 }
 
 std::optional<Ogre::Vector3> LabelledMarkers::inFixedFrame(const Place& place) const {

@@ -80,7 +80,7 @@ std::vector<Obstacle> arrowObstacles(const VisibleLabel& visible,
   std::vector<Obstacle> obstacles;
   for (std::size_t i = 0; i < visible.feet.size(); ++i) {
     const auto& arrow = visible.label->arrows[i];
-    if (!visible.feet[i] || !arrow->is_drawn) continue;
+    if (!visible.feet[i]) continue;
     const auto tip = projection.pixel(arrow->tip);
     const float width = projection.height(arrow->foot, kArrowWidth);
     if (!tip || width < 1) continue;

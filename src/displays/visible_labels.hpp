@@ -14,7 +14,6 @@ namespace process_visualizer::displays {
 /// An arrow in the fixed frame, m.
 struct SceneArrow {
   Ogre::Vector3 foot, tip;
-  bool is_drawn = true;
 };
 
 /// A label in the fixed frame.

@@ -8,6 +8,7 @@
 #include "label_layout.hpp"
 #include "label_store.hpp"
 #include "label_style.hpp"
+#include "stillness.hpp"
 
 namespace process_visualizer::displays {
 namespace {
@@ -143,6 +144,39 @@ TEST(LabelLayout, APlateThatWasGoneBeginsAnew) {
   EXPECT_NE(layout.place(both, {}, kView, 0).at(1).corner.y, 380);
   layout.place({}, {}, kView, 0);
   EXPECT_FLOAT_EQ(layout.place({both[1]}, {}, kView, 0).at(0).corner.y, 380);
+}
+
+TEST(LabelLayout, AnewIsWhereItWouldBeWithoutAPast) {
+  LabelLayout fresh, layout;
+  const std::vector<LabelLayout::Plate> plates{{"a", {500, 400}, kPlate},
+                                               {"b", {520, 410}, kPlate}};
+  const auto expected = fresh.place(plates, {}, kView, kPictures_s);
+  layout.place({{"b", {520, 410}, kPlate}}, {}, kView, kPictures_s);
+  layout.place(plates, {{{{440, 380}, {120, 40}}, 200}}, kView, kPictures_s);
+  layout.place(plates, {}, kView, kPictures_s, true);
+  const auto found = layout.place(plates, {}, kView, 10);
+  for (std::size_t i = 0; i < plates.size(); ++i) {
+    EXPECT_NEAR(found[i].corner.x, expected[i].corner.x, 0.5F);
+    EXPECT_NEAR(found[i].corner.y, expected[i].corner.y, 0.5F);
+  }
+}
+
+TEST(Stillness, BeginsOnceForEachRest) {
+  Stillness stillness;
+  const std::map<std::string, Point> here{{"a", {100, 100}}, {"b", {200, 100}}};
+  const std::map<std::string, Point> trembling{{"a", {101, 100}}, {"b", {200, 99}}};
+  const std::map<std::string, Point> there{{"a", {100, 100}}, {"b", {210, 100}}};
+  const auto begun = [&](const std::map<std::string, Point>& points) {
+    int count = 0;
+    for (int i = 0; i < 30; ++i) count += stillness.begins(points, kPictures_s) ? 1 : 0;
+    return count;
+  };
+  EXPECT_EQ(begun(here), 1);
+  EXPECT_EQ(begun(trembling), 0);
+  EXPECT_EQ(begun(there), 1);
+  EXPECT_EQ(begun({{"a", {100, 100}}}), 1);
+  for (int i = 0; i < 30; ++i)
+    EXPECT_FALSE(stillness.begins({{"a", {4.0F * static_cast<float>(i), 100}}}, kPictures_s));
 }
 
 TEST(LabelLayout, AViewWithoutRoomIsNoProblem) {
@@ -286,7 +320,7 @@ TEST(LabelStore, TheArrowOfANumber) {
   EXPECT_DOUBLE_EQ(arrow->tip.position.x, 0.2);
   EXPECT_DOUBLE_EQ(arrow->tip.position.y, 1);
   store.take(change("force", 0, Marker::DELETE), kNow);
-  EXPECT_FALSE(store.labels().at(0).lines.at(0).arrow->is_drawn);
+  EXPECT_FALSE(store.labels().at(0).lines.at(0).arrow);
   store.take(change("force", 1, Marker::DELETE), kNow);
   EXPECT_TRUE(store.labels().empty());
 }
