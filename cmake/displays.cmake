@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# The RViz displays: one reports on all displays, one draws markers with readable texts.
+# The RViz displays: one reports on all displays, one draws markers with readable texts, one says that
+# a scene is a replay.
 
 # A plugin must have the Qt of its RViz, which says nowhere which one that is: Debian 13 has 6.
 set(rviz_library ${rviz_LIBRARIES})
@@ -13,6 +14,8 @@ endif()
 find_package(${rviz_qt} REQUIRED COMPONENTS Widgets)
 
 add_library(process_visualizer_rviz
+  src/displays/camera_report.cpp
+  src/displays/camera_text.cpp
   src/displays/display_report.cpp
   src/displays/display_silence.cpp
   src/displays/display_status.cpp
@@ -25,11 +28,17 @@ add_library(process_visualizer_rviz
   src/displays/leader_lines.cpp
   src/displays/plate_painter.cpp
   src/displays/plate_picture.cpp
+  src/displays/replay_band.cpp
+  src/displays/replay_mark.cpp
+  src/displays/replay_ribbon.cpp
+  src/displays/replay_text.cpp
+  src/displays/replay_window.cpp
   src/displays/screen_projection.cpp
   src/displays/stillness.cpp
   src/displays/visible_labels.cpp
 )
 process_visualizer_compile(process_visualizer_rviz)
+add_dependencies(process_visualizer_rviz process_visualizer_generate_messages_cpp)
 target_link_libraries(process_visualizer_rviz
   ${rviz_LIBRARIES} ${rviz_DEFAULT_PLUGIN_LIBRARIES} ${rviz_qt}::Widgets)
 
@@ -42,6 +51,10 @@ if(CATKIN_ENABLE_TESTING)
   process_visualizer_compile(test_labels)
   target_include_directories(test_labels PRIVATE ${PROJECT_SOURCE_DIR}/src/displays)
   target_link_libraries(test_labels ${roscpp_LIBRARIES})
+
+  catkin_add_gtest(test_replay_text test/cpp/test_replay_text.cpp src/displays/replay_text.cpp)
+  process_visualizer_compile(test_replay_text)
+  target_include_directories(test_replay_text PRIVATE ${PROJECT_SOURCE_DIR}/src/displays)
 endif()
 
 # A benchmark: cmake --build build --target bench_labels

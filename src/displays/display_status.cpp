@@ -45,6 +45,7 @@ void DisplayStatus::onInitialize() {
   publisher_ = ros::NodeHandle("~").advertise<diagnostic_msgs::DiagnosticArray>("display_status", 1,
                                                                                 /*latch=*/true);
   subscriber_ = ros::NodeHandle("~").subscribe("place", 1, &DisplayStatus::place, this);
+  camera_.advertise();
   stopDrawingAtTheEnd();
 }
 
@@ -75,6 +76,7 @@ void DisplayStatus::stopDrawingAtTheEnd() {
 
 void DisplayStatus::update(float wall_dt, float /*ros_dt*/) {
   if (is_place_new_) goToPlace();
+  camera_.update(wall_dt, *context_->getViewManager());
   seconds_since_report_ += wall_dt;
   if (seconds_since_report_ < kPeriod) return;
   publishReport();

@@ -9,6 +9,8 @@
 
 #include <cstdint>
 
+#include "camera_report.hpp"
+
 namespace process_visualizer::displays {
 
 /// RViz display that draws nothing. It warns in the status of each display that has not received
@@ -17,6 +19,8 @@ namespace process_visualizer::displays {
 /// `~display_status` of the RViz node (diagnostic_msgs/DiagnosticArray, latched): first an entry
 /// "rviz" with the global status, the count of rendered `frames`, `fps`, and the `width` and
 /// `height` of the 3D view in pixels, then one entry for each display.
+///
+/// On `~camera` it publishes the present camera (see CameraReport).
 ///
 /// It moves RViz's window to where `~place` (sensor_msgs/RegionOfInterest) says: the corner of its
 /// frame, and its size without the frame, in pixels of the screen, whatever Qt scales by. Only the
@@ -40,6 +44,7 @@ class DisplayStatus : public rviz::Display {
 
   ros::Publisher publisher_;
   ros::Subscriber subscriber_;
+  CameraReport camera_;
   sensor_msgs::RegionOfInterest place_;
   bool is_place_new_ = false;
   float seconds_since_report_ = 0;

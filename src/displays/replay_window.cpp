@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "replay_window.hpp"
+
+#include <ros/init.h>
+#include <rviz/visualization_manager.h>
+#include <rviz/window_manager_interface.h>
+
+#include <QCoreApplication>
+#include <QDockWidget>
+#include <QEvent>
+#include <QMainWindow>
+#include <QSignalBlocker>
+#include <QTimer>
+#include <QWindow>
+#include <vector>
+
+namespace process_visualizer::displays {
+namespace {
+
+constexpr int kSettled_ms = 1000;  ///< for which RViz itself ignores what its panels do
+
+QMainWindow* mainWindow(rviz::DisplayContext& context) {
+  rviz::WindowManagerInterface* manager = context.getWindowManager();
+  QWidget* parent = manager ? manager->getParentWindow() : nullptr;
+  return parent ? qobject_cast<QMainWindow*>(parent->window()) : nullptr;
+}
+
+/// Shows or hides the window. Its panels must not tell: RViz would switch off the displays of those
+/// that disappear, and save them like that.
+void setVisible(QMainWindow& window, bool visible) {
+  std::vector<QSignalBlocker> blockers;
+  for (QDockWidget* panel : window.findChildren<QDockWidget*>()) blockers.emplace_back(panel);
+  window.setVisible(visible);
+}
+
+}  // namespace
+
+ReplayWindow::ReplayWindow(rviz::DisplayContext& context, std::function<void()> shown)
+    : window_(mainWindow(context)),
+      manager_(dynamic_cast<rviz::VisualizationManager*>(&context)),
+      shown_(std::move(shown)) {
+  if (!window_) return;
+  is_open_ = window_->isVisible();
+  window_->setAttribute(Qt::WA_ShowWithoutActivating);
+  // Qt looks at that only when it makes the native window, which RViz had it do before.
+  if (window_->windowHandle())
+    window_->windowHandle()->setProperty("_q_showWithoutActivating", true);
+  window_->installEventFilter(this);
+}
+
+bool ReplayWindow::isShown() const { return window_ && window_->isVisible(); }
+
+void ReplayWindow::keepUnmodified() {
+  QMainWindow* const window = window_;
+  if (!window || window->isWindowModified()) return;
+  QTimer::singleShot(kSettled_ms, window, [window] { window->setWindowModified(false); });
+}
+
+void ReplayWindow::setBeginsHidden(bool begins_hidden) {
+  if (!is_told_) begins_hidden_ = begins_hidden;
+}
+
+void ReplayWindow::show() {
+  is_told_ = true;
+  begins_hidden_ = false;
+  if (!window_ || !manager_ || !is_open_) return;
+  keepUnmodified();
+  if (window_->isMinimized()) window_->setWindowState(Qt::WindowNoState);
+  if (!isShown()) setVisible(*window_, true);
+  window_->raise();
+  manager_->startUpdate();
+}
+
+void ReplayWindow::hide() {
+  is_told_ = true;
+  if (!is_open_) begins_hidden_ = true;
+  if (!window_ || !manager_ || !is_open_) return;
+  manager_->stopUpdate();
+  keepUnmodified();
+  setVisible(*window_, false);
+}
+
+void ReplayWindow::endWithRos() {
+  if (window_ && !isShown() && !ros::ok()) QCoreApplication::quit();
+}
+
+bool ReplayWindow::eventFilter(QObject* object, QEvent* event) {
+  if (object == window_ && event->type() == QEvent::Show && !event->spontaneous()) {
+    is_open_ = true;
+    shown_();
+    if (begins_hidden_) beginHidden();
+  }
+  return QObject::eventFilter(object, event);
+}
+
+/// The event comes before the window is on the screen, where it would else flash up.
+void ReplayWindow::beginHidden() {
+  window_->setAttribute(Qt::WA_DontShowOnScreen);
+  QTimer::singleShot(0, this, [this] {
+    const bool is_wanted = !begins_hidden_;  // since: somebody was quick
+    begins_hidden_ = false;
+    hide();
+    if (window_) window_->setAttribute(Qt::WA_DontShowOnScreen, false);
+    if (is_wanted) show();
+  });
+}
+
+}  // namespace process_visualizer::displays

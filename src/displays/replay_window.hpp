@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <QObject>
+#include <QPointer>
+#include <functional>
+
+class QMainWindow;
+
+namespace rviz {
+class DisplayContext;
+class VisualizationManager;
+}  // namespace rviz
+
+namespace process_visualizer::displays {
+
+/// RViz's main window, shown and hidden. RViz neither draws nor looks for messages while it is
+/// hidden, so nobody answers its services then. Does nothing if RViz has no window of its own.
+class ReplayWindow : public QObject {
+ public:
+  /// `shown` is called whenever the window is about to appear, also for the first time.
+  ReplayWindow(rviz::DisplayContext& context, std::function<void()> shown);
+
+  QMainWindow* window() const { return window_; }
+  bool isShown() const;
+
+  /// Above all others, but without taking the keyboard. Before RViz has opened the window, this and
+  /// hide() say how it begins.
+  void show();
+  void hide();
+  /// Whether it does not appear when RViz opens it, unless show() or hide() was called since.
+  void setBeginsHidden(bool begins_hidden);
+  /// Nobody has changed a view by looking at it: what happens in the next second does not make RViz
+  /// ask whether to save it.
+  void keepUnmodified();
+  /// RViz ends when its windows are closed, which does not happen to a hidden one.
+  void endWithRos();
+
+  bool eventFilter(QObject* object, QEvent* event) override;
+
+ private:
+  void beginHidden();
+
+  QPointer<QMainWindow> window_;
+  QPointer<rviz::VisualizationManager> manager_;
+  std::function<void()> shown_;
+  bool is_open_ = false;  ///< RViz has opened it, even if it is hidden
+  bool is_told_ = false;  ///< by show() or hide()
+  bool begins_hidden_ = false;
+};
+
+}  // namespace process_visualizer::displays

@@ -1,0 +1,178 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""The RViz display ReplayBand: its window appears as it is told, marked, with the live camera."""
+from __future__ import annotations
+
+import contextlib
+import subprocess
+import tempfile
+import time
+import unittest
+from typing import Any, Callable, Dict
+
+import rospy
+import rostest
+import yaml
+from cloud_testing import Listener, wait_until
+from diagnostic_msgs.msg import DiagnosticArray
+from rviz_displays_test import Reports, rviz, values
+from sensor_msgs.msg import RegionOfInterest
+from std_msgs.msg import Bool, String
+
+from process_visualizer.clients.rviz_view import RvizView
+from process_visualizer.msg import PlayerState
+from process_visualizer.nodes.view_picture import save_picture
+from process_visualizer.ros_names import DISPLAY_STATUS_TOPIC, PLAYER_STATE_TOPIC, RVIZ_PLACE_TOPIC
+
+RVIZ_STARTS_WITHIN_S = 90.0
+AMBER = '#f5a623'
+LEAST_AMBER_PIXELS = 10000
+"""The band alone has 30000."""
+STANDS_STILL_S = 1.5
+LIVE_CAMERA = '/live/camera'
+VIEW: Dict[str, Any] = {'Panels': [], 'Visualization Manager': {
+    'Displays': [
+        {'Class': 'rviz/Grid', 'Name': 'Grid', 'Enabled': True},
+        {'Class': 'rviz/Image', 'Name': 'Image', 'Enabled': True, 'Image Topic': '/image'},
+        {'Class': 'process_visualizer/ReplayBand', 'Name': 'Replay', 'Enabled': True,
+         'Camera Topic': LIVE_CAMERA, 'Shown At Start': False},
+        {'Class': 'process_visualizer/DisplayStatus', 'Name': 'Report', 'Enabled': True}],
+    'Global Options': {'Fixed Frame': 'world', 'Frame Rate': 30},
+    'Views': {'Current': {'Class': 'rviz/Orbit', 'Distance': 3}}},
+    'Window Geometry': {'Width': 1000, 'Height': 700}}
+
+
+def is_on_screen() -> bool:
+    """Whether RViz's main window is mapped."""
+    return subprocess.run(['xdotool', 'search', '--onlyvisible', '--name', 'RViz$'], check=False,
+                          stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode == 0
+
+
+def amber_pixels(picture: str) -> int:
+    """The number of pixels of the screen that have the band's colour."""
+    save_picture(picture)
+    text = subprocess.run(
+        ['convert', picture, '-fill', 'black', '+opaque', AMBER, '-fill', 'white',
+         '-opaque', AMBER, '-format', '%[fx:mean*w*h]', 'info:'],
+        check=True, stdout=subprocess.PIPE, universal_newlines=True).stdout
+    return round(float(text))
+
+
+def playing(ago_s: float) -> PlayerState:
+    """What a player says that plays what was some seconds ago."""
+    now = rospy.Time.now()
+    return PlayerState(stamp=now, since=now - rospy.Duration(5), begin=now - rospy.Duration(60),
+                       duration=60.0, position=60.0 - ago_s, rate=1.0)
+
+
+class ReplayBandTest(unittest.TestCase):
+    """One RViz that begins hidden."""
+
+    def setUp(self) -> None:
+        stack = contextlib.ExitStack()
+        self.addCleanup(stack.close)
+        self.folder = stack.enter_context(tempfile.TemporaryDirectory())
+        self.shown = rospy.Publisher('/rviz/shown', Bool, queue_size=1)
+        self.place = rospy.Publisher(RVIZ_PLACE_TOPIC, RegionOfInterest, queue_size=1)
+        self.live = rospy.Publisher(LIVE_CAMERA, String, queue_size=1, latch=True)
+        self.player = rospy.Publisher(PLAYER_STATE_TOPIC, PlayerState, queue_size=1)
+        self.reports = Reports(
+            stack.enter_context(Listener(DISPLAY_STATUS_TOPIC, DiagnosticArray)))
+        self.cameras = stack.enter_context(Listener('/rviz/camera', String))
+        self.start(stack)
+
+    def start(self, stack: contextlib.ExitStack) -> None:
+        """Start RViz, and wait until it can be told something."""
+        with open(f'{self.folder}/replay.rviz', 'w', encoding='utf-8') as file:
+            yaml.safe_dump(VIEW, file)
+        stack.enter_context(rviz(f'{self.folder}/replay.rviz'))
+        rospy.wait_for_service('/rviz/save_config', RVIZ_STARTS_WITHIN_S)
+        self.wait(lambda: self.shown.get_num_connections() > 0, 'it can be told something')
+
+    @staticmethod
+    def wait(condition: Callable[[], bool], what: str) -> None:
+        wait_until(condition, what)
+
+    def show(self, is_shown: bool) -> None:
+        """Let the window appear or disappear, and wait until it has."""
+        self.shown.publish(is_shown)
+        self.wait(lambda: is_on_screen() == is_shown, f'on the screen: {is_shown}')
+
+    def frames(self) -> int:
+        return int(values(self.reports.newest()['rviz'])['frames'])
+
+    def camera(self) -> Dict[str, Any]:
+        """RViz's camera, as it says itself."""
+        return dict(yaml.safe_load(self.cameras.messages[-1].data))
+
+    def look_from(self, **properties: Any) -> None:
+        """Move the live camera."""
+        self.live.publish(yaml.safe_dump(
+            {'Class': 'rviz/Orbit', 'Target Frame': 'base', **properties}))
+
+    def wait_for_camera(self, **properties: Any) -> None:
+        self.wait(lambda: properties.items() <= self.camera().items(), f'camera {properties}')
+
+    def saved(self) -> Dict[str, Any]:
+        """What RViz writes into a file."""
+        path = f'{self.folder}/saved.rviz'
+        view = RvizView()
+        self.addCleanup(view.close)
+        view.save(path)
+        with open(path, encoding='utf-8') as file:
+            return dict(yaml.safe_load(file))
+
+    def test_replay(self) -> None:
+        time.sleep(STANDS_STILL_S)
+        self.assertFalse(is_on_screen(), 'it begins hidden')
+        self.look_from(Distance=7.25, Yaw=1.5)
+        self.place.publish(RegionOfInterest(40, 60, 640, 1100, False))
+        self.show(True)
+        self.check_drawing()
+        self.check_camera()
+        self.check_mark()
+        self.check_hiding()
+        self.check_saved()
+
+    def check_drawing(self) -> None:
+        self.reports.wait(lambda report: 'rviz' in report)
+        self.reports.wait_for_frames()
+        self.assertEqual(self.reports.newest()['Replay'].level, 0, self.reports.newest()['Replay'])
+
+    def check_camera(self) -> None:
+        self.wait_for_camera(Distance=7.25, Yaw=1.5, **{'Target Frame': 'base'})
+        self.look_from(Distance=2.5)
+        self.reports.wait_for_frames()
+        self.assertEqual(self.camera()['Distance'], 7.25, 'only when it appears')
+
+    def check_mark(self) -> None:
+        """The band says that the player is missing, what is played, and that it is lost."""
+        picture = f'{self.folder}/view.png'
+        self.wait(lambda: amber_pixels(picture) > LEAST_AMBER_PIXELS, 'band and frame')
+        for _ in range(20):
+            self.player.publish(playing(12.3))
+            time.sleep(0.1)
+        self.assertGreater(amber_pixels(picture), LEAST_AMBER_PIXELS)
+
+    def check_hiding(self) -> None:
+        self.show(False)
+        time.sleep(STANDS_STILL_S)
+        frames = self.frames()
+        time.sleep(STANDS_STILL_S)
+        self.assertEqual(self.frames(), frames, 'nothing is drawn')
+        self.look_from(Class='rviz/TopDownOrtho', Scale=64.5)
+        self.show(True)
+        self.wait(lambda: self.frames() > frames + 5, 'drawing goes on')
+        self.wait_for_camera(Class='rviz/TopDownOrtho', Scale=64.5)
+
+    def check_saved(self) -> None:
+        """A view is saved as ever; displays with a panel are not switched off by hiding it."""
+        manager = self.saved()['Visualization Manager']
+        self.assertEqual([it['Class'] for it in manager['Displays'] if it['Enabled']],
+                         [it['Class'] for it in VIEW['Visualization Manager']['Displays']])
+        self.assertEqual(manager['Global Options']['Fixed Frame'], 'world')
+
+
+if __name__ == '__main__':
+    rospy.init_node('replay_band_test')
+    rostest.rosrun('process_visualizer', 'replay_band_test', ReplayBandTest)
