@@ -6,6 +6,7 @@
 #include <rviz/properties/bool_property.h>
 #include <rviz/properties/ros_topic_property.h>
 #include <rviz/view_manager.h>
+#include <sensor_msgs/RegionOfInterest.h>
 
 #include <QMainWindow>
 #include <pluginlib/class_list_macros.hpp>
@@ -27,20 +28,25 @@ PlayedState playedState(const PlayerState& state, double now_s) {
           state.position,      state.rate,          bool(state.paused),  now_s};
 }
 
+sensor_msgs::RegionOfInterest placeOf(const ShowReplay::Request& request) {
+  sensor_msgs::RegionOfInterest place;
+  place.x_offset = request.x;
+  place.y_offset = request.y;
+  place.width = request.width;
+  place.height = request.height;
+  return place;
+}
+
 }  // namespace
 
 ReplayBand::ReplayBand()
     : state_topic_(new rviz::RosTopicProperty("State Topic", "/bag_player/state",
                                               typeOf<PlayerState>(),
                                               "What the player says of itself.", this)),
-      camera_topic_(
-          new rviz::RosTopicProperty("Camera Topic", "/rviz/camera", typeOf<std_msgs::String>(),
-                                     "The camera that the window has when it appears.", this)),
       shown_at_start_(new rviz::BoolProperty(
-          "Shown At Start", true, "Whether the window appears before ~shown says so.", this)),
+          "Shown At Start", true, "Whether the window appears before ~show_replay says so.", this)),
       node_("~") {
   connect(state_topic_, &rviz::Property::changed, this, [this] { subscribeState(); });
-  connect(camera_topic_, &rviz::Property::changed, this, [this] { subscribeCamera(); });
   connect(shown_at_start_, &rviz::Property::changed, this, [this] {
     if (window_) window_->setBeginsHidden(!shown_at_start_->getBool());
   });
@@ -55,9 +61,9 @@ void ReplayBand::onInitialize() {
     mark();
     adoptCamera();
   });
-  shown_subscriber_ = node_.subscribe("shown", 1, &ReplayBand::takeShown, this);
+  place_publisher_ = node_.advertise<sensor_msgs::RegionOfInterest>("place", 1);
+  service_ = node_.advertiseService("show_replay", &ReplayBand::show, this);
   subscribeState();
-  subscribeCamera();
   timer_.start(kPeriod_ms);
 }
 
@@ -73,29 +79,20 @@ void ReplayBand::subscribeState() {
   state_subscriber_ = node_.subscribe(state_topic_->getTopicStd(), 1, &ReplayBand::takeState, this);
 }
 
-void ReplayBand::subscribeCamera() {
-  if (!window_) return;  // RViz has not told yet where this is
-  camera_.clear();
-  camera_subscriber_ =
-      node_.subscribe(camera_topic_->getTopicStd(), 1, &ReplayBand::takeCamera, this);
-}
-
 void ReplayBand::takeState(const PlayerState& state) {
   state_ = playedState(state, ros::WallTime::now().toSec());
 }
 
-void ReplayBand::takeCamera(const std_msgs::String& camera) {
-  const bool is_first = camera_.empty();
-  camera_ = camera.data;
-  if (is_first) adoptCamera();
-}
-
-void ReplayBand::takeShown(const std_msgs::Bool& shown) {
-  if (shown.data) {
+bool ReplayBand::show(ShowReplay::Request& request, ShowReplay::Response& response) {
+  if (!request.camera.empty()) camera_ = request.camera;
+  if (request.width > 0) place_publisher_.publish(placeOf(request));
+  if (request.shown) {
     window_->show();
   } else {
     window_->hide();
   }
+  response.success = true;
+  return true;
 }
 
 void ReplayBand::work() {

@@ -2,12 +2,13 @@
 #pragma once
 
 #include <process_visualizer/PlayerState.h>
+#include <process_visualizer/ShowReplay.h>
 #include <ros/callback_queue.h>
 #include <ros/node_handle.h>
+#include <ros/publisher.h>
+#include <ros/service_server.h>
 #include <ros/subscriber.h>
 #include <rviz/display.h>
-#include <std_msgs/Bool.h>
-#include <std_msgs/String.h>
 
 #include <QTimer>
 #include <memory>
@@ -29,9 +30,10 @@ namespace process_visualizer::displays {
 /// ago. It draws nothing in the scene. A band across the window and a frame around the scene say
 /// that this is not live, and how long ago it was: the player's state says it.
 ///
-/// The window appears and disappears as `~shown` of the RViz node (std_msgs/Bool) says; hidden,
-/// RViz does nothing. When the window appears, it has the camera of the live one (`~camera` there);
-/// from then on the operator may look from elsewhere.
+/// The window appears and disappears by the service `~show_replay` of the RViz node, which can give
+/// it the place and the camera of the live one (`~camera` there); from then on the operator may
+/// look from elsewhere. Hidden, RViz does nothing. A service reaches it from another ROS master
+/// too.
 class ReplayBand : public rviz::Display {
  public:
   ReplayBand();
@@ -44,23 +46,20 @@ class ReplayBand : public rviz::Display {
 
  private:
   void subscribeState();
-  void subscribeCamera();
   void takeState(const PlayerState& state);
-  void takeCamera(const std_msgs::String& camera);
-  void takeShown(const std_msgs::Bool& shown);
+  bool show(ShowReplay::Request& request, ShowReplay::Response& response);
   /// Takes messages and brings the text up to date, also while RViz itself does nothing.
   void work();
   void mark();
   void adoptCamera();
 
   rviz::RosTopicProperty* state_topic_;
-  rviz::RosTopicProperty* camera_topic_;
   rviz::BoolProperty* shown_at_start_;
   ros::CallbackQueue queue_;
   ros::NodeHandle node_;
   ros::Subscriber state_subscriber_;
-  ros::Subscriber camera_subscriber_;
-  ros::Subscriber shown_subscriber_;
+  ros::Publisher place_publisher_;
+  ros::ServiceServer service_;
   std::optional<PlayedState> state_;
   std::string camera_;
   ReplayText text_;

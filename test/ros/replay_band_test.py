@@ -8,7 +8,7 @@ import subprocess
 import tempfile
 import time
 import unittest
-from typing import Any, Callable, Dict
+from typing import Any, Callable, Dict, Sequence
 
 import rospy
 import rostest
@@ -16,26 +16,26 @@ import yaml
 from cloud_testing import Listener, wait_until
 from diagnostic_msgs.msg import DiagnosticArray
 from rviz_displays_test import Reports, rviz, values
-from sensor_msgs.msg import RegionOfInterest
-from std_msgs.msg import Bool, String
+from std_msgs.msg import String
 
 from process_visualizer.clients.rviz_view import RvizView
 from process_visualizer.msg import PlayerState
 from process_visualizer.nodes.view_picture import save_picture
-from process_visualizer.ros_names import DISPLAY_STATUS_TOPIC, PLAYER_STATE_TOPIC, RVIZ_PLACE_TOPIC
+from process_visualizer.ros_names import DISPLAY_STATUS_TOPIC, PLAYER_STATE_TOPIC
+from process_visualizer.srv import ShowReplay
 
 RVIZ_STARTS_WITHIN_S = 90.0
 AMBER = '#f5a623'
 LEAST_AMBER_PIXELS = 10000
 """The band alone has 30000."""
 STANDS_STILL_S = 1.5
-LIVE_CAMERA = '/live/camera'
+SERVICE = '/rviz/show_replay'
 VIEW: Dict[str, Any] = {'Panels': [], 'Visualization Manager': {
     'Displays': [
         {'Class': 'rviz/Grid', 'Name': 'Grid', 'Enabled': True},
         {'Class': 'rviz/Image', 'Name': 'Image', 'Enabled': True, 'Image Topic': '/image'},
         {'Class': 'process_visualizer/ReplayBand', 'Name': 'Replay', 'Enabled': True,
-         'Camera Topic': LIVE_CAMERA, 'Shown At Start': False},
+         'Shown At Start': False},
         {'Class': 'process_visualizer/DisplayStatus', 'Name': 'Report', 'Enabled': True}],
     'Global Options': {'Fixed Frame': 'world', 'Frame Rate': 30},
     'Views': {'Current': {'Class': 'rviz/Orbit', 'Distance': 3}}},
@@ -46,6 +46,14 @@ def is_on_screen() -> bool:
     """Whether RViz's main window is mapped."""
     return subprocess.run(['xdotool', 'search', '--onlyvisible', '--name', 'RViz$'], check=False,
                           stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode == 0
+
+
+def window_width() -> int:
+    """The width of RViz's main window, px."""
+    text = subprocess.run(
+        ['xdotool', 'search', '--onlyvisible', '--name', 'RViz$', 'getwindowgeometry', '--shell'],
+        check=True, stdout=subprocess.PIPE, universal_newlines=True).stdout
+    return int(dict(line.split('=') for line in text.split())['WIDTH'])
 
 
 def amber_pixels(picture: str) -> int:
@@ -72,9 +80,7 @@ class ReplayBandTest(unittest.TestCase):
         stack = contextlib.ExitStack()
         self.addCleanup(stack.close)
         self.folder = stack.enter_context(tempfile.TemporaryDirectory())
-        self.shown = rospy.Publisher('/rviz/shown', Bool, queue_size=1)
-        self.place = rospy.Publisher(RVIZ_PLACE_TOPIC, RegionOfInterest, queue_size=1)
-        self.live = rospy.Publisher(LIVE_CAMERA, String, queue_size=1, latch=True)
+        self.show_replay = rospy.ServiceProxy(SERVICE, ShowReplay)
         self.player = rospy.Publisher(PLAYER_STATE_TOPIC, PlayerState, queue_size=1)
         self.reports = Reports(
             stack.enter_context(Listener(DISPLAY_STATUS_TOPIC, DiagnosticArray)))
@@ -87,15 +93,17 @@ class ReplayBandTest(unittest.TestCase):
             yaml.safe_dump(VIEW, file)
         stack.enter_context(rviz(f'{self.folder}/replay.rviz'))
         rospy.wait_for_service('/rviz/save_config', RVIZ_STARTS_WITHIN_S)
-        self.wait(lambda: self.shown.get_num_connections() > 0, 'it can be told something')
+        rospy.wait_for_service(SERVICE, RVIZ_STARTS_WITHIN_S)
 
     @staticmethod
     def wait(condition: Callable[[], bool], what: str) -> None:
         wait_until(condition, what)
 
-    def show(self, is_shown: bool) -> None:
+    def show(self, is_shown: bool, place: Sequence[int] = (0, 0, 0, 0), **camera: Any) -> None:
         """Let the window appear or disappear, and wait until it has."""
-        self.shown.publish(is_shown)
+        text = yaml.safe_dump({'Class': 'rviz/Orbit', 'Target Frame': 'base', **camera})
+        answer = self.show_replay(is_shown, text if camera else '', *place)
+        self.assertTrue(answer.success, answer.message)
         self.wait(lambda: is_on_screen() == is_shown, f'on the screen: {is_shown}')
 
     def frames(self) -> int:
@@ -104,11 +112,6 @@ class ReplayBandTest(unittest.TestCase):
     def camera(self) -> Dict[str, Any]:
         """RViz's camera, as it says itself."""
         return dict(yaml.safe_load(self.cameras.messages[-1].data))
-
-    def look_from(self, **properties: Any) -> None:
-        """Move the live camera."""
-        self.live.publish(yaml.safe_dump(
-            {'Class': 'rviz/Orbit', 'Target Frame': 'base', **properties}))
 
     def wait_for_camera(self, **properties: Any) -> None:
         self.wait(lambda: properties.items() <= self.camera().items(), f'camera {properties}')
@@ -125,10 +128,9 @@ class ReplayBandTest(unittest.TestCase):
     def test_replay(self) -> None:
         time.sleep(STANDS_STILL_S)
         self.assertFalse(is_on_screen(), 'it begins hidden')
-        self.look_from(Distance=7.25, Yaw=1.5)
-        self.place.publish(RegionOfInterest(40, 60, 640, 1100, False))
-        self.show(True)
+        self.show(True, (40, 60, 1100, 640), Distance=7.25, Yaw=1.5)
         self.check_drawing()
+        self.check_place()
         self.check_camera()
         self.check_mark()
         self.check_hiding()
@@ -141,9 +143,9 @@ class ReplayBandTest(unittest.TestCase):
 
     def check_camera(self) -> None:
         self.wait_for_camera(Distance=7.25, Yaw=1.5, **{'Target Frame': 'base'})
-        self.look_from(Distance=2.5)
-        self.reports.wait_for_frames()
-        self.assertEqual(self.camera()['Distance'], 7.25, 'only when it appears')
+
+    def check_place(self) -> None:
+        self.wait(lambda: window_width() == 1100, 'it is where it was told to be')
 
     def check_mark(self) -> None:
         """The band says that the player is missing, what is played, and that it is lost."""
@@ -160,8 +162,7 @@ class ReplayBandTest(unittest.TestCase):
         frames = self.frames()
         time.sleep(STANDS_STILL_S)
         self.assertEqual(self.frames(), frames, 'nothing is drawn')
-        self.look_from(Class='rviz/TopDownOrtho', Scale=64.5)
-        self.show(True)
+        self.show(True, Class='rviz/TopDownOrtho', Scale=64.5)
         self.wait(lambda: self.frames() > frames + 5, 'drawing goes on')
         self.wait_for_camera(Class='rviz/TopDownOrtho', Scale=64.5)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Callable, Optional
 
 from PyQt5.QtCore import QObject, pyqtSignal
-from sensor_msgs.msg import RegionOfInterest
 
 from process_visualizer.clients.player_client import PlayerClient
 from process_visualizer.clients.recording_options import RecordingOptions
@@ -73,7 +72,7 @@ class ReplayLink(QObject):
         Raises:
             ReplayLinkError: it does not answer.
         """
-        self._call(True, self._camera(), _place(choice.window))
+        self._call(True, self._camera(), choice.window)
 
     def hide(self) -> None:
         """Hide its RViz.
@@ -81,7 +80,7 @@ class ReplayLink(QObject):
         Raises:
             ReplayLinkError: it does not answer.
         """
-        self._call(False, '', RegionOfInterest())
+        self._call(False, '', None)
 
     def stop(self) -> None:
         """Stop the cell."""
@@ -95,16 +94,12 @@ class ReplayLink(QObject):
             self._follower.close()
         self._follower = None
 
-    def _call(self, shown: bool, camera: str, place: RegionOfInterest) -> None:
+    def _call(self, shown: bool, camera: str, window: Optional[Rectangle]) -> None:
+        place = (0, 0, 0, 0) if window is None else (
+            max(window.x, 0), max(window.y, 0), window.width, window.height)
         try:
-            answer = self._show.call(shown, camera, place)
+            answer = self._show.call(shown, camera, *place)
         except ServiceUnreachable as error:
             raise ReplayLinkError(str(error)) from error
         if not answer.success:
             raise ReplayLinkError(answer.message)
-
-
-def _place(window: Optional[Rectangle]) -> RegionOfInterest:
-    return RegionOfInterest() if window is None else RegionOfInterest(
-        x_offset=max(window.x, 0), y_offset=max(window.y, 0), width=window.width,
-        height=window.height)
