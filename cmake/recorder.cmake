@@ -17,6 +17,7 @@ add_library(process_visualizer_recorder
   src/recorder/topic_board.cpp
   src/recorder/topic_choice.cpp
   src/recorder/topic_statistics.cpp
+  src/recorder/whole_bag.cpp
   src/recorder/xml_rpc_answers.cpp
 )
 process_visualizer_compile(process_visualizer_recorder)

@@ -208,7 +208,7 @@ std::string BagFile::chunkInfo() const {
                 counts);
 }
 
-std::string BagFile::finish() {
+std::string BagFile::finish(PowerCut power_cut) {
   std::string problem;
   try {
     writeChunk(0);
@@ -223,10 +223,13 @@ std::string BagFile::finish() {
   writeAt(0, bagHeader(position_, connection_records_.size(), chunk_count_));
   if (isRemoved()) rescue();
   rename();
-  // The bag is whole for every program from here on; this is for a power cut.
-  if (fsync(descriptor_) != 0) fail("cannot be written to the disk");
+  // The bag is whole for every program from here on.
+  if (power_cut == PowerCut::kCostsNothing && fsync(descriptor_) != 0)
+    fail("cannot be written to the disk");
   return problem;
 }
+
+void BagFile::remove() { unlink((is_named_ ? path_ : activePath()).c_str()); }
 
 /// Makes sure that so many bytes behind the written ones can be written, where the file system can.
 void BagFile::reserve(std::uint64_t bytes) {
@@ -302,6 +305,7 @@ void BagFile::rename() {
     if (errno == EPERM || errno == EOPNOTSUPP || errno == ENOSYS) {  // no hard links there
       if (access(path_.c_str(), F_OK) != 0) {
         if (std::rename(active.c_str(), path_.c_str()) != 0) fail("cannot be renamed");
+        is_named_ = true;
         return;
       }
     } else if (errno != EEXIST) {
@@ -309,6 +313,7 @@ void BagFile::rename() {
     }
     path_ = wanted.substr(0, wanted.size() - 4) + "-" + std::to_string(i) + ".bag";
   }
+  is_named_ = true;
   unlink(active.c_str());
 }
 

@@ -54,6 +54,11 @@ std::string dateAndTime() {
   return text;
 }
 
+/// Rounded up.
+std::uint64_t inMegabytes(std::uint64_t bytes) {
+  return (bytes >> 20) + static_cast<std::uint64_t>(bytes % (1 << 20) != 0);
+}
+
 }  // namespace
 
 std::string newBagPath(const std::string& folder, const std::string& prefix,
@@ -86,6 +91,16 @@ void createFolder(const std::string& folder) {
   if (error)
     throw RecordingError(folder + ": the folder cannot be created: " + error.message() +
                          "; choose another");
+}
+
+std::uint64_t requireRoom(const std::string& folder, std::uint64_t bytes) {
+  std::error_code error;
+  const auto space = std::filesystem::space(folder, error);
+  if (error) throw RecordingError(folder + ": " + error.message() + "; choose another folder");
+  if (space.available < bytes)
+    throw RecordingError(folder + ": less than " + std::to_string(inMegabytes(bytes)) +
+                         " MB are free; make room or choose another folder");
+  return space.available;
 }
 
 }  // namespace process_visualizer::recorder

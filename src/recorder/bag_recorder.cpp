@@ -5,11 +5,14 @@
 #include <std_msgs/String.h>
 
 #include <cstdlib>
+#include <filesystem>
 #include <limits>
 #include <utility>
 
+#include "process_visualizer/recorder/bag_name.hpp"
 #include "process_visualizer/recorder/recording_request.hpp"
 #include "process_visualizer/recorder/text.hpp"
+#include "process_visualizer/recorder/whole_bag.hpp"
 
 namespace process_visualizer::recorder {
 namespace {
@@ -45,6 +48,10 @@ BagRecorder::BagRecorder()
                node_.advertiseService("stop", &BagRecorder::stop, this),
                node_.advertiseService("mark", &BagRecorder::mark, this),
                node_.advertiseService("read_recent", &BagRecorder::readRecent, this)};
+  ros::NodeHandle copy_node("~");
+  copy_node.setCallbackQueue(&copy_queue_);
+  services_.push_back(copy_node.advertiseService("copy_recent", &BagRecorder::copyRecent, this));
+  copy_spinner_.start();
   state_thread_ = std::thread(&BagRecorder::publishStates, this);
   master_thread_ = std::thread(&BagRecorder::followMaster, this);
 }
@@ -57,6 +64,7 @@ void BagRecorder::shutDown() {
     finish(std::chrono::milliseconds(0));
     turns_.end();
   }
+  copy_spinner_.stop();
   if (state_thread_.joinable()) state_thread_.join();
   if (master_thread_.joinable()) master_thread_.join();
 }
@@ -64,16 +72,22 @@ void BagRecorder::shutDown() {
 // Commands
 
 bool BagRecorder::start(Start::Request& request, Start::Response& response) {
+  const std::lock_guard<std::mutex> command(command_mutex_);
   return answer(response, [&] { return begin(request); });
 }
 
 bool BagRecorder::saveRecent(Start::Request& request, Start::Response& response) {
+  const std::lock_guard<std::mutex> command(command_mutex_);
   return answer(response, [&] { return save(request); });
 }
 
-/// Runs a command that returns a path, one at a time, and answers with that or with the reason.
+/// Needs no turn among the commands, as it changes nothing that they use.
+bool BagRecorder::copyRecent(Start::Request& request, Start::Response& response) {
+  return answer(response, [&] { return copy(request); });
+}
+
+/// Runs a command that returns a path, and answers with that or with the reason.
 bool BagRecorder::answer(Start::Response& response, const std::function<std::string()>& command) {
-  const std::lock_guard<std::mutex> lock(command_mutex_);
   try {
     response.path = command();
     response.success = true;
@@ -121,13 +135,15 @@ bool BagRecorder::readRecent(ReadRecent::Request& request, ReadRecent::Response&
 
 std::string BagRecorder::begin(const Start::Request& request) {
   requireIdle();
-  const RecordingOptions options = optionsOf(request, node_, folder_);
+  RecordingOptions options = optionsOf(request, node_, folder_);
   const TopicChoice choice(request.topics, request.patterns, request.excluded);
   watch(choice.isEmpty() ? intake_.choice() : choice);
   if (intake_.choice().isEmpty())
     throw RecordingError("no topic is chosen: tick a device whose topics are recorded");
   try {
     connect();
+    const std::lock_guard<std::mutex> naming(naming_mutex_);
+    options.path = pathOf(request, folder_);  // a copy may have taken the other meanwhile
     intake_.begin(options, beginningOf(request, intake_.choice()));
   } catch (const RecordingError&) {
     setPhase(RecorderState::IDLE);
@@ -139,16 +155,31 @@ std::string BagRecorder::begin(const Start::Request& request) {
 
 std::string BagRecorder::save(const Start::Request& request) {
   requireIdle();
-  const TopicChoice choice(request.topics, request.patterns, request.excluded);
-  if (!ros::Time::isValid()) throw RecordingError(kNoTime);
-  const RecordingOptions options = optionsOf(request, node_, folder_);
-  Beginning beginning = beginningOf(request, choice.isEmpty() ? intake_.choice() : choice);
-  if (beginning.recent_s <= 0) beginning.recent_s = std::numeric_limits<double>::infinity();
-  intake_.save(options, beginning);
+  const Beginning beginning = memoryOf(request);
+  {
+    const std::lock_guard<std::mutex> naming(naming_mutex_);
+    intake_.save(optionsOf(request, node_, folder_), beginning);
+  }
   finish(std::chrono::milliseconds(0), beginning.now);
   const RecordingStatus status = intake_.status();
   if (!status.problem.empty()) throw RecordingError(status.problem);
   return status.files.front();
+}
+
+std::string BagRecorder::copy(const Start::Request& request) {
+  std::deque<Message> messages = intake_.copy(memoryOf(request));
+  BagFile file = createCopy(request, bagBytes(messages));
+  writeWhole(file, std::move(messages));
+  return file.path();
+}
+
+/// Creates the file for a copy where a recording on the same disk can go on after that.
+BagFile BagRecorder::createCopy(const Start::Request& request, std::uint64_t bytes) {
+  const std::lock_guard<std::mutex> naming(naming_mutex_);
+  const RecordingOptions options = optionsOf(request, node_, folder_);
+  requireRoom(std::filesystem::path(options.path).parent_path(),
+              options.minimum_free_bytes + bytes);
+  return {options.path, options.compression};
 }
 
 void BagRecorder::requireIdle() const {
@@ -183,6 +214,15 @@ void BagRecorder::connect() {
 Beginning BagRecorder::beginningOf(const Start::Request& request, TopicChoice choice) const {
   return {std::move(choice), ros::Time::now(), request.recent,
           request.configuration.empty() ? configuration_ : request.configuration};
+}
+
+/// What is asked for of the memory; if no time is, all.
+Beginning BagRecorder::memoryOf(const Start::Request& request) const {
+  const TopicChoice choice(request.topics, request.patterns, request.excluded);
+  if (!ros::Time::isValid()) throw RecordingError(kNoTime);
+  Beginning beginning = beginningOf(request, choice.isEmpty() ? intake_.choice() : choice);
+  if (beginning.recent_s <= 0) beginning.recent_s = std::numeric_limits<double>::infinity();
+  return beginning;
 }
 
 /// \param end the time at which the recording ends; zero: as soon as what is under way has arrived

@@ -2,7 +2,8 @@
 #include "process_visualizer/recorder/intake.hpp"
 
 #include <algorithm>
-#include <iterator>
+#include <functional>
+#include <map>
 #include <utility>
 
 #include "process_visualizer/recorder/account.hpp"
@@ -89,16 +90,26 @@ void Intake::save(const RecordingOptions& options, const Beginning& beginning) {
 
 /// What is in memory; the mutex has to be locked.
 Past Intake::past(const Beginning& beginning) const {
-  const Past all = recent_.last(beginning.now, beginning.recent_s);
-  const auto is_wanted = [&](const Message& message) {
-    return message.connection == own_.marks || message.topic() == Calibration::kTopic ||
-           beginning.choice.contains(message.topic());
+  return chosen(recent_.last(beginning.now, beginning.recent_s), beginning);
+}
+
+/// Leaves what is of the chosen topics, and what the recorder itself adds.
+Past Intake::chosen(Past past, const Beginning& beginning) const {
+  std::map<ConnectionPtr, bool> known;  // a pattern is compared once, not with every message
+  const auto is_chosen = [&](const Message& message) {
+    const auto [entry, is_new] = known.try_emplace(message.connection, true);
+    if (is_new)
+      entry->second = message.connection == own_.marks || message.topic() == Calibration::kTopic ||
+                      beginning.choice.wouldTake(message.topic());
+    return entry->second;
   };
-  Past past;
-  for (const Message& message : all.latched.at(beginning.now))
-    if (is_wanted(message)) past.latched.add(message);
-  std::copy_if(all.messages.begin(), all.messages.end(), std::back_inserter(past.messages),
-               is_wanted);
+  LatchedMessages latched;
+  for (const Message& message : past.latched.at(beginning.now))
+    if (is_chosen(message)) latched.add(message);
+  past.latched = std::move(latched);
+  past.messages.erase(
+      std::remove_if(past.messages.begin(), past.messages.end(), std::not_fn(is_chosen)),
+      past.messages.end());
   return past;
 }
 
@@ -115,9 +126,7 @@ void Intake::open(const RecordingOptions& options, const Beginning& beginning, c
 
 RecordingContents Intake::contents(const Beginning& beginning, const Past& past) {
   RecordingContents contents;
-  contents.latched = past.latched;
-  if (!beginning.configuration.empty())
-    contents.latched.add(textMessage(own_.configuration, beginning.now, beginning.configuration));
+  contents.latched = withConfiguration(past.latched, beginning);
   contents.recent = past.messages;
   contents.account = [this](const auto& time, const auto& jumps, const auto& unwritten) {
     const Lock lock(mutex_);
@@ -125,6 +134,39 @@ RecordingContents Intake::contents(const Beginning& beginning, const Past& past)
   };
   contents.on_end = on_end_;
   return contents;
+}
+
+LatchedMessages Intake::withConfiguration(LatchedMessages latched,
+                                          const Beginning& beginning) const {
+  if (!beginning.configuration.empty())
+    latched.add(textMessage(own_.configuration, beginning.now, beginning.configuration));
+  return latched;
+}
+
+std::deque<Message> Intake::copy(const Beginning& beginning) const {
+  Past all;
+  {
+    const Lock lock(mutex_);  // for the pointers only: messages keep arriving
+    all = recent_.all(beginning.now, beginning.recent_s);
+  }
+  Past past = chosen(std::move(all), beginning);
+  if (past.latched.isEmpty() && past.messages.empty())
+    throw RecordingError(
+        "nothing is in memory of these topics, and nothing is latched: are the devices running?");
+  std::deque<Message> messages = std::move(past.messages);
+  messages.push_back(accountOf(messages, beginning));
+  const auto before = withConfiguration(past.latched, beginning).at(messages.front().time);
+  messages.insert(messages.begin(), before.begin(), before.end());
+  return messages;
+}
+
+/// An account of messages that are all received and written.
+Message Intake::accountOf(const std::deque<Message>& messages, const Beginning& beginning) const {
+  std::map<std::string, TopicStatistics> statistics;
+  for (const std::string& topic : beginning.choice.names()) statistics[topic];
+  for (const Message& message : messages) statistics[message.topic()].add(message);
+  const ros::Time end = messages.empty() ? ros::Time() : messages.back().time;
+  return textMessage(own_.account, std::max(end, beginning.now), accountText(statistics, {}, {}));
 }
 
 void Intake::close() {

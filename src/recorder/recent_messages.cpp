@@ -48,20 +48,43 @@ void RecentMessages::add(const Message& message) {
   bytes_ += message.size();
   while (!messages_.empty() && (bytes_ > limit_bytes_ || age() > duration_)) {
     bytes_ -= messages_.front().size();
-    if (oldest_ >= unrecorded_) pass(messages_.front());
+    before_.add(messages_.front());
+    if (oldest_ >= unrecorded_) before_unrecorded_.add(messages_.front());
     messages_.pop_front();
     ++oldest_;
   }
 }
 
+void RecentMessages::pass(const Message& message) {
+  before_.add(message);
+  before_unrecorded_.add(message);
+}
+
+void RecentMessages::forgetReplaced(const std::function<bool(const Message&)>& is_gone) {
+  before_.forgetReplaced(is_gone);
+  before_unrecorded_.forgetReplaced(is_gone);
+}
+
 Past RecentMessages::last(const ros::Time& now, double duration_s) const {
+  return since(unrecorded(), before_unrecorded_, now, duration_s);
+}
+
+Past RecentMessages::all(const ros::Time& now, double duration_s) const {
+  return since(0, before_, now, duration_s);
+}
+
+/// Of the messages from one on, the last seconds.
+/// \param first where it is in the memory
+/// \param before what was latched before it
+Past RecentMessages::since(std::size_t first, const LatchedMessages& before, const ros::Time& now,
+                           double duration_s) const {
   const auto is_recent = [&](const Message& message) {
     return duration_s > 0 && (now - message.time).toSec() <= duration_s;
   };
-  const auto unrecorded = messages_.begin() + static_cast<std::ptrdiff_t>(this->unrecorded());
-  const auto begin = std::find_if(unrecorded, messages_.end(), is_recent);
-  Past past{before_, {begin, messages_.end()}};
-  std::for_each(unrecorded, begin, [&](const Message& message) { past.latched.add(message); });
+  const auto from = messages_.begin() + static_cast<std::ptrdiff_t>(first);
+  const auto begin = std::find_if(from, messages_.end(), is_recent);
+  Past past{before, {begin, messages_.end()}};
+  std::for_each(from, begin, [&](const Message& message) { past.latched.add(message); });
   return past;
 }
 
@@ -85,6 +108,7 @@ NumberedMessages RecentMessages::wished(const MessageWish& wish) const {
 
 void RecentMessages::clear() {
   setRecorded();
+  before_ = before_unrecorded_;
   oldest_ += messages_.size();
   messages_.clear();
   bytes_ = 0;
@@ -92,11 +116,12 @@ void RecentMessages::clear() {
 
 void RecentMessages::forget() {
   clear();
-  before_ = {};
+  before_ = before_unrecorded_ = {};
 }
 
 void RecentMessages::setRecorded() {
-  for (std::size_t i = unrecorded(); i < messages_.size(); ++i) pass(messages_[i]);
+  for (std::size_t i = unrecorded(); i < messages_.size(); ++i)
+    before_unrecorded_.add(messages_[i]);
   unrecorded_ = oldest_ + messages_.size();
 }
 

@@ -21,24 +21,12 @@ std::string folderOf(const std::string& path) {
   return std::filesystem::path(path).parent_path().string();
 }
 
-std::uint64_t freeBytes(const std::string& folder) {
-  std::error_code error;
-  const auto space = std::filesystem::space(folder, error);
-  if (error) throw RecordingError(folder + ": " + error.message() + "; choose another folder");
-  return space.available;
-}
-
 }  // namespace
 
 Recording::Recording(RecordingOptions options, RecordingContents contents)
     : options_(std::move(options)), contents_(std::move(contents)) {
-  const std::string folder = folderOf(options_.path);
-  status_.free_bytes = freeBytes(folder);
   status_.least_free_bytes = options_.minimum_free_bytes;
-  if (status_.free_bytes < options_.minimum_free_bytes)
-    throw RecordingError(folder + ": less than " +
-                         std::to_string(options_.minimum_free_bytes >> 20) +
-                         " MB are free; make room or choose another folder");
+  status_.free_bytes = requireRoom(folderOf(options_.path), options_.minimum_free_bytes);
   create(contents_.recent.empty() ? ros::Time::now() : contents_.recent.front().time);
   // However large they are, they are written like all else, by the thread.
   const std::vector<Message> latched = contents_.latched.at(file_begin_);

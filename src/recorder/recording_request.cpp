@@ -28,10 +28,14 @@ RecordingOptions optionsOf(const StartRecording::Request& request, const ros::No
   options.split_duration = request.split_duration;
   options.queue_bytes = megabytes(node, "queue_megabytes", 512);
   options.minimum_free_bytes = megabytes(node, "minimum_free_megabytes", 1024);
+  options.path = pathOf(request, folder);
+  return options;
+}
+
+std::string pathOf(const StartRecording::Request& request, const std::string& folder) {
   const std::string chosen = request.folder.empty() ? folder : request.folder;
   createFolder(chosen);
-  options.path = newBagPath(chosen, request.prefix, request.name);
-  return options;
+  return newBagPath(chosen, request.prefix, request.name);
 }
 
 }  // namespace process_visualizer::recorder

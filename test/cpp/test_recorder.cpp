@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <deque>
 #include <filesystem>
 #include <fstream>
 #include <future>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "process_visualizer/recorder/bag_file.hpp"
 #include "process_visualizer/recorder/bag_name.hpp"
 #include "process_visualizer/recorder/recent_messages.hpp"
 #include "process_visualizer/recorder/recording.hpp"
+#include "process_visualizer/recorder/whole_bag.hpp"
 #include "recorder_folder.hpp"
 #include "recorder_messages.hpp"
 
@@ -56,6 +59,17 @@ TEST(Folders, ThatCannotBeCreatedAreNamed) {
   }
   EXPECT_THROW(createFolder("~/bags"), RecordingError);
   EXPECT_THROW(createFolder("/tmp/a\nb"), RecordingError);
+}
+
+TEST(Folders, WithoutRoomAreNamed) {
+  EXPECT_GT(requireRoom("/tmp", 1), 1u);
+  try {
+    requireRoom("/tmp", (std::uint64_t{1} << 62) + 1);
+    FAIL();
+  } catch (const RecordingError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              "/tmp: less than 4398046511105 MB are free; make room or choose another folder");
+  }
 }
 
 class Bags : public Folder {};
@@ -131,6 +145,25 @@ TEST_F(Bags, AreWholeWhereverALimitIs) {
     EXPECT_EQ(bag.finish(), "") << kilobytes;
     limitFileSize(RLIM_INFINITY);
     EXPECT_GT(indexPosition(name), 0u) << kilobytes;
+  }
+}
+
+TEST_F(Bags, OfWhatIsHereAreWholeOrNotThere) {
+  const auto connection = connectionWith("");
+  std::deque<Message> messages;
+  for (unsigned i = 1; i <= 30; ++i) messages.push_back(messageAt(i, connection, 100'000));
+  EXPECT_GT(bagBytes(messages), 3'000'000u);
+  BagFile whole(path("a.bag"), Compression::kNone);
+  writeWhole(whole, messages);
+  EXPECT_EQ(whole.counts().at("/a"), 30u);
+  EXPECT_LT(fs::file_size(path("a.bag")), bagBytes(messages) + 10'000);
+  EXPECT_GT(indexPosition(path("a.bag")), 3'000'000u);
+  for (const rlim_t limit : {rlim_t{1} << 20, fs::file_size(path("a.bag")) - 1}) {
+    limitFileSize(limit);
+    BagFile bag(path("b.bag"), Compression::kNone);
+    EXPECT_THROW(writeWhole(bag, messages), RecordingError);
+    limitFileSize(RLIM_INFINITY);
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << limit;
   }
 }
 
@@ -278,6 +311,42 @@ TEST(Recent, BeginsWithWhatWasLatchedThen) {
   EXPECT_EQ(sizeOfLatched(10), 18u);
   recent.forget();
   EXPECT_EQ(sizeOfLatched(10), 0u);
+}
+
+TEST(Recent, GivesAllOfItWhateverARecordingHas) {
+  RecentMessages recent(10, 1 << 20);
+  const auto latching = connectionWith("", "1"), other = connectionWith("");
+  const auto sizes = [&recent](double duration_s) {
+    const Past past = recent.all(ros::Time(20), duration_s);
+    std::vector<std::size_t> all;
+    for (const Message& message : past.latched.at(ros::Time(20))) all.push_back(message.size());
+    for (const Message& message : past.messages) all.push_back(message.size());
+    return all;
+  };
+  using Sizes = std::vector<std::size_t>;
+  recent.add(messageAt(1, latching, 11));
+  EXPECT_EQ(sizes(100), Sizes({11}));
+  recent.add(messageAt(12, other, 12));  // the one before is latched only from here on
+  recent.setRecorded();
+  recent.add(messageAt(18, latching, 18));
+  recent.add(messageAt(19, other, 19));
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(sizes(100), Sizes({11, 12, 18, 19}));
+    EXPECT_EQ(sizes(5), Sizes({11, 18, 19}));
+    EXPECT_EQ(sizes(1), Sizes({18, 19}));
+    EXPECT_EQ(sizes(0), Sizes({18}));
+    EXPECT_EQ(recent.last(ros::Time(20), 100).messages.size(), i == 0 ? 2u : 0u);
+    recent.setRecorded();
+  }
+  EXPECT_EQ(recent.wished({0, {"/a"}}).messages.front().size(), 11u);
+  recent.add(messageAt(29, other, 29));  // 12 and 18 leave the memory
+  EXPECT_EQ(sizes(100), Sizes({18, 19, 29}));
+  recent.add(messageAt(40, other, 40));
+  EXPECT_EQ(sizes(100), Sizes({18, 40}));
+  recent.clear();
+  EXPECT_EQ(sizes(100), Sizes({18}));
+  recent.forget();
+  EXPECT_EQ(sizes(100), Sizes());
 }
 
 TEST(Recent, IsReadPartByPart) {

@@ -2,6 +2,7 @@
 // What is done with messages, by sequences of them and of commands.
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <deque>
 #include <filesystem>
@@ -67,10 +68,15 @@ class Sequence : public Intakes {
 
   void doOne(std::mt19937& random) {
     const std::vector<std::function<void()>> all = {
-        [this] { receive(a_, {"/a"}); },        [this] { receive(b_, {"/b"}); },
-        [this] { receive(other_, {}); },        [this] { receive(frames_, {kFrames}); },
-        [this] { receive(other_frames_, {}); }, [this] { mark(); },
-        [&] { beginOrSave(random); },           [this] { finish(); },
+        [this] { receive(a_, {"/a"}); },
+        [this] { receive(b_, {"/b"}); },
+        [this] { receive(other_, {}); },
+        [this] { receive(frames_, {kFrames}); },
+        [this] { receive(other_frames_, {}); },
+        [this] { mark(); },
+        [&] { beginOrSave(random); },
+        [this] { finish(); },
+        [&] { copy(random); },
     };
     all[random() % all.size()]();
   }
@@ -114,7 +120,26 @@ class Sequence : public Intakes {
     expect(kMarks);
   }
 
+  /// Whatever a recording has; and nothing else may notice.
+  void copy(std::mt19937& random) {
+    const double recent_s = std::vector<double>{2, 5, kAll}[random() % 3];
+    std::map<std::string, unsigned> expected;
+    for (const auto& [topic, time] : kept_)
+      if (now_ - time <= recent_s) ++expected[topic];
+    const Beginning beginning{chosen(), ros::Time(now_), recent_s, ""};
+    if (expected.empty()) {
+      EXPECT_THROW(intake_.copy(beginning), RecordingError);
+      return;
+    }
+    expected[kAccount] = 1;
+    std::map<std::string, unsigned> found;
+    for (const Message& message : intake_.copy(beginning)) ++found[message.topic()];
+    EXPECT_EQ(found, expected);
+  }
+
   void expect(const std::string& topic) {
+    kept_.push_back({topic, now_});
+    while (now_ - kept_.front().second > kMemoryS) kept_.pop_front();
     if (is_open_ || !has_recorded_) ++in_bag_[topic];  // before the first one all that comes counts
     if (is_open_) return;
     memory_.push_back({topic, now_});
@@ -148,7 +173,7 @@ class Sequence : public Intakes {
                       other_frames_ = connectionOf("/tf_static", "/other");
   bool is_open_ = false, has_recorded_ = false;
   double now_ = 1000, duration_ = 0;
-  std::deque<std::pair<std::string, double>> memory_;
+  std::deque<std::pair<std::string, double>> kept_, memory_;  // all, and what no recording has
   std::map<std::string, unsigned> in_bag_{{"/a", 0}, {"/b", 0}};
 };
 
@@ -183,6 +208,70 @@ TEST_F(Intakes, LoseNothingBetweenMemoryAndRecordings) {
   sender.join();
   record();
   EXPECT_EQ(count, kMessages);
+}
+
+TEST_F(Intakes, AreCopiedWhileMessagesArriveAndAreRecorded) {
+  constexpr unsigned kMessages = 20000;
+  Intake intake("/recorder", memory(kAll), [] {});
+  intake.choose(chosen());
+  const ConnectionPtr a = connectionOf("/a");
+  const auto receive = [&](unsigned i) { intake.receive(messageAt(1 + i, a, kBytes)); };
+  const Beginning all{chosen(), ros::Time(1 + kMessages), kAll, ""};
+  receive(0);
+  std::atomic<bool> has_ended = false;
+  std::thread sender([&] {
+    for (unsigned i = 1; i < kMessages; ++i) receive(i);
+  });
+  std::thread copier([&] {
+    for (std::size_t count = 0; !has_ended || count < kMessages;) {
+      const std::deque<Message> copy = intake.copy(all);
+      ASSERT_GE(copy.size() - 1, count);  // without the account
+      count = copy.size() - 1;
+      for (std::size_t i = 0; i < count; ++i) ASSERT_EQ(copy[i].time, ros::Time(1 + i));
+    }
+  });
+  std::uint64_t count = 0;
+  const auto record = [&] {
+    intake.begin(options(), all);
+    count += end(intake)["/a"];
+  };
+  for (int i = 0; i < 5; ++i) record();
+  sender.join();
+  record();
+  EXPECT_EQ(count, kMessages);
+  has_ended = true;
+  copier.join();
+}
+
+TEST_F(Intakes, AreCopiedLikeARecording) {
+  Intake intake("/recorder", memory(), [] {});
+  intake.choose(TopicChoice({"/a", "/b", "/c"}, {}, {}));
+  Beginning all{TopicChoice({}, {"/.*"}, {"/c"}), ros::Time(40), kAll, "<cell/>"};
+  EXPECT_THROW(intake.copy(all), RecordingError);  // a configuration alone is nothing
+  const auto topics = [&] {
+    std::vector<std::string> names;
+    for (const Message& message : intake.copy(all)) names.push_back(message.topic());
+    return names;
+  };
+  using Topics = std::vector<std::string>;
+  intake.receive(messageAt(1, latchedBy("/n", "/b"), kBytes));
+  intake.receive(messageAt(1, latchedBy("/n", "/c"), kBytes));
+  intake.receive(messageAt(20, connectionOf("/c"), kBytes));
+  EXPECT_EQ(topics(), (Topics{"/b", "/process_visualizer/configuration", kAccount}));
+  intake.begin(options(), {chosen(), ros::Time(20), 0, ""});
+  intake.receive(messageAt(21, connectionOf("/a"), kBytes));
+  EXPECT_TRUE(intake.mark(ros::Time(22), "here"));
+  const Topics expected = {"/b", "/process_visualizer/configuration", "/a", kMarks, kAccount};
+  EXPECT_EQ(topics(), expected);
+  EXPECT_EQ(intake.state().state, RecorderState::IDLE);
+  EXPECT_EQ(end(intake)["/a"], 1u);
+  EXPECT_EQ(topics(), expected);
+  const std::deque<Message> copy = intake.copy(all);
+  for (std::size_t i = 1; i < copy.size(); ++i) EXPECT_LT(copy[i - 1].time, copy[i].time);
+  EXPECT_EQ(copy.back().time, all.now);
+  const auto& text = copy.back().content->bytes;
+  EXPECT_NE(std::string(text.begin(), text.end()).find(R"("/a": {"received": 1, "dropped": 0})"),
+            std::string::npos);
 }
 
 TEST_F(Intakes, WithoutMemoryTakeNoMarksBetweenRecordings) {

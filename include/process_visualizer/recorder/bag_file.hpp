@@ -20,6 +20,9 @@ class RecordingError : public std::runtime_error {
 
 enum class Compression { kNone, kLz4 };
 
+/// Whether a power cut can cost a bag that was just finished: to wait for the disk takes time.
+enum class PowerCut { kCostsNothing, kMayCostAll };
+
 /// A bag of format 2.0 while it is written. It is called PATH.active until it is finished.
 ///
 /// Messages are collected into chunks, and a chunk is written with its index at once. Before that,
@@ -44,7 +47,9 @@ class BagFile {
   /// If the file was removed meanwhile, it is written again.
   /// \returns why the last messages could not be written; empty if they were
   /// \throws RecordingError if the bag cannot be finished
-  std::string finish();
+  std::string finish(PowerCut power_cut = PowerCut::kCostsNothing);
+
+  void remove();  ///< removes the file, by the name that it has now
 
   const std::string& path() const { return path_; }  ///< its name when it is finished
   std::uint64_t size() const { return position_ + chunk_.size(); }  ///< in bytes, about
@@ -77,6 +82,7 @@ class BagFile {
   std::string path_;
   Compression compression_;
   int descriptor_;
+  bool is_named_ = false;       ///< whether it has its name, and is active no more
   std::uint64_t position_ = 0;  ///< end of what is written
   std::uint64_t flushed_ = 0;   ///< what the kernel has been told to write to the disk
   std::string chunk_;           ///< uncompressed

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 namespace process_visualizer::recorder {
@@ -16,5 +17,8 @@ std::string partPath(const std::string& path, unsigned part);
 
 /// Creates a folder with those above it. \throws RecordingError
 void createFolder(const std::string& folder);
+
+/// Returns how many bytes are free on a folder's disk. \throws RecordingError if these are too few
+std::uint64_t requireRoom(const std::string& folder, std::uint64_t bytes);
 
 }  // namespace process_visualizer::recorder

@@ -6,7 +6,9 @@
 #include <process_visualizer/RecorderState.h>
 #include <process_visualizer/StartRecording.h>
 #include <process_visualizer/StopRecording.h>
+#include <ros/callback_queue.h>
 #include <ros/node_handle.h>
+#include <ros/spinner.h>
 
 #include <chrono>
 #include <functional>
@@ -15,6 +17,7 @@
 #include <thread>
 #include <vector>
 
+#include "process_visualizer/recorder/bag_file.hpp"
 #include "process_visualizer/recorder/intake.hpp"
 #include "process_visualizer/recorder/recent_answers.hpp"
 #include "process_visualizer/recorder/subscriptions.hpp"
@@ -22,7 +25,8 @@
 
 namespace process_visualizer::recorder {
 
-/// The node bag_recorder: services `~start ~save_recent ~stop ~mark ~read_recent`, topic `~state`.
+/// The node bag_recorder: services `~start ~save_recent ~copy_recent ~stop ~mark ~read_recent`,
+/// topic `~state`.
 class BagRecorder {
  public:
   BagRecorder();
@@ -36,16 +40,20 @@ class BagRecorder {
 
   bool start(Start::Request& request, Start::Response& response);
   bool saveRecent(Start::Request& request, Start::Response& response);
+  bool copyRecent(Start::Request& request, Start::Response& response);
   bool stop(StopRecording::Request&, StopRecording::Response& response);
   bool mark(Mark::Request& request, Mark::Response& response);
 
   bool readRecent(ReadRecent::Request& request, ReadRecent::Response& response);
 
-  bool answer(Start::Response& response, const std::function<std::string()>& command);
+  static bool answer(Start::Response& response, const std::function<std::string()>& command);
   std::string begin(const Start::Request& request);
   std::string save(const Start::Request& request);
+  std::string copy(const Start::Request& request);
+  BagFile createCopy(const Start::Request& request, std::uint64_t bytes);
   void connect();
   Beginning beginningOf(const Start::Request& request, TopicChoice choice) const;
+  Beginning memoryOf(const Start::Request& request) const;
   void finish(std::chrono::milliseconds under_way, ros::Time end = {});
   void requireIdle() const;
   void watch(TopicChoice choice);
@@ -67,13 +75,16 @@ class BagRecorder {
   const double connection_timeout_;
 
   std::mutex command_mutex_;  ///< one command at a time
+  std::mutex naming_mutex_;   ///< from the choice of a file's name until there is the file
   Turns turns_;
   Intake intake_;
   RecentAnswers recent_answers_{intake_};
   bool has_master_ = true;  ///< for the thread that looks at it
 
   ros::Publisher state_publisher_, mark_publisher_;
+  ros::CallbackQueue copy_queue_;  // the services need it to the end
   std::vector<ros::ServiceServer> services_;
+  ros::AsyncSpinner copy_spinner_{1, &copy_queue_};  ///< so that no command waits for a copy
   Subscriptions subscriptions_;
   std::thread state_thread_, master_thread_;
 };

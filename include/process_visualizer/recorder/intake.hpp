@@ -4,6 +4,7 @@
 #include <process_visualizer/RecorderState.h>
 #include <ros/time.h>
 
+#include <deque>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -31,7 +32,7 @@ struct Beginning {
 
 /// Takes every message that arrives: into the memory and, while there is one, into the recording.
 /// It counts them, and knows the recorder's state. It needs no node and no master, and may be
-/// called by several threads at once, but its commands (begin, save, finish) by one only.
+/// called by several threads at once, but its commands (begin, save, close, finish) by one only.
 class Intake {
  public:
   /// \param node the recorder's name, for what it writes itself
@@ -53,6 +54,10 @@ class Intake {
   void begin(const RecordingOptions& options, const Beginning& beginning);
   /// Does the same where there is something in memory. \throws RecordingError
   void save(const RecordingOptions& options, const Beginning& beginning);
+  /// Returns all messages for a bag of what is in memory, whatever a recording has of it: what is
+  /// latched before that, and an account. Changes nothing, and may be called at any time.
+  /// \throws RecordingError if there is nothing
+  std::deque<Message> copy(const Beginning& beginning) const;
   void close();  ///< ends the recording: what comes from now on is not of it
   /// Waits until what was taken before close() is written.
   /// \param end when the recording ended
@@ -75,6 +80,9 @@ class Intake {
  private:
   bool take(const Message& message);
   Past past(const Beginning& beginning) const;
+  Past chosen(Past past, const Beginning& beginning) const;
+  LatchedMessages withConfiguration(LatchedMessages latched, const Beginning& beginning) const;
+  Message accountOf(const std::deque<Message>& messages, const Beginning& beginning) const;
   void open(const RecordingOptions& options, const Beginning& beginning, const Past& past);
   RecordingContents contents(const Beginning& beginning, const Past& past);
   void fillTopics(RecorderState& state) const;

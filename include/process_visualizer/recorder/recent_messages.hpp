@@ -21,6 +21,7 @@ class LatchedMessages {
   /// The messages with other times, as close before a bag's beginning as they can be, in the order
   /// in which they came: whoever plays the bag ends with the newest.
   std::vector<Message> at(const ros::Time& time) const;
+  bool isEmpty() const { return newest_.empty(); }
   /// Forgets messages of publishers that are gone, where a newer one of the topic is here. Without
   /// one, it is still what everybody shows. On /tf_static nothing is forgotten.
   void forgetReplaced(const std::function<bool(const Message&)>& is_gone);
@@ -64,14 +65,14 @@ class RecentMessages {
   /// Takes a message; of one from before a simulated time begins (zero) only what is latched.
   void add(const Message& message);
   /// Takes of a message only what is latched.
-  void pass(const Message& message) { before_.add(message); }
+  void pass(const Message& message);
   /// As LatchedMessages has it.
-  void forgetReplaced(const std::function<bool(const Message&)>& is_gone) {
-    before_.forgetReplaced(is_gone);
-  }
+  void forgetReplaced(const std::function<bool(const Message&)>& is_gone);
   /// Of the messages that no recording has, the last seconds before `now`; 0: none, only what is
   /// latched.
   Past last(const ros::Time& now, double duration_s) const;
+  /// The same of all messages, also of those that a recording has.
+  Past all(const ros::Time& now, double duration_s) const;
   /// The messages that are wished for. From 0 on: all, and before them what is latched.
   NumberedMessages wished(const MessageWish& wish) const;
   void setRecorded();  ///< a recording has all that is in memory
@@ -84,6 +85,8 @@ class RecentMessages {
   bool isKept() const { return duration_ > 0; }  ///< whether anything is kept at all
 
  private:
+  Past since(std::size_t first, const LatchedMessages& before, const ros::Time& now,
+             double duration_s) const;
   double age() const;  ///< of the oldest message when the newest came, s
   std::size_t unrecorded() const;
 
@@ -91,9 +94,10 @@ class RecentMessages {
   std::size_t limit_bytes_;
   std::size_t bytes_ = 0;
   std::deque<Message> messages_;
-  std::uint64_t oldest_ = 1;      ///< the number of the first one
-  std::uint64_t unrecorded_ = 1;  ///< the number of the first one that no recording has
-  LatchedMessages before_;        ///< as of the first one that no recording has
+  std::uint64_t oldest_ = 1;           ///< the number of the first one
+  std::uint64_t unrecorded_ = 1;       ///< the number of the first one that no recording has
+  LatchedMessages before_;             ///< what is latched, as of the first one
+  LatchedMessages before_unrecorded_;  ///< and as of the first one that no recording has
 };
 
 }  // namespace process_visualizer::recorder

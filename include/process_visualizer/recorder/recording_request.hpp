@@ -17,6 +17,11 @@ namespace process_visualizer::recorder {
 RecordingOptions optionsOf(const StartRecording::Request& request, const ros::NodeHandle& node,
                            const std::string& folder);
 
+/// Returns the path for a bag that is asked for; creates its folder. It is free until somebody else
+/// creates such a file.
+/// \throws RecordingError if there cannot be such a bag
+std::string pathOf(const StartRecording::Request& request, const std::string& folder);
+
 /// Returns a parameter in megabytes as bytes.
 std::uint64_t megabytes(const ros::NodeHandle& node, const std::string& parameter, int value);
 

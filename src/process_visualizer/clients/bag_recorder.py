@@ -90,6 +90,17 @@ class BagRecorder:
         """
         return str(self._call('save_recent', StartRecording, request_of(options)).path)
 
+    def copy_recent(self, folder: str, name: str = '', recent_s: float = 0.0) -> str:
+        """Write all that is in memory (or the last ``recent_s``) into a bag; return its path.
+
+        It changes nothing: a recording goes on, and what is copied can still be saved.
+
+        Raises:
+            RecorderError: there is nothing, or it cannot be written.
+        """
+        options = RecordingOptions(folder=folder, name=name, recent_s=recent_s)
+        return str(self._call('copy_recent', StartRecording, request_of(options)).path)
+
     def stop(self) -> List[str]:
         """Stop; return the paths of the bags when everything is written.
 
