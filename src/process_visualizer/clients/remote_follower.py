@@ -7,6 +7,7 @@ import io
 import socket
 import struct
 import threading
+import time
 from typing import Any, Callable, Dict, Optional, Type
 from xmlrpc.client import Error, ServerProxy
 
@@ -20,6 +21,7 @@ from rosgraph.network import (
 )
 
 _TIMEOUT_S = 5.0
+_START_S, _RETRY_S = 20.0, 0.1
 _BUFFER_BYTES = 65536
 _LENGTH = struct.Struct('<I')
 
@@ -41,26 +43,27 @@ class RemoteFollower:
         self._on_message, self._on_end = on_message, on_end
         self._lock = threading.Lock()
         self._connection: Optional[socket.socket] = None
-        self._is_closed = False
+        self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f'follow {topic}', daemon=True)
         self._thread.start()
 
     def close(self) -> None:
         """Stop following; wait for the end of the thread."""
         with self._lock:
-            self._is_closed = True
+            self._closed.set()
             if self._connection is not None:
                 self._connection.shutdown(socket.SHUT_RDWR)
         self._thread.join()
 
     def _run(self) -> None:
         try:
-            with self._connected() as connection, connection.makefile('rb') as stream:
+            with self._connected(time.monotonic() + _START_S) as connection, \
+                    connection.makefile('rb') as stream:
                 self._follow(stream)
         except _FAILURES as error:
-            if not self._is_closed:
+            if not self._closed.is_set():
                 rospy.loginfo('%s of %s is not followed: %s', self._topic, self._node, error)
-        if not self._is_closed:
+        if not self._closed.is_set():
             self._on_end()
 
     def _follow(self, stream: Any) -> None:
@@ -70,11 +73,20 @@ class RemoteFollower:
                 return
             data = stream.read(_LENGTH.unpack(head)[0])
             message = self._message_class().deserialize(data)
-            if self._is_closed:
+            if self._closed.is_set():
                 return
             self._on_message(message)
 
-    def _connected(self) -> socket.socket:
+    def _connected(self, end_s: float) -> socket.socket:
+        """Nobody tells when a node that has just started begins to publish: ask until then."""
+        while True:
+            try:
+                return self._connect()
+            except _FAILURES:
+                if time.monotonic() > end_s or self._closed.wait(_RETRY_S):
+                    raise
+
+    def _connect(self) -> socket.socket:
         host, port = self._address()
         connection = socket.create_connection((host, port), _TIMEOUT_S)
         try:
@@ -105,6 +117,6 @@ class RemoteFollower:
 
     def _keep(self, connection: socket.socket) -> None:
         with self._lock:
-            if self._is_closed:
+            if self._closed.is_set():
                 raise OSError('closed')
             self._connection = connection

@@ -102,9 +102,9 @@ def test_a_moment_of_the_memory_is_shown_when_everything_is_there(stand: Stand) 
     assert stand.tools.names() == ['start', 'follow']
     assert stand.replay.phase is ReplayPhase.PREPARING  # RViz is not up yet
     stand.report(RVIZ_PART, PartState.RUNNING)
-    assert stand.replay.phase is ReplayPhase.SHOWN
     assert stand.commands() == [('seek', 20.0)]
     assert stand.tools.names() == ['show']
+    assert stand.replay.phase is ReplayPhase.SHOWN
     stand.tell(20.0)
     assert stand.replay.time_s == 990.0
 
@@ -123,7 +123,7 @@ def test_going_on_dragging_is_seeking(stand: Stand) -> None:
     stand.client.taken()
     stand.replay.show(980.0, stand.choice)
     assert stand.commands() == [('seek', 10.0)]
-    assert 'start' not in stand.tools.names()[3:]
+    assert stand.tools.names().count('start') == 1
 
 
 def test_back_to_live_hides_it_and_the_next_replay_has_a_newer_copy(stand: Stand) -> None:
@@ -186,7 +186,8 @@ def test_the_end_of_the_cell_ends_it(stand: Stand) -> None:
     stand.replay.stop()
     stand.tasks.end_all()
     assert stand.replay.is_live
-    assert stand.tools.names()[-1] == 'stop'
+    names = stand.tools.names()
+    assert 'interrupt' in names and names[-1] == 'stop'
 
 
 def test_the_bar_says_how_long_ago_it_is(stand: Stand, qtbot: QtBot) -> None:

@@ -2,12 +2,15 @@
 """The second cell of an instant replay, which has a ROS master of its own."""
 from __future__ import annotations
 
+import threading
+import time
 from typing import Callable, Optional
 
+import rosgraph
+import rospy
 from PyQt5.QtCore import QObject, pyqtSignal
 
 from process_visualizer.clients.player_client import PlayerClient
-from process_visualizer.clients.recording_options import RecordingOptions
 from process_visualizer.clients.remote_follower import RemoteFollower
 from process_visualizer.clients.service_connection import ServiceConnection, ServiceUnreachable
 from process_visualizer.generate.choice import Choice
@@ -18,7 +21,9 @@ from process_visualizer.ros_names import BAG_PLAYER, PLAYER_STATE_TOPIC, RVIZ
 from process_visualizer.rviz.window_geometry import Rectangle
 from process_visualizer.srv import ShowReplay
 
+_SERVICE = f'/{RVIZ}/show_replay'
 _TIMEOUT_S = 10.0
+_START_S, _RETRY_S = 30.0, 0.1
 
 
 class ReplayLinkError(Exception):
@@ -33,17 +38,21 @@ class ReplayLink(QObject):
     player_state = pyqtSignal(object)
     """A PlayerSnapshot."""
 
-    def __init__(self, copy: Callable[[RecordingOptions], str], camera: Callable[[], str],
+    def __init__(self, copy: Callable[[str, str], str], camera: Callable[[], str],
                  parent: Optional[QObject] = None) -> None:
-        """``copy`` writes what the recorder has in memory; ``camera`` is that of the live RViz."""
+        """Take what copies the recorder's memory, and what tells the camera of the live RViz.
+
+        ``copy`` takes a folder and a name, and returns the path of the bag.
+        """
         super().__init__(parent)
         self._copy, self._camera = copy, camera
         self._cell = ReplayCell(self.reported.emit)
         uri = self._cell.master_uri
         self.player = PlayerClient(follow_now=False, master_uri=uri)
-        self._show = ServiceConnection(f'/{RVIZ}/show_replay', ShowReplay, _TIMEOUT_S, uri)
+        self._show = ServiceConnection(_SERVICE, ShowReplay, _TIMEOUT_S, uri)
         self._follower: Optional[RemoteFollower] = None
         self._count = 0
+        self._stopping = threading.Event()
 
     def copy_memory(self) -> str:
         """Write what the recorder has in memory into a bag; return its path.
@@ -52,8 +61,7 @@ class ReplayLink(QObject):
             RecorderError: it does not answer, or there is nothing.
         """
         self._count += 1
-        return self._copy(RecordingOptions((), folder=self._cell.folder,
-                                           name=f'replay_{self._count}'))
+        return self._copy(self._cell.folder, f'replay_{self._count}')
 
     def start(self, choice: Choice) -> None:
         """Start the cell, or change what it plays; see ReplayCell."""
@@ -72,6 +80,10 @@ class ReplayLink(QObject):
         Raises:
             ReplayLinkError: it does not answer.
         """
+        end_s = time.monotonic() + _START_S
+        while not self._is_offered():  # RViz is a node before it has loaded its displays
+            if time.monotonic() > end_s or self._stopping.wait(_RETRY_S):
+                break
         self._call(True, self._camera(), choice.window)
 
     def hide(self) -> None:
@@ -82,12 +94,25 @@ class ReplayLink(QObject):
         """
         self._call(False, '', None)
 
+    def interrupt(self) -> None:
+        """Wait for RViz no longer; returns at once."""
+        self._stopping.set()
+
     def stop(self) -> None:
         """Stop the cell."""
         self._leave_player()
+        self._stopping.clear()
         for connection in (self.player, self._show):
             connection.close()
         self._cell.stop()
+
+    def _is_offered(self) -> bool:
+        """Whether RViz can be told to show itself."""
+        try:
+            rosgraph.Master(rospy.get_name(), self._cell.master_uri).lookupService(_SERVICE)
+        except (rosgraph.MasterException, OSError):
+            return False
+        return True
 
     def _leave_player(self) -> None:
         if self._follower is not None:

@@ -12,7 +12,6 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from process_visualizer.cell.model import Mode
 from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.plan import BAG_PART, RVIZ_PART
-from process_visualizer.gui.models.playback.playback_model import LINE as PLAYER_LINE
 from process_visualizer.gui.models.playback.playback_model import PlaybackModel
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 from process_visualizer.gui.toolkit.tasks import Tasks
@@ -48,6 +47,9 @@ class ReplayTools(Protocol):
     def hide(self) -> Any:
         """Hide its RViz."""
 
+    def interrupt(self) -> Any:
+        """Let ``show`` wait no longer."""
+
     def stop(self) -> Any:
         """Stop the second cell."""
 
@@ -75,7 +77,7 @@ class ReplayModel(QObject):
         self._reports: Dict[str, PartReport] = {}
         self._path = self._old_path = ''
         self._begin_s = self._wanted_s = 0.0
-        self._has_state = self._is_started = False
+        self._has_state = self._is_opening = self._is_started = False
 
     @property
     def phase(self) -> ReplayPhase:
@@ -97,10 +99,10 @@ class ReplayModel(QObject):
     def show(self, time_s: float, choice: Choice) -> None:
         """Go to a moment; ``choice`` is what runs."""
         self._wanted_s = time_s
-        if self._phase is ReplayPhase.SHOWN:
-            self.playback.seek(time_s - self._begin_s)
-        elif self.is_live:
+        if self.is_live:
             self._begin(choice)
+        elif self._has_state:
+            self.playback.seek(time_s - self._begin_s)
 
     def leave(self) -> None:
         """Return to the running cell."""
@@ -119,11 +121,13 @@ class ReplayModel(QObject):
             self.leave()
             self._is_started, self._reports = False, {}
             self.playback.take_state(None)
+            self._tools.interrupt()
             self._run(self._tools.stop)
 
     def close(self) -> None:
         """Stop everything; block until it is done."""
         if self._is_started:
+            self._tools.interrupt()
             self._tasks.run_and_wait(LINE, self._tools.stop, _END_TIMEOUT_S)
 
     def take_report(self, report: PartReport) -> None:
@@ -143,13 +147,16 @@ class ReplayModel(QObject):
         """Take the newest state of its player."""
         if self.is_live or snapshot is None or self._path not in snapshot.files:
             return
+        is_first, self._has_state = not self._has_state, True
         self._begin_s = snapshot.begin_s
         self.playback.take_state(snapshot)
-        self._has_state = True
+        if is_first:
+            self.playback.seek(self._wanted_s - self._begin_s)
         self._look_whether_ready()
 
     def _begin(self, choice: Choice) -> None:
-        self._phase, self._choice, self._has_state = ReplayPhase.PREPARING, choice, False
+        self._phase, self._choice = ReplayPhase.PREPARING, choice
+        self._has_state = self._is_opening = False
         self._is_started = True
         self._old_path, self._path = self._path, ''
         self.playback.forget_player()
@@ -171,13 +178,18 @@ class ReplayModel(QObject):
 
     def _look_whether_ready(self) -> None:
         view, choice = self._reports.get(RVIZ_PART), self._choice
-        if self._phase is not ReplayPhase.PREPARING or not self._has_state or choice is None \
-                or view is None or view.state is not PartState.RUNNING:
+        if self._phase is not ReplayPhase.PREPARING or self._is_opening or not self._has_state \
+                or choice is None or view is None or view.state is not PartState.RUNNING:
             return
-        self._phase = ReplayPhase.SHOWN
-        self.playback.seek(self._wanted_s - self._begin_s)
-        self._tasks.run(PLAYER_LINE, lambda: self._tools.show(choice), None, self._fail)
-        self.changed.emit()
+        self._is_opening = True
+        self._tasks.run(LINE, lambda: self._tools.show(choice), self._take_shown, self._fail)
+
+    def _take_shown(self, _nothing: object) -> None:
+        if self._phase is ReplayPhase.PREPARING:
+            self._phase = ReplayPhase.SHOWN
+            self.changed.emit()
+        else:
+            self._run(self._tools.hide)  # the operator has left before
 
     def _run(self, work: Callable[[], Any]) -> None:
         self._tasks.run(LINE, work, None, self._fail)

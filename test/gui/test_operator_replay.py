@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""An operator looks back while the cell runs and is recorded, and returns to live."""
+from __future__ import annotations
+
+import subprocess
+import time
+from pathlib import Path
+from typing import Any, Iterator, List
+
+import pytest
+from operator_at_work import Operator, nodes, processes
+from PyQt5.QtCore import QPoint, Qt
+from test_operator_session import LAUNCH_S, launch, open_the_cell
+
+from process_visualizer.bags.recording import Recording
+from process_visualizer.gui.models.recording.recording_types import Phase
+from process_visualizer.gui.models.recording.replay_model import ReplayModel, ReplayPhase
+from process_visualizer.gui.views.live.live_timeline import LiveTimeline
+from process_visualizer.nodes.view_picture import save_picture
+from process_visualizer.report.report import Completeness, make_report
+
+AMBER = '#f5a623'
+BACK_S = 6.0
+
+
+@pytest.fixture
+def operator(qtbot: Any) -> Iterator[Operator]:
+    person = Operator(qtbot)
+    yield person
+    person.close()
+
+
+def test_replay(operator: Operator, tmp_path: Path) -> None:
+    open_the_cell(operator)
+    launch(operator)
+    replay = operator.launcher.replay
+    wait_for_memory(operator)
+    before = operator.beside(nodes)
+    begin_recording(operator, tmp_path)
+    go_back(operator, replay)
+    picture = str(tmp_path / 'replay.png')
+    operator.wait(lambda: amber_pixels(picture) > 10000, 'the band in RViz')
+    assert operator.beside(nodes) == before, 'the running cell knows nothing of it'
+    look_around(operator, replay)
+    play(operator, replay)
+    operator.press(Qt.Key_Escape)
+    assert replay.is_live
+    operator.wait(lambda: amber_pixels(picture) < 1000, 'the live scene is back')
+    assert go_back(operator, replay) < 4.0, 'the second time everything is there'
+    operator.click('back_to_live')
+    end_recording(operator, tmp_path)
+    operator.click('launch')
+    operator.wait(lambda: operator.text('status') == 'Idle', 'everything has ended', LAUNCH_S)
+    operator.close()
+    assert {it for it in processes('GUI_TEST_MARK') if 'Xvfb' not in it} == set()
+    blocks = operator.blocks()
+    assert not blocks, '\n'.join(blocks)
+
+
+def timeline_of(operator: Operator) -> LiveTimeline:
+    return operator.widget('live_timeline', LiveTimeline)
+
+
+def wait_for_memory(operator: Operator) -> None:
+    live = operator.launcher.live
+    operator.wait(lambda: live.window is not None and len(live.window.curves) > 4
+                  and live.window.begin_s + live.window.duration_s > 2.0 * BACK_S, 'curves')
+
+
+def begin_recording(operator: Operator, folder: Path) -> None:
+    operator.launcher.recording.choices.set_folder(str(folder))
+    operator.wait(lambda: operator.widget('record').isEnabled(), 'ready to record')
+    operator.click('record')
+    operator.wait(lambda: 'Recording data' in operator.text('status'), 'recording')
+
+
+def end_recording(operator: Operator, folder: Path) -> None:
+    """The recording has everything of the time of the replays."""
+    operator.click('record')
+    operator.wait(lambda: operator.launcher.recording.phase is Phase.IDLE, 'recorded')
+    [path] = folder.glob('*.bag')
+    assert operator.beside(lambda: completeness(path)) is Completeness.COMPLETE
+
+
+def completeness(path: Path) -> Completeness:
+    with Recording([str(path)]) as recording:
+        return make_report(recording).completeness
+
+
+def go_back(operator: Operator, replay: ReplayModel) -> float:
+    """Click into the past; return how long it takes [s] until it is seen."""
+    timeline = timeline_of(operator)
+    begin_s = time.monotonic()
+    place = QPoint(int(timeline.axis.x(-BACK_S)), 60)
+    operator.drag(timeline, place, [place])
+    assert replay.phase is ReplayPhase.PREPARING
+    assert operator.text('replay_state') == 'Preparing the replay…'
+    operator.wait(lambda: replay.phase is ReplayPhase.SHOWN, 'the replay is shown', LAUNCH_S,
+                  instead=lambda: replay._reports)
+    operator.wait(lambda: time.time() - replay.time_s > 5.0, 'the past')
+    took_s = time.monotonic() - begin_s
+    print(f'{took_s:.2f} s from the click to the replay')
+    return took_s
+
+
+def look_around(operator: Operator, replay: ReplayModel) -> None:
+    """Drag: the player goes where the mouse is."""
+    timeline = timeline_of(operator)
+    took: List[float] = []
+    for back_s in (4.0, 7.0, 2.0, 9.0, 3.0):
+        place = QPoint(int(timeline.axis.x(-back_s)), 60)
+        wanted_s = operator.window.live._end_s() + timeline.axis.time_s(place.x())
+        begin_s = time.monotonic()
+        operator.drag(timeline, place, [place])
+        operator.wait(lambda at_s=wanted_s: abs(replay.time_s - at_s) < 0.02  # type: ignore[misc]
+                      and replay.playback._state.sought is None, 'the moment')
+        took.append(time.monotonic() - begin_s)
+    print('drag to the answer of the player:', ' '.join(f'{1000 * it:.0f} ms' for it in took))
+
+
+def play(operator: Operator, replay: ReplayModel) -> None:
+    before_s = replay.time_s
+    operator.press(Qt.Key_Space)
+    operator.wait(lambda: replay.playback.is_playing and replay.time_s > before_s + 0.5, 'it plays')
+    operator.press(Qt.Key_Space)
+    operator.wait(lambda: not replay.playback.is_playing, 'it stands')
+
+
+def amber_pixels(picture: str) -> int:
+    """How many pixels of the screen have the colour of the band."""
+    save_picture(picture)
+    text = subprocess.run(['convert', picture, '-fill', 'black', '+opaque', AMBER, '-fill', 'white',
+                           '-opaque', AMBER, '-format', '%[fx:mean*w*h]', 'info:'],
+                          check=True, stdout=subprocess.PIPE, universal_newlines=True).stdout
+    return round(float(text))
