@@ -5,10 +5,12 @@ from __future__ import annotations
 import contextlib
 import shutil
 import socket
+from dataclasses import replace
 from typing import Optional
 
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.generator import generate_parts
+from process_visualizer.generate.plan import BAG_PART
 from process_visualizer.launching.launched_cell import LaunchedCell
 from process_visualizer.launching.launched_part import OnChange
 from process_visualizer.launching.part_report import PartState
@@ -31,6 +33,7 @@ class ReplayCell:
         self._record = RunRecord()
         self._master = RosMaster(f'http://localhost:{_free_port()}')
         self._launched: Optional[LaunchedCell] = None
+        self._choice: Optional[Choice] = None
 
     @property
     def master_uri(self) -> str:
@@ -48,6 +51,8 @@ class ReplayCell:
     def show(self, choice: Choice) -> None:
         """Start the nodes of a choice; those that run already and do the same keep running.
 
+        The player is started again in any case: its bag is another one, by the same name.
+
         Raises:
             RosMasterError: there is no master.
             ConfigurationError, PlanError, OSError: they cannot be started.
@@ -57,8 +62,11 @@ class ReplayCell:
             self._launched = LaunchedCell(self.folder, self._on_change, self._master.uri)
         ended = [report.part for report in self._launched.reports()
                  if report.state in (PartState.FAILED, PartState.STOPPED)]
-        started = self._launched.change(generate_parts(choice))
-        for part in ended:
+        playing, choice = [it for it in (BAG_PART,) if self._choice], replace(choice, window=None)
+        started = []
+        if choice != self._choice:
+            started, self._choice = self._launched.change(generate_parts(choice)), choice
+        for part in dict.fromkeys((*ended, *playing)):
             if part not in started:
                 self._launched.restart(part)
 
@@ -66,7 +74,7 @@ class ReplayCell:
         """Stop everything, and remove what was written."""
         if self._launched is not None:
             self._launched.stop()
-        self._launched = None
+        self._launched = self._choice = None
         self._master.stop()
         shutil.rmtree(self._folder, ignore_errors=True)
         self._record.remove()

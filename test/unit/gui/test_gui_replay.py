@@ -2,6 +2,7 @@
 """Instant replay: the model with a second cell that the test plays, and what the operator sees."""
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Callable, List
 
@@ -27,14 +28,13 @@ class Tools:
 
     def __init__(self, folder: Path) -> None:
         self.folder, self.asked = folder, []  # type: Tuple[Path, List[Any]]
-        self.reason = ''
+        self.reason, self.copies = '', 0
 
     def copy_memory(self) -> str:
         if self.reason:
             raise Refused(self.reason)
-        path = self.folder / f'{len(list(self.folder.iterdir()))}_{len(self.asked)}.bag'
-        path.write_bytes(b'')
-        return str(path)
+        self.copies += 1
+        return str(self.folder / 'replay.bag')
 
     def start(self, choice: Choice) -> None:
         self.asked.append(('start', choice))
@@ -68,7 +68,7 @@ class Stand(PlaybackStand):
 
     def tell(self, position_s: float = 0.0, **changes: Any) -> None:
         """Let the player of the second cell tell its state."""
-        bag = sorted(self.tools.folder.iterdir())[-1]
+        bag = self.tools.folder / 'replay.bag'
         self.snapshot = PAUSED._replace(stamp_s=self.now_s, begin_s=BEGIN_S, duration_s=30.0,
                                         position_s=position_s, files=(str(bag),), **changes)
         self.replay.take_state(self.snapshot)
@@ -95,7 +95,7 @@ def test_a_moment_of_the_memory_is_shown_when_everything_is_there(stand: Stand) 
     stand.tasks.end_all()
     choice = stand.tools.asked[0][1]
     assert (choice.mode, choice.is_replay) == (Mode.PLAYBACK, True)
-    assert Path(choice.bag).exists()
+    assert choice.bag == str(stand.tools.folder / 'replay.bag')
     stand.report(BAG_PART, PartState.RUNNING)
     stand.tell()
     stand.tasks.end_all()
@@ -128,7 +128,6 @@ def test_going_on_dragging_is_seeking(stand: Stand) -> None:
 
 def test_back_to_live_hides_it_and_the_next_replay_has_a_newer_copy(stand: Stand) -> None:
     stand.begin()
-    first = sorted(stand.tools.folder.iterdir())
     stand.tools.names()
     stand.replay.leave()
     assert stand.replay.is_live
@@ -136,12 +135,40 @@ def test_back_to_live_hides_it_and_the_next_replay_has_a_newer_copy(stand: Stand
     assert stand.tools.names() == ['hide']
     stand.tell()  # it still says what it does
     assert stand.replay.is_live
+    stand.now_s = 1020.0
+    stand.replay.show(1010.0, stand.choice)  # the copy ends at 1000
+    stand.tell()  # this is still the last player
+    stand.tasks.end_all()
     stand.report(BAG_PART, PartState.STOPPED)
-    stand.begin(995.0)
+    stand.report(BAG_PART, PartState.RUNNING)
+    stand.tell()
+    stand.tasks.end_all()
     assert stand.replay.phase is ReplayPhase.SHOWN
     assert stand.tools.names() == ['start', 'follow', 'show']
-    now = sorted(stand.tools.folder.iterdir())
-    assert len(now) == 1 and now != first
+    assert stand.tools.copies == 2
+
+
+def test_a_moment_of_the_last_copy_is_shown_at_once(stand: Stand) -> None:
+    stand.begin()
+    stand.replay.leave()
+    stand.tasks.end_all()
+    stand.tools.names()
+    stand.client.taken()
+    stand.replay.show(985.0, stand.choice)
+    stand.tasks.end_all()
+    assert stand.client.taken() == [('seek', 15.0)]
+    assert stand.tools.names() == ['show'] and stand.tools.copies == 1
+    assert stand.replay.phase is ReplayPhase.SHOWN
+
+
+def test_with_other_devices_everything_is_prepared_anew(stand: Stand) -> None:
+    stand.begin()
+    stand.replay.leave()
+    stand.tasks.end_all()
+    stand.replay.show(985.0, replace(stand.choice, devices=()))
+    assert stand.replay.phase is ReplayPhase.PREPARING
+    stand.tasks.end_all()
+    assert stand.tools.copies == 2
 
 
 def test_left_while_it_is_prepared_it_stays_live(stand: Stand) -> None:

@@ -2,6 +2,7 @@
 """The second cell of an instant replay, which has a ROS master of its own."""
 from __future__ import annotations
 
+import os
 import threading
 import time
 from typing import Callable, Optional
@@ -21,6 +22,7 @@ from process_visualizer.ros_names import BAG_PLAYER, PLAYER_STATE_TOPIC, RVIZ
 from process_visualizer.rviz.window_geometry import Rectangle
 from process_visualizer.srv import ShowReplay
 
+_BAG = 'replay.bag'
 _SERVICE = f'/{RVIZ}/show_replay'
 _TIMEOUT_S = 10.0
 _START_S, _RETRY_S = 30.0, 0.1
@@ -51,7 +53,6 @@ class ReplayLink(QObject):
         self.player = PlayerClient(follow_now=False, master_uri=uri)
         self._show = ServiceConnection(_SERVICE, ShowReplay, _TIMEOUT_S, uri)
         self._follower: Optional[RemoteFollower] = None
-        self._count = 0
         self._stopping = threading.Event()
 
     def copy_memory(self) -> str:
@@ -59,9 +60,12 @@ class ReplayLink(QObject):
 
         Raises:
             RecorderError: it does not answer, or there is nothing.
+            OSError: the bag cannot be given its name.
         """
-        self._count += 1
-        return self._copy(self._cell.folder, f'replay_{self._count}')
+        self._leave_player()  # it plays the last copy
+        path = os.path.join(self._cell.folder, _BAG)
+        os.replace(self._copy(self._cell.folder, 'copied'), path)
+        return path
 
     def start(self, choice: Choice) -> None:
         """Start the cell, or change what it plays; see ReplayCell."""

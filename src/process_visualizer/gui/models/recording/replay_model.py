@@ -2,7 +2,6 @@
 """Instant replay: what happened some seconds ago, while the cell and its recording go on."""
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 from enum import Enum
 from typing import Any, Callable, Dict, Optional, Protocol, Tuple, Type
@@ -57,7 +56,8 @@ class ReplayTools(Protocol):
 class ReplayModel(QObject):
     """Shows a moment of the recorder's memory; ``playback`` moves on from there.
 
-    The memory is copied when a replay begins, so that what is looked at does not run out of it.
+    The memory is copied when a replay begins, so that what is looked at does not run out of it; who
+    returns to a moment that the last copy has sees it at once.
     The second cell starts with the first replay and stays, so that later ones come at once.
     Times are those of the recorder's clock [s].
     """
@@ -75,7 +75,7 @@ class ReplayModel(QObject):
         self._phase = ReplayPhase.LIVE
         self._choice: Optional[Choice] = None
         self._reports: Dict[str, PartReport] = {}
-        self._path = self._old_path = ''
+        self._path = ''
         self._begin_s = self._wanted_s = 0.0
         self._has_state = self._is_opening = self._is_started = False
 
@@ -99,7 +99,9 @@ class ReplayModel(QObject):
     def show(self, time_s: float, choice: Choice) -> None:
         """Go to a moment; ``choice`` is what runs."""
         self._wanted_s = time_s
-        if self.is_live:
+        if self.is_live and self._holds(time_s, choice):
+            self._begin_again()
+        elif self.is_live:
             self._begin(choice)
         elif self._has_state:
             self.playback.seek(time_s - self._begin_s)
@@ -154,22 +156,34 @@ class ReplayModel(QObject):
             self.playback.seek(self._wanted_s - self._begin_s)
         self._look_whether_ready()
 
+    def _holds(self, time_s: float, choice: Choice) -> bool:
+        """Whether the last copy has the moment, and everything still runs that shows it."""
+        states = [self._reports[part].state for part in (BAG_PART, RVIZ_PART)
+                  if part in self._reports]
+        return (self._has_state and states == 2 * [PartState.RUNNING] and self._choice is not None
+                and replace(choice, window=None) == replace(self._choice, window=None)
+                and self._begin_s <= time_s <= self._begin_s + self.playback.duration_s)
+
+    def _begin_again(self) -> None:
+        self._phase, self._is_opening = ReplayPhase.PREPARING, False
+        self.playback.seek(self._wanted_s - self._begin_s)
+        self._look_whether_ready()
+        self.changed.emit()
+
     def _begin(self, choice: Choice) -> None:
         self._phase, self._choice = ReplayPhase.PREPARING, choice
         self._has_state = self._is_opening = False
         self._is_started = True
-        self._old_path, self._path = self._path, ''
+        self._path = ''
         self.playback.forget_player()
         self._tasks.run(LINE, lambda: self._started(choice), self._take_path, self._fail)
         self.changed.emit()
 
     def _started(self, choice: Choice) -> str:
         """In the line of tasks."""
-        path, old = self._tools.copy_memory(), self._old_path
+        path = self._tools.copy_memory()
         self._tools.start(replace(choice, mode=Mode.PLAYBACK, rviz=RvizStart.OPTIONAL, bag=path,
                                   further_bags=(), left_out=(), is_replay=True))
-        if old:
-            os.unlink(old)
         return path
 
     def _take_path(self, path: str) -> None:
