@@ -98,7 +98,10 @@ def go_back(operator: Operator, replay: ReplayModel, ago_s: float = BACK_S) -> f
     assert operator.text('replay_state') == 'Preparing the replay…'
     operator.wait(lambda: replay.phase is ReplayPhase.SHOWN, 'the replay is shown', LAUNCH_S,
                   instead=operator.messages)
-    operator.wait(lambda: time.time() - replay.time_s > 0.8 * ago_s, 'the past')
+    shown_s = operator.window.live._end_s() + timeline.axis.time_s(place.x())
+    operator.wait(lambda: abs(replay.time_s - shown_s) < 0.02
+                  and replay.playback._state.sought is None, 'the past',
+                  instead=lambda: f'{replay.time_s - shown_s:.3f} s away')
     took_s = time.monotonic() - begin_s
     print(f'{took_s:.2f} s from the click to the replay')
     return took_s

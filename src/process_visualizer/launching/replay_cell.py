@@ -62,9 +62,9 @@ class ReplayCell:
             self._launched = LaunchedCell(self.folder, self._on_change, self._master.uri)
         ended = [report.part for report in self._launched.reports()
                  if report.state in (PartState.FAILED, PartState.STOPPED)]
-        playing, choice = [it for it in (BAG_PART,) if self._choice], replace(choice, window=None)
-        started = []
-        if choice != self._choice:
+        playing = [] if self._choice is None else [BAG_PART]
+        started, before = [], self._choice
+        if before is None or choice != replace(before, window=choice.window):
             started, self._choice = self._launched.change(generate_parts(choice)), choice
         for part in dict.fromkeys((*ended, *playing)):
             if part not in started:

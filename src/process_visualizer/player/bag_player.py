@@ -107,7 +107,7 @@ class BagPlayer:
         self._thread = threading.Thread(target=self._run, name='playback', daemon=True)
         self._reading = TopicReadingService(recording, self._topics)
         self._state = StatePublisher(self.state_message)
-        self._services = PlayerServices(self.control, self._state.update)
+        self._services: Optional[PlayerServices] = None
         self._pauses_beside_others = settings.pauses_beside_others
         self._watch = self._watch_others(settings.choice)
         self._watch.look()
@@ -140,6 +140,8 @@ class BagPlayer:
     def prepare(self, rate: float, start_s: Optional[float], loop: bool) -> None:
         """Set the rate, where to begin (None: at the beginning, backwards at the end), the loop.
 
+        From then on commands are taken.
+
         Raises:
             CommandRefused: the rest is too short for a loop.
             NothingToPlay: nothing is left.
@@ -152,6 +154,9 @@ class BagPlayer:
         if loop:
             self.control.set_loop(True, start_s or 0.0, end_s)
         self.control.seek((0.0 if rate > 0.0 else end_s) if start_s is None else start_s)
+        # a command that came before would have been undone by this one
+        self._services = PlayerServices(self.control, self._state.update)
+        self._state.begin()
 
     def wait_for_subscribers(self, delay_s: float, all_topics: bool) -> bool:
         """Wait for a time [s] and until every topic has a subscriber; False if quit meanwhile."""
@@ -207,7 +212,8 @@ class BagPlayer:
     def close(self) -> None:
         """End; published messages are still sent, if that does not take too long."""
         self._watch.close()
-        self._services.close()
+        if self._services is not None:
+            self._services.close()
         self._reading.close()
         if self._thread.is_alive():
             self._playback.close()

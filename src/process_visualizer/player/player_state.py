@@ -17,7 +17,7 @@ class StatePublisher:
     """A thread that publishes ~state, latched, and keeps the parameter of the rate up to date."""
 
     def __init__(self, state: Callable[[], PlayerState]) -> None:
-        """``state`` returns the message."""
+        """``state`` returns the message; nothing is published before ``begin``."""
         self._state = state
         self._publisher = rospy.Publisher('~state', PlayerState, latch=True, queue_size=10,
                                           tcp_nodelay=True)
@@ -25,6 +25,9 @@ class StatePublisher:
         self._closed = False
         self._rate = 0.0  # as the parameter has it
         self._thread = threading.Thread(target=self._run, name='player state', daemon=True)
+
+    def begin(self) -> None:
+        """Begin to publish: who receives a state may send commands."""
         self._thread.start()
 
     def update(self) -> None:
@@ -35,7 +38,8 @@ class StatePublisher:
         """Publish for the last time and end."""
         self._closed = True
         self._changed.set()
-        self._thread.join()
+        if self._thread.is_alive():
+            self._thread.join()
 
     def _run(self) -> None:
         while not self._closed:
