@@ -22,8 +22,10 @@ from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.main import make_application
 from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.app.window_keeper import WindowKeeper
+from process_visualizer.gui.models.recording.replay_model import ReplayPhase
 
 _PERIOD_MS = 20
+_REPLAYED_S = 8.0
 _RECORDED_S = 20.0
 _TYPOS = (('type="robot" name="ur_rt_lower"', 'type="robt" name="ur_rt_lower"'),
           ('0.09 1.90', '0.09 1,90'), ('record="False"', 'record="Flase"'))
@@ -46,6 +48,7 @@ class Photographer:
     def take_all(self) -> None:
         """Go through every state."""
         self._start()
+        self._replay()
         bag = self._real_time()
         self._problems()
         self._playback(bag)
@@ -94,6 +97,20 @@ class Photographer:
         self._let_a_node_die()
         self._quit()
         return str(next(Path(folder).glob('*.bag')))
+
+    def _replay(self) -> None:
+        """Look back; without the Kinect, whose images are much for a computer that draws itself."""
+        launcher, replay = self.launcher, self.launcher.replay
+        launcher.cell.tick('kinect', False)
+        self._click('launch')
+        self._until(lambda: launcher.live.window is not None
+                    and launcher.live.window.begin_s > 0.0, 120.0)
+        self.window.live.timeline.replay_wanted.emit(-_REPLAYED_S)
+        self._until(lambda: replay.phase is ReplayPhase.SHOWN, 120.0)
+        self._pause(6.0)
+        self._picture('replay', whole=True)
+        self._quit()
+        launcher.cell.tick('kinect', True)
 
     def _calibrate(self) -> None:
         self.window.panels.setCurrentWidget(self.window.calibration)

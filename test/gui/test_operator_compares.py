@@ -16,14 +16,20 @@ POOR_S = 27.0
 
 
 @pytest.fixture
-def operator(qtbot: Any) -> Iterator[Operator]:
+def bag(tmp_path: Path) -> str:
+    """Written before the window is there: the thread that writes is the window's."""
+    return write_bag(tmp_path, cycles=4, poor=2)
+
+
+@pytest.fixture
+def operator(bag: str, qtbot: Any) -> Iterator[Operator]:
     person = Operator(qtbot)
     yield person
     person.close()
 
 
-def test_from_a_poor_run_to_its_cause(operator: Operator, tmp_path: Path) -> None:
-    play(operator, write_bag(tmp_path, cycles=4, poor=2), tmp_path / 'cell.xml')
+def test_from_a_poor_run_to_its_cause(operator: Operator, bag: str, tmp_path: Path) -> None:
+    play(operator, bag, tmp_path / 'cell.xml')
     operator.window.panels.setCurrentWidget(operator.window.compare)
     operator.click('find_runs')
     runs = operator.widget('runs', QTreeWidget)

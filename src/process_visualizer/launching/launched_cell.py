@@ -20,14 +20,15 @@ class LaunchedCell:
     """
 
     def __init__(self, folder: str, on_change: OnChange,
-                 master_uri: Optional[str] = None) -> None:
+                 master_uri: Optional[str] = None, niceness: int = 0) -> None:
         """``folder`` receives the plan's files and the logs of the parts.
 
-        ``master_uri`` is of another master than that of this process.
+        ``master_uri`` is of another master than that of this process; see RoslaunchForks for
+        ``niceness``.
         """
         self._folder, self._master_uri = folder, master_uri
         self._on_change = on_change
-        self._forks = RoslaunchForks()
+        self._forks = RoslaunchForks(niceness)
         self._parts: Dict[str, LaunchedPart] = {}
 
     def prepare(self) -> List[int]:

@@ -17,6 +17,8 @@ from process_visualizer.launching.part_report import PartState
 from process_visualizer.launching.ros_master import RosMaster
 from process_visualizer.launching.run_record import RunRecord, new_run_folder
 
+_NICENESS = 10  # drivers and the recorder of the running cell come first
+
 
 class ReplayCell:
     """Starts when it is first needed, and stays until it is stopped.
@@ -59,7 +61,8 @@ class ReplayCell:
         """
         self._master.ensure()
         if self._launched is None:
-            self._launched = LaunchedCell(self.folder, self._on_change, self._master.uri)
+            self._launched = LaunchedCell(self.folder, self._on_change, self._master.uri,
+                                          _NICENESS)
         ended = [report.part for report in self._launched.reports()
                  if report.state in (PartState.FAILED, PartState.STOPPED)]
         playing = [] if self._choice is None else [BAG_PART]

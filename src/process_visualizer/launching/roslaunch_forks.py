@@ -26,7 +26,9 @@ class RoslaunchForks:
     whatever reason.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, niceness: int = 0) -> None:
+        """``niceness`` is that of all processes; above 0 others have precedence (see nice(1))."""
+        self._niceness = niceness
         self._record = RunRecord()
         self._server: Optional['subprocess.Popen[bytes]'] = None
         self._requests: Optional[socket.socket] = None
@@ -43,7 +45,8 @@ class RoslaunchForks:
         environment = {**os.environ, RUN_VARIABLE: self._record.run_id}
         with its:
             self._server = subprocess.Popen(
-                [sys.executable, '-u', '-m', _SERVER, str(its.fileno())], env=environment,
+                ['nice', '-n', str(self._niceness), sys.executable, '-u', '-m', _SERVER,
+                 str(its.fileno())], env=environment,
                 pass_fds=[its.fileno()], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
                 start_new_session=True, cwd='/')
         self._requests = ours

@@ -30,11 +30,12 @@ def parse(tmp_path: Path) -> Callable[[str], Cell]:
 def build(parse: Callable[[str], Cell], tmp_path: Path) -> Callable[..., ROSLaunchConfig]:
     """Builds the launch file of a configuration without models and loads it with roslaunch."""
     def build_text(text: str, mode: Mode = Mode.REALTIME, rviz: RvizStart = RvizStart.NONE,
-                   bag: 'str | None' = None, further_bags: 'tuple[str, ...]' = ()
-                   ) -> ROSLaunchConfig:
+                   bag: 'str | None' = None, further_bags: 'tuple[str, ...]' = (),
+                   is_replay: bool = False) -> ROSLaunchConfig:
         cell = parse(text)
         builder = LaunchFileBuilder(
-            Choice(cell, mode, cell.devices, rviz, bag, further_bags=further_bags), {}, {})
+            Choice(cell, mode, cell.devices, rviz, bag, further_bags=further_bags,
+                   is_replay=is_replay), {}, {})
         return load_text(builder.text(), tmp_path)
     return build_text
 

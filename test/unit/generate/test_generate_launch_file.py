@@ -275,6 +275,12 @@ def test_bag_player_of_a_split_recording(build: Build) -> None:
         '/a 0.bag', '/a 1.bag', '/a 2.bag', '--keep-alive']
 
 
+def test_a_replay_begins_paused_and_has_no_ghost(build: Build) -> None:
+    config = build(device(TOPICS), mode=Mode.PLAYBACK, bag='/a.bag', is_replay=True)
+    assert '--pause' in shlex.split(one_node(config, '/bag_player').args)
+    assert '/ghost' not in nodes(config)
+
+
 @pytest.mark.parametrize('mode, bag', [(Mode.REALTIME, '/a.bag'), (Mode.PLAYBACK, None)])
 def test_no_bag_player(mode: Mode, bag: 'str | None', build: Build) -> None:
     assert '/bag_player' not in nodes(build(device(TOPICS), mode=mode, bag=bag))

@@ -119,3 +119,11 @@ def test_default_part_of_bytes(tmp_path: Path) -> None:
 def test_missing_default_part(tmp_path: Path) -> None:
     with pytest.raises(OSError, match='none.rviz'):
         RVizConfig(str(tmp_path / 'none.rviz'), 'map')
+
+
+def test_a_replay_says_so() -> None:
+    config = RVizConfig(str(DEFAULT), 'map')
+    config.add_replay_band()
+    [band] = [it for it in content(config)['Visualization Manager']['Displays']
+              if it['Class'] == 'process_visualizer/ReplayBand']
+    assert band['State Topic'] == '/bag_player/state' and not band['Shown At Start']

@@ -126,6 +126,7 @@ class LivePanel(QWidget):
     def _follow_replay(self) -> None:
         if self._replay.is_live:
             self._curves.hold(False)
+        self._show()
         self._show_moment()
 
     def _show_moment(self) -> None:

@@ -170,11 +170,14 @@ class LiveTimeline(QWidget):
         return [(float(begin), float(end)) for begin, end in at_s.reshape(-1, 2)]
 
     def lane_texts(self, row: int) -> LaneTexts:
-        """Return a lane's newest value, the one at the mouse, and their difference."""
-        lane, at_mouse = self.stack.lanes[row], None
-        if self._hover_x is not None and self._duration_s > 0.0:
-            at_mouse = lane.at(1.0 + self.axis.time_s(self._hover_x) / self._duration_s)
-        return lane_texts(lane, self.stack.pictures.scale(row).span, self._values[row], at_mouse)
+        """Return a lane's value in the scene, the one at the mouse, and their difference."""
+        lane, value, at_mouse = self.stack.lanes[row], self._values[row], None
+        if self._duration_s > 0.0:
+            if self._hover_x is not None:
+                at_mouse = lane.at(1.0 + self.axis.time_s(self._hover_x) / self._duration_s)
+            if self._replay_s is not None:
+                value = lane.at(max(1.0 + self._replay_s / self._duration_s, 0.0))
+        return lane_texts(lane, self.stack.pictures.scale(row).span, value, at_mouse)
 
     # The mouse
 
