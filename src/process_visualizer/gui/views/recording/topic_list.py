@@ -48,15 +48,16 @@ class TopicList(QWidget):
         self.rebuild()
 
     def rebuild(self) -> None:
-        """Rebuild the list of topics."""
+        """Rebuild the list of topics: the view asks about an item only once it is complete."""
         self._tree.blockSignals(True)
         self._tree.clear()
         self._items = {}
         parents: Dict[str, QTreeWidgetItem] = {}
         for row in self._choices.topics:
             if row.device not in parents:
-                parents[row.device] = _device_item(self._tree, row.device)
+                parents[row.device] = _device_item(row.device)
             self._items[row.name] = _topic_item(parents[row.device], row)
+        self._tree.addTopLevelItems(list(parents.values()))
         self._tree.expandAll()
         self._tree.blockSignals(False)
         self._is_locked = False
@@ -146,9 +147,7 @@ def rate_or_silence(row: TopicRow) -> str:
 
 
 def _show(item: QTreeWidgetItem, row: TopicRow) -> None:
-    state = Qt.Checked if row.is_ticked else Qt.Unchecked
-    if item.checkState(_NAME) != state:
-        item.setCheckState(_NAME, state)
+    item.setCheckState(_NAME, Qt.Checked if row.is_ticked else Qt.Unchecked)
     text = rate_or_silence(row)
     if item.text(_RATE) != text:
         item.setText(_RATE, text)
@@ -159,8 +158,8 @@ def _show(item: QTreeWidgetItem, row: TopicRow) -> None:
     item.setToolTip(_NAME, f'{row.name}{lost}')
 
 
-def _device_item(tree: QTreeWidget, device: str) -> QTreeWidgetItem:
-    item = QTreeWidgetItem(tree, [device])
+def _device_item(device: str) -> QTreeWidgetItem:
+    item = QTreeWidgetItem([device])
     item.setFlags(Qt.ItemIsEnabled | Qt.ItemIsUserCheckable | Qt.ItemIsAutoTristate)
     font = item.font(_NAME)
     font.setBold(True)
@@ -171,9 +170,9 @@ def _device_item(tree: QTreeWidget, device: str) -> QTreeWidgetItem:
 def _topic_item(parent: QTreeWidgetItem, row: TopicRow) -> QTreeWidgetItem:
     item = QTreeWidgetItem(parent, [row.name.lstrip('/')])
     item.setFlags(Qt.ItemIsEnabled | Qt.ItemIsUserCheckable | Qt.ItemNeverHasChildren)
-    item.setCheckState(_NAME, Qt.Checked if row.is_ticked else Qt.Unchecked)
     item.setData(_NAME, Qt.UserRole, row.name)
     item.setTextAlignment(_RATE, int(Qt.AlignRight | Qt.AlignVCenter))
+    _show(item, row)
     return item
 
 
