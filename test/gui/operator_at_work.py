@@ -53,7 +53,7 @@ class Operator:
         self._watchdog = Watchdog(self._watched)
         self._began = processor_times()
         self._wait = ProcessorWait()
-        self._begin_s, self._waited_before_s = time.monotonic(), self._wait.seconds()
+        self._begin_s, self._waited_before_s = time.monotonic(), self._wait.times().waited_s
         self.launcher = Launcher()
         settings = Settings()
         self.window = LauncherApp(self.launcher, settings)
@@ -159,7 +159,7 @@ class Operator:
 
     def _is_disturbed(self) -> bool:
         """Whether others took the processors: then everything waits, the X server too."""
-        waited_s = self._wait.seconds() - self._waited_before_s
+        waited_s = self._wait.times().waited_s - self._waited_before_s
         waited = waited_s / (time.monotonic() - self._begin_s)
         stolen = stolen_share(self._began, processor_times())
         print(f'the window waited for a processor {waited:.1%} of the time, stolen {stolen:.2%}')
@@ -187,7 +187,8 @@ def own_ms(block: Entry) -> float:
 def described(block: Entry) -> str:
     """The block as a text."""
     return (f'{own_ms(block):.0f} ms ({block["blocked_ms"]} between beats, {block["waited_ms"]} '
-            f'waiting for a processor, {block["computed_ms"]} computed): {block["stack"]}')
+            f'waiting for a processor, {block["ran_ms"]} run, {block["computed_ms"]} computed): '
+            f'{block["stack"]}')
 
 
 def is_the_windows(block: Entry) -> bool:

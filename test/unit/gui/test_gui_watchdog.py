@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import threading
 import time
 from pathlib import Path
 
 import pytest
 from PyQt5.QtCore import QObject
 
+from process_visualizer.gui.app.processor_wait import ProcessorTimes, ProcessorWait
 from process_visualizer.gui.app.watchdog import VARIABLE, Watchdog, read_report, watch_if_wanted
 
 
@@ -61,3 +63,27 @@ def test_only_if_it_is_wanted(qtbot, file, monkeypatch):
     watchdog = watch_if_wanted(parent)
     assert watchdog is not None
     watchdog.close()
+
+
+@pytest.mark.parametrize('ran_s, waited_s, other_s, kept_s', [
+    (0.3, 0.0, 0.5, 0.0),  # it computed: who waited meanwhile did not hold it up
+    (0.1, 0.2, 0.0, 0.2),
+    (0.0, 0.0, 0.2, 0.2),  # it slept for 0.3 s, and 0.2 s of it another one waited
+    (0.1, 0.1, 0.9, 0.2),  # never more than it slept
+])
+def test_what_kept_the_thread_waiting(ran_s, waited_s, other_s, kept_s):
+    before = ProcessorTimes(1.0, 2.0, {7: 3.0, 8: 4.0})
+    after = ProcessorTimes(1.0 + ran_s, 2.0 + waited_s, {7: 3.0, 8: 4.0 + other_s, 9: 5.0})
+    assert after.kept_waiting_s(before, 0.3) == pytest.approx(kept_s)
+
+
+def test_threads_that_begin_and_end_are_followed():
+    times = ProcessorWait()
+    before = times.times()
+    for _ in range(60):
+        thread = threading.Thread(target=sum, args=(range(1000),))
+        thread.start()
+        thread.join()
+        times.times()
+    assert times.times().ran_s > before.ran_s
+    times.close()

@@ -14,7 +14,7 @@ from typing import Deque, Dict, List, NamedTuple, Optional, Union
 
 from PyQt5.QtCore import QObject, Qt, QTimer
 
-from process_visualizer.gui.app.processor_wait import ProcessorWait
+from process_visualizer.gui.app.processor_wait import ProcessorTimes, ProcessorWait
 
 VARIABLE = 'PROCESS_VISUALIZER_WATCHDOG'
 LIMIT_S = 0.05
@@ -27,10 +27,11 @@ class Watchdog(QObject):
     """Watches from another thread regular beats of the GUI thread, and logs its blocks.
 
     The time between two beats is at most 10 ms more than the thread was blocked. The time that it
-    waited for a processor, as counted by the kernel, is separate. The file has a line of JSON for
-    each block (``blocked_ms``, ``waited_ms``, ``computed_ms`` by all threads of the program,
-    ``at`` in s since the epoch, ``stack``) and at the end one with ``longest_ms``,
-    ``longest_own_ms`` (without the wait), ``beats``, ``blocks``.
+    waited for a processor, or for a thread of the program that did, as counted by the kernel, is
+    separate. The file has a line of JSON for each block (``blocked_ms``, ``waited_ms``, ``ran_ms``
+    by the thread, ``computed_ms`` by all threads of the program, ``at`` in s since the epoch,
+    ``stack``) and at the end one with ``longest_ms``, ``longest_own_ms`` (without the wait),
+    ``beats``, ``blocks``.
     """
 
     def __init__(self, file: str, limit_s: float = LIMIT_S,
@@ -40,7 +41,8 @@ class Watchdog(QObject):
         self._limit_s = limit_s
         self._gui_thread = threading.get_ident()
         self._wait = ProcessorWait()
-        self._beat_s = self._waited_s = self._computed_s = 0.0
+        self._beat_s = self._computed_s = 0.0
+        self._times = ProcessorTimes()
         self._longest_s = self._longest_own_s = 0.0
         self._beats = self._blocks = 0
         self._seen: Optional[float] = None  # the beat after which the stack was taken
@@ -71,22 +73,23 @@ class Watchdog(QObject):
         self._write()
 
     def _beat(self) -> None:
-        now_s, waited_s, computed_s = time.monotonic(), self._wait.seconds(), time.process_time()
+        now_s, times, computed_s = time.monotonic(), self._wait.times(), time.process_time()
         if self._beats:
-            self._note(now_s - self._beat_s, waited_s - self._waited_s,
-                       computed_s - self._computed_s)
+            blocked_s = now_s - self._beat_s
+            self._note(blocked_s, times.kept_waiting_s(self._times, blocked_s),
+                       times.ran_s - self._times.ran_s, computed_s - self._computed_s)
         self._beats += 1
-        self._beat_s, self._waited_s, self._computed_s = now_s, waited_s, computed_s
+        self._beat_s, self._times, self._computed_s = now_s, times, computed_s
 
-    def _note(self, blocked_s: float, waited_s: float, computed_s: float) -> None:
+    def _note(self, blocked_s: float, waited_s: float, ran_s: float, computed_s: float) -> None:
         self._longest_s = max(self._longest_s, blocked_s)
         self._longest_own_s = max(self._longest_own_s, blocked_s - waited_s)
         if blocked_s > self._limit_s:
             self._blocks += 1
             stack = self._taken_stack() if self._seen == self._beat_s else ''
             self._entries.append({'blocked_ms': _ms(blocked_s), 'waited_ms': _ms(waited_s),
-                                  'computed_ms': _ms(computed_s), 'at': round(time.time(), 3),
-                                  'stack': stack})
+                                  'ran_ms': _ms(ran_s), 'computed_ms': _ms(computed_s),
+                                  'at': round(time.time(), 3), 'stack': stack})
 
     def _watch(self) -> None:
         while not self._end.wait(self._limit_s / 2):
