@@ -2,6 +2,7 @@
 """The curves of the running cell: model and panel, with a recorder's memory in a list."""
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import Any, List, Sequence, Tuple
 
@@ -136,6 +137,17 @@ def test_it_is_held_and_goes_on(stand: Stand) -> None:
     stand.come(stand.parts[2])
     assert stand.model.window is not held
     assert stand.timeline.stack.lanes[2].at(0.6) == 0.0  # nothing was lost meanwhile
+
+
+def test_the_present_moves_away_from_curves_that_stand_still(stand: Stand) -> None:
+    stand.come(stand.parts[0])
+    assert stand.timeline.time_text(0.0, 0) == 'now'
+    ago_s = time.time() - stand.panel._end_s()
+    QTest.mouseClick(stand.panel.hold, Qt.LeftButton)
+    shown_s = -float(stand.timeline.time_text(-2.0, 2).split()[0].replace('−', '-'))
+    assert stand.panel._clock.isActive() and shown_s == pytest.approx(ago_s + 2.0, abs=5.0)
+    QTest.mouseClick(stand.panel.hold, Qt.LeftButton)
+    assert stand.timeline.time_text(0.0, 0) == 'now' and not stand.panel._clock.isActive()
 
 
 def test_nobody_who_does_not_look_is_read_to(stand: Stand) -> None:

@@ -6,7 +6,7 @@ import time
 from dataclasses import replace
 from typing import Dict, Optional
 
-from PyQt5.QtCore import pyqtSignal
+from PyQt5.QtCore import QTimer, pyqtSignal
 from PyQt5.QtGui import QHideEvent, QShowEvent
 from PyQt5.QtWidgets import QComboBox, QFrame, QLabel, QToolButton, QVBoxLayout, QWidget
 
@@ -23,6 +23,7 @@ from process_visualizer.gui.views.playback.curves_dialog import CurvesDialog
 from process_visualizer.gui.views.playback.timeline_lanes import Lane, lane_label, lane_of
 
 _IDLE = 'Launch the devices: their process variables are drawn here while they run.'
+_CLOCK_MS = 500
 _WAITING = 'Waiting for the first values…'
 
 
@@ -53,6 +54,8 @@ class LivePanel(QWidget):
         self.hold.setToolTip('Let the curves stand still to look at them; nothing is lost')
         self.timeline = LiveTimeline()
         self.replay = ReplayBar(replay, time.time)
+        self._clock = QTimer(self, interval=_CLOCK_MS)
+        self._clock.timeout.connect(self._show_age)
         self._lay_out()
         self.durations.activated.connect(
             lambda row: curves.set_duration(float(self.durations.itemData(row))))
@@ -94,11 +97,20 @@ class LivePanel(QWidget):
         self.hold.setEnabled(window is not None)
         self.hold.setChecked(curves.is_held)
         self.state.setText(self._state())
+        self._show_age()
         if window is None:
             self._lanes = {}
             self.timeline.show_lanes(0.0, (), (), (), 0.0)
         else:
             self._show_window(window)
+
+    def _show_age(self) -> None:
+        """While the curves stand still, the present moves away from their right end."""
+        stands = self._curves.window is not None and (
+            self._curves.is_held or not self._curves.is_running)
+        if stands != self._clock.isActive():
+            self._clock.start() if stands else self._clock.stop()
+        self.timeline.show_age(time.time() - self._end_s() if stands else 0.0)
 
     def _state(self) -> str:
         curves = self._curves

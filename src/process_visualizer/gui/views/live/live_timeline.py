@@ -58,6 +58,7 @@ class LiveTimeline(QWidget):
         super().__init__(parent)
         self._duration_s = 0.0
         self._replay_s: Optional[float] = None
+        self._age_s = 0.0
         self._values: Tuple[float, ...] = ()
         self._marks: Tuple[PlacedMark, ...] = ()
         self._hover_x: Optional[float] = None
@@ -90,6 +91,12 @@ class LiveTimeline(QWidget):
         if time_s != self._replay_s:
             self._replay_s = time_s
             self.update()
+
+    def show_age(self, age_s: float) -> None:
+        """Show how long ago [s] the right end was: above 0 while the curves stand still."""
+        if round(age_s) != round(self._age_s):
+            self.update()
+        self._age_s = age_s
 
     @property
     def axis(self) -> TimeAxis:
@@ -134,7 +141,7 @@ class LiveTimeline(QWidget):
             self._draw_moment(painter, axis, bottom)
         if self._hover_x is not None:
             time_s = axis.time_s(self._hover_x)
-            header.draw_hover(painter, axis, time_s, _before_now(time_s, 2), bottom)
+            header.draw_hover(painter, axis, time_s, self.time_text(time_s, 2), bottom)
         self.stack.draw_texts(painter, axis, event.rect(), self.lane_texts)
         painter.end()
 
@@ -157,7 +164,11 @@ class LiveTimeline(QWidget):
             left = max(x - (_TICK_PX + 5.0 if is_last else _TICK_PX / 2), 1.0)
             place = Qt.AlignRight if is_last else Qt.AlignHCenter
             painter.drawText(QRectF(left, AXIS_TOP + 2, _TICK_PX, AXIS_HEIGHT - 2),
-                             place | Qt.AlignVCenter, _before_now(time_s, 0))
+                             place | Qt.AlignVCenter, self.time_text(time_s, 0))
+
+    def time_text(self, time_s: float, decimals: int) -> str:
+        """Return in words how long before the present a time on the axis is."""
+        return _before_now(time_s - self._age_s, decimals)
 
     def alarms(self) -> List[Tuple[float, float]]:
         """Return when [s, s] some value was beyond its limits; the present is 0."""
