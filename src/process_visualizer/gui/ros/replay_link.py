@@ -55,6 +55,16 @@ class ReplayLink(QObject):
         self._follower: Optional[RemoteFollower] = None
         self._stopping = threading.Event()
 
+    @property
+    def master_uri(self) -> str:
+        """The address of its master."""
+        return self._cell.master_uri
+
+    @property
+    def folder(self) -> str:
+        """Where what it plays is."""
+        return self._cell.folder
+
     def copy_memory(self) -> str:
         """Write what the recorder has in memory into a bag; return its path.
 

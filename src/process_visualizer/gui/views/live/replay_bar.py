@@ -36,6 +36,7 @@ class ReplayBar(QWidget):
             self._button('step_forward', 'One step forward  (right arrow, or .)',
                          lambda: playback.step(1)))
         self.rate = RateBox(playback)
+        self.rate.setObjectName('replay_rate')
         self.back = QPushButton('Back to live')
         self.back.setObjectName('back_to_live')
         self.back.setToolTip('Show what happens now  (Esc)')
