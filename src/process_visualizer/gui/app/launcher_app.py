@@ -43,7 +43,7 @@ from process_visualizer.gui.views.cell.tool_notice import ToolNotice
 from process_visualizer.gui.views.cell.warnings_view import WarningsView
 from process_visualizer.gui.views.comparison.compare_panel import ComparePanel
 from process_visualizer.gui.views.live.live_panel import LivePanel
-from process_visualizer.gui.views.parts.column_scroll import ColumnScroll
+from process_visualizer.gui.views.parts.column_scroll import Column, ColumnScroll
 from process_visualizer.gui.views.parts.labels import title, tool_button
 from process_visualizer.gui.views.parts.panel_tabs import PanelTabs
 from process_visualizer.gui.views.playback.playback_panel import PlaybackPanel
@@ -103,7 +103,7 @@ class LauncherApp(QMainWindow):
         self.panels.addTab(self._mode_panels, 'Recording')
         self.panels.addTab(self.calibration, 'Calibration')
         self.panels.addTab(self.compare, 'Compare')
-        body = QWidget()
+        body = Column()
         layout = QVBoxLayout(body)
         layout.setContentsMargins(_MARGIN, _MARGIN, _MARGIN, _MARGIN)
         layout.addWidget(self.alarms)
