@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Iterator, List, Optional, Sequence, Set
 
 import pytest
+import rospy
 from operator_at_work import Operator, nodes, processes, registrations
 from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtWidgets import QDoubleSpinBox, QTreeWidget
@@ -18,6 +19,7 @@ from process_visualizer.gui.models.recording.recording_types import Phase
 from process_visualizer.gui.ros.snapshots import DisplaySnapshot, PlayerSnapshot
 from process_visualizer.gui.views.cell.devices_view import DevicesView
 from process_visualizer.gui.views.live.live_timeline import LiveTimeline
+from process_visualizer.ros_names import PLAYBACK_RATE
 from process_visualizer.rviz.window_geometry import Rectangle
 
 CONFIG = str(Path(__file__).parents[2] / 'sewing_cell' / 'devices' / 'simulated.xml')
@@ -327,6 +329,7 @@ def to_live_and_back(operator: Operator, player: Player) -> None:
     operator.wait(lambda: operator.text('status').startswith(REALTIME), 'live', LAUNCH_S)
     assert {'/simulator', '/bag_recorder'} <= operator.beside(nodes)
     assert '/bag_player' not in operator.beside(nodes)
+    assert before.rate < 0.0 and operator.beside(lambda: rospy.get_param(PLAYBACK_RATE)) == 1.0
     live = operator.launcher.live
     operator.wait(lambda: live.window is not None and bool(live.window.curves), 'live curves')
     operator.click('playback')
