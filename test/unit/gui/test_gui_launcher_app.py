@@ -14,6 +14,7 @@ from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.views.parts.column_scroll import ColumnScroll
+from process_visualizer.gui.views.parts.current_page import CurrentPage
 from process_visualizer.rviz.screen_layout import LEAST_LAUNCHER_PX
 
 DEVICES = ''.join(f'<device type="other" name="oven_{number}"/>' for number in range(8))
@@ -76,6 +77,18 @@ def test_nothing_is_scrolled_to_before_everything_has_given_way(window: Launcher
         qtbot.waitUntil(lambda: area.height() <= height)
         QApplication.processEvents()
         assert (area.verticalScrollBar().maximum() > 0) is is_scrolled
+
+
+def test_a_page_that_is_not_shown_needs_no_height(qtbot: Any) -> None:
+    pages = CurrentPage()
+    qtbot.addWidget(pages)
+    for height in (50, 300):
+        page = QLabel()
+        page.setMinimumSize(height, height)
+        pages.addWidget(page)
+    assert (pages.minimumSizeHint().width(), pages.minimumSizeHint().height()) == (300, 50)
+    pages.setCurrentIndex(1)
+    assert pages.minimumSizeHint().height() == 300
 
 
 def test_only_the_page_that_is_shown_needs_room(window: LauncherApp) -> None:

@@ -12,7 +12,6 @@ from PyQt5.QtWidgets import (
     QInputDialog,
     QLabel,
     QMainWindow,
-    QStackedWidget,
     QVBoxLayout,
     QWidget,
 )
@@ -44,6 +43,7 @@ from process_visualizer.gui.views.cell.warnings_view import WarningsView
 from process_visualizer.gui.views.comparison.compare_panel import ComparePanel
 from process_visualizer.gui.views.live.live_panel import LivePanel
 from process_visualizer.gui.views.parts.column_scroll import Column, ColumnScroll
+from process_visualizer.gui.views.parts.current_page import CurrentPage
 from process_visualizer.gui.views.parts.labels import title, tool_button
 from process_visualizer.gui.views.parts.panel_tabs import PanelTabs
 from process_visualizer.gui.views.playback.playback_panel import PlaybackPanel
@@ -96,7 +96,7 @@ class LauncherApp(QMainWindow):
     # Layout
 
     def _lay_out(self) -> None:
-        self._mode_panels = QStackedWidget()
+        self._mode_panels = CurrentPage()
         self._mode_panels.addWidget(self.recording)
         self._mode_panels.addWidget(self.playback)
         self.panels = PanelTabs()
