@@ -11,7 +11,8 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import List, Tuple
+from typing import Any, List, Tuple, cast
+from unittest.mock import Mock
 
 import rospy
 from PyQt5.QtCore import QEventLoop, QTimer
@@ -22,7 +23,9 @@ from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.clients.recorder_memory import RecorderMemory
 from process_visualizer.gui.app.main import make_application
 from process_visualizer.gui.models.playback.lane_choices import LaneChoices
+from process_visualizer.gui.models.playback.playback_model import PlaybackModel
 from process_visualizer.gui.models.recording.live_curves_model import DURATIONS_S, LiveCurvesModel
+from process_visualizer.gui.models.recording.replay_model import ReplayModel
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.gui.views.live.live_panel import LivePanel
 
@@ -98,7 +101,8 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder:
             cell = XmlParser().parse(configuration(Path(folder)))
         model = LiveCurvesModel(tasks, RecorderMemory())
-        panel = LivePanel(model, LaneChoices())
+        replay = ReplayModel(tasks, PlaybackModel(tasks, cast(Any, Mock())), cast(Any, Mock()), ())
+        panel = LivePanel(model, LaneChoices(), replay)
         panel.resize(1500, 900)
         panel.show()
         model.set_devices(cell.devices)

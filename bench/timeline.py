@@ -5,7 +5,8 @@ usage: bench/run timeline [--pyqtgraph FOLDER]
 
 Seven curves of an hour are zoomed in on and out of again, in steps as of a touchpad. Until a step
 is completely drawn, the time of the window's thread is counted (that of the processor, which other
-programs do not change), and the longest turn of the event loop. With the folder of a pyqtgraph
+programs do not change), and the longest turn of the event loop; the same with the curves overlaid
+in two lanes. With the folder of a pyqtgraph
 (``pip install --target FOLDER pyqtgraph``), it draws the same curves in turn with the timeline.
 """
 from __future__ import annotations
@@ -13,12 +14,14 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from dataclasses import replace
 from typing import Any, Callable, Dict, List, NamedTuple, Tuple, cast
 from unittest.mock import Mock
 
 import numpy as np
 from PyQt5.QtWidgets import QApplication, QWidget
 
+from process_visualizer.gui.models.playback.lane_choices import LaneChoices
 from process_visualizer.gui.models.playback.playback_model import PlaybackModel
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 from process_visualizer.gui.toolkit.shown_time import whole
@@ -53,16 +56,24 @@ def lanes() -> List[Lane]:
     return found
 
 
-def timeline(tasks: Tasks) -> Shown:
+def timeline(tasks: Tasks, shown: List[Lane]) -> Shown:
     """The launcher's own timeline."""
     model = PlaybackModel(tasks, cast(Any, Mock()), RuntimeError, time.monotonic)
-    view = TimelineView(model, lambda _key: 1.0)
+    view = TimelineView(model, lambda _key: 1.0, LaneChoices())
     view.set_recording(_LENGTH_S)
-    view.set_lanes(lanes())
+    view.set_lanes(shown)
     model.take_state(PlayerSnapshot(
         stamp_s=0.0, begin_s=0.0, duration_s=_LENGTH_S, position_s=_AROUND_S, rate=1.0,
         achieved_rate=0.0, paused=True, segment=1, files=('/a.bag',)))
     return Shown(view, view.zoom.show_part, lambda: view.stack.is_drawn)
+
+
+def overlaid() -> List[Lane]:
+    """The same curves, three and four in a lane, of which two have scales of their own."""
+    first, *others = lanes()
+    others = [replace(it, unit='m' if number % 3 == 0 else 'N') for number, it in enumerate(others)]
+    return [replace(first, overlaid=tuple(others[:2])),
+            replace(others[2], overlaid=tuple(others[3:]))]
 
 
 def pyqtgraph_plots() -> Shown:
@@ -112,12 +123,13 @@ def main() -> None:
     app = QApplication([])
     apply_style(app)
     tasks = Tasks()
-    kinds: Dict[str, Shown] = {'timeline': timeline(tasks)}
+    kinds: Dict[str, Shown] = {'timeline': timeline(tasks, lanes()),
+                               'overlaid': timeline(tasks, overlaid())}
     if options.pyqtgraph:
         sys.path.append(options.pyqtgraph)
         kinds['pyqtgraph'] = pyqtgraph_plots()
     print(f'{"drawn by":<12}{"width px":>9}{"median ms":>11}{"95 % ms":>9}{"longest turn ms":>17}')
-    for width in (390, 1200):
+    for width in (390, 1200, 1900):
         for _ in range(_ROUNDS):
             for name, shown in kinds.items():
                 _print(name, shown, width)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Iterator, List, Optional, Sequence, Set
 
 import pytest
+import rospy
 from operator_at_work import Operator, nodes, processes, registrations
 from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtWidgets import QDoubleSpinBox, QTreeWidget
@@ -18,6 +19,7 @@ from process_visualizer.gui.models.recording.recording_types import Phase
 from process_visualizer.gui.ros.snapshots import DisplaySnapshot, PlayerSnapshot
 from process_visualizer.gui.views.cell.devices_view import DevicesView
 from process_visualizer.gui.views.live.live_timeline import LiveTimeline
+from process_visualizer.ros_names import PLAYBACK_RATE
 from process_visualizer.rviz.window_geometry import Rectangle
 
 CONFIG = str(Path(__file__).parents[2] / 'sewing_cell' / 'devices' / 'simulated.xml')
@@ -73,8 +75,9 @@ def test_session(operator: Operator, tmp_path: Path) -> None:
     save_the_view(operator)
     follow_the_curves(operator)
     bag = record(operator, tmp_path)
-    quit_all(operator)
+    shown_by = operator.beside(shown_by_whom)
     play_back(operator, bag)
+    assert operator.beside(shown_by_whom) == shown_by != set()
     pause_and_play(operator, player)
     step(operator, player)
     scrub(operator, player)
@@ -82,6 +85,8 @@ def test_session(operator: Operator, tmp_path: Path) -> None:
     loop(operator, player)
     leave_a_topic_out(operator, player)
     backwards(operator, player)
+    to_live_and_back(operator, player)
+    assert operator.beside(shown_by_whom) == shown_by
     quit_all(operator)
     operator.close()
     assert {it for it in processes('GUI_TEST_MARK') if 'Xvfb' not in it} == set()
@@ -198,10 +203,10 @@ def quit_all(operator: Operator) -> None:
 
 
 def play_back(operator: Operator, bag: str) -> None:
-    operator.click('playback')
+    """While the cell runs: only what differs is stopped and started."""
     operator.launcher.bag.open([bag])
     operator.wait(lambda: operator.launcher.bag.path == bag, 'the bag is read')
-    operator.click('launch')
+    operator.click('playback')
     operator.wait(lambda: operator.text('status').startswith('In playback mode.'), 'playback',
                   LAUNCH_S)
     found = operator.beside(nodes)
@@ -315,3 +320,18 @@ def backwards(operator: Operator, player: Player) -> None:
     assert 'backwards' in operator.text('status')
     operator.press(Qt.Key_Space)
     player.wait(lambda it: it.paused, 'paused')
+
+
+def to_live_and_back(operator: Operator, player: Player) -> None:
+    """One click each way; playback goes on at the same place."""
+    before = player.next()
+    operator.click('realtime')
+    operator.wait(lambda: operator.text('status').startswith(REALTIME), 'live', LAUNCH_S)
+    assert {'/simulator', '/bag_recorder'} <= operator.beside(nodes)
+    assert '/bag_player' not in operator.beside(nodes)
+    assert before.rate < 0.0 and operator.beside(lambda: rospy.get_param(PLAYBACK_RATE)) == 1.0
+    live = operator.launcher.live
+    operator.wait(lambda: live.window is not None and bool(live.window.curves), 'live curves')
+    operator.click('playback')
+    player.wait(lambda it: it.paused and it.rate == before.rate
+                and abs(it.position_s - before.position_s) < 0.01, 'the same place')

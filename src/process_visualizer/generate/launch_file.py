@@ -114,8 +114,6 @@ class LaunchFileBuilder:
         return root
 
     def _frames(self, root: Tag) -> None:
-        root.add('param', {
-            'name': PLAYBACK_RATE, 'type': 'double', 'value': '1.0'})
         root.comment('base frames and force frames of all devices')
         self._processor(root, ProcessorNode(
             PACKAGE, CELL_FRAMES, CELL_FRAMES,
@@ -189,6 +187,7 @@ class LaunchFileBuilder:
 
     def _recorder(self, root: Tag) -> None:
         root.comment("the recorder: keeps the last seconds of the devices' topics in memory")
+        self._rate(root)
         node = root.add('node', {'pkg': PACKAGE, 'type': BAG_RECORDER, 'name': BAG_RECORDER,
                                  'output': 'screen'})
         node.add('param', {'name': 'configuration',
@@ -201,12 +200,18 @@ class LaunchFileBuilder:
             root.comment('no topic of a device is left: nothing of the recording is played')
             return
         root.comment("the recording, restricted to the devices' own topics")
+        self._rate(root)
         root.add('node', {
             'pkg': PACKAGE, 'type': BAG_PLAYER, 'name': BAG_PLAYER,
             'output': 'screen',
             'args': ' '.join([*map(shlex.quote, bags), '--keep-alive', '--quiet', '--others',
                               'pause', *['--pause'] * self._choice.is_replay, '--topics',
                               *topics])})
+
+    @staticmethod
+    def _rate(root: Tag) -> None:
+        """Set the rate at which things happen; the last player may have left its own."""
+        root.add('param', {'name': PLAYBACK_RATE, 'type': 'double', 'value': '1.0'})
 
     def _rviz(self, root: Tag) -> None:
         start = self._choice.rviz
@@ -232,8 +237,11 @@ def urdf_file(device: Device) -> str:
 
 
 def has_ghost(choice: Choice, descriptions: Mapping[str, RobotDescription]) -> bool:
-    """Whether robots of another run can be drawn beside those of this one."""
-    return choice.mode is Mode.PLAYBACK and not choice.is_replay and any(
+    """Whether robots of another run can be drawn beside those of this one.
+
+    In both modes, so that RViz and the frames keep running when the mode is changed.
+    """
+    return not choice.is_replay and any(
         it.type is DeviceType.ROBOT and it.name in descriptions for it in choice.devices)
 
 

@@ -40,6 +40,7 @@ class StatePublisher:
         self._changed.set()
         if self._thread.is_alive():
             self._thread.join()
+            self._follow_rate(1.0)  # what comes then is live, or another recording
 
     def _run(self) -> None:
         while not self._closed:

@@ -75,9 +75,16 @@ def cell_of(*devices: Device) -> Cell:
 def test_program_parts_of_an_empty_cell(build: Build) -> None:
     config = build(device(''))
     assert node_names(config) == ['/cell_frames', '/scene_watch']
-    assert parameters(config) == {'process_visualizer/playback_rate': 1.0,
-                                  'cell_frames/frames': [], 'scene_watch/devices': [],
+    assert parameters(config) == {'cell_frames/frames': [], 'scene_watch/devices': [],
                                   'scene_watch/frame': 'world'}
+
+
+@pytest.mark.parametrize('mode, bag', [(Mode.REALTIME, None), (Mode.PLAYBACK, '/a.bag')])
+def test_what_records_or_plays_begins_at_the_rate_of_1(mode: Mode, bag: 'str | None',
+                                                       build: Build) -> None:
+    """The last player may have left another one."""
+    config = build(device(TOPICS), mode=mode, bag=bag)
+    assert parameters(config)['process_visualizer/playback_rate'] == 1.0
 
 
 def test_machine(build: Build) -> None:

@@ -114,15 +114,16 @@ def test_nothing_is_opened_during_a_recording(window: LauncherApp, tmp_path: Pat
     monkeypatch.undo()
 
 
-def test_a_cell_that_runs_is_quit_only_if_that_is_wanted(window: LauncherApp, bags: List[str],
+def test_a_cell_that_runs_is_left_only_if_that_is_wanted(window: LauncherApp, bags: List[str],
                                                          monkeypatch: pytest.MonkeyPatch) -> None:
     launch, quit_calls = window._launcher.launch, []
     monkeypatch.setattr(launch, 'phase', Phase.RUNNING)
     monkeypatch.setattr(launch, 'quit', lambda: quit_calls.append(True))
     drop_files(window, bags)
     question = window.findChild(QMessageBox, 'question')
-    assert question.text() == 'Quit all nodes, and play seam_0.bag?'
+    assert question.text() == 'Leave real-time mode, and play seam_0.bag?'
     assert (quit_calls, window._launcher.bag.is_loading) == ([], False)
     question.findChild(QPushButton, 'yes').click()
-    assert quit_calls == [True]
+    assert (quit_calls, window._launcher.bag.is_loading) == ([], True)
+    assert window._launcher.cell.mode is Mode.PLAYBACK
     monkeypatch.undo()

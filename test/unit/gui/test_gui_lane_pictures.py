@@ -13,7 +13,7 @@ from timeline_bench import Bench
 from process_visualizer.curves.value_scale import EMPTY_SCALE
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
-from process_visualizer.gui.views.playback.lane_picture import TEXT_HEIGHT, LaneLook
+from process_visualizer.gui.views.playback.lane_look import TEXT_HEIGHT, LaneLook
 from process_visualizer.gui.views.playback.lane_pictures import LanePictures
 from process_visualizer.gui.views.playback.timeline_lanes import Lane
 from process_visualizer.runs.comparison.timeline_bands import TimelineBand
@@ -31,7 +31,8 @@ def pictures(qtbot: QtBot) -> LanePictures:
 
 
 def want(pictures: LanePictures, width: int = 100, duration_s: float = 10.0) -> None:
-    pictures.want(LaneLook(AXIS._replace(duration_s=duration_s), width, 46, 1.0, QFont(), 10.0))
+    look = LaneLook(AXIS._replace(duration_s=duration_s), width, 46, 1.0, QFont(), 10.0)
+    pictures.want([look] * len(ROWS))
 
 
 def draw_all(pictures: LanePictures) -> List[int]:
@@ -55,7 +56,7 @@ def test_all_are_drawn_in_their_order(pictures: LanePictures) -> None:
 def test_what_takes_long_is_drawn_in_turns(pictures: LanePictures) -> None:
     values = np.linspace(0.0, 1.0, 2_000_000)
     pictures.set_lanes([Lane('', 'N', (1.0, 0.0, 0.0), values, values)] * 3)
-    pictures.want(LaneLook(AXIS._replace(width=8000.0), 8000, 200, 1.0, QFont(), 10.0))
+    pictures.want([LaneLook(AXIS._replace(width=8000.0), 8000, 200, 1.0, QFont(), 10.0)] * 3)
     assert pictures.draw(ROWS) == [0]
     assert pictures.missing(ROWS) == [1, 2]
 
@@ -116,7 +117,7 @@ def test_a_band_is_behind_the_curve_and_what_departs_is_marked(qtbot: QtBot) -> 
     lane = Lane('lane', 'N', (1.0, 0.0, 0.0), np.zeros(columns), (np.arange(columns) == 0) * 1.0,
                 band=TimelineBand(low, low + 0.6, departed & (np.arange(columns) < 50)))
     made.set_lanes([lane, Lane('top', 'N', (1.0, 0.0, 0.0), np.zeros(columns), np.ones(columns))])
-    made.want(LaneLook(TimeAxis(10.0, 0.0, 100.0), 110, 46, 1.0, QFont(), 10.0))
+    made.want([LaneLook(TimeAxis(10.0, 0.0, 100.0), 110, 46, 1.0, QFont(), 10.0)] * 2)
     made.draw([0, 1])
     picture = made.picture(0)
     assert picture is not None

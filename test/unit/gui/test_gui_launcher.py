@@ -154,6 +154,41 @@ def test_another_recording_is_played_with_all_its_files_and_no_others(
     assert [(choice.bag, *choice.further_bags) for choice in applied] == [paths]
 
 
+def test_the_mode_of_what_runs_is_changed(loaded: Launcher,
+                                          monkeypatch: pytest.MonkeyPatch) -> None:
+    """One click each way: the same devices, and the recording that is open."""
+    applied: List[Any] = []
+    monkeypatch.setattr(loaded.launch, 'apply', applied.append)
+    monkeypatch.setattr(loaded.bag, '_paths', ('/a.bag',))
+    loaded.choose_mode(Mode.PLAYBACK)
+    assert applied == []  # nothing runs
+    loaded.choose_mode(Mode.REALTIME)
+    loaded.cell.tick('press', False)
+    run(loaded)
+    loaded.choose_mode(Mode.REALTIME)
+    assert applied == []
+    for mode, bag in ((Mode.PLAYBACK, '/a.bag'), (Mode.REALTIME, None)):
+        loaded.choose_mode(mode)
+        assert [(it.mode, it.bag, [device.name for device in it.devices])
+                for it in applied] == [(mode, bag, ['oven'])]
+        applied.clear()
+
+
+def test_a_recording_is_played_by_what_runs_once_it_is_read(
+        loaded: Launcher, qtbot: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    applied: List[Any] = []
+    monkeypatch.setattr(loaded.launch, 'apply', applied.append)
+    loaded.master.is_connected = True
+    run(loaded)
+    path = str(tmp_path / 'seam.bag')
+    with rosbag.Bag(path, 'w') as bag:
+        bag.write('/q', Float64(1.0), Time(1000))
+    loaded.play((path,))
+    assert loaded.cell.mode is Mode.PLAYBACK and applied == []
+    qtbot.waitUntil(lambda: bool(applied))
+    assert [(it.mode, it.bag) for it in applied] == [(Mode.PLAYBACK, path)]
+
+
 def test_topics_that_are_not_ticked_are_not_played(loaded: Launcher,
                                                    monkeypatch: pytest.MonkeyPatch) -> None:
     loaded.cell.set_mode(Mode.PLAYBACK)

@@ -7,12 +7,14 @@ from typing import Any, Iterator
 
 import pytest
 from PyQt5.QtCore import QSettings
-from PyQt5.QtWidgets import QLabel, QMessageBox
+from PyQt5.QtWidgets import QApplication, QLabel, QMessageBox
 
+from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.views.parts.column_scroll import ColumnScroll
+from process_visualizer.gui.views.parts.current_page import CurrentPage
 from process_visualizer.rviz.screen_layout import LEAST_LAUNCHER_PX
 
 DEVICES = ''.join(f'<device type="other" name="oven_{number}"/>' for number in range(8))
@@ -60,6 +62,33 @@ def test_problems_and_devices_fit_on_a_small_screen(window: LauncherApp, qtbot: 
     column = window.findChild(ColumnScroll).widget()
     assert column.minimumSizeHint().height() <= SMALLEST_SCREEN_PX
     assert column.minimumSizeHint().width() <= LEAST_LAUNCHER_PX - SCROLL_BAR_PX
+
+
+def test_nothing_is_scrolled_to_before_everything_has_given_way(window: LauncherApp, qtbot: Any,
+                                                                config: Path) -> None:
+    load(window, qtbot, config, VALID)
+    window._launcher.cell.set_mode(Mode.PLAYBACK)
+    window.launch.status.setText('In playback mode.\nA warning\nof two lines')
+    area = window.findChild(ColumnScroll)
+    QApplication.processEvents()
+    least = area.widget().minimumSizeHint().height()
+    for height, is_scrolled in ((least + 20, False), (least - 60, True)):
+        window.resize(460, height)
+        qtbot.waitUntil(lambda: area.height() <= height)
+        QApplication.processEvents()
+        assert (area.verticalScrollBar().maximum() > 0) is is_scrolled
+
+
+def test_a_page_that_is_not_shown_needs_no_height(qtbot: Any) -> None:
+    pages = CurrentPage()
+    qtbot.addWidget(pages)
+    for height in (50, 300):
+        page = QLabel()
+        page.setMinimumSize(height, height)
+        pages.addWidget(page)
+    assert (pages.minimumSizeHint().width(), pages.minimumSizeHint().height()) == (300, 50)
+    pages.setCurrentIndex(1)
+    assert pages.minimumSizeHint().height() == 300
 
 
 def test_only_the_page_that_is_shown_needs_room(window: LauncherApp) -> None:

@@ -108,7 +108,7 @@ def test_values_of_another_recording_are_not_shown(bench: Bench, qtbot: QtBot,
 
 def test_a_hidden_curve_is_not_shown(bench: Bench) -> None:
     timeline, choices = bench.panel.timeline, bench.bag.curves.choices
-    timeline.hide_wanted.emit(timeline.stack.lanes[0].key)
+    choices.choose(choices.choice.with_hidden(timeline.stack.lanes[0].key))
     assert timeline.stack.lanes == ()
     choices.set_configuration('/another.xml')
     assert len(timeline.stack.lanes) == 1
@@ -117,8 +117,9 @@ def test_a_hidden_curve_is_not_shown(bench: Bench) -> None:
 def test_the_curves_are_asked_for(bench: Bench) -> None:
     bench.panel.timeline.curves_wanted.emit()
     dialog = bench.panel.findChild(QDialog, 'curves')
-    assert dialog.list.item(0).text() == bench.panel.timeline.stack.lanes[0].label
-    dialog.list.item(0).setCheckState(Qt.Unchecked)
+    row = dialog.tree.topLevelItem(0)
+    assert row.text(0) == bench.panel.timeline.stack.lanes[0].label
+    row.setCheckState(0, Qt.Unchecked)
     assert bench.panel.timeline.stack.lanes == ()
 
 

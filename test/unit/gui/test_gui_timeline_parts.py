@@ -15,14 +15,12 @@ from pytestqt.qtbot import QtBot
 from process_visualizer.cell.model import WarningLimits
 from process_visualizer.gui.toolkit.colours import contrast, readable_colour
 from process_visualizer.gui.toolkit.time_axis import TimeAxis, tick_label
-from process_visualizer.gui.views.playback.lane_picture import (
-    LANE_HEIGHT,
-    TEXT_HEIGHT,
-    LaneLook,
+from process_visualizer.gui.views.playback.lane_look import LANE_HEIGHT, TEXT_HEIGHT, LaneLook
+from process_visualizer.gui.views.playback.lane_picture import lane_picture
+from process_visualizer.gui.views.playback.lane_scale import (
     VisiblePart,
-    lane_picture,
     visible_part,
-    visible_scale,
+    visible_scales,
 )
 from process_visualizer.gui.views.playback.timeline_lanes import (
     Lane,
@@ -157,7 +155,7 @@ def drawn(lane: Lane, axis: TimeAxis, scale: float = 1.0) -> np.ndarray:
     """The dots (rows, columns, 4) of a lane of 100 px: red, green, blue, opacity."""
     look = LaneLook(axis, 100, LANE_HEIGHT, scale, QFont(), 10.0)
     part = visible_part(lane, look)
-    picture = lane_picture(lane, look, part, visible_scale(lane, part))
+    picture = lane_picture(lane, look, [part], visible_scales(lane, [part], {}))
     image = picture.toImage().convertToFormat(QImage.Format_RGBA8888)
     dots = np.frombuffer(image.bits().asarray(image.byteCount()), np.uint8)
     return dots.reshape(image.height(), -1, 4).copy()
@@ -193,7 +191,7 @@ class TestLimits:
         values = np.linspace(0.0, 10.0, 50)
         lane = Lane('', '', (0.0, 0.0, 1.0), values, values,
                     limits=WarningLimits(-100.0, 14.0, (1.0, 0.0, 0.0)))
-        scale = visible_scale(lane, VisiblePart(values, values))
+        scale = visible_scales(lane, [VisiblePart(values, values)], {})[lane.scale_name]
         assert scale.high >= 14.0 and scale.low > -100.0
 
 
@@ -203,7 +201,7 @@ def test_what_is_visible_decides_the_scale() -> None:
     lane = Lane('', 'N', (1.0, 0.0, 0.0), values, values)
     parts = [visible_part(lane, LaneLook(TimeAxis(5.0, 0.0, 100.0, begin_s), 100, 46, 1.0,
                                          QFont(), 10.0)) for begin_s in (0.0, 5.0)]
-    whole, close = (visible_scale(lane, part) for part in parts)
+    whole, close = (visible_scales(lane, [part], {})[lane.scale_name] for part in parts)
     assert (close.low, close.high) == (19.6, 20.0)
     assert whole.low <= 0.0
 

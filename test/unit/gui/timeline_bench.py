@@ -11,6 +11,7 @@ from PyQt5.QtGui import QColor, QMouseEvent, QPaintEvent, QWheelEvent
 from PyQt5.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from process_visualizer.gui.models.playback.lane_choices import LaneChoices
 from process_visualizer.gui.views.playback.timeline_lanes import Lane
 from process_visualizer.gui.views.playback.timeline_layout import LEFT, SIDE
 from process_visualizer.gui.views.playback.timeline_view import TimelineView
@@ -44,7 +45,9 @@ class Bench:
     def __init__(self, qtbot: QtBot, lanes: int = 3) -> None:
         self.qtbot = qtbot
         self.stand = PlaybackStand()
-        self.view = NotingTimeline(self.stand.model, lambda _key: 0.5 * self.stand.model.position_s)
+        self.choices = LaneChoices()
+        self.view = NotingTimeline(
+            self.stand.model, lambda _key: 0.5 * self.stand.model.position_s, self.choices)
         self.view.widths = []
         qtbot.addWidget(self.view)
         self.view.set_recording(20.0)

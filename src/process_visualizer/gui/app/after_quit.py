@@ -7,7 +7,6 @@ from typing import Tuple
 from PyQt5.QtCore import QObject, pyqtSignal
 from PyQt5.QtWidgets import QWidget
 
-from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.toolkit.questions import ask
 
@@ -28,10 +27,10 @@ class AfterQuit(QObject):
 
     def play(self, paths: Tuple[str, ...]) -> None:
         """Switch from real-time mode to playback of a recording."""
-        self._bags_to_play = paths
-        if self._launcher.launch.is_idle:
-            self._play_now()
+        if self._launcher.launch.is_idle or self._launcher.launch.is_running:
+            self._launcher.play(paths)
         else:
+            self._bags_to_play = paths
             self._launcher.launch.quit()
 
     def quit(self) -> None:
@@ -65,12 +64,7 @@ class AfterQuit(QObject):
         if self._is_leaving:
             self.close_wanted.emit()
         elif self._bags_to_play:
-            self._play_now()
+            paths, self._bags_to_play = self._bags_to_play, ()
+            self._launcher.play(paths)
         else:
             self._launcher.launch.prepare()
-
-    def _play_now(self) -> None:
-        paths, self._bags_to_play = self._bags_to_play, ()
-        self._launcher.bag.open(paths)
-        self._launcher.cell.set_mode(Mode.PLAYBACK)
-        self._launcher.when_ready(None, True)

@@ -71,11 +71,11 @@ class DropTarget(QObject):
             self._open(dropped.bags)
 
     def _open(self, bags: Tuple[str, ...]) -> None:
-        """Open a recording in playback mode; a cell that runs is quit only if that is wanted."""
+        """Open a recording in playback mode; a running cell leaves its own if that is wanted."""
         cell, bag = self._launcher.cell, self._launcher.bag
         if self._launcher.launch.is_idle or cell.mode is Mode.PLAYBACK:
             bag.open(bags)
             cell.set_mode(Mode.PLAYBACK)
         else:
-            ask(self._window, f'Quit all nodes, and play {os.path.basename(bags[0])}?',
-                'Quit and play', lambda: self.play_wanted.emit(bags))
+            ask(self._window, f'Leave real-time mode, and play {os.path.basename(bags[0])}?',
+                'Play', lambda: self.play_wanted.emit(bags))

@@ -133,7 +133,7 @@ class Launcher(QObject):
             self.cell.tick_only(set(devices))
         if self._launches_when_ready and self.blocked_reason() == '' and not self.bag.is_loading:
             self._launches_when_ready = False
-            self.start()
+            self.launch.apply(self.choice()) if self.launch.is_running else self.start()
 
     def blocked_reason(self) -> str:
         """Why nothing can be launched now; empty when it can."""
@@ -151,6 +151,19 @@ class Launcher(QObject):
         if not self.launch.is_running or running is None or self.cell.cell is None:
             return ''
         return _difference(running, self.choice())
+
+    def choose_mode(self, mode: Mode) -> None:
+        """Take another mode, also for what runs: what is the same in both keeps running."""
+        if mode is not self.cell.mode:
+            self.cell.set_mode(mode)
+            if self.launch.is_running:
+                self.launch.apply(self.choice())
+
+    def play(self, paths: Sequence[str]) -> None:
+        """Open a recording and play it, once it is read; nodes that run change the mode."""
+        self.bag.open(paths)
+        self.cell.set_mode(Mode.PLAYBACK)
+        self.when_ready(None, True)
 
     def apply(self) -> None:
         """Apply the present choice; a recording must not be interrupted."""

@@ -12,7 +12,6 @@ from PyQt5.QtWidgets import (
     QInputDialog,
     QLabel,
     QMainWindow,
-    QStackedWidget,
     QVBoxLayout,
     QWidget,
 )
@@ -43,7 +42,8 @@ from process_visualizer.gui.views.cell.tool_notice import ToolNotice
 from process_visualizer.gui.views.cell.warnings_view import WarningsView
 from process_visualizer.gui.views.comparison.compare_panel import ComparePanel
 from process_visualizer.gui.views.live.live_panel import LivePanel
-from process_visualizer.gui.views.parts.column_scroll import ColumnScroll
+from process_visualizer.gui.views.parts.column_scroll import Column, ColumnScroll
+from process_visualizer.gui.views.parts.current_page import CurrentPage
 from process_visualizer.gui.views.parts.labels import title, tool_button
 from process_visualizer.gui.views.parts.panel_tabs import PanelTabs
 from process_visualizer.gui.views.playback.playback_panel import PlaybackPanel
@@ -96,14 +96,14 @@ class LauncherApp(QMainWindow):
     # Layout
 
     def _lay_out(self) -> None:
-        self._mode_panels = QStackedWidget()
+        self._mode_panels = CurrentPage()
         self._mode_panels.addWidget(self.recording)
         self._mode_panels.addWidget(self.playback)
         self.panels = PanelTabs()
         self.panels.addTab(self._mode_panels, 'Recording')
         self.panels.addTab(self.calibration, 'Calibration')
         self.panels.addTab(self.compare, 'Compare')
-        body = QWidget()
+        body = Column()
         layout = QVBoxLayout(body)
         layout.setContentsMargins(_MARGIN, _MARGIN, _MARGIN, _MARGIN)
         layout.addWidget(self.alarms)
@@ -187,7 +187,7 @@ class LauncherApp(QMainWindow):
         launcher.launch.problems_found.connect(self._show_refusal)
         launcher.status_changed.connect(self._show_status)
         launcher.view.changed.connect(self._show_views)
-        self.launch.mode_chosen.connect(launcher.cell.set_mode)
+        self.launch.mode_chosen.connect(launcher.choose_mode)
         self.launch.launch_wanted.connect(launcher.start)
         self.launch.quit_wanted.connect(self._after_quit.quit)
         self.launch.apply_wanted.connect(launcher.apply)
@@ -199,6 +199,7 @@ class LauncherApp(QMainWindow):
         bag = self._launcher.bag
         bag.played.changed.connect(self._show_launch)
         self._launcher.recording.finished.connect(bag.add_recent)
+        self._launcher.recording.changed.connect(self._show_mode_choice)
         self.compare.seek_wanted.connect(self._launcher.playback.seek)
         self.live.replay_wanted.connect(self._launcher.show_replay)
         self.recording.play_wanted.connect(lambda path: self._after_quit.play((path,)))
@@ -233,11 +234,17 @@ class LauncherApp(QMainWindow):
         launcher = self._launcher
         reason = launcher.blocked_reason()
         self.launch.show_phase(launcher.launch.phase, reason == '', reason)
+        self._show_mode_choice()
         self.launch.rviz.show_rviz(launcher.view.is_rviz_alive)
         pending = launcher.pending()
         self.launch.show_changes(f'Apply: {pending}' if pending else '', pending)
         self._keys.enable()
         self._show_status()
+
+    def _show_mode_choice(self) -> None:
+        launch = self._launcher.launch
+        self.launch.show_mode_choice(launch.is_idle or launch.is_running,
+                                     self._launcher.recording.is_recording)
 
     def _show_states(self) -> None:
         for device in self._launcher.cell.devices:

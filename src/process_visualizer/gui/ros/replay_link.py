@@ -41,19 +41,31 @@ class ReplayLink(QObject):
     """A PlayerSnapshot."""
 
     def __init__(self, copy: Callable[[str, str], str], camera: Callable[[], str],
+                 place: Callable[[], Optional[Rectangle]],
                  parent: Optional[QObject] = None) -> None:
-        """Take what copies the recorder's memory, and what tells the camera of the live RViz.
+        """Take what copies the recorder's memory, and tells camera and place of the live RViz.
 
-        ``copy`` takes a folder and a name, and returns the path of the bag.
+        ``copy`` takes a folder and a name, and returns the path of the bag; the place is in pixels
+        of the screen, unscaled.
         """
         super().__init__(parent)
-        self._copy, self._camera = copy, camera
+        self._copy, self._camera, self._place = copy, camera, place
         self._cell = ReplayCell(self.reported.emit)
         uri = self._cell.master_uri
         self.player = PlayerClient(follow_now=False, master_uri=uri)
         self._show = ServiceConnection(_SERVICE, ShowReplay, _TIMEOUT_S, uri)
         self._follower: Optional[RemoteFollower] = None
         self._stopping = threading.Event()
+
+    @property
+    def master_uri(self) -> str:
+        """The address of its master."""
+        return self._cell.master_uri
+
+    @property
+    def folder(self) -> str:
+        """Where what it plays is."""
+        return self._cell.folder
 
     def copy_memory(self) -> str:
         """Write what the recorder has in memory into a bag; return its path.
@@ -78,7 +90,7 @@ class ReplayLink(QObject):
             PLAYER_STATE_TOPIC, PlayerState, f'/{BAG_PLAYER}', self._cell.master_uri,
             lambda state: self.player_state.emit(player_snapshot(state)), lambda: None)
 
-    def show(self, choice: Choice) -> None:
+    def show(self) -> None:
         """Show its RViz over that of the running cell, with the same camera.
 
         Raises:
@@ -88,7 +100,7 @@ class ReplayLink(QObject):
         while not self._is_offered():  # RViz is a node before it has loaded its displays
             if time.monotonic() > end_s or self._stopping.wait(_RETRY_S):
                 break
-        self._call(True, self._camera(), choice.window)
+        self._call(True, self._camera(), self._place())
 
     def hide(self) -> None:
         """Hide its RViz.

@@ -78,7 +78,8 @@ class RosLink(QObject):
         self._marker = PoseMarker(self.pose_dragged.emit)
         self._place: Optional[Rectangle] = None
         self._camera = ''
-        self.replay = ReplayLink(self.recorder.copy_recent, lambda: self._camera, self)
+        self.replay = ReplayLink(self.recorder.copy_recent, lambda: self._camera,
+                                 lambda: self._place, self)
         self._place_publisher: Optional[rospy.Publisher] = None
 
     def begin(self) -> None:

@@ -1,34 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which curves the operator wants to see, and in which order, for each configuration."""
+"""How the operator wants to see the curves, for each configuration."""
 from __future__ import annotations
 
-from typing import Any, Dict, FrozenSet, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, Optional
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
-from process_visualizer.curves.position_values import Key
+from process_visualizer.gui.models.playback.lane_choice import LaneChoice, restored_choice
 
 _MOST_CONFIGURATIONS = 50  # that are remembered
-
-
-class LaneChoice(NamedTuple):
-    """The order of curves, and those that are hidden."""
-
-    order: Tuple[Key, ...] = ()
-    hidden: FrozenSet[Key] = frozenset()
-
-    def arranged(self, keys: Sequence[Key]) -> Tuple[Key, ...]:
-        """Return curves in the chosen order; those that were never arranged come last."""
-        known = [key for key in self.order if key in keys]
-        return tuple(known + [key for key in keys if key not in self.order])
-
-    def shown(self, keys: Sequence[Key]) -> Tuple[Key, ...]:
-        """Return the curves that are not hidden, in the chosen order."""
-        return tuple(key for key in self.arranged(keys) if key not in self.hidden)
-
-    def settings(self) -> List[Any]:
-        """Return what ``restored`` needs."""
-        return [[list(key), key not in self.hidden] for key in self.arranged(sorted(self.hidden))]
 
 
 class LaneChoices(QObject):
@@ -59,10 +39,6 @@ class LaneChoices(QObject):
             self._choices[self._configuration] = choice
             self.changed.emit()
 
-    def hide(self, key: Key) -> None:
-        """Hide one more curve."""
-        self.choose(self.choice._replace(hidden=self.choice.hidden | {key}))
-
     def settings(self) -> Dict[str, Any]:
         """Return what ``restore`` needs, as numbers, texts, lists and dictionaries."""
         newest = list(self._choices.items())[-_MOST_CONFIGURATIONS:]
@@ -70,11 +46,5 @@ class LaneChoices(QObject):
 
     def restore(self, settings: Dict[str, Any]) -> None:
         """Take the choices of an earlier run."""
-        self._choices = {path: _restored(rows) for path, rows in settings.items()}
+        self._choices = {path: restored_choice(rows) for path, rows in settings.items()}
         self.changed.emit()
-
-
-def _restored(rows: Sequence[Any]) -> LaneChoice:
-    keys = [(str(device), str(label), str(topic)) for (device, label, topic), _ in rows]
-    hidden = [key for key, (_, is_shown) in zip(keys, rows) if not is_shown]
-    return LaneChoice(tuple(keys), frozenset(hidden))

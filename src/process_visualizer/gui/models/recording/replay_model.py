@@ -40,7 +40,7 @@ class ReplayTools(Protocol):
     def follow(self) -> Any:
         """Follow the state of its player, until that ends."""
 
-    def show(self, choice: Choice) -> Any:
+    def show(self) -> Any:
         """Show its RViz over that of the running cell, with the same camera."""
 
     def hide(self) -> Any:
@@ -191,12 +191,12 @@ class ReplayModel(QObject):
         self._look_whether_ready()
 
     def _look_whether_ready(self) -> None:
-        view, choice = self._reports.get(RVIZ_PART), self._choice
+        view = self._reports.get(RVIZ_PART)
         if self._phase is not ReplayPhase.PREPARING or self._is_opening or not self._has_state \
-                or choice is None or view is None or view.state is not PartState.RUNNING:
+                or view is None or view.state is not PartState.RUNNING:
             return
         self._is_opening = True
-        self._tasks.run(LINE, lambda: self._tools.show(choice), self._take_shown, self._fail)
+        self._tasks.run(LINE, self._tools.show, self._take_shown, self._fail)
 
     def _take_shown(self, _nothing: object) -> None:
         if self._phase is ReplayPhase.PREPARING:

@@ -28,8 +28,8 @@ from process_visualizer.playback.time_text import format_time
 
 ROWS = 2
 _ROW_PX, _GAP_PX = 24, 2
-_SHORT = {Action.SHOW_LOG: 'Log'}
-"""What leaves more room for the text; the tooltip has the whole."""
+_SHORT = {Action.SHOW_LOG: 'Log', Action.RESTART_DEVICE: 'Restart', Action.RESTART_RVIZ: 'Restart'}
+"""What leaves more room for the text; tooltip and accessible name have the whole."""
 
 
 class AlarmStrip(QWidget):
@@ -134,6 +134,7 @@ class AlarmChip(QFrame):
         button = QPushButton(_SHORT.get(action, action.value))
         button.setObjectName(f'alarm_{action.name.lower()}')
         button.setToolTip(action.value)
+        button.setAccessibleName(action.value)
         button.setSizePolicy(QSizePolicy.Fixed, QSizePolicy.Preferred)
         button.setStyleSheet('padding: 1px 5px;')
         _make_small(button)

@@ -70,15 +70,19 @@ class LaunchView(QWidget):
     def show_phase(self, phase: Phase, can_launch: bool, reason: str) -> None:
         """Enable what can be done; ``reason`` says why nothing can be launched."""
         self._phase = phase
-        for button in self._modes.buttons():
-            button.setEnabled(phase is Phase.IDLE)
-            button.setToolTip('' if phase is Phase.IDLE else 'Quit all nodes to change the mode')
         self.launch.setText(_LAUNCH_TEXT[phase])
         self.launch.setEnabled(phase is not Phase.QUITTING
                                and (phase is not Phase.IDLE or can_launch))
         self.launch.setToolTip(reason or 'Ctrl+L')
         set_primary(self.launch, phase is Phase.IDLE)
         self.view.setVisible(phase is Phase.RUNNING)
+
+    def show_mode_choice(self, is_settled: bool, is_recording: bool) -> None:
+        """Let the mode be chosen, unless something is being launched, quit or recorded."""
+        for button in self._modes.buttons():
+            button.setEnabled(is_settled and not is_recording)
+            button.setToolTip('Stop the recording before you change the mode' if is_recording
+                              else 'The same devices, view and place, in another mode')
 
     def show_changes(self, text: str, hint: str) -> None:
         """Offer to apply what is ticked or configured now; hidden without a text."""

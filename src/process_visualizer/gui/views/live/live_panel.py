@@ -20,6 +20,7 @@ from process_visualizer.gui.views.live.live_timeline import LiveTimeline
 from process_visualizer.gui.views.live.replay_bar import ReplayBar
 from process_visualizer.gui.views.parts.layouts import in_column, in_row
 from process_visualizer.gui.views.playback.curves_dialog import CurvesDialog
+from process_visualizer.gui.views.playback.lane_groups import grouped_lanes
 from process_visualizer.gui.views.playback.timeline_lanes import Lane, lane_label, lane_of
 
 _IDLE = 'Launch the devices: their process variables are drawn here while they run.'
@@ -52,7 +53,7 @@ class LivePanel(QWidget):
         self.hold.setText('Hold')
         self.hold.setCheckable(True)
         self.hold.setToolTip('Let the curves stand still to look at them; nothing is lost')
-        self.timeline = LiveTimeline()
+        self.timeline = LiveTimeline(choices)
         self.replay = ReplayBar(replay, time.time)
         self._clock = QTimer(self, interval=_CLOCK_MS)
         self._clock.timeout.connect(self._show_age)
@@ -60,7 +61,6 @@ class LivePanel(QWidget):
         self.durations.activated.connect(
             lambda row: curves.set_duration(float(self.durations.itemData(row))))
         self.hold.clicked.connect(curves.hold)
-        self.timeline.hide_wanted.connect(choices.hide)
         self.timeline.curves_wanted.connect(self._ask_for_curves)
         self.timeline.longer_wanted.connect(self._change_duration)
         self.timeline.replay_wanted.connect(self._want_replay)
@@ -100,7 +100,7 @@ class LivePanel(QWidget):
         self._show_age()
         if window is None:
             self._lanes = {}
-            self.timeline.show_lanes(0.0, (), (), (), 0.0)
+            self.timeline.show_lanes(0.0, (), {}, (), 0.0)
         else:
             self._show_window(window)
 
@@ -123,11 +123,10 @@ class LivePanel(QWidget):
     def _show_window(self, window: LiveWindow) -> None:
         self._lanes = {lane.key: lane for lane in (
             _lane(curve, window.duration_s) for curve in window.curves)}
-        values = {_key(curve): curve.value for curve in window.curves}
-        shown = self._choices.choice.shown(tuple(self._lanes))
         self.timeline.show_lanes(
-            window.duration_s, [self._lanes[key] for key in shown], [values[key] for key in shown],
-            window.marks, window.begin_s + window.duration_s)
+            window.duration_s, grouped_lanes(self._lanes, self._choices.choice),
+            {_key(curve): curve.value for curve in window.curves}, window.marks,
+            window.begin_s + window.duration_s)
         self._show_moment()
 
     def _want_replay(self, time_s: float) -> None:

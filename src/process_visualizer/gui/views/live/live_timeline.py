@@ -2,7 +2,7 @@
 """Draws the curves of the last seconds; the present is at the right."""
 from __future__ import annotations
 
-from typing import List, Optional, Sequence, Tuple
+from typing import List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 from PyQt5.QtCore import QEvent, QRect, QRectF, QSize, Qt, pyqtSignal
@@ -20,6 +20,8 @@ from PyQt5.QtGui import (
 from PyQt5.QtWidgets import QMenu, QSizePolicy, QWidget
 
 from process_visualizer.curves.live.live_curves import LiveMark
+from process_visualizer.curves.position_values import Key
+from process_visualizer.gui.models.playback.lane_choices import LaneChoices
 from process_visualizer.gui.models.playback.marks import PlacedMark
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
@@ -42,9 +44,6 @@ _TICK_PX = 80.0
 class LiveTimeline(QWidget):
     """Lanes of the same time, with what the mouse points at."""
 
-    hide_wanted = pyqtSignal(object)
-    """The curve with this key should be hidden."""
-
     curves_wanted = pyqtSignal()
     """The operator wants to choose the curves."""
 
@@ -54,14 +53,16 @@ class LiveTimeline(QWidget):
     replay_wanted = pyqtSignal(float)
     """The scene should show this time [s, below 0: before the right end]."""
 
-    def __init__(self, parent: Optional[QWidget] = None) -> None:
+    def __init__(self, choices: LaneChoices, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
+        self._choices = choices
         self._duration_s = 0.0
         self._replay_s: Optional[float] = None
         self._age_s = 0.0
-        self._values: Tuple[float, ...] = ()
+        self._values: Mapping[Key, float] = {}
         self._marks: Tuple[PlacedMark, ...] = ()
         self._hover_x: Optional[float] = None
+        self._is_dragged = False
         self._font = QFont(self.font())
         self._font.setPixelSize(_FONT_PX)
         self.stack = LaneStack(self)
@@ -71,14 +72,14 @@ class LiveTimeline(QWidget):
         self.setMouseTracking(True)
         self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Preferred)
 
-    def show_lanes(self, duration_s: float, lanes: Sequence[Lane], values: Sequence[float],
+    def show_lanes(self, duration_s: float, lanes: Sequence[Lane], values: Mapping[Key, float],
                    marks: Sequence[LiveMark], now_s: float) -> None:
-        """Show lanes of the last seconds, with the newest value of each.
+        """Show lanes of the last seconds, with the newest value of each curve.
 
         ``now_s`` is the end, on the clock of the marks.
         """
-        is_other = [it.key for it in lanes] != [it.key for it in self.stack.lanes]
-        self._duration_s, self._values = duration_s, tuple(values)
+        is_other = [it.arrangement for it in lanes] != [it.arrangement for it in self.stack.lanes]
+        self._duration_s, self._values = duration_s, values
         self._marks = tuple(PlacedMark(it.time_s - now_s, it.label) for it in marks)
         self.stack.update_lanes(lanes)
         if is_other:
@@ -172,7 +173,8 @@ class LiveTimeline(QWidget):
 
     def alarms(self) -> List[Tuple[float, float]]:
         """Return when [s, s] some value was beyond its limits; the present is 0."""
-        beyond = [it for it in map(_beyond, self.stack.lanes) if it is not None]
+        beyond = [it for lane in self.stack.lanes for it in map(_beyond, lane.curves)
+                  if it is not None]
         if not beyond:
             return []
         edges = np.flatnonzero(np.diff(np.concatenate(
@@ -180,29 +182,36 @@ class LiveTimeline(QWidget):
         at_s = edges / len(beyond[0]) * self._duration_s - self._duration_s
         return [(float(begin), float(end)) for begin, end in at_s.reshape(-1, 2)]
 
-    def lane_texts(self, row: int) -> LaneTexts:
-        """Return a lane's value in the scene, the one at the mouse, and their difference."""
-        lane, value, at_mouse = self.stack.lanes[row], self._values[row], None
+    def lane_texts(self, row: int, number: int = 0) -> LaneTexts:
+        """Return a curve's value in the scene, the one at the mouse, and their difference."""
+        curve, at_mouse = self.stack.lanes[row].curves[number], None
+        value = self._values[curve.key]
         if self._duration_s > 0.0:
             if self._hover_x is not None:
-                at_mouse = lane.at(1.0 + self.axis.time_s(self._hover_x) / self._duration_s)
+                at_mouse = curve.at(1.0 + self.axis.time_s(self._hover_x) / self._duration_s)
             if self._replay_s is not None:
-                value = lane.at(max(1.0 + self._replay_s / self._duration_s, 0.0))
-        return lane_texts(lane, self.stack.pictures.scale(row).span, value, at_mouse)
+                value = curve.at(max(1.0 + self._replay_s / self._duration_s, 0.0))
+        return lane_texts(curve, self.stack.pictures.scale(row, number).span, value, at_mouse)
 
     # The mouse
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Let the scene show the moment under the mouse."""
-        if event.button() == Qt.LeftButton:
+        if event.button() == Qt.LeftButton and not self.stack.fold(event.pos(), self._choices):
+            self._is_dragged = True
             self._want_replay(event.localPos().x())
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Show the values under the mouse; with the button pressed, the scene as well."""
         self._hover_x = event.localPos().x()
-        if event.buttons() & Qt.LeftButton:
+        if self._is_dragged:
             self._want_replay(event.localPos().x())
         self.update()
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Leave the scene at what it shows."""
+        if event.button() == Qt.LeftButton:
+            self._is_dragged = False
 
     def _want_replay(self, x: float) -> None:
         if self._duration_s > 0.0:
@@ -224,7 +233,7 @@ class LiveTimeline(QWidget):
             self.longer_wanted.emit(steps)
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """Offer to hide the lane under the mouse, and to choose all."""
+        """Offer what can be done with the lane under the mouse, and to choose the curves."""
         menu = self.menu_at(self.stack.row_at(event.y()))
         menu.setAttribute(Qt.WA_DeleteOnClose)
         menu.popup(event.globalPos())
@@ -233,8 +242,7 @@ class LiveTimeline(QWidget):
         """Return the menu for a lane, if there is one."""
         menu = QMenu(self)
         if row is not None:
-            lane = self.stack.lanes[row]
-            menu.addAction(f'Hide “{lane.label}”', lambda: self.hide_wanted.emit(lane.key))
+            self.stack.add_actions(menu, row, self._choices)
         menu.addAction('Curves…', self.curves_wanted)
         return menu
 

@@ -8,6 +8,14 @@ from PyQt5.QtWidgets import QFrame, QScrollArea, QStyle, QWidget
 _LEAST_HEIGHT_PX = 160
 
 
+class Column(QWidget):
+    """The content of a ColumnScroll: it gives way before anything has to be scrolled to."""
+
+    def heightForWidth(self, width: int) -> int:
+        """Return the least height; Qt's scroll area would scroll as soon as it likes more."""
+        return self.layout().minimumHeightForWidth(width)
+
+
 class ColumnScroll(QScrollArea):
     """Scrolls up and down only; it is never narrower than its content."""
 

@@ -22,3 +22,7 @@ class PanelTabs(QTabWidget):
             return size
         unseen = page.parentWidget().minimumSizeHint().height() - page.minimumSizeHint().height()
         return QSize(size.width(), size.height() - unseen)
+
+    def hasHeightForWidth(self) -> bool:
+        """Return False: Qt asks all pages for the height that they would like."""
+        return False

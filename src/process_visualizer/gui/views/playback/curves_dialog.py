@@ -1,91 +1,97 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Asks which curves are shown, and in which order; what is chosen is shown at once."""
+"""Asks which curves are shown, in which order and lanes; what is chosen is shown at once."""
 from __future__ import annotations
 
-from typing import Optional, Sequence
+from typing import Callable, Optional, Sequence
 
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import (
-    QAbstractItemView,
     QDialog,
     QDialogButtonBox,
+    QHBoxLayout,
     QLabel,
-    QListWidget,
-    QListWidgetItem,
+    QPushButton,
     QVBoxLayout,
     QWidget,
 )
 
-from process_visualizer.curves.position_values import Key
-from process_visualizer.gui.models.playback.lane_choices import LaneChoice, LaneChoices
-from process_visualizer.gui.toolkit.colours import readable_colour
+from process_visualizer.gui.models.playback.lane_choice import LaneChoice
+from process_visualizer.gui.models.playback.lane_choices import LaneChoices
+from process_visualizer.gui.views.playback.curves_tree import CurvesTree, is_folded, key_of_item
 from process_visualizer.gui.views.playback.timeline_lanes import Lane
 
-_WIDTH, _HEIGHT = 340, 320
+_WIDTH, _HEIGHT = 420, 380
+_HINT = ('Tick the curves to be shown. Drag them into their order, or one onto another to draw '
+         'both in one lane.')
 
 
 class CurvesDialog(QDialog):
-    """A list of all curves, each with a tick; rows are dragged to their place."""
+    """All curves, each with a tick, and buttons that do what the mouse can do."""
 
-    def __init__(self, lanes: Sequence[Lane], choices: LaneChoices,
+    def __init__(self, curves: Sequence[Lane], choices: LaneChoices,
                  parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
-        self._lanes = {lane.key: lane for lane in lanes}
-        self._choices = choices
+        self._curves, self._choices = tuple(curves), choices
         self.setObjectName('curves')
         self.setWindowTitle('Curves')
         self.setAttribute(Qt.WA_DeleteOnClose)
-        self.list = QListWidget()
-        self.list.setObjectName('curves_list')
-        self.list.setDragDropMode(QAbstractItemView.InternalMove)
+        self.tree = CurvesTree()
         self._lay_out()
-        self._fill()
-        self.list.itemChanged.connect(self._choose)
-        self.list.model().rowsMoved.connect(self._choose)
+        self.tree.currentItemChanged.connect(self._name_buttons)
+        self.tree.rearranged.connect(self._choose)
+        self.tree.fill(self._curves, choices.choice)
         self.resize(_WIDTH, _HEIGHT)
 
     def _lay_out(self) -> None:
+        row = QHBoxLayout()
+        self.up = _button('curves_up', 'Up', lambda: self.tree.move(-1))
+        self.down = _button('curves_down', 'Down', lambda: self.tree.move(1))
+        self.join = _button('curves_join', '', self.tree.join)
+        self.fold = _button('curves_fold', '', self.tree.fold)
+        for button in (self.up, self.down, self.join, self.fold):
+            row.addWidget(button)
         buttons = QDialogButtonBox(QDialogButtonBox.Close)
         buttons.rejected.connect(self.close)
-        reset = buttons.addButton('All, as in the configuration', QDialogButtonBox.ResetRole)
-        reset.setObjectName('curves_reset')
-        reset.setAutoDefault(False)
-        reset.clicked.connect(self._reset)
+        reset = _button('curves_reset', 'All, as in the configuration', self._reset)
+        buttons.addButton(reset, QDialogButtonBox.ResetRole)
+        hint = QLabel(_HINT)
+        hint.setWordWrap(True)
         layout = QVBoxLayout(self)
-        layout.addWidget(QLabel('Tick the curves to be shown; drag them into their order.'))
-        layout.addWidget(self.list)
+        layout.addWidget(hint)
+        layout.addWidget(self.tree)
+        layout.addLayout(row)
         layout.addWidget(buttons)
 
-    def _fill(self) -> None:
-        choice = self._choices.choice
-        self.list.blockSignals(True)
-        self.list.clear()
-        for key in choice.arranged(tuple(self._lanes)):
-            lane = self._lanes[key]
-            item = QListWidgetItem(f'{lane.label}  [{lane.unit}]' if lane.unit else lane.label)
-            item.setData(Qt.UserRole, key)
-            item.setForeground(readable_colour(lane.colour))
-            item.setFlags(Qt.ItemIsEnabled | Qt.ItemIsSelectable | Qt.ItemIsUserCheckable
-                          | Qt.ItemIsDragEnabled)
-            item.setCheckState(Qt.Unchecked if key in choice.hidden else Qt.Checked)
-            self.list.addItem(item)
-        self.list.blockSignals(False)
+    def _name_buttons(self) -> None:
+        """Say what the buttons do with the current row."""
+        item = self.tree.currentItem()
+        for button in (self.up, self.down, self.join, self.fold):
+            button.setEnabled(item is not None)
+        if item is None:
+            return
+        is_overlaid = item.parent() is not None
+        self.join.setText('Own lane' if is_overlaid else 'Overlay on the one above')
+        self.join.setEnabled(is_overlaid or item is not self.tree.topLevelItem(0))
+        self.fold.setText('Unfold' if is_folded(item.parent() or item) else 'Fold')
 
     def _choose(self) -> None:
-        """Take what is shown; curves that this recording does not have stay as they were."""
-        items = [self.list.item(row) for row in range(self.list.count())]
-        keys = [self._key(item) for item in items]
-        hidden = {self._key(item) for item in items if item.checkState() == Qt.Unchecked}
-        before = self._choices.choice
-        self._choices.choose(LaneChoice(
-            tuple(keys + [key for key in before.order if key not in keys]),
-            frozenset(hidden | before.hidden.difference(keys))))
-
-    @staticmethod
-    def _key(item: QListWidgetItem) -> Key:
-        device, label, topic = item.data(Qt.UserRole)
-        return device, label, topic
+        """Take what is shown."""
+        lanes = self.tree.lanes()
+        self._choices.choose(self._choices.choice.rearranged(
+            [[key_of_item(item) for item in lane] for lane in lanes],
+            {key_of_item(item) for lane in lanes for item in lane
+             if item.checkState(0) == Qt.Unchecked},
+            {key_of_item(lane[0]) for lane in lanes if is_folded(lane[0])}))
+        self._name_buttons()
 
     def _reset(self) -> None:
         self._choices.choose(LaneChoice())
-        self._fill()
+        self.tree.fill(self._curves, self._choices.choice)
+
+
+def _button(name: str, text: str, pressed: Callable[[], None]) -> QPushButton:
+    button = QPushButton(text)
+    button.setObjectName(name)
+    button.setAutoDefault(False)
+    button.clicked.connect(lambda: pressed())
+    return button

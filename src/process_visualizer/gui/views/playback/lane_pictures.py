@@ -9,12 +9,9 @@ from PyQt5.QtGui import QPixmap
 
 from process_visualizer.curves.value_scale import EMPTY_SCALE, ValueScale
 from process_visualizer.gui.toolkit.theme import theme
-from process_visualizer.gui.views.playback.lane_picture import (
-    LaneLook,
-    lane_picture,
-    visible_part,
-    visible_scale,
-)
+from process_visualizer.gui.views.playback.lane_look import LaneLook
+from process_visualizer.gui.views.playback.lane_picture import lane_picture
+from process_visualizer.gui.views.playback.lane_scale import Scales, visible_part, visible_scales
 from process_visualizer.gui.views.playback.timeline_lanes import Lane
 
 _TURN_S = 0.008  # half a frame of a screen: no longer are lanes drawn without a break
@@ -25,42 +22,42 @@ class LanePictures:
 
     def __init__(self) -> None:
         self._lanes: Tuple[Lane, ...] = ()
-        self._look: Optional[LaneLook] = None
+        self._looks: Tuple[LaneLook, ...] = ()
         self._theme = theme()
         self._pictures: Dict[int, QPixmap] = {}
-        self._scales: Dict[int, ValueScale] = {}
+        self._scales: Dict[int, Scales] = {}
         self._drawn: Set[int] = set()
 
     def set_lanes(self, lanes: Sequence[Lane]) -> None:
         """Set new lanes, without pictures yet."""
-        self._lanes, self._look = tuple(lanes), None
+        self._lanes, self._looks = tuple(lanes), ()
         self._pictures, self._scales = {}, {}
 
     def update_lanes(self, lanes: Sequence[Lane]) -> None:
         """Set newer values; if the lanes are the same, they keep their scales and pictures."""
-        if [it.key for it in lanes] != [it.key for it in self._lanes]:
+        if [it.arrangement for it in lanes] != [it.arrangement for it in self._lanes]:
             self.set_lanes(lanes)
         self._lanes = tuple(lanes)
         self._drawn.clear()
 
-    def want(self, look: LaneLook) -> None:
+    def want(self, looks: Sequence[LaneLook]) -> None:
         """Set the wanted look of each lane."""
-        if (look, theme()) != (self._look, self._theme):
-            self._look, self._theme = look, theme()
+        if (tuple(looks), theme()) != (self._looks, self._theme):
+            self._looks, self._theme = tuple(looks), theme()
             self._drawn.clear()
 
     def missing(self, rows: Sequence[int]) -> List[int]:
         """Return those lanes that do not look as wanted."""
-        return [row for row in rows if self._look is None or row not in self._drawn]
+        return [row for row in rows if not self._looks or row not in self._drawn]
 
     def draw(self, rows: Sequence[int]) -> List[int]:
         """Draw missing lanes, as many as there is time for, at least one; return which."""
         begin_s = time.perf_counter()
         drawn: List[int] = []
         for row in self.missing(rows):
-            if self._look is None or (drawn and time.perf_counter() - begin_s > _TURN_S):
+            if not self._looks or (drawn and time.perf_counter() - begin_s > _TURN_S):
                 break
-            self._draw(row, self._look)
+            self._draw(row, self._looks[row])
             drawn.append(row)
         return drawn
 
@@ -68,13 +65,14 @@ class LanePictures:
         """Return the picture of a lane, perhaps in another size; None before it is drawn."""
         return self._pictures.get(row)
 
-    def scale(self, row: int) -> ValueScale:
-        """Return the scale in the picture of a lane."""
-        return self._scales.get(row, EMPTY_SCALE)
+    def scale(self, row: int, curve: int = 0) -> ValueScale:
+        """Return the scale of a curve in the picture of a lane."""
+        name = self._lanes[row].curves[curve].scale_name if row < len(self._lanes) else ()
+        return self._scales.get(row, {}).get(name, EMPTY_SCALE)
 
     def _draw(self, row: int, look: LaneLook) -> None:
         lane = self._lanes[row]
-        part = visible_part(lane, look)
-        self._scales[row] = visible_scale(lane, part, self._scales.get(row))
-        self._pictures[row] = lane_picture(lane, look, part, self._scales[row])
+        parts = [visible_part(curve, look) for curve in lane.curves]
+        self._scales[row] = visible_scales(lane, parts, self._scales.get(row, {}))
+        self._pictures[row] = lane_picture(lane, look, parts, self._scales[row])
         self._drawn.add(row)

@@ -2,28 +2,35 @@
 """The lanes of the timeline, one below the other: their places, and what is drawn in them."""
 from __future__ import annotations
 
+from itertools import accumulate
 from typing import Callable, List, Optional, Sequence, Tuple
 
-from PyQt5.QtCore import QObject, QRect, QRectF, Qt, pyqtSignal
-from PyQt5.QtGui import QColor, QFontMetricsF, QPainter
-from PyQt5.QtWidgets import QScrollBar, QWidget
+from PyQt5.QtCore import QObject, QPoint, QPointF, QRect, QRectF, QSize, Qt, pyqtSignal
+from PyQt5.QtGui import QColor, QFontMetricsF, QPainter, QPolygonF
+from PyQt5.QtWidgets import QMenu, QScrollBar, QWidget
 
+from process_visualizer.gui.models.playback.lane_choices import LaneChoices
 from process_visualizer.gui.toolkit.colours import readable_colour, translucent
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
-from process_visualizer.gui.views.playback.lane_picture import (
+from process_visualizer.gui.views.playback.lane_look import (
+    GROWTH,
     LANE_HEIGHT,
-    MOST_LANE_HEIGHT,
     TEXT_HEIGHT,
     LaneLook,
+    growth,
+    least_height,
 )
+from process_visualizer.gui.views.playback.lane_menu import add_lane_actions
 from process_visualizer.gui.views.playback.lane_pictures import LanePictures
+from process_visualizer.gui.views.playback.lane_scale import range_text
 from process_visualizer.gui.views.playback.timeline_lanes import Lane, LaneTexts
 from process_visualizer.gui.views.playback.timeline_layout import SIDE
 
 _LEAST_NAME = 20.0  # px: less of a name is not worth to be shown
 _BETWEEN = 7.0  # px between texts
 _BACKGROUND_ALPHA = 225  # texts are readable over the playhead
+_FOLD_PX, _FOLD_SIZE = 13, 3.5  # of the triangle that folds a lane: its place, and half of it
 
 
 class LaneStack(QObject):
@@ -40,7 +47,8 @@ class LaneStack(QObject):
         self.scroll = QScrollBar(Qt.Vertical, parent)
         self.scroll.setObjectName('timeline_scroll')
         self.scroll.valueChanged.connect(self._redraw_all)
-        self._lane_height = LANE_HEIGHT
+        self._heights: Tuple[int, ...] = ()
+        self._tops: Tuple[int, ...] = ()
 
     def set_lanes(self, lanes: Sequence[Lane]) -> None:
         """Set the lanes, from top to bottom; then give them a place."""
@@ -53,20 +61,23 @@ class LaneStack(QObject):
         self.pictures.update_lanes(lanes)
 
     def height_of(self, lanes: int) -> int:
-        """Return the height [px] that so many lanes need."""
-        return lanes * LANE_HEIGHT + 2
+        """Return the height [px] that the first so many lanes need."""
+        return sum(map(least_height, self.lanes[:lanes])) + 2
 
     @property
     def most_height(self) -> int:
         """The height [px] beyond which the lanes do not grow."""
-        return len(self.lanes) * MOST_LANE_HEIGHT + 2
+        return self.height_of(len(self.lanes)) + GROWTH * sum(map(growth, self.lanes))
 
     def place(self, rect: QRect) -> None:
         """Set the place of all lanes."""
         self.rect = rect
-        count, visible = len(self.lanes), rect.height()
-        self._lane_height = min(max((visible - 2) // max(count, 1), LANE_HEIGHT), MOST_LANE_HEIGHT)
-        hidden = max(count * self._lane_height + 2 - visible, 0)
+        visible, needed = rect.height(), self.height_of(len(self.lanes))
+        spare = (visible - needed) // max(sum(map(growth, self.lanes)), 1)
+        spare = min(max(spare, 0), GROWTH)
+        self._heights = tuple(least_height(it) + spare * growth(it) for it in self.lanes)
+        self._tops = tuple(accumulate((0, *self._heights)))
+        hidden = max(self._tops[-1] + 2 - visible, 0)
         self.scroll.setRange(0, hidden)
         self.scroll.setPageStep(max(visible, 1))
         self.scroll.setSingleStep(LANE_HEIGHT // 2)
@@ -76,29 +87,50 @@ class LaneStack(QObject):
 
     def lane_rect(self, row: int) -> QRect:
         """Return the place of a lane; perhaps it is scrolled out of sight."""
-        top = self.rect.top() + row * self._lane_height - self.scroll.value()
-        return QRect(self.rect.left(), top, self.rect.width(), self._lane_height)
+        top = self.rect.top() + self._tops[row] - self.scroll.value()
+        return QRect(self.rect.left(), top, self.rect.width(), self._heights[row])
 
     def texts_rect(self, row: int, axis: TimeAxis) -> QRectF:
-        """Return the place of a lane's name and values."""
-        return QRectF(axis.left, self.lane_rect(row).top() + 1, axis.width, TEXT_HEIGHT - 1)
+        """Return the place of a lane's names and values."""
+        return QRectF(axis.left, self.lane_rect(row).top() + 1, axis.width,
+                      TEXT_HEIGHT * len(self.lanes[row].curves) - 1)
 
     def row_at(self, y: int) -> Optional[int]:
         """Return which lane is at a height; None: none."""
-        row = (y - self.rect.top() + self.scroll.value()) // self._lane_height
-        return row if self.rect.top() <= y < self.rect.bottom() and row < len(self.lanes) else None
+        if not self.rect.top() <= y < self.rect.bottom():
+            return None
+        return next((row for row in range(len(self.lanes))
+                     if self.lane_rect(row).top() <= y <= self.lane_rect(row).bottom()), None)
+
+    def fold_rect(self, row: int) -> QRect:
+        """Return the place of the triangle that folds a lane."""
+        return QRect(self.lane_rect(row).topLeft() + QPoint(0, 1), QSize(_FOLD_PX, _FOLD_PX))
+
+    def fold(self, place: QPoint, choices: LaneChoices) -> bool:
+        """Fold the lane whose triangle is at a place, or unfold it; tell whether there is one."""
+        row = self.row_at(place.y())
+        if row is None or not self.fold_rect(row).contains(place):
+            return False
+        keys, is_folded = self.lanes[row].arrangement
+        choices.choose(choices.choice.with_folded(keys, not is_folded))
+        return True
+
+    def add_actions(self, menu: QMenu, row: int, choices: LaneChoices) -> None:
+        """Add to a menu what can be done with a lane."""
+        add_lane_actions(menu, choices, self.lanes[row], self.lanes[row - 1] if row else None)
 
     def draw(self, painter: QPainter, axis: TimeAxis, length_s: float, area: QRect) -> None:
         """Draw the curves in an area; what is not ready yet comes later."""
-        self.pictures.want(LaneLook(axis, self.rect.width(), self._lane_height,
-                                    painter.device().devicePixelRatioF(), painter.font(),
-                                    length_s))
+        dots, font, width = painter.device().devicePixelRatioF(), painter.font(), self.rect.width()
+        self.pictures.want([LaneLook(axis, width, height, dots, font, length_s, len(lane.curves))
+                            for lane, height in zip(self.lanes, self._heights)])
         drawn = self.pictures.draw(self._visible_rows())
         painter.setClipRect(area.intersected(self.rect))
         for row in self._visible_rows():
             picture, place = self.pictures.picture(row), self.lane_rect(row)
             if picture is not None and place.intersects(area):
                 painter.drawPixmap(place, picture)
+                _draw_fold(painter, QRectF(self.fold_rect(row)), self.lanes[row].is_folded)
         painter.setClipRect(area)
         for row in self.pictures.missing(self._visible_rows()) + drawn:
             if row not in drawn or not area.contains(self.lane_rect(row).intersected(self.rect)):
@@ -117,27 +149,52 @@ class LaneStack(QObject):
         self.redraw.emit(self.rect)
 
     def draw_texts(self, painter: QPainter, axis: TimeAxis, area: QRect,
-                   texts_of: Callable[[int], LaneTexts]) -> None:
-        """Draw names and values in an area, over everything else."""
+                   texts_of: Callable[[int, int], LaneTexts]) -> None:
+        """Draw names and values in an area, over everything else.
+
+        ``texts_of`` returns the values of a lane's curve.
+        """
         painter.setClipRect(area.intersected(self.rect))
         for row, lane in enumerate(self.lanes):
-            rect = self.texts_rect(row, axis)
-            if rect.toAlignedRect().intersects(area):
-                right = _draw_values(painter, rect, texts_of(row))
-                _draw_name(painter, lane, QRectF(rect.topLeft(), rect.bottomRight()), right)
+            place = self.texts_rect(row, axis)
+            if not place.toAlignedRect().intersects(area):
+                continue
+            for number in range(len(lane.curves)):
+                rect = QRectF(place.left(), place.top() + number * TEXT_HEIGHT, place.width(),
+                              TEXT_HEIGHT - 1)
+                right = _draw_values(painter, rect, texts_of(row, number))
+                self._draw_name(painter, row, number, rect, right)
         painter.setClipRect(area)
 
+    def _draw_name(self, painter: QPainter, row: int, number: int, rect: QRectF,
+                   right: float) -> None:
+        """Draw a curve's name, with its scale if that is not the one at the left."""
+        lane, curve = self.lanes[row], self.lanes[row].curves[number]
+        metrics, room = QFontMetricsF(painter.font()), right - rect.left()
+        if room < _LEAST_NAME:
+            return
+        text = curve.label
+        if curve.scale_name != lane.scale_name and not lane.is_folded:
+            text += '  ' + range_text(self.pictures.scale(row, number), curve.unit)
+        text = metrics.elidedText(text, Qt.ElideMiddle, room)
+        place = QRectF(rect.topLeft(), rect.bottomRight())
+        place.setWidth(metrics.horizontalAdvance(text) + 2.0)
+        painter.fillRect(place, translucent(theme().paper, _BACKGROUND_ALPHA))
+        painter.setPen(readable_colour(curve.colour))
+        painter.drawText(place, Qt.AlignLeft | Qt.AlignVCenter, text)
 
-def _draw_name(painter: QPainter, lane: Lane, rect: QRectF, right: float) -> None:
-    metrics = QFontMetricsF(painter.font())
-    room = right - rect.left()
-    if room < _LEAST_NAME:
-        return
-    text = metrics.elidedText(lane.label, Qt.ElideMiddle, room)
-    rect.setWidth(metrics.horizontalAdvance(text) + 2.0)
-    painter.fillRect(rect, translucent(theme().paper, _BACKGROUND_ALPHA))
-    painter.setPen(readable_colour(lane.colour))
-    painter.drawText(rect, Qt.AlignLeft | Qt.AlignVCenter, text)
+
+def _draw_fold(painter: QPainter, rect: QRectF, is_folded: bool) -> None:
+    """Draw a triangle: to the right, that of a folded lane, or down."""
+    size, middle = _FOLD_SIZE, rect.center()
+    corners = ((-size / 2, -size), (size / 2, 0.0), (-size / 2, size)) if is_folded \
+        else ((-size, -size / 2), (0.0, size / 2), (size, -size / 2))
+    painter.save()
+    painter.setRenderHint(QPainter.Antialiasing)
+    painter.setPen(Qt.NoPen)
+    painter.setBrush(QColor(theme().tick))
+    painter.drawPolygon(QPolygonF([middle + QPointF(*it) for it in corners]))
+    painter.restore()
 
 
 def _draw_values(painter: QPainter, rect: QRectF, texts: LaneTexts) -> float:

@@ -19,6 +19,7 @@ from process_visualizer.gui.views.parts.layouts import in_column
 from process_visualizer.gui.views.playback.bag_view import BagView
 from process_visualizer.gui.views.playback.curves_dialog import CurvesDialog
 from process_visualizer.gui.views.playback.curves_row import CurvesRow
+from process_visualizer.gui.views.playback.lane_groups import grouped_lanes
 from process_visualizer.gui.views.playback.timeline_lanes import Lane, lane_label, lane_of
 from process_visualizer.gui.views.playback.timeline_view import TimelineView
 from process_visualizer.gui.views.playback.transport_view import TransportView
@@ -38,7 +39,7 @@ class PlaybackPanel(QWidget):
         self._bag = bag
         self.bag = BagView(bag)
         self.transport = TransportView(playback)
-        self.timeline = TimelineView(playback, values.value)
+        self.timeline = TimelineView(playback, values.value, bag.curves.choices)
         self.curves = CurvesRow(bag.curves)
         self._lanes: Dict[Key, Lane] = {}
         self._bands = bands
@@ -53,7 +54,6 @@ class PlaybackPanel(QWidget):
         bag.curves.changed.connect(self._show_curves)
         values.changed.connect(self.timeline.show_values)
         self.timeline.mark_wanted.connect(self.ask_for_mark)
-        self.timeline.hide_wanted.connect(bag.curves.choices.hide)
         self.timeline.curves_wanted.connect(self.ask_for_curves)
         bag.curves.choices.changed.connect(self._show_lanes)
         bands.changed.connect(self._show_lanes)
@@ -121,8 +121,8 @@ class PlaybackPanel(QWidget):
         self._show_lanes()
 
     def _show_lanes(self) -> None:
-        shown = self._bag.curves.choices.choice.shown(tuple(self._lanes))
-        self.timeline.set_lanes([self._over_band(self._lanes[key]) for key in shown])
+        curves = {key: self._over_band(lane) for key, lane in self._lanes.items()}
+        self.timeline.set_lanes(grouped_lanes(curves, self._bag.curves.choices.choice))
 
     def _over_band(self, lane: Lane) -> Lane:
         band = self._bands.bands.get(_band_key(lane.key))

@@ -26,7 +26,8 @@ class Lane:
 
     ``low`` and ``high`` are the extreme values in each column, NaN where there is none; ``key`` is
     used to find the value at the position; beyond its ``limits`` the curve has their colour. The
-    ``band`` of good runs has as many columns.
+    ``band`` of good runs has as many columns. Other variables may be ``overlaid``: they share its
+    lane. Of a folded lane only names and values are seen.
     """
 
     label: str
@@ -37,6 +38,23 @@ class Lane:
     key: Key = ('', '', '')
     limits: Optional[WarningLimits] = None
     band: Optional[TimelineBand] = None
+    overlaid: Tuple[Lane, ...] = ()
+    is_folded: bool = False
+
+    @property
+    def curves(self) -> Tuple[Lane, ...]:
+        """All variables in this lane."""
+        return (self, *self.overlaid)
+
+    @property
+    def arrangement(self) -> Tuple[Tuple[Key, ...], bool]:
+        """Which variables are in this lane, and whether it is folded."""
+        return tuple(it.key for it in self.curves), self.is_folded
+
+    @property
+    def scale_name(self) -> Tuple[str, ...]:
+        """What two variables in a lane have in common if their scale is a common one."""
+        return (self.unit,) if self.unit else self.key
 
     def at(self, share: float) -> float:
         """Return the value at a part (0 to 1) of the recording; NaN where there is none."""

@@ -21,6 +21,7 @@ from PyQt5.QtGui import (
 from PyQt5.QtWidgets import QMenu, QScrollBar, QSizePolicy, QToolTip, QWidget
 
 from process_visualizer.curves.position_values import Key
+from process_visualizer.gui.models.playback.lane_choices import LaneChoices
 from process_visualizer.gui.models.playback.playback_model import PlaybackModel
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
@@ -56,17 +57,14 @@ class TimelineView(QWidget):
     mark_wanted = pyqtSignal(float)
     """A mark should be added at this time [s]."""
 
-    hide_wanted = pyqtSignal(object)
-    """The curve with this key should be hidden."""
-
     curves_wanted = pyqtSignal()
     """The operator wants to choose the curves."""
 
     def __init__(self, playback: PlaybackModel, value_of: Callable[[Key], Optional[float]],
-                 parent: Optional[QWidget] = None) -> None:
-        """``value_of`` returns a lane's value at the position: NaN: none, None: unknown yet."""
+                 choices: LaneChoices, parent: Optional[QWidget] = None) -> None:
+        """``value_of`` returns a curve's value at the position: NaN: none, None: unknown yet."""
         super().__init__(parent)
-        self._playback, self._value_of = playback, value_of
+        self._playback, self._value_of, self._choices = playback, value_of, choices
         self._length_s = 0.0
         self._gaps: Tuple[Tuple[float, float], ...] = ()
         self.alarms: Tuple[Tuple[float, float], ...] = ()  # [s, s], shown when lanes are set
@@ -120,13 +118,14 @@ class TimelineView(QWidget):
         """The time axis."""
         return axis_of(self.zoom.shown, self.width())
 
-    def lane_texts(self, row: int) -> LaneTexts:
-        """Return a lane's values at the position and at the mouse, and their difference."""
-        lane, length_s, time_s = self.stack.lanes[row], self.zoom.shown.length_s, self._hover_s
-        at_mouse = None if time_s is None or not length_s else lane.at(time_s / length_s)
-        good = lane.good_at(self._playback.position_s / length_s) if length_s else None
-        return lane_texts(lane, self.stack.pictures.scale(row).span, self._value_of(lane.key),
-                          at_mouse, good)
+    def lane_texts(self, row: int, number: int = 0) -> LaneTexts:
+        """Return the values of a lane's curve at the position, at the mouse, and the difference."""
+        curve, length_s = self.stack.lanes[row].curves[number], self.zoom.shown.length_s
+        time_s = self._hover_s
+        at_mouse = None if time_s is None or not length_s else curve.at(time_s / length_s)
+        good = curve.good_at(self._playback.position_s / length_s) if length_s else None
+        return lane_texts(curve, self.stack.pictures.scale(row, number).span,
+                          self._value_of(curve.key), at_mouse, good)
 
     @property
     def _hover_s(self) -> Optional[float]:
@@ -237,7 +236,8 @@ class TimelineView(QWidget):
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Grab what is under the mouse: a handle, a mark, or the time."""
-        if event.button() != Qt.LeftButton or not self._playback.is_available:
+        if event.button() != Qt.LeftButton or self.stack.fold(event.pos(), self._choices) \
+                or not self._playback.is_available:
             return
         self._dragged = self._target(event)
         if self._dragged.kind == 'mark':
@@ -343,8 +343,7 @@ class TimelineView(QWidget):
                              lambda: self.mark_wanted.emit(time_s))
         menu.addSeparator()
         if row is not None:
-            lane = self.stack.lanes[row]
-            menu.addAction(f'Hide “{lane.label}”', lambda: self.hide_wanted.emit(lane.key))
+            self.stack.add_actions(menu, row, self._choices)
         menu.addAction('Curves…', self.curves_wanted)
         return menu
 
