@@ -2,23 +2,29 @@
 """Commands the node ghost."""
 from __future__ import annotations
 
-from typing import Sequence
+from typing import Optional, Sequence
 
-import rosgraph
-import rospy
-
+from process_visualizer.clients.service_connection import ServiceConnection, ServiceUnreachable
 from process_visualizer.msg import GhostRobot
 from process_visualizer.ros_names import GHOST
 from process_visualizer.runs.comparison.ghost_tracks import GhostTrack
 from process_visualizer.srv import ShowGhost
+
+_TIMEOUT_S = 10.0  # an hour of joints is to be read
 
 
 class GhostError(Exception):
     """There is no ghost; says why."""
 
 
-def show_ghost(tracks: Sequence[GhostTrack]) -> None:
+def show_ghost(tracks: Sequence[GhostTrack], master_uri: Optional[str] = None,
+               start_s: float = 0.0) -> None:
     """Show robots of another run in step with the player; without tracks hide them.
+
+    Args:
+        tracks: of the robots.
+        master_uri: of another master than that of this process.
+        start_s: so long the node may still need to start.
 
     Raises:
         GhostError: the node does not answer, or refuses.
@@ -27,10 +33,13 @@ def show_ghost(tracks: Sequence[GhostTrack]) -> None:
                          times=it.there.times_s.tolist(),
                          there=it.there.positions.ravel().tolist(),
                          here=it.here.ravel().tolist()) for it in tracks]
+    service = ServiceConnection(f'/{GHOST}/show', ShowGhost, _TIMEOUT_S, master_uri)
     try:
-        answer = rospy.ServiceProxy(f'/{GHOST}/show', ShowGhost)(robots)
-    except (rospy.ServiceException, rosgraph.MasterException, OSError) as error:
-        raise GhostError(f'The ghost cannot be shown: /{GHOST} does not answer '
-                         f'({error})') from error
+        service.wait(start_s)
+        answer = service.call(robots)
+    except ServiceUnreachable as error:
+        raise GhostError(f'The ghost cannot be shown: {error}') from error
+    finally:
+        service.close()
     if not answer.success:
         raise GhostError(f'The ghost cannot be shown: {answer.message}')

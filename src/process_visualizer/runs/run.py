@@ -62,7 +62,10 @@ class RunEvent(NamedTuple):
 
 
 class Run(NamedTuple):
-    """A run; its times count from its begin, which is at ``begin_s`` of its recording."""
+    """A run; its times count from its begin, which is at ``begin_s`` of its recording.
+
+    ``recording`` are the files of that, in their order.
+    """
 
     name: str
     duration_s: float
@@ -70,6 +73,7 @@ class Run(NamedTuple):
     motions: Tuple[ToolMotion, ...] = ()
     events: Tuple[RunEvent, ...] = ()
     begin_s: float = 0.0
+    recording: Tuple[str, ...] = ()
 
     @property
     def by_key(self) -> Mapping[Key, Channel]:
@@ -93,7 +97,8 @@ def part_of(run: Run, begin_s: float, end_s: float, name: str) -> Run:
     motions = tuple(_cut_motion(motion, begin_s, end_s) for motion in run.motions)
     events = tuple(RunEvent(event.name, event.time_s - begin_s) for event in run.events
                    if begin_s <= event.time_s <= end_s)
-    return Run(name, end_s - begin_s, channels, motions, events, run.begin_s + begin_s)
+    return Run(name, end_s - begin_s, channels, motions, events, run.begin_s + begin_s,
+               run.recording)
 
 
 def _rows(times_s: np.ndarray, begin_s: float, end_s: float) -> slice:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import re
-from typing import Callable, Dict, List, Optional, Sequence, Tuple
+from contextlib import contextmanager
+from typing import Callable, Dict, Iterator, List, Optional, Sequence, Tuple
 
 from process_visualizer.bags.recording import Recording
 from process_visualizer.cell.model import Cell
@@ -38,6 +39,19 @@ class ChosenRuns:
             OSError: the files of a configuration cannot be written.
         """
         return [run for word in words for run in self._runs(word)]
+
+    @contextmanager
+    def cell_of(self, run: Run) -> Iterator[Cell]:
+        """Yield the cell that a run was made of; while it is used, its models exist.
+
+        Raises:
+            BagError, ConfigurationError, OSError: as ``runs``.
+        """
+        if self._cell is not None:
+            yield self._cell
+            return
+        with Recording(run.recording) as recording, recorded_cell(recording) as cell:
+            yield cell
 
     def _runs(self, word: str) -> Tuple[Run, ...]:
         match = None if os.path.exists(word) else _CYCLE.match(word)

@@ -46,7 +46,7 @@ def read_run(recording: Recording, cell: Cell,
                (recording.end_ns - recording.begin_ns) / 1e9,
                _distinct(channels), tuple(_motions(recording, cell, channels)),
                tuple(sorted(_events(events, cell.events) + _marks(recording),
-                            key=lambda it: it.time_s)))
+                            key=lambda it: it.time_s)), recording=recording.paths)
 
 
 def _event_source(event: ProcessEvent) -> CurveSource:

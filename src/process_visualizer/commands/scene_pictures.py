@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Pictures of the scene for the page of ``cell compare``: good beside poor, as RViz shows them."""
+from __future__ import annotations
+
+import os
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
+
+import numpy as np
+
+from process_visualizer.bags.recording import Recording
+from process_visualizer.cell.environment import check_environment
+from process_visualizer.cell.model import Cell, Device, Mode
+from process_visualizer.commands.scene_camera import SIZE, SceneCamera, SceneError, scene_camera
+from process_visualizer.generate.choice import Choice
+from process_visualizer.generate.generator import default_rviz_file
+from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns
+from process_visualizer.runs.comparison.ghost_tracks import ghost_tracks
+from process_visualizer.runs.comparison.scene_pair import ScenePair, shown_s
+from process_visualizer.runs.run import Run
+from process_visualizer.rviz.camera import camera_pose
+from process_visualizer.rviz.view_file import read_view
+from process_visualizer.rviz.window_geometry import scene_aspect
+
+MOST_SCENES = 4
+"""So many poor runs at most, as each takes some seconds."""
+_AROUND_M = 0.35
+"""So much around each tool is in the picture: the arrows, and the robot's hand."""
+
+
+def scene_pictures(cell: Cell, good: GoodRuns,
+                   comparisons: Sequence[Comparison]) -> Tuple[Optional[ScenePair], ...]:
+    """Return for each run a pair of pictures; None for good runs, and for those after the first 4.
+
+    Raises:
+        SceneError: there is no RViz or no screen, or they do not do what they should; says why.
+    """
+    poor = [it for it in comparisons if it.departures][:MOST_SCENES]
+    if not poor:
+        return (None,) * len(comparisons)
+    devices = _recorded(cell, good.reference)
+    problems = check_environment(cell, Mode.PLAYBACK, [device.name for device in devices])
+    if problems:
+        raise SceneError(str(problems[0]))
+    choice = Choice(cell, Mode.PLAYBACK, devices, view=_view(good.reference, poor))
+    with scene_camera(choice) as camera:
+        pairs = [_pair(camera, cell, good, it) for it in poor]
+    return tuple(pairs[poor.index(it)] if it in poor else None for it in comparisons)
+
+
+def _pair(camera: SceneCamera, cell: Cell, good: GoodRuns, comparison: Comparison) -> ScenePair:
+    run, reference = comparison.run, good.reference
+    reference_s = shown_s(comparison.departures[0])
+    poor = camera.picture(_paths(run), run.begin_s + comparison.run_s(reference_s),
+                          ghost_tracks(cell, reference, [comparison]))
+    return ScenePair(reference_s, camera.picture(_paths(reference),
+                                                 reference.begin_s + reference_s, ()), poor)
+
+
+def _paths(run: Run) -> List[str]:
+    """The player is a process in another folder."""
+    return [os.path.abspath(path) for path in run.recording]
+
+
+def _recorded(cell: Cell, run: Run) -> Tuple[Device, ...]:
+    """The devices of which there is something to be seen: the others would be waited for."""
+    with Recording(run.recording) as recording:
+        index = recording.index
+        return tuple(device for device in cell.devices if not device.topics or any(
+            len(index.positions_of(index.connections_of(topic.name))) for topic in device.topics))
+
+
+def _view(reference: Run, poor: Sequence[Comparison]) -> Optional[Mapping[str, Any]]:
+    """An RViz file's content with a camera that sees the tools at all moments."""
+    places = [place for it in poor for place in _tools(reference, shown_s(it.departures[0]))]
+    if not places:
+        return None  # that of the whole cell
+    offsets = _AROUND_M * np.stack(np.meshgrid(*3 * [(-1.0, 1.0)]), axis=-1).reshape(-1, 3)
+    points = np.concatenate([place + offsets for place in places])
+    views: Dict[str, Any] = read_view(default_rviz_file())['Visualization Manager']['Views']
+    current = {**views['Current'], **camera_pose(points, views['Current'], scene_aspect(*SIZE))}
+    return {'Visualization Manager': {'Views': {**views, 'Current': current}}}
+
+
+def _tools(reference: Run, time_s: float) -> List[np.ndarray]:
+    """Where the tools are [m] (3,), in the global frame."""
+    found = [np.array([np.interp(time_s, it.times_s, column) for column in it.positions.T])
+             for it in reference.motions if len(it.times_s)]
+    return [place for place in found if np.isfinite(place).all()]
