@@ -69,7 +69,7 @@ class SceneCamera:
         self._states: Dict[str, PartState] = {}
         self._failure = ''
         self._files: Tuple[str, ...] = ()  # as the player says
-        self._view = DrawnView()
+        self._view, self._has_ghost = DrawnView(), False
         self._cell = ReplayCell(self._take_report, screen.variables)
         self._player = PlayerClient(follow_now=False, master_uri=self._cell.master_uri)
         self._followers: Dict[str, RemoteFollower] = {}
@@ -85,7 +85,9 @@ class SceneCamera:
         try:
             self._player.pause()
             self._player.seek(position_s)
-            show_ghost(tracks, self._cell.master_uri, _START_S)
+            if tracks or self._has_ghost:  # without robots' models there is no node for it
+                show_ghost(tracks, self._cell.master_uri, _START_S)
+                self._has_ghost = bool(tracks)
         except (PlayerError, GhostError) as error:
             raise SceneError(str(error)) from None
         self._view.begin_again()

@@ -169,6 +169,20 @@ def test_a_further_recording_is_added(stand: Stand, tmp_path: Path) -> None:
     assert stand.sought == []  # it is not the recording that is open
 
 
+def test_the_parts_of_a_recording_are_one(stand: Stand, tmp_path: Path) -> None:
+    parts = [write_bag(tmp_path, f'p_{number}.bag', part_of_s=span, cycles=4, poor=2)
+             for number, span in enumerate(((0.0, 27.5), (27.5, 48.0)))]
+    stand.model.set_recording(parts)
+    stand.panel.find.click()
+    stand.tasks.end_all()
+    assert column(stand.panel.runs, 0)[2:] == ['p_0.bag#3', 'p_0.bag#4']
+    stand.tick(0, 1)
+    stand.compare()
+    assert len(stand.model.of_recording) == 4
+    stand.panel.departures.itemClicked.emit(stand.panel.departures.topLevelItem(0), 0)
+    assert stand.sought == [pytest.approx(27.0, abs=0.1)]
+
+
 def test_what_cannot_be_read_is_told_and_forgotten(stand: Stand, tmp_path: Path) -> None:
     stand.find()
     stand.model.add(str(tmp_path / 'none.bag'))

@@ -20,7 +20,7 @@ LINE = 'comparison'
 
 
 class ListedRun(NamedTuple):
-    """A run and the path of its recording."""
+    """A run and the path of its recording, or of the first part of that."""
 
     path: str
     run: Run
@@ -78,7 +78,7 @@ class CompareModel(QObject):
 
     @property
     def of_recording(self) -> Tuple[Comparison, ...]:
-        """What came of the runs of the recording that is open, or of its first part."""
+        """What came of the runs of the recording that is open."""
         if self._compared is None:
             return ()
         return tuple(found for it, found in zip(self._runs, self._compared.comparisons)
@@ -109,13 +109,14 @@ class CompareModel(QObject):
 
     def find_runs(self) -> None:
         """Read the recordings, and cut them into their runs."""
-        cell, paths = self._cell, (*self._recording, *self._added)
+        cell, recording, added = self._cell, self._recording, self._added
 
         def found(progress: Progress) -> Tuple[ListedRun, ...]:
             chosen = ChosenRuns(cell, progress.is_cancelled)
-            return tuple(ListedRun(path, run) for path in paths for run in chosen.runs([path]))
+            runs = [*chosen.of_recording(recording), *chosen.runs(added)]
+            return tuple(ListedRun(run.recording[0], run) for run in runs)
 
-        if paths:
+        if recording:
             self._begin('Reading the recordings…', found, self._take_runs)
 
     def set_good(self, number: int, is_good: bool) -> None:
