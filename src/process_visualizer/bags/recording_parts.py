@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The files of a recording that was split: NAME_0.bag, NAME_1.bag, …"""
+"""The files of a recording that was split, such as NAME_0.bag and NAME_1.bag."""
 from __future__ import annotations
 
 import os

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import Callable, Dict, Iterator, Optional, Sequence, Tuple
+from typing import Callable, Dict, Iterator, List, Optional, Sequence, Tuple
 
 from diagnostic_msgs.msg import DiagnosticArray
 
@@ -22,6 +22,7 @@ from process_visualizer.launching.ros_master import RosMasterError
 from process_visualizer.launching.virtual_screen import ScreenError, VirtualScreen
 from process_visualizer.msg import PlayerState
 from process_visualizer.ros_names import BAG_PLAYER, DISPLAY_STATUS_TOPIC, PLAYER_STATE_TOPIC, RVIZ
+from process_visualizer.runs.comparison.ghost_arrows import GhostArrow
 from process_visualizer.runs.comparison.ghost_tracks import GhostTrack
 from process_visualizer.rviz.window_geometry import Rectangle
 
@@ -30,6 +31,8 @@ SIZE = (880, 700)
 _SCENE = '846x606+17+63'
 """What of the window is the scene: without bars and the docks' edges."""
 _START_S, _DRAWN_S = 90.0, 30.0
+_ALIKE, _MOST_PICTURES = 3, 20
+"""So many pictures are the same in a scene at rest; so many are taken at most."""
 _NEEDED = (FRAMES_PART, BAG_PART, RVIZ_PART)
 
 
@@ -75,8 +78,11 @@ class SceneCamera:
         self._followers: Dict[str, RemoteFollower] = {}
 
     def picture(self, paths: Sequence[str], position_s: float,
-                tracks: Sequence[GhostTrack]) -> bytes:
-        """Return a picture (JPEG) of a recording at a position [s from its begin], with a ghost.
+                tracks: Sequence[GhostTrack] = (),
+                arrows: Sequence[GhostArrow] = ()) -> bytes:
+        """Return a picture (JPEG) of a recording at a position [s from its begin].
+
+        ``tracks`` and ``arrows`` are the ghost's.
 
         Raises:
             SceneError: the cell cannot be started, or does not answer.
@@ -86,14 +92,11 @@ class SceneCamera:
             self._player.pause()
             self._player.seek(position_s)
             if tracks or self._has_ghost:  # without robots' models there is no node for it
-                show_ghost(tracks, self._cell.master_uri, _START_S)
+                show_ghost(tracks, arrows, self._cell.master_uri, _START_S)
                 self._has_ghost = bool(tracks)
         except (PlayerError, GhostError) as error:
             raise SceneError(str(error)) from None
-        self._view.begin_again()
-        if not self._view.wait_until_drawn(_DRAWN_S) and not self._view.frames:
-            raise SceneError(self._view.problems()[0])
-        return self._screen.picture(_SCENE)
+        return self._still_picture()
 
     def close(self) -> None:
         """Stop the cell."""
@@ -101,6 +104,19 @@ class SceneCamera:
             follower.close()
         self._player.close()
         self._cell.stop()
+
+    def _still_picture(self) -> bytes:
+        """A picture of a scene that has come to rest: messages, models and labels may be late."""
+        pictures: List[bytes] = []
+        for _ in range(_MOST_PICTURES):
+            self._view.begin_again()
+            is_drawn = self._view.wait_until_drawn(_DRAWN_S)
+            if not self._view.frames:
+                raise SceneError(self._view.problems()[0])
+            pictures.append(self._screen.picture(_SCENE))
+            if not is_drawn or pictures[-_ALIKE:] == _ALIKE * pictures[-1:]:
+                break  # of a display that gets nothing, nothing more will come
+        return pictures[-1]
 
     def _play(self, paths: Tuple[str, ...]) -> None:
         """Let the player have a recording, and RViz show it."""

@@ -14,6 +14,7 @@ from process_visualizer.commands.scene_camera import SIZE, SceneCamera, SceneErr
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.generator import default_rviz_file
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns
+from process_visualizer.runs.comparison.ghost_arrows import ghost_arrows
 from process_visualizer.runs.comparison.ghost_tracks import ghost_tracks
 from process_visualizer.runs.comparison.scene_pair import ScenePair, shown_s
 from process_visualizer.runs.run import Run
@@ -51,9 +52,10 @@ def _pair(camera: SceneCamera, cell: Cell, good: GoodRuns, comparison: Compariso
     run, reference = comparison.run, good.reference
     reference_s = shown_s(comparison.departures[0])
     poor = camera.picture(_paths(run), run.begin_s + comparison.run_s(reference_s),
-                          ghost_tracks(cell, reference, [comparison]))
-    return ScenePair(reference_s, camera.picture(_paths(reference),
-                                                 reference.begin_s + reference_s, ()), poor)
+                          ghost_tracks(cell, reference, [comparison]),
+                          ghost_arrows(cell, reference, [comparison]))
+    good_one = camera.picture(_paths(reference), reference.begin_s + reference_s)
+    return ScenePair(reference_s, good_one, poor)
 
 
 def _paths(run: Run) -> List[str]:

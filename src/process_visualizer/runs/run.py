@@ -54,6 +54,18 @@ class ToolMotion(NamedTuple):
     positions: np.ndarray
 
 
+class ToolForce(NamedTuple):
+    """The force at a robot's tool: ``vectors`` (n, 3) [N] at ``times_s`` (n,).
+
+    ``frame`` is what the messages name, empty where they name none.
+    """
+
+    device: str
+    frame: str
+    times_s: np.ndarray
+    vectors: np.ndarray
+
+
 class RunEvent(NamedTuple):
     """A moment of the process in a run [s from the run's begin]."""
 
@@ -74,6 +86,7 @@ class Run(NamedTuple):
     events: Tuple[RunEvent, ...] = ()
     begin_s: float = 0.0
     recording: Tuple[str, ...] = ()
+    forces: Tuple[ToolForce, ...] = ()
 
     @property
     def by_key(self) -> Mapping[Key, Channel]:
@@ -98,7 +111,7 @@ def part_of(run: Run, begin_s: float, end_s: float, name: str) -> Run:
     events = tuple(RunEvent(event.name, event.time_s - begin_s) for event in run.events
                    if begin_s <= event.time_s <= end_s)
     return Run(name, end_s - begin_s, channels, motions, events, run.begin_s + begin_s,
-               run.recording)
+               run.recording, tuple(_cut_force(it, begin_s, end_s) for it in run.forces))
 
 
 def _rows(times_s: np.ndarray, begin_s: float, end_s: float) -> slice:
@@ -115,3 +128,8 @@ def _cut_motion(motion: ToolMotion, begin_s: float, end_s: float) -> ToolMotion:
     rows = _rows(motion.times_s, begin_s, end_s)
     return motion._replace(times_s=motion.times_s[rows] - begin_s,
                            positions=motion.positions[rows])
+
+
+def _cut_force(force: ToolForce, begin_s: float, end_s: float) -> ToolForce:
+    rows = _rows(force.times_s, begin_s, end_s)
+    return force._replace(times_s=force.times_s[rows] - begin_s, vectors=force.vectors[rows])
