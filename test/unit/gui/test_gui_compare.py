@@ -33,7 +33,7 @@ class Stand:
         self.bands = BandsModel(self.tasks, self.model)  # type: ignore[arg-type]
         self.ghosts: List[Any] = []
         self.ghost = GhostModel(self.tasks, self.model,  # type: ignore[arg-type]
-                                self.ghosts.append)
+                                lambda tracks, _arrows: self.ghosts.append(tracks))
         self.panel = ComparePanel(self.model, self.ghost)
         self.sought: List[float] = []
         self.panel.seek_wanted.connect(self.sought.append)
@@ -135,7 +135,7 @@ def test_the_ghost_is_shown_while_the_player_runs(stand: Stand) -> None:
 def test_a_ghost_that_cannot_be_shown_is_told(stand: Stand) -> None:
     told: List[str] = []
 
-    def refuse(_tracks: Any) -> None:
+    def refuse(_tracks: Any, _arrows: Any) -> None:
         raise GhostError('The ghost cannot be shown: no model')
 
     model = GhostModel(stand.tasks, stand.model, refuse)  # type: ignore[arg-type]
