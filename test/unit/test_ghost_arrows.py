@@ -14,7 +14,11 @@ from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.descriptions.robot_description import describe_device
 from process_visualizer.motion.joint_track import joint_track
 from process_visualizer.motion.kinematics import Kinematics
-from process_visualizer.motion.rotations import matrix_from_quaternion, rotated
+from process_visualizer.motion.rotations import (
+    matrix_from_quaternion,
+    quaternion_from_ypr,
+    rotated,
+)
 from process_visualizer.nodes.ghost.ghost_arrow import BESIDE_M
 from process_visualizer.nodes.ghost.ghost_arrow import GhostArrow as DrawnArrow
 from process_visualizer.nodes.ghost.ghost_robot import GhostRobot
@@ -77,7 +81,9 @@ def test_the_velocity_is_drawn_at_the_tool() -> None:
     foot, vector = drawn(cell, arrow, JOINTS)
     base = cell.device(ROBOT).base
     assert base is not None
-    np.testing.assert_allclose(np.linalg.norm(vector), 0.05 * VELOCITY_ARROW.scale_m, rtol=1e-6)
+    assert arrow.frame == base.frame
+    turn = matrix_from_quaternion(quaternion_from_ypr(base.pose.ypr))
+    np.testing.assert_allclose(turn @ vector, VELOCITY * VELOCITY_ARROW.scale_m, atol=1e-6)
     description = describe_device(cell.device(ROBOT))
     assert description is not None
     arm = Kinematics(description.text)
