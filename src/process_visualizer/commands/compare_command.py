@@ -74,8 +74,8 @@ def execute_compare(options: argparse.Namespace, arguments: Dict[str, str]) -> i
     _check(options)
     chosen = _chosen(options, arguments)
     reference, *others = chosen.runs(options.reference)
-    runs = chosen.runs(options.runs)
-    _check_comparable(reference, [*others, *runs])
+    _check_comparable(reference, others)
+    runs = _comparable(reference, chosen.runs(options.runs))
     good = GoodRuns(reference, others, options.band, options.tolerance)
     found = [good.compare(run) for run in runs]
     print(as_json(good, found) if options.json else as_text(good, found))
@@ -102,6 +102,16 @@ def _check_comparable(reference: Run, runs: Sequence[Run]) -> None:
                           if reason is not None]
     if reasons:
         raise ValueError(reasons[0])
+
+
+def _comparable(reference: Run, runs: Sequence[Run]) -> List[Run]:
+    """Tell of runs that cannot be compared, and leave them out."""
+    reasons = [incomparable(reference, run) for run in runs]
+    if all(reasons):
+        raise ValueError(str(reasons[0]))
+    for reason in filter(None, reasons):
+        print(f'cell: left out: {reason}', file=sys.stderr)
+    return [run for run, reason in zip(runs, reasons) if reason is None]
 
 
 def _write_report(options: argparse.Namespace, chosen: ChosenRuns, good: GoodRuns,

@@ -76,7 +76,8 @@ class RunEvent(NamedTuple):
 class Run(NamedTuple):
     """A run; its times count from its begin, which is at ``begin_s`` of its recording.
 
-    ``recording`` are the files of that, in their order.
+    ``recording`` are the files of that, in their order; ``configuration`` is the same in runs that
+    were recorded with the same one, empty if it is not known.
     """
 
     name: str
@@ -87,6 +88,7 @@ class Run(NamedTuple):
     begin_s: float = 0.0
     recording: Tuple[str, ...] = ()
     forces: Tuple[ToolForce, ...] = ()
+    configuration: str = ''
 
     @property
     def by_key(self) -> Mapping[Key, Channel]:
@@ -110,8 +112,9 @@ def part_of(run: Run, begin_s: float, end_s: float, name: str) -> Run:
     motions = tuple(_cut_motion(motion, begin_s, end_s) for motion in run.motions)
     events = tuple(RunEvent(event.name, event.time_s - begin_s) for event in run.events
                    if begin_s <= event.time_s <= end_s)
-    return Run(name, end_s - begin_s, channels, motions, events, run.begin_s + begin_s,
-               run.recording, tuple(_cut_force(it, begin_s, end_s) for it in run.forces))
+    forces = tuple(_cut_force(it, begin_s, end_s) for it in run.forces)
+    return run._replace(name=name, duration_s=end_s - begin_s, channels=channels, motions=motions,
+                        events=events, begin_s=run.begin_s + begin_s, forces=forces)
 
 
 def _rows(times_s: np.ndarray, begin_s: float, end_s: float) -> slice:

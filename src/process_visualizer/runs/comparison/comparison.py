@@ -21,8 +21,8 @@ from process_visualizer.runs.run import Run, fingerprint
 
 USUAL_RATE = 0.05
 """How often a good run leaves its band, where no rate was asked for and enough are there."""
-_LEAST_SHARE = 0.5
-"""Of the reference; a run that covers less is told to have stopped early, or begun late."""
+_LEAST_SHARE = 0.8
+"""Of the reference, or of the run: if less than that has a counterpart in the other, it is told."""
 
 
 class Comparison(NamedTuple):
@@ -126,10 +126,21 @@ class GoodRuns:
         if alignment.means is not Means.MOTION:
             notes.append(f'aligned by {alignment.means.value}: there is no motion that both have')
         notes += self._missing(run)
+        known = {run.configuration, self.reference.configuration} - {''}
+        if len(known) > 1:
+            notes.append('it was recorded with another configuration than the reference')
+        return notes + self._uncovered(run, alignment, columns)
+
+    def _uncovered(self, run: Run, alignment: Alignment, columns: Columns) -> List[str]:
         covered = np.isfinite(np.stack(list(columns.values()))).any(axis=0)
         if covered.mean() < _LEAST_SHARE:
-            notes.append(f'it covers {covered.mean():.0%} of the reference')
-        return notes
+            return [f'it covers {covered.mean():.0%} of the reference']
+        ends_s = np.clip(alignment.time_map.to_run(self.times_s[[0, -1]]), 0.0, run.duration_s)
+        compared_s = float(ends_s[1] - ends_s[0])
+        if compared_s < _LEAST_SHARE * run.duration_s:
+            return [f'{compared_s:.1f} s of its {run.duration_s:.1f} s are compared: the reference '
+                    'is no longer']
+        return []
 
     def _missing(self, run: Run) -> List[str]:
         mine, theirs = (list(it.by_key) for it in (self.reference, run))

@@ -8,6 +8,7 @@ from typing import Callable, Dict, Iterator, List, Optional, Sequence, Tuple
 import numpy as np
 
 from process_visualizer.bags.marks import read_marks
+from process_visualizer.bags.recorder_topics import recorded_configuration
 from process_visualizer.bags.recording import Recording
 from process_visualizer.cell.model import Cell, ProcessEvent
 from process_visualizer.curves.curve_sources import CurveSource, Quantity, curve_sources
@@ -49,6 +50,7 @@ def read_run(recording: Recording, cell: Cell,
                                       *map(_event_source, cell.events)], devices)
     samples = read_samples(recording, [*wanted, *joint_series(recording, devices)],
                            on_progress=on_progress, is_cancelled=is_cancelled)
+    stored = recorded_configuration(recording)
     events = [it for it in samples if not it.source.device]
     channels = [it for it in samples if it.source.device]
     return Run(os.path.basename(recording.paths[0]),
@@ -56,7 +58,8 @@ def read_run(recording: Recording, cell: Cell,
                _distinct(channels), tuple(_motions(recording, cell, channels)),
                tuple(sorted(_events(events, cell.events) + _marks(recording),
                             key=lambda it: it.time_s)), recording=recording.paths,
-               forces=tuple(_forces(recording, channels)))
+               forces=tuple(_forces(recording, channels)),
+               configuration='' if stored is None else repr(stored))
 
 
 def _event_source(event: ProcessEvent) -> CurveSource:
