@@ -18,6 +18,7 @@ from process_visualizer.gui.models.comparison.bands_model import BandsModel
 from process_visualizer.gui.models.comparison.compare_model import CompareModel
 from process_visualizer.gui.models.comparison.ghost_model import GhostModel
 from process_visualizer.gui.views.comparison.compare_panel import ComparePanel
+from process_visualizer.runs.comparison.timeline_moments import MomentKind
 
 
 class Stand:
@@ -108,6 +109,29 @@ def test_bands_are_those_of_the_open_recording(stand: Stand) -> None:
     assert len(stand.bands.bands['arm', 'tool force'].low) == 960
     stand.tick(2)
     assert stand.bands.bands == {}
+
+
+def test_a_moment_is_dragged_and_the_alignment_reset(stand: Stand) -> None:
+    stand.find()
+    stand.tick(0, 1)
+    stand.compare()
+    stand.panel.runs.setCurrentItem(stand.panel.runs.topLevelItem(3))
+    assert stand.panel.reset.isHidden()
+    moment = next(it for it in stand.model.moments if it.run == 3 and it.label == 'stops')
+    stand.model.anchor(moment, moment.position_s + 1.0)
+    stand.tasks.end_all()
+    found = stand.model.compared
+    assert found is not None and found.comparisons[3] is not None
+    assert found.comparisons[3].run_s(moment.reference_s) == pytest.approx(
+        moment.position_s + 1.0 - found.comparisons[3].run.begin_s, abs=1e-3)
+    assert column(stand.panel.runs, 2)[3] != 'within the band'
+    assert stand.panel.runs.currentItem() is stand.panel.runs.topLevelItem(3)
+    assert not stand.panel.reset.isHidden()
+    stand.panel.reset.click()
+    stand.tasks.end_all()
+    assert column(stand.panel.runs, 2)[3] == 'within the band'
+    assert stand.panel.reset.isHidden()
+    assert {it.kind for it in stand.model.moments} == {MomentKind.EVENT, MomentKind.DEPARTURE}
 
 
 def test_the_ghost_is_shown_while_the_player_runs(stand: Stand) -> None:

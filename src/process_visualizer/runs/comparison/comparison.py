@@ -2,11 +2,12 @@
 """A run held against good ones."""
 from __future__ import annotations
 
-from typing import Iterable, List, NamedTuple, Optional, Tuple
+from typing import Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from process_visualizer.runs.alignment.alignment import Alignment, Means, aligned
+from process_visualizer.runs.alignment.alignment import Alignment, Means
+from process_visualizer.runs.alignment.anchors import Anchor, aligned_at
 from process_visualizer.runs.deviation.band import (
     RELATIVE_TOLERANCE,
     Band,
@@ -80,9 +81,12 @@ class GoodRuns:
         self.band = self._band(None)
         self.notes = self._outstanding()
 
-    def compare(self, run: Run) -> Comparison:
-        """Return where a run leaves the band; if it is one of the good runs, the others' band."""
-        alignment, columns = self._columns(run)
+    def compare(self, run: Run, anchors: Sequence[Anchor] = ()) -> Comparison:
+        """Return where a run leaves the band; if it is one of the good runs, the others' band.
+
+        ``anchors`` are moments that belong together because the operator says so.
+        """
+        alignment, columns = self._columns(run, anchors)
         own_print = fingerprint(run)
         own = next((number for number, (_, other) in enumerate(self._others)
                     if own_print == other), None)
@@ -99,8 +103,9 @@ class GoodRuns:
                      f'({signal.name}); without it the band would be narrower'
                      for run, signal in self._learner.outstanding())
 
-    def _columns(self, run: Run) -> Tuple[Alignment, Columns]:
-        alignment = aligned(self.reference, run)
+    def _columns(self, run: Run,
+                 anchors: Sequence[Anchor] = ()) -> Tuple[Alignment, Columns]:
+        alignment = aligned_at(self.reference, run, anchors)
         return alignment, signals(self.reference, run, alignment.time_map)
 
     def _learned(self, rate: float) -> BandLearner:
