@@ -10,7 +10,7 @@ from process_visualizer.msg import GhostRobot
 from process_visualizer.ros_names import GHOST
 from process_visualizer.runs.comparison.ghost_arrows import GhostArrow
 from process_visualizer.runs.comparison.ghost_tracks import GhostTrack
-from process_visualizer.srv import ShowGhost
+from process_visualizer.srv import ShowGhost, ShowGhostRequest
 
 _TIMEOUT_S = 10.0  # an hour of joints is to be read
 
@@ -32,20 +32,27 @@ def show_ghost(tracks: Sequence[GhostTrack], arrows: Sequence[GhostArrow] = (),
     Raises:
         GhostError: the node does not answer, or refuses.
     """
-    robots = [GhostRobot(device=it.device, tool=it.tool, joints=list(it.there.joints),
-                         times=it.there.times_s.tolist(),
-                         there=it.there.positions.ravel().tolist(),
-                         here=it.here.ravel().tolist()) for it in tracks]
+    request = ghost_request(tracks, arrows)
     service = ServiceConnection(f'/{GHOST}/show', ShowGhost, _TIMEOUT_S, master_uri)
     try:
         service.wait(start_s)
-        answer = service.call(robots, [_message(it) for it in arrows])
+        answer = service.call(request.robots, request.arrows)
     except ServiceUnreachable as error:
         raise GhostError(f'The ghost cannot be shown: {error}') from error
     finally:
         service.close()
     if not answer.success:
         raise GhostError(f'The ghost cannot be shown: {answer.message}')
+
+
+def ghost_request(tracks: Sequence[GhostTrack],
+                  arrows: Sequence[GhostArrow]) -> ShowGhostRequest:
+    """Return what the node is sent."""
+    robots = [GhostRobot(device=it.device, tool=it.tool, joints=list(it.there.joints),
+                         times=it.there.times_s.tolist(),
+                         there=it.there.positions.ravel().tolist(),
+                         here=it.here.ravel().tolist()) for it in tracks]
+    return ShowGhostRequest(robots, [_message(it) for it in arrows])
 
 
 def _message(arrow: GhostArrow) -> GhostArrowMessage:
