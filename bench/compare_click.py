@@ -102,6 +102,7 @@ def main() -> None:
         found = [it[name] for it in times]
         print(f'{name} after {statistics.median(found):.2f} s (at most {max(found):.2f} s)')
     print(f'the ghost takes {stand.ghost_bytes / 1e6:.1f} MB')
+    stand.tasks.close()
     app.quit()
 
 

@@ -2,6 +2,7 @@
 """Whether the reference moves as a ghost beside the robots of the run that is played."""
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from typing import Callable, Optional, Sequence, Tuple
 
 from PyQt5.QtCore import QObject, pyqtSignal
@@ -62,9 +63,10 @@ class GhostModel(QObject):
         cell = self._compare.cell
         if compared is None or cell is None:
             return (), ()
-        reference, comparisons = compared.good.reference, self._compare.of_recording
-        return (ghost_tracks(cell, reference, comparisons),
-                ghost_arrows(cell, reference, comparisons))
+        wanted = cell, compared.good.reference, self._compare.of_recording
+        with ThreadPoolExecutor(2) as pool:  # most of the time xacro reads models, as processes
+            tracks, arrows = pool.submit(ghost_tracks, *wanted), pool.submit(ghost_arrows, *wanted)
+            return tracks.result(), arrows.result()
 
     def _fail(self, error: Exception) -> None:
         if not isinstance(error, GhostError):
