@@ -112,7 +112,7 @@ class SceneCamera:
             self._view.begin_again()
             is_drawn = self._view.wait_until_drawn(_DRAWN_S)
             if not self._view.frames:
-                raise SceneError(self._view.problems()[0])
+                raise SceneError(self._failure or self._view.problems()[0])
             pictures.append(self._screen.picture(_SCENE))
             if not is_drawn or pictures[-_ALIKE:] == _ALIKE * pictures[-1:]:
                 break  # of a display that gets nothing, nothing more will come
@@ -150,6 +150,8 @@ class SceneCamera:
             self._states[report.part] = report.state
             if report.part in _NEEDED and report.state is PartState.FAILED:
                 self._failure = report.reason
+            elif report.part == RVIZ_PART and report.dead_nodes:
+                self._failure = str(report.dead_nodes[0])
             self._changed.notify_all()
 
     def _take_state(self, state: PlayerState) -> None:

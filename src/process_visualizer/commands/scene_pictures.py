@@ -6,6 +6,8 @@ import os
 from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
+import rospkg
+from roslib.packages import find_node
 
 from process_visualizer.bags.recording import Recording
 from process_visualizer.cell.environment import check_environment
@@ -13,6 +15,7 @@ from process_visualizer.cell.model import Cell, Device, Mode
 from process_visualizer.commands.scene_camera import SIZE, SceneCamera, SceneError, scene_camera
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.generator import default_rviz_file
+from process_visualizer.ros_names import RVIZ
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns
 from process_visualizer.runs.comparison.ghost_arrows import ghost_arrows
 from process_visualizer.runs.comparison.ghost_tracks import ghost_tracks
@@ -38,6 +41,7 @@ def scene_pictures(cell: Cell, good: GoodRuns,
     poor = [it for it in comparisons if it.departures][:MOST_SCENES]
     if not poor:
         return (None,) * len(comparisons)
+    _check_rviz()
     devices = _recorded(cell, good.reference)
     problems = check_environment(cell, Mode.PLAYBACK, [device.name for device in devices])
     if problems:
@@ -46,6 +50,15 @@ def scene_pictures(cell: Cell, good: GoodRuns,
     with scene_camera(choice) as camera:
         pairs = [_pair(camera, cell, good, it) for it in poor]
     return tuple(pairs[poor.index(it)] if it in poor else None for it in comparisons)
+
+
+def _check_rviz() -> None:
+    try:
+        found = find_node(RVIZ, RVIZ)
+    except rospkg.ResourceNotFound:
+        found = []
+    if not found:
+        raise SceneError('there is no RViz; install the package rviz')
 
 
 def _pair(camera: SceneCamera, cell: Cell, good: GoodRuns, comparison: Comparison) -> ScenePair:

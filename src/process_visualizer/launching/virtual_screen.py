@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 from types import TracebackType
 from typing import Dict, Optional, Type
@@ -35,17 +36,19 @@ class VirtualScreen:
         Raises:
             ScreenError: it cannot be started.
         """
+        program = shutil.which('Xvfb')
+        if program is None:
+            raise ScreenError('there is no Xvfb; install the package xvfb')
         read, write = os.pipe()
         with os.fdopen(read, encoding='ascii') as number:
             try:
                 self._server = subprocess.Popen(
-                    [*dying_with_parent(), 'Xvfb', '-displayfd', str(write), '-screen', '0',
+                    [*dying_with_parent(), program, '-displayfd', str(write), '-screen', '0',
                      self._size, '-nolisten', 'tcp'], pass_fds=[write],
                     stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
                     stderr=subprocess.DEVNULL, start_new_session=True)
             except OSError as error:
-                raise ScreenError(f'Xvfb cannot be started ({error.strerror}); install the '
-                                  'package xvfb') from None
+                raise ScreenError(f'Xvfb cannot be started: {error}') from None
             finally:
                 os.close(write)
             self._name = number.readline().strip()

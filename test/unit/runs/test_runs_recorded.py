@@ -13,6 +13,7 @@ from cycle_bags import BEGIN_S, write_bag
 from process_visualizer.bags.marks import Mark, add_mark
 from process_visualizer.bags.recording import Recording
 from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.commands import scene_pictures
 from process_visualizer.commands.command_line import main
 from process_visualizer.runs.recorded.run_reader import read_run
 
@@ -58,9 +59,12 @@ def test_a_page_without_pictures_says_why(bag: Bag, capsys: pytest.CaptureFixtur
     monkeypatch.setenv('PATH', str(tmp_path))
     words = ['compare', f'{path}#2', '--reference', f'{path}#1', '--report', str(page)]
     assert main(words) == 2
-    reason = 'Without pictures of the scene: Xvfb cannot be started'
+    reason = 'Without pictures of the scene: there is no Xvfb'
     assert reason in page.read_text(encoding='utf-8')
     assert reason in capsys.readouterr().err
+    monkeypatch.setattr(scene_pictures, 'find_node', lambda *_: [])
+    assert main(words) == 2
+    assert 'there is no RViz; install' in page.read_text(encoding='utf-8')
     assert main([*words, '--no-pictures']) == 2
     assert 'Without' not in page.read_text(encoding='utf-8')
 
