@@ -17,6 +17,7 @@ from process_visualizer.runs.comparison.comparison import (
 )
 from process_visualizer.runs.comparison.comparison_page import comparison_page
 from process_visualizer.runs.comparison.comparison_text import as_json, as_text
+from process_visualizer.runs.comparison.curve_drawing import curve_drawing
 from process_visualizer.runs.comparison.scene_pair import ScenePair, shown_s
 from process_visualizer.runs.comparison.timeline_bands import timeline_bands
 from process_visualizer.runs.comparison.verdict import verdict
@@ -157,6 +158,20 @@ def test_a_page_has_pictures_of_the_poor_runs(learned: GoodRuns) -> None:
     assert 'Good: run 0 at 0:05.50' in page and 'Poor: run 77 at 0:05.5' in page
     assert '<p class="note">a note</p>' in page
     assert 'src="http' not in page
+
+
+def test_curves_are_zoomed_at_the_departure() -> None:
+    """It is worst at the end, a minute later."""
+    slow = GoodRuns(made_run(speed=12.0))
+    found = slow.compare(made_run(77, speed=12.0, value=lambda process_s, values: values
+                                  + np.clip(process_s - 3.0, 0.0, 6.0)))
+    force = found.departures[0]
+    assert force.signal.name == 'robot tool force' and force.worst_s - force.onset_s > 50.0
+    shown = [text.text for text in ElementTree.fromstring(
+        curve_drawing(slow, found, force)).iter('text') if ':' in (text.text or '')]
+    times_s = [60 * int(minutes) + int(seconds) for minutes, seconds in
+               (text.split(':') for text in shown if text)]
+    assert force.onset_s - 3.0 <= min(times_s) and max(times_s) <= force.left_s + 20.0
 
 
 def test_what_is_shown_of_a_departure_has_happened(learned: GoodRuns) -> None:
