@@ -48,7 +48,10 @@ def scene_pictures(cell: Cell, good: GoodRuns,
         raise SceneError(str(problems[0]))
     choice = Choice(cell, Mode.PLAYBACK, devices, view=_view(good.reference, poor))
     with scene_camera(choice) as camera:
-        pairs = [_pair(camera, cell, good, it) for it in poor]
+        good_ones = [_good_picture(camera, good.reference, it) for it in poor]
+        poor_ones = [_poor_picture(camera, cell, good.reference, it) for it in poor]
+    pairs = [ScenePair(_shown_s(it), *pictures)
+             for it, *pictures in zip(poor, good_ones, poor_ones)]
     return tuple(pairs[poor.index(it)] if it in poor else None for it in comparisons)
 
 
@@ -61,14 +64,19 @@ def _check_rviz() -> None:
         raise SceneError('there is no RViz; install the package rviz')
 
 
-def _pair(camera: SceneCamera, cell: Cell, good: GoodRuns, comparison: Comparison) -> ScenePair:
-    run, reference = comparison.run, good.reference
-    reference_s = shown_s(comparison.departures[0])
-    poor = camera.picture(_paths(run), run.begin_s + comparison.run_s(reference_s),
-                          ghost_tracks(cell, reference, [comparison]),
-                          ghost_arrows(cell, reference, [comparison]))
-    good_one = camera.picture(_paths(reference), reference.begin_s + reference_s)
-    return ScenePair(reference_s, good_one, poor)
+def _good_picture(camera: SceneCamera, reference: Run, poor: Comparison) -> bytes:
+    return camera.picture(_paths(reference), reference.begin_s + _shown_s(poor))
+
+
+def _poor_picture(camera: SceneCamera, cell: Cell, reference: Run, poor: Comparison) -> bytes:
+    return camera.picture(_paths(poor.run), poor.run.begin_s + poor.run_s(_shown_s(poor)),
+                          ghost_tracks(cell, reference, [poor]),
+                          ghost_arrows(cell, reference, [poor]))
+
+
+def _shown_s(poor: Comparison) -> float:
+    """The moment of the pictures, in the time of the reference."""
+    return shown_s(poor.departures[0])
 
 
 def _paths(run: Run) -> List[str]:
@@ -86,7 +94,7 @@ def _recorded(cell: Cell, run: Run) -> Tuple[Device, ...]:
 
 def _view(reference: Run, poor: Sequence[Comparison]) -> Optional[Mapping[str, Any]]:
     """An RViz file's content with a camera that sees the tools at all moments."""
-    places = [place for it in poor for place in _tools(reference, shown_s(it.departures[0]))]
+    places = [place for it in poor for place in _tools(reference, _shown_s(it))]
     if not places:
         return None  # that of the whole cell
     offsets = _AROUND_M * np.stack(np.meshgrid(*3 * [(-1.0, 1.0)]), axis=-1).reshape(-1, 3)
