@@ -20,16 +20,19 @@ import rosbag
 
 from process_visualizer.cell.model import TopicFunction
 from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.clients.ghost_client import ghost_request
 from process_visualizer.curves.tool_on_tf import joint_matching
 from process_visualizer.descriptions.robot_description import describe_device
 from process_visualizer.motion.kinematics import Kinematics, Placement
-from process_visualizer.nodes.ghost.ghost_display import RATE_HZ
+from process_visualizer.nodes.ghost.ghost_display import RATE_HZ, ghost_arrow
 from process_visualizer.nodes.ghost.ghost_robot import GhostRobot
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns
+from process_visualizer.runs.comparison.ghost_arrows import ghost_arrows
 from process_visualizer.runs.comparison.ghost_tracks import ghost_tracks
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
 
 POSITIONS = 100
+_MOST_TRIES = 100 * POSITIONS  # those outside of the reference do not count
 
 
 def recorded(bag: str, topic: str) -> Tuple[np.ndarray, np.ndarray]:
@@ -52,7 +55,9 @@ def errors(robot: GhostRobot, urdf: str, tool: str, joints: Tuple[str, ...],
     """In mm and degrees."""
     chance, arm = random.Random(16), Kinematics(urdf)
     far, turned = [], []
-    for _ in range(POSITIONS):
+    for _ in range(_MOST_TRIES):
+        if len(far) == POSITIONS:
+            break
         it = chance.choice(found)
         at_s = chance.uniform(0.1, it.run.duration_s - 0.1)
         then_s = float(it.alignment.time_map.to_reference(np.array([at_s]))[0])
@@ -95,13 +100,18 @@ def main() -> None:
                              recorded(bag, topic.name), good.reference.begin_s, found)
         print(f'| {track.device} | {len(far)} | {np.quantile(far, 0.95):.3f} mm '
               f'| {max(far):.3f} mm | {max(turned):.4f}° |')
+    arrows = [ghost_arrow(it) for it in ghost_request(
+        (), ghost_arrows(cell, good.reference, found)).arrows]
     begin_s = time.process_time()
     for number in range(600):
+        time_s = found[0].run.begin_s + number / RATE_HZ % found[0].run.duration_s
         for robot in robots:
-            robot.markers(found[0].run.begin_s + number / RATE_HZ % found[0].run.duration_s)
+            robot.markers(time_s)
+        for arrow in arrows:
+            arrow.marker(robots, time_s)
     per_second = (time.process_time() - begin_s) / 600 * RATE_HZ
-    print(f'\nmarkers of {len(robots)} robots, {RATE_HZ:.0f} times a second: {per_second:.1%} of a '
-          'core')
+    print(f'\nmarkers of {len(robots)} robots and {len(arrows)} arrows, {RATE_HZ:.0f} times a '
+          f'second: {per_second:.1%} of a core')
 
 
 if __name__ == '__main__':

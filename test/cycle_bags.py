@@ -2,8 +2,9 @@
 """Bags of a process that repeats itself, with the configuration in them."""
 from __future__ import annotations
 
+import math
 from pathlib import Path
-from typing import Optional
+from typing import Optional, Tuple
 
 import rosbag
 from genpy import Duration, Time
@@ -32,18 +33,22 @@ RUN = '<run begin="starts" end="stops" before="2" after="1"/>'
 
 
 def write_bag(folder: Path, name: str = 'a.bag', cycles: int = 2, poor: Optional[int] = None,
-              robot: str = 'arm', run: str = RUN, stored: bool = True) -> str:
+              robot: str = 'arm', run: str = RUN, stored: bool = True,
+              part_of_s: Tuple[float, float] = (0.0, math.inf)) -> str:
     """Write a bag of some cycles; in the poor one the force jumps 3 s after its begin.
 
-    The configuration is beside it, as cell.xml.
+    The configuration is beside it, as cell.xml. ``part_of_s`` is what of the process it holds.
     """
     config, path = folder / 'cell.xml', folder / name
     config.write_text(CELL.format(robot=robot, run=run), encoding='utf-8')
     with rosbag.Bag(str(path), 'w') as file:
         if stored:
             text = configuration_text(XmlParser().parse(str(config)))
-            file.write(f'/{CONFIGURATION.strip("/")}', String(text), Time(BEGIN_S))
+            file.write(f'/{CONFIGURATION.strip("/")}', String(text),
+                       Time(BEGIN_S) + Duration.from_sec(part_of_s[0]))
         for number in range(int(cycles * CYCLE_S * RATE_HZ)):
+            if not part_of_s[0] <= number / RATE_HZ < part_of_s[1]:
+                continue
             cycle, process_s = divmod(number / RATE_HZ, CYCLE_S)
             along = progress_m(process_s)
             force = 10.0 * along + (5.0 if cycle == poor and 3.0 < process_s < 9.0 else 0.0)

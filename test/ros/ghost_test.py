@@ -17,7 +17,9 @@ from visualization_msgs.msg import Marker, MarkerArray
 from process_visualizer.clients.ghost_client import GhostError, show_ghost
 from process_visualizer.motion.joint_track import joint_track
 from process_visualizer.msg import PlayerState
+from process_visualizer.nodes.ghost.ghost_arrow import BESIDE_M
 from process_visualizer.ros_names import GHOST, GHOST_TOPIC, PLAYER_STATE_TOPIC
+from process_visualizer.runs.comparison.ghost_arrows import GhostArrow
 from process_visualizer.runs.comparison.ghost_tracks import GhostTrack
 
 TIMEOUT_S = 20.0
@@ -124,6 +126,30 @@ class GhostTest(unittest.TestCase):
                 begin_s, position_s = rospy.get_time(), at_s
             speed = 1.5 * 0.7 * LENGTH_M * abs(rate)
             self.assertLess(sorted(found)[len(found) // 2] / speed, 0.05)
+
+    def test_its_arrows_are_there_too(self) -> None:
+        """One on the tool, as long as the time; one in a frame of no robot."""
+        vectors = np.column_stack((np.zeros((len(TIMES_S), 2)), 0.01 * TIMES_S + 0.1))
+        show_ghost((track(),), (
+            GhostArrow('arm/force', 'tool', 'tool', (0.0, 0.0, 0.0), TIMES_S, vectors),
+            GhostArrow('machine/feed', 'table', 'table', (1.0, 2.0, 3.0), TIMES_S, vectors)))
+        for position_s in (4.0, 13.0, 9.0):
+            self.say(position_s)
+            self.assertTrue(self.wait(lambda at_s=position_s: self.length_error_m(at_s) < 1e-4),
+                            position_s)
+            force, feed = self.markers['arm/force/ghost 0'], self.markers['machine/feed/ghost 0']
+            self.assertEqual((force.header.frame_id, feed.header.frame_id), ('foot', 'table'))
+            self.assertAlmostEqual(force.scale.x, feed.scale.x)
+            foot, tool = force.pose.position, self.markers['arm/ghost 0'].pose.position
+            self.assertAlmostEqual(math.dist((foot.x, foot.y, foot.z), (tool.x, tool.y, tool.z)),
+                                   BESIDE_M, 6)
+        with self.assertRaisesRegex(GhostError, 'feed: .* positions of 3 joints at'):
+            show_ghost((), (GhostArrow('feed', 'a', 'a', (0.0, 0.0, 0.0), TIMES_S, vectors[:9]),))
+
+    def length_error_m(self, position_s: float) -> float:
+        """How much longer or shorter than it should be the arrow is."""
+        arrow = self.markers.get('arm/force/ghost 0')
+        return math.inf if arrow is None else abs(arrow.scale.x - 0.01 * position_s - 0.1)
 
     def test_where_there_is_no_run_there_is_no_ghost(self) -> None:
         show_ghost((track(),))

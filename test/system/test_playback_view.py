@@ -2,12 +2,12 @@
 """What RViz shows while playback is paused: the same time is the same picture."""
 from __future__ import annotations
 
-import subprocess
 from pathlib import Path
 from typing import Dict, Tuple
 
 import pytest
 import rosbag
+from pictures import different_pixels
 from running import CellRun, run_command
 
 TOPICS = ['/ur_rt_upper/q_act', '/ur_rt_upper/tcf', '/ft_upper/ft', '/ur_rt_lower/q_act',
@@ -57,7 +57,7 @@ def picture_at(environment: Dict[str, str], position_s: float, path: Path) -> Pa
     for _ in range(MOST_PICTURES):
         path.rename(before)
         take_picture(environment, path)
-        if different_pixels(before, path) < FEW_PIXELS:
+        if different_pixels(before, path, SCENE) < FEW_PIXELS:
             return path
     raise AssertionError(f'the view at {position_s} s does not come to rest')
 
@@ -77,14 +77,6 @@ def called(environment: Dict[str, str], *command: str) -> None:
     assert 'success: True' in answer.stdout, answer.stdout
 
 
-def different_pixels(first: Path, second: Path) -> int:
-    """How many pixels of the view differ visibly."""
-    compared = subprocess.run(
-        ['compare', '-metric', 'AE', '-fuzz', '8%', f'{first}[{SCENE}]', f'{second}[{SCENE}]',
-         'null:'], stderr=subprocess.PIPE, text=True, check=False)
-    return int(float(compared.stderr.split()[0]))
-
-
 def test_the_same_time_is_the_same_picture(bag, ros_environment, screen, simulated_config,
                                            run_cell, tmp_path):
     devices = 'ur_rt_upper,ur_rt_lower,kinect,sewing_machine'
@@ -96,6 +88,6 @@ def test_the_same_time_is_the_same_picture(bag, ros_environment, screen, simulat
     pictures = {name: picture_at(ros_environment, position_s, tmp_path / f'{name}.png')
                 for name, position_s in (('early', early_s), ('late', late_s), ('again', early_s),
                                          ('middle', middle_s), ('late_again', late_s))}
-    assert different_pixels(pictures['early'], pictures['late']) > 5 * FEW_PIXELS
-    assert different_pixels(pictures['early'], pictures['again']) < FEW_PIXELS
-    assert different_pixels(pictures['late'], pictures['late_again']) < FEW_PIXELS
+    assert different_pixels(pictures['early'], pictures['late'], SCENE) > 5 * FEW_PIXELS
+    assert different_pixels(pictures['early'], pictures['again'], SCENE) < FEW_PIXELS
+    assert different_pixels(pictures['late'], pictures['late_again'], SCENE) < FEW_PIXELS

@@ -36,11 +36,15 @@ class RemoteFollower:
     """
 
     def __init__(self, topic: str, message_class: Type[Any], node: str, master_uri: str,
-                 on_message: Callable[[Any], None], on_end: Callable[[], None]) -> None:
-        """``on_message`` and ``on_end`` are called in the thread; after ``close`` neither is."""
+                 on_message: Callable[[Any], None], on_end: Callable[[], None],
+                 start_s: float = _START_S) -> None:
+        """``on_message`` and ``on_end`` are called in the thread; after ``close`` neither is.
+
+        A node that does not publish within ``start_s`` counts as ended.
+        """
         self._topic, self._message_class = topic, message_class
         self._node, self._master_uri = node, master_uri
-        self._on_message, self._on_end = on_message, on_end
+        self._on_message, self._on_end, self._start_s = on_message, on_end, start_s
         self._lock = threading.Lock()
         self._connection: Optional[socket.socket] = None
         self._closed = threading.Event()
@@ -57,7 +61,7 @@ class RemoteFollower:
 
     def _run(self) -> None:
         try:
-            with self._connected(time.monotonic() + _START_S) as connection, \
+            with self._connected(time.monotonic() + self._start_s) as connection, \
                     connection.makefile('rb') as stream:
                 self._follow(stream)
         except _FAILURES as error:

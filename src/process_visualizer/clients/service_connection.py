@@ -7,6 +7,7 @@ import io
 import socket
 import struct
 import threading
+import time
 from typing import Any, Dict, Optional, Type
 from urllib.parse import urlsplit
 from xmlrpc.client import Error
@@ -21,6 +22,7 @@ from rosgraph.network import (
 )
 
 _BUFFER_BYTES = 4096
+_RETRY_S = 0.1
 _HEAD = struct.Struct('<BI')  # of an answer: whether it is one, and the length of what follows
 _LENGTH = struct.Struct('<I')
 
@@ -76,10 +78,32 @@ class ServiceConnection:
                            else ServiceUnreachable)
                 raise problem(f'{self._name} does not answer: {error}') from error
 
+    def wait(self, timeout_s: float, interrupted: Optional[threading.Event] = None) -> bool:
+        """Wait until a node offers it; nobody tells, so ask ten times a second.
+
+        False if none does in time, or the wait is interrupted.
+        """
+        interrupted = interrupted or threading.Event()
+        end_s = time.monotonic() + timeout_s
+        while not self._is_offered():
+            if time.monotonic() > end_s or interrupted.wait(_RETRY_S):
+                return False
+        return True
+
     def close(self) -> None:
         """Close the connection; the next call opens another one."""
         with self._lock:
             self._disconnect()
+
+    def _is_offered(self) -> bool:
+        try:
+            self._master().lookupService(self._name)
+        except (rosgraph.MasterException, OSError):
+            return False
+        return True
+
+    def _master(self) -> rosgraph.Master:
+        return rosgraph.Master(rospy.get_name(), self._master_uri)
 
     def _exchanged(self, data: bytes) -> bytes:
         """The bytes of the answer; a node that has gone is looked up once more."""
@@ -92,8 +116,7 @@ class ServiceConnection:
         return _exchange(self._socket, data)
 
     def _connect(self) -> socket.socket:
-        address = urlsplit(rosgraph.Master(rospy.get_name(),
-                                           self._master_uri).lookupService(self._name))
+        address = urlsplit(self._master().lookupService(self._name))
         connection = socket.create_connection((address.hostname, address.port), self._timeout_s)
         try:
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from pathlib import Path
 from typing import Dict, List, Sequence
 
 from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.commands.scene_camera import SceneError
+from process_visualizer.commands.scene_pictures import scene_pictures
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns, incomparable
 from process_visualizer.runs.comparison.comparison_page import comparison_page
 from process_visualizer.runs.comparison.comparison_text import as_json, as_text
@@ -36,6 +39,8 @@ def add_compare_options(command: argparse.ArgumentParser) -> None:
                          help='without a rate: how far runs may differ, as a share of the range')
     command.add_argument('--json', action='store_true', help='output for programs')
     command.add_argument('--report', metavar='FILE', help='also write a page in HTML')
+    command.add_argument('--no-pictures', action='store_true',
+                         help='no pictures of the scene in the page, which take RViz some seconds')
     _add_config(command)
 
 
@@ -69,13 +74,13 @@ def execute_compare(options: argparse.Namespace, arguments: Dict[str, str]) -> i
     _check(options)
     chosen = _chosen(options, arguments)
     reference, *others = chosen.runs(options.reference)
-    runs = chosen.runs(options.runs)
-    _check_comparable(reference, [*others, *runs])
+    _check_comparable(reference, others)
+    runs = _comparable(reference, chosen.runs(options.runs))
     good = GoodRuns(reference, others, options.band, options.tolerance)
     found = [good.compare(run) for run in runs]
     print(as_json(good, found) if options.json else as_text(good, found))
     if options.report is not None:
-        _write_report(options.report, good, found)
+        _write_report(options, chosen, good, found)
     return 2 if any(it.departures for it in found) else 0
 
 
@@ -99,8 +104,31 @@ def _check_comparable(reference: Run, runs: Sequence[Run]) -> None:
         raise ValueError(reasons[0])
 
 
-def _write_report(path: str, good: GoodRuns, found: Sequence[Comparison]) -> None:
-    Path(path).write_text(comparison_page(good, found), encoding='utf-8')
+def _comparable(reference: Run, runs: Sequence[Run]) -> List[Run]:
+    """Tell of runs that cannot be compared, and leave them out."""
+    reasons = [incomparable(reference, run) for run in runs]
+    if all(reasons):
+        raise ValueError(str(reasons[0]))
+    for reason in filter(None, reasons):
+        print(f'cell: left out: {reason}', file=sys.stderr)
+    return [run for run, reason in zip(runs, reasons) if reason is None]
+
+
+def _write_report(options: argparse.Namespace, chosen: ChosenRuns, good: GoodRuns,
+                  found: Sequence[Comparison]) -> None:
+    """Write the page without pictures first: they take their time, and may fail."""
+    page = Path(options.report)
+    page.write_text(comparison_page(good, found), encoding='utf-8')
+    if options.no_pictures:
+        return
+    try:
+        with chosen.cell_of(good.reference) as cell:
+            scenes = scene_pictures(cell, good, found)
+        page.write_text(comparison_page(good, found, scenes), encoding='utf-8')
+    except SceneError as error:
+        note = f'Without pictures of the scene: {error}.'
+        page.write_text(comparison_page(good, found, (), note), encoding='utf-8')
+        print(f'note: {note}', file=sys.stderr)
 
 
 def _entry(run: Run) -> Dict[str, object]:

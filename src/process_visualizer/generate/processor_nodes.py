@@ -9,7 +9,6 @@ from typing import Any, Dict, List, Optional, Sequence
 from process_visualizer.cell.model import (
     IMAGE_FUNCTIONS,
     ROBOT_FUNCTIONS,
-    Arrow,
     Cell,
     Device,
     DeviceType,
@@ -25,7 +24,7 @@ from process_visualizer.descriptions.tool_frame import tool_frame
 from process_visualizer.motion.field_path import FieldPath
 from process_visualizer.motion.frame_tree import Frame
 from process_visualizer.motion.variables import MAX_LENGTH_M
-from process_visualizer.parameters.arrow_style import FORCE_ARROW, VELOCITY_ARROW, ArrowStyle
+from process_visualizer.parameters.configured_arrow import configured_arrow
 from process_visualizer.parameters.reading import opaque
 from process_visualizer.parameters.robot_parameters import RobotParameters, TopicParameters
 from process_visualizer.parameters.variable_parameters import (
@@ -43,7 +42,6 @@ from process_visualizer.ros_names import (
     VARIABLE_PROC,
 )
 
-_ARROWS = {'velocity': VELOCITY_ARROW, 'force': FORCE_ARROW}
 PUBLISH_FREQUENCY_HZ = 100.0
 """Upper bound of robot_state_publisher: every second state of a 125 Hz driver, more than a screen
 shows. It asks the master at each (for tf_prefix), which costs a tenth of a core at 125 Hz."""
@@ -110,7 +108,8 @@ def robot_parameters(device: Device, description: Optional[RobotDescription]) ->
     tool = tool_frame(device, description).frame
     topics: Dict[str, Any] = {function.value: _topic(device.topic_for(function))
                               for function in ROBOT_FUNCTIONS}
-    arrows: Dict[str, Any] = {f'{arrow.quantity}_arrow': _arrow(arrow) for arrow in device.arrows}
+    arrows: Dict[str, Any] = {f'{arrow.quantity}_arrow': configured_arrow(device, arrow.quantity)
+                              for arrow in device.arrows}
     return RobotParameters(
         device.name, base_frame(device), tool,
         tool if device.force is None else device.force.frame, **topics, **arrows,
@@ -133,14 +132,6 @@ def _joint_nodes(device: Device, description: Optional[RobotDescription]) -> Lis
 def _topic(topic: Optional[Topic]) -> TopicParameters:
     return TopicParameters() if topic is None else TopicParameters(
         topic.name, topic.message_type or '', topic.frame or '', topic.parent_frame or '')
-
-
-def _arrow(arrow: Arrow) -> ArrowStyle:
-    given: Dict[str, Any] = {
-        'scale_m': arrow.scale, 'min_m': arrow.minimum_m, 'max_m': arrow.maximum_m,
-        'color': None if arrow.color is None else opaque(arrow.color)}
-    return replace(_ARROWS[arrow.quantity],
-                   **{name: value for name, value in given.items() if value is not None})
 
 
 def _depth_nodes(device: Device, manager: str) -> List[ProcessorNode]:

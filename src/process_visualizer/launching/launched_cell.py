@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from typing import Collection, Dict, List, Optional, Sequence
+from typing import Collection, Dict, List, Mapping, Optional, Sequence
 
 from process_visualizer.generate.plan import Plan, write_plan
 from process_visualizer.launching.launched_part import LaunchedPart, OnChange
@@ -20,15 +20,16 @@ class LaunchedCell:
     """
 
     def __init__(self, folder: str, on_change: OnChange,
-                 master_uri: Optional[str] = None, niceness: int = 0) -> None:
+                 master_uri: Optional[str] = None, niceness: int = 0,
+                 variables: Optional[Mapping[str, str]] = None) -> None:
         """``folder`` receives the plan's files and the logs of the parts.
 
         ``master_uri`` is of another master than that of this process; see RoslaunchForks for
-        ``niceness``.
+        ``niceness`` and ``variables``.
         """
         self._folder, self._master_uri = folder, master_uri
         self._on_change = on_change
-        self._forks = RoslaunchForks(niceness)
+        self._forks = RoslaunchForks(niceness, variables)
         self._parts: Dict[str, LaunchedPart] = {}
 
     def prepare(self) -> List[int]:

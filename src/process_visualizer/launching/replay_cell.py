@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A second cell that plays the last seconds of the first, on a ROS master of its own."""
+"""A second cell that plays a recording beside the first, on a ROS master of its own."""
 from __future__ import annotations
 
 import contextlib
 import shutil
 import socket
 from dataclasses import replace
-from typing import Optional
+from typing import Mapping, Optional
 
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.generator import generate_parts
@@ -28,9 +28,13 @@ class ReplayCell:
     The methods block; call them in one thread that lives as long as the program does.
     """
 
-    def __init__(self, on_change: OnChange) -> None:
-        """``on_change`` is called in other threads with the reports of the parts."""
-        self._on_change = on_change
+    def __init__(self, on_change: OnChange,
+                 variables: Optional[Mapping[str, str]] = None) -> None:
+        """``on_change`` is called in other threads with the reports of the parts.
+
+        ``variables`` are those of the environment in which its nodes differ from this process.
+        """
+        self._on_change, self._variables = on_change, variables
         self._folder = ''
         self._record = RunRecord()
         self._master = RosMaster(f'http://localhost:{_free_port()}')
@@ -62,7 +66,7 @@ class ReplayCell:
         self._master.ensure()
         if self._launched is None:
             self._launched = LaunchedCell(self.folder, self._on_change, self._master.uri,
-                                          _NICENESS)
+                                          _NICENESS, self._variables)
         ended = [report.part for report in self._launched.reports()
                  if report.state in (PartState.FAILED, PartState.STOPPED)]
         playing = [] if self._choice is None else [BAG_PART]

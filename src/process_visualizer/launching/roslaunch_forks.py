@@ -26,9 +26,14 @@ class RoslaunchForks:
     whatever reason.
     """
 
-    def __init__(self, niceness: int = 0) -> None:
-        """``niceness`` is that of all processes; above 0 others have precedence (see nice(1))."""
-        self._niceness = niceness
+    def __init__(self, niceness: int = 0, variables: Optional[Mapping[str, str]] = None) -> None:
+        """Take what all processes have in common.
+
+        Args:
+            niceness: above 0 others have precedence (see nice(1)).
+            variables: of their environment, beside those given to ``start``.
+        """
+        self._niceness, self._variables = niceness, dict(variables or {})
         self._record = RunRecord()
         self._server: Optional['subprocess.Popen[bytes]'] = None
         self._requests: Optional[socket.socket] = None
@@ -71,7 +76,8 @@ class RoslaunchForks:
             raise ChildProcessError(f'roslaunch cannot be started: {error}') from None
         finally:
             _close(given)
-        _write(request[1], json.dumps([arguments[-1], dict(environment), os.getcwd()]))
+        _write(request[1], json.dumps([arguments[-1], {**environment, **self._variables},
+                                       os.getcwd()]))
         return ForkedProcess(output[0], status[0])
 
     def close(self) -> None:

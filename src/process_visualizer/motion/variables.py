@@ -11,6 +11,8 @@ from process_visualizer.motion.rotations import Triple, Vector
 
 Number = Union[int, float]
 
+SHORTEST_ARROW_M = 0.005  # a shorter one is a mere disc
+FOOT_DISTANCE_M = 0.045  # between parallel arrows: their heads are twice as thick as shafts
 MAX_LENGTH_M = 100.0  # a wild value must not take RViz beyond its single precision
 _LARGEST_WRITTEN_OUT = 1e12
 _MOST_DECIMALS = 6
@@ -62,7 +64,7 @@ def arrow_feet(arrows: Sequence[Tuple[str, Vector]], distance_m: float) -> List[
     for index, line in enumerate(lines):
         members = [other for other, same in enumerate(lines) if same == line]
         shift = (members.index(index) - 0.5 * (len(members) - 1)) * distance_m
-        x, y, z = _sideways(line[1])
+        x, y, z = sideways(line[1])
         feet.append((shift * x, shift * y, shift * z))
     return feet
 
@@ -74,8 +76,8 @@ def _line(axis: Vector) -> Triple:
     return (x, y, z) if first > 0.0 else (-x + 0.0, -y + 0.0, -z + 0.0)
 
 
-def _sideways(axis: Triple) -> Triple:
-    """Return a horizontal unit vector across an axis; y for a vertical one."""
+def sideways(axis: Vector) -> Triple:
+    """Return a horizontal unit vector across an axis, a unit vector (3,); y for a vertical one."""
     length = math.hypot(axis[0], axis[1])
     if length < 1e-3:
         return 0.0, 1.0, 0.0

@@ -16,7 +16,9 @@ from process_visualizer.clients.player_clock import PlaybackFollower
 from process_visualizer.motion.arrows import format_age
 from process_visualizer.motion.rotations import Vector
 from process_visualizer.motion.variables import (
+    FOOT_DISTANCE_M,
     MAX_LENGTH_M,
+    SHORTEST_ARROW_M,
     Number,
     arrow_feet,
     text_position,
@@ -39,9 +41,7 @@ from process_visualizer.parameters.variable_parameters import (
 )
 from process_visualizer.ros_names import VARIABLE_PROC
 
-SHORTEST_ARROW_M = 0.005  # a shorter one is a mere disc
 DIAMETER_M = 0.016
-FOOT_DISTANCE_M = 0.045  # between parallel arrows: their heads are twice as thick as shafts
 
 
 class Variable:

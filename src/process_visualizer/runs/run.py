@@ -54,6 +54,18 @@ class ToolMotion(NamedTuple):
     positions: np.ndarray
 
 
+class ToolForce(NamedTuple):
+    """The force at a robot's tool: ``vectors`` (n, 3) [N] at ``times_s`` (n,).
+
+    ``frame`` is what the messages name, empty where they name none.
+    """
+
+    device: str
+    frame: str
+    times_s: np.ndarray
+    vectors: np.ndarray
+
+
 class RunEvent(NamedTuple):
     """A moment of the process in a run [s from the run's begin]."""
 
@@ -62,7 +74,11 @@ class RunEvent(NamedTuple):
 
 
 class Run(NamedTuple):
-    """A run; its times count from its begin, which is at ``begin_s`` of its recording."""
+    """A run; its times count from its begin, which is at ``begin_s`` of its recording.
+
+    ``recording`` are the files of that, in their order; ``configuration`` is the same in runs that
+    were recorded with the same one, empty if it is not known.
+    """
 
     name: str
     duration_s: float
@@ -70,6 +86,9 @@ class Run(NamedTuple):
     motions: Tuple[ToolMotion, ...] = ()
     events: Tuple[RunEvent, ...] = ()
     begin_s: float = 0.0
+    recording: Tuple[str, ...] = ()
+    forces: Tuple[ToolForce, ...] = ()
+    configuration: str = ''
 
     @property
     def by_key(self) -> Mapping[Key, Channel]:
@@ -93,7 +112,9 @@ def part_of(run: Run, begin_s: float, end_s: float, name: str) -> Run:
     motions = tuple(_cut_motion(motion, begin_s, end_s) for motion in run.motions)
     events = tuple(RunEvent(event.name, event.time_s - begin_s) for event in run.events
                    if begin_s <= event.time_s <= end_s)
-    return Run(name, end_s - begin_s, channels, motions, events, run.begin_s + begin_s)
+    forces = tuple(_cut_force(it, begin_s, end_s) for it in run.forces)
+    return run._replace(name=name, duration_s=end_s - begin_s, channels=channels, motions=motions,
+                        events=events, begin_s=run.begin_s + begin_s, forces=forces)
 
 
 def _rows(times_s: np.ndarray, begin_s: float, end_s: float) -> slice:
@@ -110,3 +131,8 @@ def _cut_motion(motion: ToolMotion, begin_s: float, end_s: float) -> ToolMotion:
     rows = _rows(motion.times_s, begin_s, end_s)
     return motion._replace(times_s=motion.times_s[rows] - begin_s,
                            positions=motion.positions[rows])
+
+
+def _cut_force(force: ToolForce, begin_s: float, end_s: float) -> ToolForce:
+    rows = _rows(force.times_s, begin_s, end_s)
+    return force._replace(times_s=force.times_s[rows] - begin_s, vectors=force.vectors[rows])

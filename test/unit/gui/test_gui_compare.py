@@ -18,6 +18,7 @@ from process_visualizer.gui.models.comparison.bands_model import BandsModel
 from process_visualizer.gui.models.comparison.compare_model import CompareModel
 from process_visualizer.gui.models.comparison.ghost_model import GhostModel
 from process_visualizer.gui.views.comparison.compare_panel import ComparePanel
+from process_visualizer.runs.comparison.timeline_moments import MomentKind
 
 
 class Stand:
@@ -33,7 +34,7 @@ class Stand:
         self.bands = BandsModel(self.tasks, self.model)  # type: ignore[arg-type]
         self.ghosts: List[Any] = []
         self.ghost = GhostModel(self.tasks, self.model,  # type: ignore[arg-type]
-                                self.ghosts.append)
+                                lambda tracks, _arrows: self.ghosts.append(tracks))
         self.panel = ComparePanel(self.model, self.ghost)
         self.sought: List[float] = []
         self.panel.seek_wanted.connect(self.sought.append)
@@ -110,6 +111,29 @@ def test_bands_are_those_of_the_open_recording(stand: Stand) -> None:
     assert stand.bands.bands == {}
 
 
+def test_a_moment_is_dragged_and_the_alignment_reset(stand: Stand) -> None:
+    stand.find()
+    stand.tick(0, 1)
+    stand.compare()
+    stand.panel.runs.setCurrentItem(stand.panel.runs.topLevelItem(3))
+    assert stand.panel.reset.isHidden()
+    moment = next(it for it in stand.model.moments if it.run == 3 and it.label == 'stops')
+    stand.model.anchor(moment, moment.position_s + 1.0)
+    stand.tasks.end_all()
+    found = stand.model.compared
+    assert found is not None and found.comparisons[3] is not None
+    assert found.comparisons[3].run_s(moment.reference_s) == pytest.approx(
+        moment.position_s + 1.0 - found.comparisons[3].run.begin_s, abs=1e-3)
+    assert column(stand.panel.runs, 2)[3] != 'within the band'
+    assert stand.panel.runs.currentItem() is stand.panel.runs.topLevelItem(3)
+    assert not stand.panel.reset.isHidden()
+    stand.panel.reset.click()
+    stand.tasks.end_all()
+    assert column(stand.panel.runs, 2)[3] == 'within the band'
+    assert stand.panel.reset.isHidden()
+    assert {it.kind for it in stand.model.moments} == {MomentKind.EVENT, MomentKind.DEPARTURE}
+
+
 def test_the_ghost_is_shown_while_the_player_runs(stand: Stand) -> None:
     stand.find()
     stand.tick(0, 1)
@@ -135,7 +159,7 @@ def test_the_ghost_is_shown_while_the_player_runs(stand: Stand) -> None:
 def test_a_ghost_that_cannot_be_shown_is_told(stand: Stand) -> None:
     told: List[str] = []
 
-    def refuse(_tracks: Any) -> None:
+    def refuse(_tracks: Any, _arrows: Any) -> None:
         raise GhostError('The ghost cannot be shown: no model')
 
     model = GhostModel(stand.tasks, stand.model, refuse)  # type: ignore[arg-type]
@@ -167,6 +191,20 @@ def test_a_further_recording_is_added(stand: Stand, tmp_path: Path) -> None:
     stand.panel.runs.setCurrentItem(stand.panel.runs.topLevelItem(4))
     stand.panel.departures.itemClicked.emit(stand.panel.departures.topLevelItem(0), 0)
     assert stand.sought == []  # it is not the recording that is open
+
+
+def test_the_parts_of_a_recording_are_one(stand: Stand, tmp_path: Path) -> None:
+    parts = [write_bag(tmp_path, f'p_{number}.bag', part_of_s=span, cycles=4, poor=2)
+             for number, span in enumerate(((0.0, 27.5), (27.5, 48.0)))]
+    stand.model.set_recording(parts)
+    stand.panel.find.click()
+    stand.tasks.end_all()
+    assert column(stand.panel.runs, 0)[2:] == ['p_0.bag#3', 'p_0.bag#4']
+    stand.tick(0, 1)
+    stand.compare()
+    assert len(stand.model.of_recording) == 4
+    stand.panel.departures.itemClicked.emit(stand.panel.departures.topLevelItem(0), 0)
+    assert stand.sought == [pytest.approx(27.0, abs=0.1)]
 
 
 def test_what_cannot_be_read_is_told_and_forgotten(stand: Stand, tmp_path: Path) -> None:

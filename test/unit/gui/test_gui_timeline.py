@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from PyQt5.QtCore import QEvent, QPoint, Qt
+from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
 from PyQt5.QtWidgets import QApplication, QScrollBar
 from pytestqt.qtbot import QtBot
 from timeline_bench import FLAGS_Y, HANDLES_Y, LANES_Y, TRACK_Y, WIDTH, Bench, lane, x_of
 
 from process_visualizer.gui.models.playback.marks import PlacedMark
 from process_visualizer.gui.toolkit.theme import LIGHT
-from process_visualizer.gui.views.playback.timeline_layout import HEADER_HEIGHT
+from process_visualizer.gui.views.playback.moment_ticks import moment_at, moment_tip
+from process_visualizer.gui.views.playback.timeline_layout import HEADER_HEIGHT, TRACK_TOP
 from process_visualizer.gui.views.playback.timeline_zoom import BAR_HEIGHT
+from process_visualizer.runs.comparison.timeline_moments import Moment, MomentKind
 
 
 @pytest.fixture
@@ -238,3 +240,48 @@ def test_alarms_are_red_bars_below_the_groove(qtbot: QtBot) -> None:
     assert [bench.pixel(x_of(time_s), below) == LIGHT.bad
             for time_s in (10.8, 11.1, 12.5, 13.9, 14.2, 16.05, 16.5)] == [
         False, True, True, True, False, True, False]
+
+
+class TestMoments:
+    """Moments of a good run are dragged to where they belong; a press goes there."""
+
+    Y = int(TRACK_TOP) + 5
+
+    @pytest.fixture
+    def asked(self, bench: Bench) -> 'list[tuple[Moment, float]]':
+        moments = [Moment(4.0, MomentKind.EVENT, 'go', 0, 1.0),
+                   Moment(9.0, MomentKind.DEPARTURE, 'force', 0, 6.0)]
+        bench.view.set_moments(moments)
+        asked: 'list[tuple[Moment, float]]' = []
+        bench.view.anchor_wanted.connect(lambda moment, time_s: asked.append((moment, time_s)))
+        return asked
+
+    def test_a_drag_says_where_it_belongs(self, bench: Bench,
+                                          asked: 'list[tuple[Moment, float]]') -> None:
+        bench.press(9.0, self.Y)
+        bench.move(11.0, self.Y, Qt.LeftButton)
+        assert bench.pixel(x_of(11.0), self.Y) == LIGHT.accent
+        bench.release(11.0, self.Y)
+        (moment, time_s), = asked
+        assert (moment.label, time_s) == ('force', pytest.approx(11.0, abs=0.05))
+        assert bench.stand.commands() == []
+
+    def test_a_press_goes_there(self, bench: Bench,
+                                asked: 'list[tuple[Moment, float]]') -> None:
+        bench.press(4.05, self.Y)
+        bench.release(4.05, self.Y)
+        assert bench.stand.commands() == [('seek', 4.0)] and asked == []
+
+    def test_a_new_alignment_ends_a_drag(self, bench: Bench,
+                                         asked: 'list[tuple[Moment, float]]') -> None:
+        bench.press(9.0, self.Y)
+        bench.view.set_moments([])
+        bench.release(12.0, self.Y)
+        assert asked == []
+
+    def test_beside_them_the_time_is_pressed(self, bench: Bench,
+                                             asked: 'list[tuple[Moment, float]]') -> None:
+        bench.press(6.0, self.Y)
+        assert bench.stand.commands() == [('seek', 6.0)]
+        assert moment_at(QPointF(x_of(9.0), self.Y), bench.view.axis, []) == -1
+        assert 'drag it there' in moment_tip(Moment(4.0, MomentKind.EVENT, 'go', 0, 1.0))

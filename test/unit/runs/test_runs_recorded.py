@@ -13,6 +13,7 @@ from cycle_bags import BEGIN_S, write_bag
 from process_visualizer.bags.marks import Mark, add_mark
 from process_visualizer.bags.recording import Recording
 from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.commands import scene_pictures
 from process_visualizer.commands.command_line import main
 from process_visualizer.runs.recorded.run_reader import read_run
 
@@ -44,7 +45,7 @@ def test_a_poor_run_is_found(bag: Bag, capsys: pytest.CaptureFixture[str], tmp_p
     path = bag(cycles=3, poor=1)
     page = tmp_path / 'page.html'
     code = main(['compare', f'{path}#2', '--reference', f'{path}#1', f'{path}#3', '--report',
-                 str(page)])
+                 str(page), '--no-pictures'])
     assert code == 2
     out = capsys.readouterr().out
     assert 'a.bag#2: leaves the band first at 0:14.98 (starts + 2.0 s): arm tool force' in out
@@ -52,9 +53,38 @@ def test_a_poor_run_is_found(bag: Bag, capsys: pytest.CaptureFixture[str], tmp_p
     assert 'arm tool force' in page.read_text(encoding='utf-8')
 
 
+def test_a_page_without_pictures_says_why(bag: Bag, capsys: pytest.CaptureFixture[str],
+                                          tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, page = bag(poor=1), tmp_path / 'page.html'
+    monkeypatch.setenv('PATH', str(tmp_path))
+    words = ['compare', f'{path}#2', '--reference', f'{path}#1', '--report', str(page)]
+    assert main(words) == 2
+    reason = 'Without pictures of the scene: there is no Xvfb'
+    assert reason in page.read_text(encoding='utf-8')
+    assert reason in capsys.readouterr().err
+    monkeypatch.setattr(scene_pictures, 'find_node', lambda *_: [])
+    assert main(words) == 2
+    assert 'there is no RViz; install' in page.read_text(encoding='utf-8')
+    assert main([*words, '--no-pictures']) == 2
+    assert 'Without' not in page.read_text(encoding='utf-8')
+
+
 def test_a_good_run_is_within(bag: Bag, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(['compare', bag(), '--reference', bag()]) == 0
     assert '0 of 2 runs leave the band' in capsys.readouterr().out
+
+
+def test_a_recording_in_parts_is_one(bag: Bag, capsys: pytest.CaptureFixture[str]) -> None:
+    """The second cycle lies in both parts; the third bag is another recording."""
+    parts = [bag('a_0.bag', part_of_s=(0.0, 15.0)), bag('a_1.bag', part_of_s=(15.0, 24.0)),
+             bag('a_2.bag', part_of_s=(2.0, 10.0))]
+    for words in (parts[:1], parts[:2]):
+        assert main(['runs', *words]) == 0
+        lines = capsys.readouterr().out.splitlines()
+        assert [line.split()[0] for line in lines] == ['a_0.bag#1', 'a_0.bag#2']
+        assert 'starts at 0:13.02' in lines[1]
+    assert main(['compare', f'{parts[0]}#2', '--reference', f'{parts[0]}#1']) == 0
+    assert 'a_0.bag#2: stays within the band' in capsys.readouterr().out
 
 
 def test_a_configuration_may_be_given(bag: Bag, tmp_path: Path,

@@ -201,6 +201,9 @@ class LauncherApp(QMainWindow):
         self._launcher.recording.finished.connect(bag.add_recent)
         self._launcher.recording.changed.connect(self._show_mode_choice)
         self.compare.seek_wanted.connect(self._launcher.playback.seek)
+        self._launcher.compare.changed.connect(
+            lambda: self.playback.timeline.set_moments(self._launcher.compare.moments))
+        self.playback.timeline.anchor_wanted.connect(self._launcher.compare.anchor)
         self.live.replay_wanted.connect(self._launcher.show_replay)
         self.recording.play_wanted.connect(lambda path: self._after_quit.play((path,)))
         self._drops.play_wanted.connect(self._after_quit.play)

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import os
 import threading
-import time
 from typing import Callable, Optional
 
-import rosgraph
-import rospy
 from PyQt5.QtCore import QObject, pyqtSignal
 
 from process_visualizer.clients.player_client import PlayerClient
@@ -25,7 +22,7 @@ from process_visualizer.srv import ShowReplay
 _BAG = 'replay.bag'
 _SERVICE = f'/{RVIZ}/show_replay'
 _TIMEOUT_S = 10.0
-_START_S, _RETRY_S = 30.0, 0.1
+_START_S = 30.0
 
 
 class ReplayLinkError(Exception):
@@ -96,10 +93,7 @@ class ReplayLink(QObject):
         Raises:
             ReplayLinkError: it does not answer.
         """
-        end_s = time.monotonic() + _START_S
-        while not self._is_offered():  # RViz is a node before it has loaded its displays
-            if time.monotonic() > end_s or self._stopping.wait(_RETRY_S):
-                break
+        self._show.wait(_START_S, self._stopping)  # a node before it has loaded its displays
         self._call(True, self._camera(), self._place())
 
     def hide(self) -> None:
@@ -121,14 +115,6 @@ class ReplayLink(QObject):
         for connection in (self.player, self._show):
             connection.close()
         self._cell.stop()
-
-    def _is_offered(self) -> bool:
-        """Whether RViz can be told to show itself."""
-        try:
-            rosgraph.Master(rospy.get_name(), self._cell.master_uri).lookupService(_SERVICE)
-        except (rosgraph.MasterException, OSError):
-            return False
-        return True
 
     def _leave_player(self) -> None:
         if self._follower is not None:

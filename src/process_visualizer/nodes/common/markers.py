@@ -83,13 +83,19 @@ def vector_arrow(namespace: str, style: ArrowStyle, sample: VectorSample, stale:
     if magnitude <= max(style.threshold, 0.0):
         marker.action = Marker.DELETE
         return marker
-    marker.type = Marker.ARROW
-    length = arrow_length(magnitude, style.scale_m, style.min_m, style.max_m)
-    marker.scale.x, marker.scale.y, marker.scale.z = length, style.diameter_m, style.diameter_m
-    marker.pose.position = Point(*sample.foot)
-    marker.pose.orientation = Quaternion(*quaternion_turning_x_onto(sample.vector))
+    length_m = arrow_length(magnitude, style.scale_m, style.min_m, style.max_m)
+    shape_as_arrow(marker, sample.foot, sample.vector, length_m, style.diameter_m)
     marker.color = ColorRGBA(*(STALE_COLOR if stale else style.color))
     return marker
+
+
+def shape_as_arrow(marker: Marker, foot: Vector, direction: Vector, length_m: float,
+                   diameter_m: float) -> None:
+    """Give a marker the shape of an arrow that begins at a foot (3,) [m]; see ArrowStyle."""
+    marker.type = Marker.ARROW
+    marker.scale.x, marker.scale.y, marker.scale.z = length_m, diameter_m, diameter_m
+    marker.pose.position = Point(*foot)
+    marker.pose.orientation = Quaternion(*quaternion_turning_x_onto(direction))
 
 
 def text_marker(namespace: str, frame: str, position: Vector, text: str, height_m: float,

@@ -11,8 +11,10 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from process_visualizer.clients.player_clock import PlaybackFollower
 from process_visualizer.motion.joint_track import joint_track
+from process_visualizer.msg import GhostArrow as GhostArrowMessage
 from process_visualizer.msg import GhostRobot as GhostRobotMessage
 from process_visualizer.nodes.common.process_end import spin_to_end, start_node
+from process_visualizer.nodes.ghost.ghost_arrow import GhostArrow
 from process_visualizer.nodes.ghost.ghost_robot import GhostRobot
 from process_visualizer.ros_names import GHOST, GHOST_TOPIC
 from process_visualizer.srv import ShowGhost, ShowGhostRequest, ShowGhostResponse
@@ -29,6 +31,7 @@ class GhostDisplay:
         self._playback = playback
         self._lock = threading.Lock()
         self._robots: Tuple[GhostRobot, ...] = ()
+        self._arrows: Tuple[GhostArrow, ...] = ()
         self._drawn: Tuple[Optional[float], float] = (None, -1.0)  # position, when
         self._is_drawn = False
         self._publisher = rospy.Publisher(GHOST_TOPIC, MarkerArray, queue_size=2, latch=True)
@@ -39,16 +42,17 @@ class GhostDisplay:
     def _on_show(self, request: ShowGhostRequest) -> ShowGhostResponse:
         try:
             robots = tuple(ghost_robot(it) for it in request.robots)
+            arrows = tuple(ghost_arrow(it) for it in request.arrows)
         except ValueError as error:
             return ShowGhostResponse(False, str(error))
         with self._lock:
-            self._robots, self._drawn = robots, (None, -1.0)
+            self._robots, self._arrows, self._drawn = robots, arrows, (None, -1.0)
             self._publish(nothing())
         return ShowGhostResponse(True, '')
 
     def _draw(self, _event: object) -> None:
         with self._lock:
-            if self._robots:
+            if self._robots or self._arrows:
                 self._draw_at(self._position_s(), rospy.get_time())
 
     def _position_s(self) -> Optional[float]:
@@ -65,6 +69,8 @@ class GhostDisplay:
         markers: List[Marker] = []
         if position_s is not None:
             markers = [it for robot in self._robots for it in robot.markers(position_s)]
+            markers += [it for arrow in self._arrows
+                        for it in [arrow.marker(self._robots, position_s)] if it is not None]
         if markers:
             self._publish(MarkerArray(markers))
         elif self._is_drawn:
@@ -98,6 +104,20 @@ def ghost_robot(message: GhostRobotMessage) -> GhostRobot:
         return GhostRobot(device, urdf, message.tool, there, here)
     except ValueError as error:
         raise ValueError(f'{device}: {error}') from None
+
+
+def ghost_arrow(message: GhostArrowMessage) -> GhostArrow:
+    """Return an arrow out of a message.
+
+    Raises:
+        ValueError: the numbers do not fit; the text names the arrow.
+    """
+    x, y, z = message.foot
+    try:
+        vectors = joint_track(('x', 'y', 'z'), np.array(message.times), np.array(message.vectors))
+    except ValueError as error:
+        raise ValueError(f'{message.name}: {error}') from None
+    return GhostArrow(message.name, message.frame, message.foot_frame, (x, y, z), vectors)
 
 
 def main() -> None:

@@ -11,8 +11,8 @@ from visualization_msgs.msg import Marker
 from process_visualizer.descriptions.link_visuals import LinkVisual, ShapeKind, link_visuals
 from process_visualizer.motion.joint_track import JointTrack
 from process_visualizer.motion.kinematics import Kinematics, Placement
-from process_visualizer.motion.rotations import Triple, quaternion_turning_x_onto
-from process_visualizer.nodes.common.markers import frame_marker, text_marker
+from process_visualizer.motion.rotations import Triple
+from process_visualizer.nodes.common.markers import frame_marker, shape_as_arrow, text_marker
 from process_visualizer.parameters.reading import Color
 
 COLOR: Color = (0.35, 0.65, 1.0, 0.35)
@@ -75,6 +75,16 @@ class GhostRobot:
         """Return where the tool is in the other run, in the root link; None if not known."""
         return self._place(self._there, time_s)
 
+    def has_link(self, name: str) -> bool:
+        """Whether a frame is one of its links."""
+        return name in self._kinematics.links
+
+    def link(self, name: str, time_s: float) -> Optional[Placement]:
+        """Return where a link is in the other run, in the root link; None if not known."""
+        positions = self._there.at(time_s)
+        return None if positions is None else self._kinematics.placement(
+            name, self.root, positions)
+
     def _place(self, track: Optional[JointTrack], time_s: float) -> Optional[Placement]:
         positions = None if track is None else track.at(time_s)
         if positions is None or not self._tool:
@@ -99,11 +109,8 @@ class GhostRobot:
             return []
         namespace = f'{self.device}/deviation'
         arrow = frame_marker(namespace, 0, self.root, DEVIATION_COLOR)
-        arrow.type = Marker.ARROW
-        arrow.scale.x = min(EXAGGERATION * found.length_m, _LONGEST_M)
-        arrow.scale.y = arrow.scale.z = _DIAMETER_M
-        arrow.pose.position = Point(*found.foot.position)
-        arrow.pose.orientation = Quaternion(*quaternion_turning_x_onto(found.vector))
+        shape_as_arrow(arrow, found.foot.position, found.vector,
+                       min(EXAGGERATION * found.length_m, _LONGEST_M), _DIAMETER_M)
         x, y, z = found.foot.position
         return [arrow, text_marker(namespace, self.root, (x, y, z + _ABOVE_M),
                                    f'Δ {1000.0 * found.length_m:.1f} mm', _TEXT_M,

@@ -2,6 +2,7 @@
 """The map of time by which the tools of a run are where those of a reference are."""
 from __future__ import annotations
 
+import math
 from typing import Optional, Tuple
 
 import numpy as np
@@ -27,7 +28,8 @@ def motion_alignment(reference: Run, run: Run, events: CommonEvents) -> Optional
     Rough warping finds the moment, near the events where there are some; fine warping around it
     and a least-squares refinement find it more exactly than one sample.
     """
-    rough_hz = min(_ROUGH_HZ, _MOST_ROUGH_ROWS / max(reference.duration_s, run.duration_s, 1.0))
+    size_s = math.sqrt(max(reference.duration_s, 1.0) * max(run.duration_s, 1.0))
+    rough_hz = min(_ROUGH_HZ, _MOST_ROUGH_ROWS / size_s)
     motions = common_motions(reference, run, rough_hz)
     if not _moves(motions[0]) or not _moves(motions[1]):
         return None

@@ -2,11 +2,12 @@
 """A run held against good ones."""
 from __future__ import annotations
 
-from typing import Iterable, List, NamedTuple, Optional, Tuple
+from typing import Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from process_visualizer.runs.alignment.alignment import Alignment, Means, aligned
+from process_visualizer.runs.alignment.alignment import Alignment, Means
+from process_visualizer.runs.alignment.anchors import Anchor, aligned_at
 from process_visualizer.runs.deviation.band import (
     RELATIVE_TOLERANCE,
     Band,
@@ -21,8 +22,8 @@ from process_visualizer.runs.run import Run, fingerprint
 
 USUAL_RATE = 0.05
 """How often a good run leaves its band, where no rate was asked for and enough are there."""
-_LEAST_SHARE = 0.5
-"""Of the reference; a run that covers less is told to have stopped early, or begun late."""
+_LEAST_SHARE = 0.8
+"""Of the reference, or of the run: if less than that has a counterpart in the other, it is told."""
 
 
 class Comparison(NamedTuple):
@@ -80,9 +81,12 @@ class GoodRuns:
         self.band = self._band(None)
         self.notes = self._outstanding()
 
-    def compare(self, run: Run) -> Comparison:
-        """Return where a run leaves the band; if it is one of the good runs, the others' band."""
-        alignment, columns = self._columns(run)
+    def compare(self, run: Run, anchors: Sequence[Anchor] = ()) -> Comparison:
+        """Return where a run leaves the band; if it is one of the good runs, the others' band.
+
+        ``anchors`` are moments that belong together because the operator says so.
+        """
+        alignment, columns = self._columns(run, anchors)
         own_print = fingerprint(run)
         own = next((number for number, (_, other) in enumerate(self._others)
                     if own_print == other), None)
@@ -99,8 +103,9 @@ class GoodRuns:
                      f'({signal.name}); without it the band would be narrower'
                      for run, signal in self._learner.outstanding())
 
-    def _columns(self, run: Run) -> Tuple[Alignment, Columns]:
-        alignment = aligned(self.reference, run)
+    def _columns(self, run: Run,
+                 anchors: Sequence[Anchor] = ()) -> Tuple[Alignment, Columns]:
+        alignment = aligned_at(self.reference, run, anchors)
         return alignment, signals(self.reference, run, alignment.time_map)
 
     def _learned(self, rate: float) -> BandLearner:
@@ -126,10 +131,21 @@ class GoodRuns:
         if alignment.means is not Means.MOTION:
             notes.append(f'aligned by {alignment.means.value}: there is no motion that both have')
         notes += self._missing(run)
+        known = {run.configuration, self.reference.configuration} - {''}
+        if len(known) > 1:
+            notes.append('it was recorded with another configuration than the reference')
+        return notes + self._uncovered(run, alignment, columns)
+
+    def _uncovered(self, run: Run, alignment: Alignment, columns: Columns) -> List[str]:
         covered = np.isfinite(np.stack(list(columns.values()))).any(axis=0)
         if covered.mean() < _LEAST_SHARE:
-            notes.append(f'it covers {covered.mean():.0%} of the reference')
-        return notes
+            return [f'it covers {covered.mean():.0%} of the reference']
+        ends_s = np.clip(alignment.time_map.to_run(self.times_s[[0, -1]]), 0.0, run.duration_s)
+        compared_s = float(ends_s[1] - ends_s[0])
+        if compared_s < _LEAST_SHARE * run.duration_s:
+            return [f'{compared_s:.1f} s of its {run.duration_s:.1f} s are compared: the reference '
+                    'is no longer']
+        return []
 
     def _missing(self, run: Run) -> List[str]:
         mine, theirs = (list(it.by_key) for it in (self.reference, run))

@@ -2,11 +2,13 @@
 """Comparisons as one page of HTML that needs nothing else."""
 from __future__ import annotations
 
+from base64 import b64encode
 from html import escape
-from typing import List, Sequence
+from typing import List, Optional, Sequence
 
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns
 from process_visualizer.runs.comparison.curve_drawing import curve_drawing
+from process_visualizer.runs.comparison.scene_pair import ScenePair
 from process_visualizer.runs.comparison.verdict import band_text, verdict
 from process_visualizer.runs.comparison.wording import amount, clock, moment
 
@@ -19,22 +21,33 @@ table { border-collapse: collapse; } td, th { text-align: left; padding: .25em .
        border-bottom: 1px solid #e2e6ea; vertical-align: top; }
 th { color: #5c6670; font-weight: normal; } .poor { color: #c0392b; } .good { color: #247a4b; }
 .note { color: #5c6670; } figure { margin: 1em 0; } figcaption { color: #5c6670; }
+.pair { display: flex; gap: 1em; } .pair figure { flex: 1; margin: .5em 0; }
+img { width: 100%; border-radius: 4px; }
 '''
 
 
-def comparison_page(good: GoodRuns, comparisons: Sequence[Comparison]) -> str:
-    """Return the page: a line for each run, then the departures and curves of the poor ones."""
+def comparison_page(good: GoodRuns, comparisons: Sequence[Comparison],
+                    scenes: Sequence[Optional[ScenePair]] = (), note: str = '') -> str:
+    """Return the page: a line for each run, then what departed in the poor ones.
+
+    Args:
+        good: the runs that the others were held against.
+        comparisons: what came of those.
+        scenes: pictures for each of them, or none at all.
+        note: what else is to be told, such as why there are no pictures.
+    """
     poor = [it for it in comparisons if it.departures]
     title = f'{len(poor)} of {len(comparisons)} runs leave the band' if len(comparisons) > 1 \
         else f'{comparisons[0].run.name} {verdict(comparisons[0])}'
     parts = [f'<h1>{escape(title)}</h1>',
              f'<p>Reference: {escape(good.reference.name)}, '
              f'{good.reference.duration_s:.1f} s. Band: {escape(band_text(good.band))}.</p>']
-    parts += [f'<p class="note">{escape(note)}</p>' for note in good.notes]
+    parts += [f'<p class="note">{escape(it)}</p>' for it in (*good.notes, note) if it]
     if len(comparisons) > 1:
         parts.append(_summary(comparisons))
+    pictures = dict(zip(map(id, comparisons), scenes))
     for it in poor[:_MOST_RUNS]:
-        parts += _details(good, it)
+        parts += _details(good, it, pictures.get(id(it)))
     if len(poor) > _MOST_RUNS:
         parts.append(f'<p>{len(poor) - _MOST_RUNS} more runs are not shown in detail.</p>')
     return ('<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
@@ -54,7 +67,7 @@ def _table(head: Sequence[str], rows: Sequence[str]) -> str:
     return f'<table><tr>{cells}</tr>\n' + '\n'.join(rows) + '</table>'
 
 
-def _details(good: GoodRuns, comparison: Comparison) -> List[str]:
+def _details(good: GoodRuns, comparison: Comparison, scene: Optional[ScenePair]) -> List[str]:
     name = escape(comparison.run.name)
     parts = [f'<h2>{name}</h2>', f'<p class="poor">{escape(verdict(comparison))}</p>']
     parts += [f'<p class="note">{escape(note)}</p>' for note in comparison.notes]
@@ -63,7 +76,24 @@ def _details(good: GoodRuns, comparison: Comparison) -> List[str]:
             f'<td>{escape(moment(comparison, it.worst_s))}</td><td>{escape(amount(it))}</td></tr>'
             for number, it in enumerate(comparison.departures[:_MOST_ROWS], start=1)]
     parts.append(_table(('', 'what', 'began', 'was worst', 'by how much'), rows))
+    parts += [] if scene is None else _pictures(good, comparison, scene)
     parts += [f'<figure>{curve_drawing(good, comparison, it)}<figcaption>'
               f'{escape(it.signal.name)}: the run (red where it is outside), the band and its '
               'middle</figcaption></figure>' for it in comparison.departures[:_MOST_CURVES]]
     return parts
+
+
+def _pictures(good: GoodRuns, comparison: Comparison, scene: ScenePair) -> List[str]:
+    """The good run beside the poor one."""
+    reference = good.reference
+    return ['<div class="pair">',
+            _picture(scene.good, f'Good: {reference.name} at '
+                                 f'{clock(reference.begin_s + scene.reference_s)}'),
+            _picture(scene.poor, f'Poor: {comparison.run.name} at '
+                                 f'{moment(comparison, scene.reference_s)}; the good one as a '
+                                 'ghost, and how far each tool is from it'), '</div>']
+
+
+def _picture(jpeg: bytes, caption: str) -> str:
+    return (f'<figure><img src="data:image/jpeg;base64,{b64encode(jpeg).decode()}" '
+            f'alt="{escape(caption)}"><figcaption>{escape(caption)}</figcaption></figure>')

@@ -11,7 +11,7 @@ from process_visualizer.runs.comparison.wording import clock, quantity
 from process_visualizer.runs.deviation.departures import Departure, outside
 
 _WIDTH, _HEIGHT, _LEFT, _BOTTOM, _TOP = 900, 220, 90, 24, 8
-_BEFORE_S, _BEHIND_S = 3.0, 5.0
+_BEFORE_S, _BEHIND_S, _LONGEST_S = 3.0, 5.0, 20.0
 _MOST_POINTS = 800
 
 Scale = Callable[[np.ndarray], np.ndarray]
@@ -39,7 +39,8 @@ def curve_drawing(good: GoodRuns, comparison: Comparison, departure: Departure) 
 
 
 def _rows(times_s: np.ndarray, departure: Departure) -> np.ndarray:
-    end_s = max(departure.left_s, departure.worst_s) + _BEHIND_S
+    end_s = min(max(departure.left_s, departure.worst_s) + _BEHIND_S,
+                departure.left_s + _LONGEST_S)
     begin, end = np.searchsorted(times_s, (departure.onset_s - _BEFORE_S, end_s))
     step = max(int(end - begin) // _MOST_POINTS, 1)
     return np.arange(begin, end, step)

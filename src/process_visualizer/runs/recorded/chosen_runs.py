@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 import re
-from typing import Callable, Dict, List, Optional, Sequence, Tuple
+from contextlib import contextmanager
+from typing import Callable, Dict, Iterator, List, Optional, Sequence, Set, Tuple
 
 from process_visualizer.bags.recording import Recording
+from process_visualizer.bags.recording_parts import recording_parts
 from process_visualizer.cell.model import Cell
 from process_visualizer.runs.recorded.recorded_cell import recorded_cell
 from process_visualizer.runs.recorded.run_cutting import cut_into_runs
@@ -24,10 +26,13 @@ class ChosenRuns:
         """Take the cell; without one, each recording's own configuration is used."""
         self._cell = cell
         self._is_cancelled = is_cancelled
-        self._read: Dict[str, Tuple[Run, ...]] = {}
+        self._read: Dict[Tuple[str, ...], Tuple[Run, ...]] = {}
 
     def runs(self, words: Sequence[str]) -> List[Run]:
         """Return the runs of some recordings: of BAG all cycles, of BAG#N one.
+
+        A recording in parts is named by its first one; the others, if they are named behind it,
+        count no more.
 
         Raises:
             BagError: a file cannot be read as a bag, or holds no configuration.
@@ -37,23 +42,48 @@ class ChosenRuns:
             ValueError: there is no cycle of that number.
             OSError: the files of a configuration cannot be written.
         """
-        return [run for word in words for run in self._runs(word)]
+        found: List[Run] = []
+        known: Set[str] = set()
+        for word in words:
+            path, number = _path_and_number(word)
+            if path not in known or number is not None:
+                parts = recording_parts(path)
+                known.update(parts[1:])
+                found += self._chosen(parts, number)
+        return found
 
-    def _runs(self, word: str) -> Tuple[Run, ...]:
-        match = None if os.path.exists(word) else _CYCLE.match(word)
-        if match is None:
-            return self._cycles(word)
-        path, number = match.group(1), int(match.group(2))
-        found = self._cycles(path)
+    def of_recording(self, paths: Sequence[str]) -> Tuple[Run, ...]:
+        """Return the runs of one recording, given by all of its files.
+
+        Raises:
+            BagError, ReadingCancelled, ConfigurationError, NoCycle, OSError: as ``runs``.
+        """
+        key = tuple(paths)
+        if key not in self._read:
+            with Recording(key) as recording:
+                self._read[key] = self._of(recording)
+        return self._read[key]
+
+    @contextmanager
+    def cell_of(self, run: Run) -> Iterator[Cell]:
+        """Yield the cell that a run was made of; while it is used, its models exist.
+
+        Raises:
+            BagError, ConfigurationError, OSError: as ``runs``.
+        """
+        if self._cell is not None:
+            yield self._cell
+            return
+        with Recording(run.recording) as recording, recorded_cell(recording) as cell:
+            yield cell
+
+    def _chosen(self, parts: Tuple[str, ...], number: Optional[int]) -> Sequence[Run]:
+        found = self.of_recording(parts)
+        if number is None:
+            return found
         if not 1 <= number <= len(found):
-            raise ValueError(f'{path} has the runs 1 to {len(found)}, not {number}')
-        return (found[number - 1],)
-
-    def _cycles(self, path: str) -> Tuple[Run, ...]:
-        if path not in self._read:
-            with Recording([path]) as recording:
-                self._read[path] = self._of(recording)
-        return self._read[path]
+            raise ValueError(f'{parts[0]} has the runs 1 to {len(found)}, not {number}')
+        return [found[number - 1]]
 
     def _of(self, recording: Recording) -> Tuple[Run, ...]:
         if self._cell is not None:
@@ -63,3 +93,9 @@ class ChosenRuns:
 
     def _cut(self, recording: Recording, cell: Cell) -> Tuple[Run, ...]:
         return cut_into_runs(read_run(recording, cell, is_cancelled=self._is_cancelled), cell.run)
+
+
+def _path_and_number(word: str) -> Tuple[str, Optional[int]]:
+    """What BAG#N names; no number if it is BAG."""
+    match = None if os.path.exists(word) else _CYCLE.match(word)
+    return (word, None) if match is None else (match.group(1), int(match.group(2)))

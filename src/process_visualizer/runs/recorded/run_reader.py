@@ -3,21 +3,31 @@
 from __future__ import annotations
 
 import os
-from typing import Callable, Dict, List, Optional, Sequence, Tuple
+from typing import Callable, Dict, Iterator, List, Optional, Sequence, Tuple
 
 import numpy as np
 
 from process_visualizer.bags.marks import read_marks
+from process_visualizer.bags.recorder_topics import recorded_configuration
 from process_visualizer.bags.recording import Recording
 from process_visualizer.cell.model import Cell, ProcessEvent
 from process_visualizer.curves.curve_sources import CurveSource, Quantity, curve_sources
 from process_visualizer.curves.samples import Samples, found_series, read_samples, sampled
 from process_visualizer.motion.kinematics import Placement
 from process_visualizer.motion.rotations import matrix_from_quaternion
+from process_visualizer.ros_names import WRENCH_STAMPED
 from process_visualizer.runs.event import passages_s
 from process_visualizer.runs.recorded.joint_series import joint_series
-from process_visualizer.runs.recorded.tool_base import tool_base
-from process_visualizer.runs.run import Channel, ChannelKind, Key, Run, RunEvent, ToolMotion
+from process_visualizer.runs.recorded.tool_base import header_frame, tool_base
+from process_visualizer.runs.run import (
+    Channel,
+    ChannelKind,
+    Key,
+    Run,
+    RunEvent,
+    ToolForce,
+    ToolMotion,
+)
 
 _KINDS: Dict[Quantity, ChannelKind] = {
     Quantity.SPEED: ChannelKind.SPEED, Quantity.FORCE: ChannelKind.FORCE,
@@ -40,13 +50,16 @@ def read_run(recording: Recording, cell: Cell,
                                       *map(_event_source, cell.events)], devices)
     samples = read_samples(recording, [*wanted, *joint_series(recording, devices)],
                            on_progress=on_progress, is_cancelled=is_cancelled)
+    stored = recorded_configuration(recording)
     events = [it for it in samples if not it.source.device]
     channels = [it for it in samples if it.source.device]
     return Run(os.path.basename(recording.paths[0]),
                (recording.end_ns - recording.begin_ns) / 1e9,
                _distinct(channels), tuple(_motions(recording, cell, channels)),
                tuple(sorted(_events(events, cell.events) + _marks(recording),
-                            key=lambda it: it.time_s)))
+                            key=lambda it: it.time_s)), recording=recording.paths,
+               forces=tuple(_forces(recording, channels)),
+               configuration='' if stored is None else repr(stored))
 
 
 def _event_source(event: ProcessEvent) -> CurveSource:
@@ -84,6 +97,16 @@ def _motions(recording: Recording, cell: Cell, samples: Sequence[Samples]) -> Li
             positions = _placed(it.values[order], tool_base(recording, cell, it.source))
             found.append(ToolMotion(it.source.device, it.times_s[order], positions))
     return found
+
+
+def _forces(recording: Recording, samples: Sequence[Samples]) -> Iterator[ToolForce]:
+    """They are only drawn: single precision, as there may be many."""
+    for it in samples:
+        if it.source.quantity is Quantity.FORCE:
+            order = np.argsort(it.times_s, kind='stable')
+            yield ToolForce(it.source.device,
+                            header_frame(recording, it.source.topic, WRENCH_STAMPED) or '',
+                            it.times_s[order], it.values[order].astype(np.float32))
 
 
 def _placed(positions: np.ndarray, base: Placement) -> np.ndarray:

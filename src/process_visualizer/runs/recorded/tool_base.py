@@ -26,7 +26,7 @@ def tool_base(recording: Recording, cell: Cell, source: CurveSource) -> Placemen
     device = cell.device(source.device)
     topic = device.topic_for(TopicFunction.TOOL_CENTER_FRAME)
     named = None if topic is None else topic.parent_frame
-    frame = _header_frame(recording, source.topic) or named or base_frame(device)
+    frame = header_frame(recording, source.topic, POSE_STAMPED) or named or base_frame(device)
     for base in (it.base for it in cell.devices):
         if base is not None and base.frame == frame:
             x, y, z, w = (float(it) for it in quaternion_from_ypr(base.pose.ypr))
@@ -34,12 +34,12 @@ def tool_base(recording: Recording, cell: Cell, source: CurveSource) -> Placemen
     return Placement()
 
 
-def _header_frame(recording: Recording, topic: str) -> Optional[str]:
-    """The frame in the first message of a topic of poses."""
+def header_frame(recording: Recording, topic: str, kind: str) -> Optional[str]:
+    """Return the frame in the first message of a topic, if it is of a type with a header."""
     index = recording.index
     for number in index.connections_of(topic):
         positions = index.positions(number)
-        if index.connections[number].type != POSE_STAMPED or not len(positions):
+        if index.connections[number].type != kind or not len(positions):
             continue
         try:
             data = recording.message(int(positions[0]))

@@ -2,7 +2,7 @@
 """The runs of recordings, which of them are good, and how the others differ from those."""
 from __future__ import annotations
 
-from typing import Any, Callable, FrozenSet, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, FrozenSet, NamedTuple, Optional, Sequence, Tuple
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
@@ -12,7 +12,13 @@ from process_visualizer.cell.model import Cell
 from process_visualizer.curves.samples import ReadingCancelled
 from process_visualizer.gui.toolkit.progress import Progress
 from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.runs.alignment.anchors import Anchor, with_anchor
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns, incomparable
+from process_visualizer.runs.comparison.timeline_moments import (
+    AnchoredRun,
+    Moment,
+    timeline_moments,
+)
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
 from process_visualizer.runs.run import Run
 
@@ -20,7 +26,7 @@ LINE = 'comparison'
 
 
 class ListedRun(NamedTuple):
-    """A run and the path of its recording."""
+    """A run and the path of its recording, or of the first part of that."""
 
     path: str
     run: Run
@@ -48,6 +54,7 @@ class CompareModel(QObject):
         self._runs: Tuple[ListedRun, ...] = ()
         self._good: FrozenSet[int] = frozenset()
         self._compared: Optional[Compared] = None
+        self._anchors: Dict[int, Tuple[Anchor, ...]] = {}
         self._work: Optional[Progress] = None
         self._activity = ''
 
@@ -78,11 +85,26 @@ class CompareModel(QObject):
 
     @property
     def of_recording(self) -> Tuple[Comparison, ...]:
-        """What came of the runs of the recording that is open, or of its first part."""
+        """What came of the runs of the recording that is open."""
         if self._compared is None:
             return ()
         return tuple(found for it, found in zip(self._runs, self._compared.comparisons)
                      if found is not None and it.path in self._recording[:1])
+
+    @property
+    def moments(self) -> Tuple[Moment, ...]:
+        """The moments of the reference in the recording that is open."""
+        compared, paths = self._compared, self._recording[:1]
+        if compared is None:
+            return ()
+        return timeline_moments(compared.good.reference, [
+            AnchoredRun(number, found, self.anchors(number))
+            for number, (it, found) in enumerate(zip(self._runs, compared.comparisons))
+            if found is not None and it.path in paths])
+
+    def anchors(self, number: int) -> Tuple[Anchor, ...]:
+        """What the operator says of the alignment of a run."""
+        return self._anchors.get(number, ())
 
     @property
     def activity(self) -> str:
@@ -98,7 +120,7 @@ class CompareModel(QObject):
         if tuple(paths) != self._recording:
             self._stop()
             self._recording, self._added, self._runs = tuple(paths), (), ()
-            self._good, self._compared = frozenset(), None
+            self._good, self._compared, self._anchors = frozenset(), None, {}
             self.changed.emit()
 
     def add(self, path: str) -> None:
@@ -109,20 +131,21 @@ class CompareModel(QObject):
 
     def find_runs(self) -> None:
         """Read the recordings, and cut them into their runs."""
-        cell, paths = self._cell, (*self._recording, *self._added)
+        cell, recording, added = self._cell, self._recording, self._added
 
         def found(progress: Progress) -> Tuple[ListedRun, ...]:
             chosen = ChosenRuns(cell, progress.is_cancelled)
-            return tuple(ListedRun(path, run) for path in paths for run in chosen.runs([path]))
+            runs = [*chosen.of_recording(recording), *chosen.runs(added)]
+            return tuple(ListedRun(run.recording[0], run) for run in runs)
 
-        if paths:
+        if recording:
             self._begin('Reading the recordings…', found, self._take_runs)
 
     def set_good(self, number: int, is_good: bool) -> None:
         """Call a run good, or not."""
         good = self._good | {number} if is_good else self._good - {number}
         if good != self._good:
-            self._good, self._compared = good, None
+            self._good, self._compared, self._anchors = good, None, {}
             self.changed.emit()
 
     def compare(self) -> None:
@@ -136,6 +159,33 @@ class CompareModel(QObject):
 
         if good:
             self._begin(f'Comparing {len(runs)} runs…', compared, self._take_compared)
+
+    def anchor(self, moment: Moment, position_s: float) -> None:
+        """Say that a moment of the reference belongs to a position [s] of the open recording."""
+        run = self._runs[moment.run].run
+        run_s = min(max(position_s - run.begin_s, 0.0), run.duration_s)
+        self._align_again(moment.run, with_anchor(self.anchors(moment.run),
+                                                  Anchor(moment.reference_s, run_s)))
+
+    def reset_anchors(self, number: int) -> None:
+        """Let a run be aligned as if the operator had said nothing."""
+        self._align_again(number, ())
+
+    def _align_again(self, number: int, anchors: Tuple[Anchor, ...]) -> None:
+        before = self._compared
+        if before is None:
+            return
+        self._anchors[number] = anchors
+        wanted = dict(self._anchors)
+        runs = [it.run for it in self._runs]
+
+        def compared(_progress: Progress) -> Compared:
+            return before._replace(comparisons=tuple(
+                before.good.compare(runs[row], wanted[row])
+                if row in wanted and found is not None else found
+                for row, found in enumerate(before.comparisons)))
+
+        self._begin(f'Aligning {runs[number].name}…', compared, self._take_compared)
 
     def cancel(self) -> None:
         """Leave what is going on."""
@@ -164,7 +214,7 @@ class CompareModel(QObject):
             self.changed.emit()
 
     def _take_runs(self, runs: Tuple[ListedRun, ...]) -> None:
-        self._runs, self._good, self._compared = runs, frozenset(), None
+        self._runs, self._good, self._compared, self._anchors = runs, frozenset(), None, {}
 
     def _take_compared(self, compared: Compared) -> None:
         self._compared = compared

@@ -2,6 +2,7 @@
 """Whether the reference moves as a ghost beside the robots of the run that is played."""
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from typing import Callable, Optional, Sequence, Tuple
 
 from PyQt5.QtCore import QObject, pyqtSignal
@@ -9,6 +10,7 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from process_visualizer.clients.ghost_client import GhostError
 from process_visualizer.gui.models.comparison.compare_model import Compared, CompareModel
 from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.runs.comparison.ghost_arrows import GhostArrow, ghost_arrows
 from process_visualizer.runs.comparison.ghost_tracks import GhostTrack, ghost_tracks
 
 LINE = 'ghost'
@@ -21,9 +23,9 @@ class GhostModel(QObject):
     failed = pyqtSignal(str)
 
     def __init__(self, tasks: Tasks, compare: CompareModel,
-                 show: Callable[[Sequence[GhostTrack]], None],
+                 show: Callable[[Sequence[GhostTrack], Sequence[GhostArrow]], None],
                  parent: Optional[QObject] = None) -> None:
-        """``show`` shows tracks, or hides the ghost if there are none; it may block."""
+        """``show`` shows tracks and arrows, or hides the ghost if there are none; it may block."""
         super().__init__(parent)
         self._tasks, self._compare, self._show = tasks, compare, show
         self._is_running, self._is_wanted = False, True
@@ -53,14 +55,18 @@ class GhostModel(QObject):
         if wanted is self._shown or not self._is_running:
             return
         self._shown = wanted
-        self._tasks.run(LINE, lambda: self._show(self._tracks(wanted)), None, self._fail)
+        self._tasks.run(LINE, lambda: self._show(*self._ghost(wanted)), None, self._fail)
 
-    def _tracks(self, compared: Optional[Compared]) -> Tuple[GhostTrack, ...]:
+    def _ghost(self, compared: Optional[Compared]
+               ) -> Tuple[Tuple[GhostTrack, ...], Tuple[GhostArrow, ...]]:
         """In the line of tasks."""
         cell = self._compare.cell
         if compared is None or cell is None:
-            return ()
-        return ghost_tracks(cell, compared.good.reference, self._compare.of_recording)
+            return (), ()
+        wanted = cell, compared.good.reference, self._compare.of_recording
+        with ThreadPoolExecutor(2) as pool:  # most of the time xacro reads models, as processes
+            tracks, arrows = pool.submit(ghost_tracks, *wanted), pool.submit(ghost_arrows, *wanted)
+            return tracks.result(), arrows.result()
 
     def _fail(self, error: Exception) -> None:
         if not isinstance(error, GhostError):

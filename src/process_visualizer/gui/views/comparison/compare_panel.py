@@ -55,6 +55,8 @@ class ComparePanel(QWidget):
         self.add = _button('add_recording', 'Add recording…', self._ask_for_recording)
         self.compare = _button('compare_runs', 'Compare', model.compare)
         self.cancel = _button('cancel_comparison', 'Cancel', model.cancel)
+        self.reset = _button('reset_anchors', 'Reset alignment', self._reset_anchors)
+        self.reset.setToolTip('Align the chosen run as if no moment had been dragged')
         self.ghost = QCheckBox('Ghost')
         self.ghost.setObjectName('show_ghost')
         self.ghost.setToolTip('In the scene: the reference, translucent, in step with the run\n'
@@ -65,7 +67,8 @@ class ComparePanel(QWidget):
         self.departures = _tree('departures', ('What departed', 'From', 'By how much'),
                                 _DEPARTURES_PX)
         layout = in_column(self, 6, self.state, in_row(
-            self.find, self.add, self.compare, self.cancel, self.ghost), self.runs, self.departures)
+            self.find, self.add, self.compare, self.cancel, self.reset, self.ghost),
+            self.runs, self.departures)
         layout.setContentsMargins(0, 6, 0, 0)
         layout.setStretchFactor(self.runs, 3)
         layout.setStretchFactor(self.departures, 2)
@@ -119,10 +122,12 @@ class ComparePanel(QWidget):
     def _row_to_show(self) -> int:
         """The row that was chosen; when a result has come, the first poor run.
 
-        A run that is called good comes after those that are not.
+        A run that is called good comes after those that are not. A run that was aligned again stays
+        chosen.
         """
-        compared = self._model.compared
-        is_new, self._shown = compared is not None and compared is not self._shown, compared
+        compared, shown = self._model.compared, self._shown
+        is_new = compared is not None and (shown is None or compared.good is not shown.good)
+        self._shown = compared
         poor = [] if compared is None else [row for row, it in enumerate(compared.comparisons)
                                             if it is not None and it.departures]
         if is_new and poor:
@@ -140,15 +145,23 @@ class ComparePanel(QWidget):
         if found is not None:
             item.setToolTip(2, '\n'.join((verdict(found), *found.notes)))
 
+    @property
+    def _row(self) -> int:
+        """The number of the chosen run; -1 without one."""
+        return int(self.runs.indexOfTopLevelItem(self.runs.currentItem()))
+
     def _chosen(self) -> Optional[Comparison]:
-        compared = self._model.compared
-        row = self.runs.indexOfTopLevelItem(self.runs.currentItem())
+        compared, row = self._model.compared, self._row
         return None if compared is None or row < 0 else compared.comparisons[row]
+
+    def _reset_anchors(self) -> None:
+        self._model.reset_anchors(self._row)
 
     def _show_departures(self) -> None:
         self.departures.clear()
         chosen = self._chosen()
         self.departures.setVisible(chosen is not None)
+        self.reset.setVisible(bool(self._model.anchors(self._row)))
         if chosen is not None:
             self.departures.addTopLevelItems([_row(chosen, it) for it in chosen.departures])
 
@@ -156,8 +169,7 @@ class ComparePanel(QWidget):
         self._model.set_good(self.runs.indexOfTopLevelItem(item), item.checkState(0) == Qt.Checked)
 
     def _seek(self, item: QTreeWidgetItem) -> None:
-        row = self.runs.indexOfTopLevelItem(self.runs.currentItem())
-        if self._model.runs[row].path in self._model.recording[:1]:
+        if self._model.runs[self._row].path in self._model.recording[:1]:
             self.seek_wanted.emit(item.data(0, Qt.UserRole))
 
     def _ask_for_recording(self) -> None:

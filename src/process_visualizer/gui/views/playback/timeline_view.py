@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Callable, Optional, Sequence, Tuple
 
-from PyQt5.QtCore import QEvent, QPoint, QRect, QSize, Qt, pyqtSignal
+from PyQt5.QtCore import QEvent, QPoint, QPointF, QRect, QSize, Qt, pyqtSignal
 from PyQt5.QtGui import (
     QContextMenuEvent,
     QFont,
@@ -18,7 +18,7 @@ from PyQt5.QtGui import (
     QResizeEvent,
     QWheelEvent,
 )
-from PyQt5.QtWidgets import QMenu, QScrollBar, QSizePolicy, QToolTip, QWidget
+from PyQt5.QtWidgets import QApplication, QMenu, QScrollBar, QSizePolicy, QToolTip, QWidget
 
 from process_visualizer.curves.position_values import Key
 from process_visualizer.gui.models.playback.lane_choices import LaneChoices
@@ -28,6 +28,12 @@ from process_visualizer.gui.toolkit.time_axis import TimeAxis
 from process_visualizer.gui.views.playback import timeline_header as header
 from process_visualizer.gui.views.playback.lane_stack import LaneStack
 from process_visualizer.gui.views.playback.minimap import MapContent
+from process_visualizer.gui.views.playback.moment_ticks import (
+    draw_moments,
+    moment_at,
+    moment_tip,
+    with_dragged,
+)
 from process_visualizer.gui.views.playback.timeline_lanes import Lane, LaneTexts, lane_texts
 from process_visualizer.gui.views.playback.timeline_layout import (
     AXIS_TOP,
@@ -42,9 +48,12 @@ from process_visualizer.gui.views.playback.timeline_layout import (
 from process_visualizer.gui.views.playback.timeline_menu import timeline_menu
 from process_visualizer.gui.views.playback.timeline_zoom import BAR_HEIGHT, TimelineZoom
 from process_visualizer.playback.time_text import format_time
+from process_visualizer.runs.comparison.timeline_moments import Moment
 
 _FEWEST_LANES = 2  # that are visible, if there are so many
 _FONT_PX = 11
+_CURSORS = {'A': Qt.SizeHorCursor, 'B': Qt.SizeHorCursor, 'moment': Qt.SizeHorCursor,
+            'mark': Qt.PointingHandCursor}
 _PLAYHEAD_REACH, _HOVER_REACH = 10, 110  # px to each side of them that are redrawn
 _HINT = ('Press to go there, drag to look around, drag A and B to change the loop.\n'
          'Turn the wheel to zoom in (Shift: move), double-click to see all.\n'
@@ -57,6 +66,9 @@ class TimelineView(QWidget):
     mark_wanted = pyqtSignal(float)
     """A mark should be added at this time [s]."""
 
+    anchor_wanted = pyqtSignal(object, float)
+    """A Moment of the good run belongs to this time [s]."""
+
     curves_wanted = pyqtSignal()
     """The operator wants to choose the curves."""
 
@@ -68,6 +80,7 @@ class TimelineView(QWidget):
         self._length_s = 0.0
         self._gaps: Tuple[Tuple[float, float], ...] = ()
         self.alarms: Tuple[Tuple[float, float], ...] = ()  # [s, s], shown when lanes are set
+        self._moments: Tuple[Moment, ...] = ()
         self._header: Optional[Tuple[Any, QPixmap]] = None
         self._font = QFont(self.font())
         self._font.setPixelSize(_FONT_PX)
@@ -112,6 +125,12 @@ class TimelineView(QWidget):
         self._fit()
         self.updateGeometry()
         self.update()
+
+    def set_moments(self, moments: Sequence[Moment]) -> None:
+        """Set the moments of a good run that are shown, and can be dragged."""
+        if tuple(moments) != self._moments:
+            self._moments, self._dragged = tuple(moments), None
+            self.update(0, 0, self.width(), int(HEADER_HEIGHT))
 
     @property
     def axis(self) -> TimeAxis:
@@ -176,6 +195,8 @@ class TimelineView(QWidget):
         if loop is not None:
             header.draw_loop(painter, axis, loop, bottom)
         self._draw_position(painter, axis, bottom)
+        draw_moments(painter, axis, with_dragged(self._moments, self._dragged_moment,
+                                                 self._hover_s), event.rect())
         self.stack.draw_texts(painter, axis, event.rect(), self.lane_texts)
         painter.end()
 
@@ -186,6 +207,12 @@ class TimelineView(QWidget):
         if self._header is None or self._header[0] != (theme(), look):
             self._header = ((theme(), look), header.header_picture(*look))
         painter.drawPixmap(QPoint(0, 0), self._header[1])
+
+    @property
+    def _dragged_moment(self) -> int:
+        """The row of the moment that is being dragged; -1 for none."""
+        is_moment = self._dragged is not None and self._dragged.kind == 'moment'
+        return self._dragged.mark if is_moment and self._dragged is not None else -1
 
     def _draw_position(self, painter: QPainter, axis: TimeAxis, bottom: float) -> None:
         position_s = self._playback.position_s
@@ -250,8 +277,7 @@ class TimelineView(QWidget):
         time_s = self.axis.time_s(event.localPos().x())
         if self._dragged is None:
             self._hover = self._target(event)
-            self.setCursor({'A': Qt.SizeHorCursor, 'B': Qt.SizeHorCursor,
-                            'mark': Qt.PointingHandCursor}.get(self._hover.kind, Qt.ArrowCursor))
+            self.setCursor(_CURSORS.get(self._hover.kind, Qt.ArrowCursor))
         elif self._dragged.kind == 'time':
             self._playback.begin_scrub()
             self._playback.seek(time_s)
@@ -262,8 +288,18 @@ class TimelineView(QWidget):
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """Release; continue to play if it played before."""
         if event.button() == Qt.LeftButton:
-            self._dragged = None
+            row, self._dragged = self._dragged_moment, None
+            if row >= 0:
+                self._put(self._moments[row], event.localPos().x())
             self._playback.end_scrub()
+
+    def _put(self, moment: Moment, x: float) -> None:
+        """A moment was dragged to a place [px], or merely pressed: then go there."""
+        if abs(x - self.axis.x(moment.position_s)) < QApplication.startDragDistance():
+            self._playback.seek(moment.position_s)
+        else:
+            self.anchor_wanted.emit(moment, self.axis.time_s(x))
+        self.update(0, 0, self.width(), int(HEADER_HEIGHT))
 
     def leaveEvent(self, event: QEvent) -> None:
         """Hide the line at the mouse."""
@@ -298,6 +334,8 @@ class TimelineView(QWidget):
         if target.kind == 'mark':
             mark = self._playback.marks[target.mark]
             text = f'{format_time(mark.position_s)}  {mark.label}'
+        elif target.kind == 'moment':
+            text = moment_tip(self._moments[target.mark])
         elif TRACK_TOP <= event.pos().y() < AXIS_TOP:
             text = self.toolTip()
         QToolTip.showText(event.globalPos(), text, self)
@@ -306,9 +344,9 @@ class TimelineView(QWidget):
         return self._target_at(event.localPos())
 
     def _target_at(self, place: QPoint) -> Target:
-        loop = self._loop()
-        return target_at(place, self.axis, self._playback.marks,
-                         None if loop is None else loop.bounds)
+        loop, row = self._loop(), moment_at(QPointF(place), self.axis, self._moments)
+        return Target('moment', row) if row >= 0 else target_at(
+            place, self.axis, self._playback.marks, None if loop is None else loop.bounds)
 
     # Keys and menu
 

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""From the click on "Compare" to the bands of the curves and the ghost, by the window's models.
+
+usage: bench/run compare_click CONFIG BAG [--columns N] [--times N]
+
+Of the bag's runs the first is good, the second is compared. The ghost counts as there when its
+request to the node is complete, as bytes; reading the bag ("Find runs") is told beside it.
+"""
+from __future__ import annotations
+
+import argparse
+import io
+import statistics
+import time
+from typing import Callable, Dict, Sequence
+
+from PyQt5.QtCore import QEventLoop, QTimer
+
+from process_visualizer.bags.recording import Recording
+from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.clients.ghost_client import ghost_request
+from process_visualizer.gui.app.main import make_application
+from process_visualizer.gui.models.comparison.bands_model import BandsModel
+from process_visualizer.gui.models.comparison.compare_model import CompareModel
+from process_visualizer.gui.models.comparison.ghost_model import GhostModel
+from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.runs.comparison.ghost_arrows import GhostArrow
+from process_visualizer.runs.comparison.ghost_tracks import GhostTrack
+
+_TIMEOUT_S, _PERIOD_MS = 120.0, 2
+
+
+class Stand:
+    """The models of the tab, of the timeline's bands and of the ghost, without their views."""
+
+    def __init__(self, config: str, bag: str, columns: int) -> None:
+        self.tasks = Tasks()
+        self.model = CompareModel(self.tasks)
+        self.bands = BandsModel(self.tasks, self.model)
+        self.ghost = GhostModel(self.tasks, self.model, self._show)
+        self.ghost_bytes = 0
+        self.model.set_cell(XmlParser().parse(config))
+        self.model.set_recording([bag])
+        with Recording([bag]) as recording:
+            self.bands.set_columns((recording.end_ns - recording.begin_ns) / 1e9, columns)
+        self.ghost.set_running(True)
+
+    def find(self) -> float:
+        """Find the runs, and keep the first two; return the time it took [s]."""
+        begin_s = time.monotonic()
+        self.model.find_runs()
+        until(lambda: bool(self.model.runs))
+        return time.monotonic() - begin_s
+
+    def compare(self) -> Dict[str, float]:
+        """Compare; return when what was there [s from the click]."""
+        self.model.set_good(0, False)
+        until(lambda: not self.bands.bands)
+        self.model.set_good(0, True)
+        self.ghost_bytes = 0
+        begin_s = time.monotonic()
+        self.model.compare()
+        found = {}
+        for name, condition in (('departures', lambda: self.model.compared is not None),
+                                ('curves', lambda: bool(self.bands.bands)),
+                                ('ghost', lambda: self.ghost_bytes > 0)):
+            until(condition)
+            found[name] = time.monotonic() - begin_s
+        return found
+
+    def _show(self, tracks: Sequence[GhostTrack], arrows: Sequence[GhostArrow]) -> None:
+        buffer = io.BytesIO()
+        ghost_request(tracks, arrows).serialize(buffer)
+        self.ghost_bytes = buffer.tell() if tracks else 0
+
+
+def until(condition: Callable[[], bool]) -> None:
+    """Let the models work until something is so."""
+    loop, timer = QEventLoop(), QTimer()
+    end_s = time.monotonic() + _TIMEOUT_S
+    timer.timeout.connect(lambda: loop.quit() if condition() or time.monotonic() > end_s else None)
+    timer.start(_PERIOD_MS)
+    loop.exec_()
+    assert condition()
+
+
+def main() -> None:
+    """Print what was measured."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument('config')
+    parser.add_argument('bag')
+    parser.add_argument('--columns', type=int, default=20_000)
+    parser.add_argument('--times', type=int, default=5)
+    options = parser.parse_args()
+    app = make_application()
+    stand = Stand(options.config, options.bag, options.columns)
+    print(f'runs are found after {stand.find():.2f} s')
+    runs = stand.model.runs
+    print(f'{len(runs)} runs, {runs[0].run.duration_s:.1f} s and {runs[1].run.duration_s:.1f} s')
+    times = [stand.compare() for _ in range(options.times)]
+    for name in times[0]:
+        found = [it[name] for it in times]
+        print(f'{name} after {statistics.median(found):.2f} s (at most {max(found):.2f} s)')
+    print(f'the ghost takes {stand.ghost_bytes / 1e6:.1f} MB')
+    stand.tasks.close()
+    app.quit()
+
+
+if __name__ == '__main__':
+    main()
