@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A run that goes on, held against its reference: begun by an event, followed, and ended."""
+from __future__ import annotations
+
+import math
+from typing import Mapping, NamedTuple, Optional, Sequence
+
+import numpy as np
+
+from process_visualizer.runs.alignment.phase_tracker import PhaseTracker
+
+PERIOD_S = 0.02
+_NEAR_M, _FAR_M = 0.1, 0.2
+_LOST_S = 2.0
+"""A robot that has been far from the reference for so long does something else."""
+
+
+class Span(NamedTuple):
+    """The names of the events that begin and end a run."""
+
+    begin: str
+    end: str
+
+
+class LiveAlignment:
+    """Tells which moment of the reference belongs to now; it may be none.
+
+    A run begins with its event, or where the robots are found beside the reference.
+    """
+
+    def __init__(self, reference: np.ndarray, events: Mapping[str, Sequence[float]],
+                 span: Optional[Span] = None, period_s: float = PERIOD_S) -> None:
+        """Take the reference: its places (n, d) [m], and when [s] its events come."""
+        self._tracker = PhaseTracker(reference, period_s)
+        self._events, self._span = events, span
+        self._last_s: Optional[float] = None
+        self._begun_s: Optional[float] = None
+        self._far_since_s: Optional[float] = None
+        self._ends_s = math.inf
+        self._is_known = False
+
+    @property
+    def phase_s(self) -> Optional[float]:
+        """The time of the reference [s] that belongs to now; None: to none that is known."""
+        return self._tracker.phase_s if self._is_known else None
+
+    @property
+    def elapsed_s(self) -> float:
+        """How long the run has gone on [s], from its event; NaN if that was not seen."""
+        if self._begun_s is None or self._last_s is None or not self._is_known:
+            return math.nan
+        return self._last_s - self._begun_s
+
+    @property
+    def behind_s(self) -> float:
+        """How much longer than the reference the run took until here [s]; NaN if not known."""
+        return self.elapsed_s - (self._tracker.phase_s - self._begin_s())
+
+    def take_event(self, name: str, time_s: float) -> None:
+        """Take that an event came at a time [s]."""
+        span = self._span
+        if span is not None and name == span.begin:
+            self._begin(time_s)
+        elif name in self._events:
+            self._tracker.take_event(self._events[name])
+        if span is not None and name == span.end != span.begin:
+            ends_s = max(self._events.get(name, (self._tracker.duration_s,)))
+            self._ends_s = time_s + self._tracker.duration_s - ends_s
+
+    def advance(self, time_s: float, place: np.ndarray) -> None:
+        """Take where the tools are, (d,) [m], NaN where unknown, at a time [s] that rises."""
+        elapsed_s = 0.0 if self._last_s is None else time_s - self._last_s
+        if elapsed_s < 0.0:  # the clock was set back
+            self._forget()
+        self._last_s = time_s
+        self._tracker.advance(max(elapsed_s, 0.0), place)
+        if time_s > self._ends_s:
+            self._is_known, self._begun_s = False, None
+        elif not math.isfinite(self._ends_s) or self._begun_s is not None:
+            self._judge(time_s, self._tracker.distance_m(place))
+
+    def _begin(self, time_s: float) -> None:
+        self._tracker.begin_at(self._begin_s())
+        self._begun_s, self._ends_s = time_s, math.inf
+        self._last_s = time_s if self._last_s is None else max(time_s, self._last_s)
+        self._far_since_s, self._is_known = None, True
+
+    def _begin_s(self) -> float:
+        times_s = () if self._span is None else self._events.get(self._span.begin, ())
+        return min(times_s, default=0.0)
+
+    def _forget(self) -> None:
+        self._tracker.restart()
+        self._begun_s, self._far_since_s, self._ends_s = None, None, math.inf
+        self._is_known = False
+
+    def _judge(self, time_s: float, distance_m: float) -> None:
+        """Whether the robots are beside the reference; without its event a run is looked for."""
+        if distance_m < _NEAR_M:
+            self._is_known, self._far_since_s = True, None
+        elif distance_m > _FAR_M or not self._is_known:
+            self._far_since_s = time_s if self._far_since_s is None else self._far_since_s
+        if self._far_since_s is not None and time_s - self._far_since_s > _LOST_S:
+            self._is_known, self._far_since_s = False, None
+            if self._begun_s is None:
+                self._tracker.restart()
