@@ -2,7 +2,7 @@
 """Commands the node ghost."""
 from __future__ import annotations
 
-from typing import Any, Callable, List, Sequence
+from typing import Any, List, Sequence
 
 import rosgraph
 import rospy
@@ -12,6 +12,9 @@ from process_visualizer.ros_names import GHOST
 from process_visualizer.runs.comparison.ghost_tracks import GhostTrack
 from process_visualizer.runs.comparison.live_reference import LiveReference
 from process_visualizer.srv import FollowGhost, ShowGhost
+
+
+_TIMEOUT_S = 5.0
 
 
 class GhostError(Exception):
@@ -24,11 +27,11 @@ def show_ghost(tracks: Sequence[GhostTrack]) -> None:
     Raises:
         GhostError: the node does not answer, or refuses.
     """
-    _call(lambda: rospy.ServiceProxy(f'/{GHOST}/show', ShowGhost)(_robots(tracks)))
+    _call('show', ShowGhost, _robots(tracks))
 
 
-def follow_ghost(reference: LiveReference) -> None:
-    """Show a reference in step with the live robots; without tracks hide it.
+def follow_ghost(reference: LiveReference, is_visible: bool = True) -> None:
+    """Follow the live robots beside a reference, and draw it or not; without tracks follow none.
 
     Raises:
         GhostError: the node does not answer, or refuses.
@@ -38,8 +41,7 @@ def follow_ghost(reference: LiveReference) -> None:
                          hysteresis=event.hysteresis, times=list(times_s))
               for event, times_s in reference.events]
     begin, end = ('', '') if reference.span is None else (reference.span.begin, reference.span.end)
-    _call(lambda: rospy.ServiceProxy(f'/{GHOST}/follow', FollowGhost)(
-        _robots(reference.tracks), events, begin, end))
+    _call('follow', FollowGhost, _robots(reference.tracks), events, begin, end, is_visible)
 
 
 def _robots(tracks: Sequence[GhostTrack]) -> List[GhostRobot]:
@@ -48,10 +50,13 @@ def _robots(tracks: Sequence[GhostTrack]) -> List[GhostRobot]:
                        here=it.here.ravel().tolist()) for it in tracks]
 
 
-def _call(service: Callable[[], Any]) -> None:
+def _call(service: str, kind: Any, *request: Any) -> None:
+    name = f'/{GHOST}/{service}'
     try:
-        answer = service()
-    except (rospy.ServiceException, rosgraph.MasterException, OSError) as error:
+        rospy.wait_for_service(name, _TIMEOUT_S)  # the node may have started just now
+        answer = rospy.ServiceProxy(name, kind)(*request)
+    except (rospy.ROSException, rospy.ServiceException, rosgraph.MasterException,
+            OSError) as error:
         raise GhostError(f'The ghost cannot be shown: /{GHOST} does not answer '
                          f'({error})') from error
     if not answer.success:

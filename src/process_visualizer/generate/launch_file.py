@@ -233,7 +233,7 @@ def urdf_file(device: Device) -> str:
 
 def has_ghost(choice: Choice, descriptions: Mapping[str, RobotDescription]) -> bool:
     """Whether robots of another run can be drawn beside those of this one."""
-    return choice.mode is Mode.PLAYBACK and not choice.is_replay and any(
+    return not choice.is_replay and any(
         it.type is DeviceType.ROBOT and it.name in descriptions for it in choice.devices)
 
 

@@ -27,10 +27,10 @@ CAMERA_NODES = [
     '/camera_depth_optical_frame', '/camera_rgb_frame', '/camera_rgb_optical_frame']
 NODES = {
     'devices_realtime': [*DEVICE_NODES, *CAMERA_NODES, '/camera/driver', '/camera/debayer',
-                         '/bag_recorder'],
+                         '/bag_recorder', '/ghost'],
     'devices_playback': [*DEVICE_NODES, *CAMERA_NODES, '/bag_player', '/ghost'],
     'simulated_realtime': [*DEVICE_NODES, *CAMERA_NODES, '/sewing_machine/variable_proc',
-                           '/simulator', '/bag_recorder'],
+                           '/simulator', '/bag_recorder', '/ghost'],
 }
 
 

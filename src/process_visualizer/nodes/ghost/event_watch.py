@@ -34,7 +34,8 @@ class EventWatch:
         header = message._connection_header
         raw = RawMessage(header['type'], header['md5sum'], message._buff, 0.0)
         try:
-            number = self._path.number(decode(raw, roslib.message.get_message_class(header['type'])))
+            message_class = roslib.message.get_message_class(header['type'])
+            number = self._path.number(decode(raw, message_class))
         except ValueError as error:
             rospy.logwarn_throttle_identical(_LOG_PERIOD_S, f'the event "{self._event.name}" is '
                                              f'not seen: {self._event.topic}: {error}')

@@ -44,6 +44,7 @@ class GhostDisplay:
         self._publisher = rospy.Publisher(GHOST_TOPIC, MarkerArray, queue_size=2, latch=True)
         self._publisher.publish(nothing())
         self._follower: Optional[LiveFollower] = None
+        self._is_visible = True
         self._services = (rospy.Service('~show', ShowGhost, self._on_show),
                           rospy.Service('~follow', FollowGhost, self._on_follow))
         self._timer = rospy.Timer(rospy.Duration(1.0 / RATE_HZ), self._draw, reset=True)
@@ -53,7 +54,7 @@ class GhostDisplay:
             robots = tuple(ghost_robot(it, recorded_joints(it)) for it in request.robots)
         except ValueError as error:
             return ShowGhostResponse(False, str(error))
-        self._take(robots, None)
+        self._take(robots, None, True)
         return ShowGhostResponse(True, '')
 
     def _on_follow(self, request: FollowGhostRequest) -> FollowGhostResponse:
@@ -66,12 +67,13 @@ class GhostDisplay:
             for it in joints.values():
                 it.close()
             return FollowGhostResponse(False, str(error))
-        self._take(robots, follower)
+        self._take(robots, follower, request.visible)
         return FollowGhostResponse(True, '')
 
-    def _take(self, robots: Tuple[GhostRobot, ...], follower: Optional[LiveFollower]) -> None:
+    def _take(self, robots: Tuple[GhostRobot, ...], follower: Optional[LiveFollower],
+              is_visible: bool) -> None:
         with self._lock:
-            before, self._follower = self._follower, follower
+            before, self._follower, self._is_visible = self._follower, follower, is_visible
             self._robots, self._drawn = robots, (None, -1.0)
             self._publish(nothing())
         if before is not None:
@@ -82,8 +84,8 @@ class GhostDisplay:
             if self._robots:
                 now_s = rospy.get_time()
                 follower = self._follower
-                self._draw_at(self._position_s(now_s) if follower is None
-                              else follower.time_s(now_s), now_s)
+                time_s = self._position_s(now_s) if follower is None else follower.time_s(now_s)
+                self._draw_at(time_s if self._is_visible else None, now_s)
 
     def _position_s(self, now_s: float) -> Optional[float]:
         """The position in the recording; None without a player."""

@@ -13,6 +13,12 @@ PERIOD_S = 0.02
 _NEAR_M, _FAR_M = 0.1, 0.2
 _LOST_S = 2.0
 """A robot that has been far from the reference for so long does something else."""
+_WRONG_S = 1.0
+"""A step back in the reference that is shorter is noise; a longer one corrects what was wrong."""
+_SLOWEST = 1.5
+"""What comes after the end of a run takes at most so many times as long as in the reference."""
+_LONGEST_GAP_S = 5.0
+"""After this, without anything known in between, the run may be anywhere."""
 
 
 class Span(NamedTuple):
@@ -25,7 +31,8 @@ class Span(NamedTuple):
 class LiveAlignment:
     """Tells which moment of the reference belongs to now; it may be none.
 
-    A run begins with its event, or where the robots are found beside the reference.
+    A run begins with its event, or where the robots are found beside the reference. Within a run
+    the phase does not go back, unless it turns out to have been wrong by more than a second.
     """
 
     def __init__(self, reference: np.ndarray, events: Mapping[str, Sequence[float]],
@@ -38,11 +45,12 @@ class LiveAlignment:
         self._far_since_s: Optional[float] = None
         self._ends_s = math.inf
         self._is_known = False
+        self._phase_s = 0.0
 
     @property
     def phase_s(self) -> Optional[float]:
         """The time of the reference [s] that belongs to now; None: to none that is known."""
-        return self._tracker.phase_s if self._is_known else None
+        return self._phase_s if self._is_known else None
 
     @property
     def elapsed_s(self) -> float:
@@ -54,7 +62,7 @@ class LiveAlignment:
     @property
     def behind_s(self) -> float:
         """How much longer than the reference the run took until here [s]; NaN if not known."""
-        return self.elapsed_s - (self._tracker.phase_s - self._begin_s())
+        return self.elapsed_s - (self._phase_s - self._begin_s())
 
     def take_event(self, name: str, time_s: float) -> None:
         """Take that an event came at a time [s]."""
@@ -65,22 +73,31 @@ class LiveAlignment:
             self._tracker.take_event(self._events[name])
         if span is not None and name == span.end != span.begin:
             ends_s = max(self._events.get(name, (self._tracker.duration_s,)))
-            self._ends_s = time_s + self._tracker.duration_s - ends_s
+            self._ends_s = time_s + _SLOWEST * (self._tracker.duration_s - ends_s)
 
     def advance(self, time_s: float, place: np.ndarray) -> None:
         """Take where the tools are, (d,) [m], NaN where unknown, at a time [s] that rises."""
         elapsed_s = 0.0 if self._last_s is None else time_s - self._last_s
-        if elapsed_s < 0.0:  # the clock was set back
+        if not 0.0 <= elapsed_s <= _LONGEST_GAP_S:  # below: the clock was set back
             self._forget()
+            elapsed_s = 0.0
         self._last_s = time_s
-        self._tracker.advance(max(elapsed_s, 0.0), place)
-        if time_s > self._ends_s:
+        self._tracker.advance(elapsed_s, place)
+        if not self._phase_s - _WRONG_S <= self._tracker.phase_s < self._phase_s:
+            self._phase_s = self._tracker.phase_s
+        if self._is_over(time_s):
             self._is_known, self._begun_s = False, None
         elif not math.isfinite(self._ends_s) or self._begun_s is not None:
             self._judge(time_s, self._tracker.distance_m(place))
 
+    def _is_over(self, time_s: float) -> bool:
+        """Whether the run has ended, and with it the reference."""
+        return math.isfinite(self._ends_s) and (
+            time_s > self._ends_s or self._phase_s >= self._tracker.duration_s)
+
     def _begin(self, time_s: float) -> None:
         self._tracker.begin_at(self._begin_s())
+        self._phase_s = self._tracker.phase_s
         self._begun_s, self._ends_s = time_s, math.inf
         self._last_s = time_s if self._last_s is None else max(time_s, self._last_s)
         self._far_since_s, self._is_known = None, True
