@@ -13,7 +13,6 @@ from process_visualizer.runs.comparison.ghost_tracks import GhostTrack
 from process_visualizer.runs.comparison.live_reference import LiveReference
 from process_visualizer.srv import FollowGhost, ShowGhost
 
-
 _TIMEOUT_S = 5.0
 
 

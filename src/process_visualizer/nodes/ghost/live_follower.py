@@ -66,8 +66,10 @@ class LiveFollower:
 
     def close(self) -> None:
         """Listen and publish no longer."""
-        for it in (*self._watches, *self._joints.values()):
-            it.close()
+        for watch in self._watches:
+            watch.close()
+        for joints in self._joints.values():
+            joints.close()
         self._publisher.unregister()
 
 

@@ -56,7 +56,7 @@ def reference_tracks(cell: Cell, reference: Run) -> Tuple[GhostTrack, ...]:
 
 
 class _Robot(NamedTuple):
-    """What is known of a robot's joints in the reference; ``offsets`` lead to those of its model."""
+    """A robot's joints in the reference; ``offsets`` [rad or m] lead to those of its model."""
 
     device: str
     tool: str

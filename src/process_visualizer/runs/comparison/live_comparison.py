@@ -2,7 +2,7 @@
 """A running cell held against good runs: what is out of their band now, and since when."""
 from __future__ import annotations
 
-from typing import Dict, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
 

@@ -57,6 +57,11 @@ class CompareModel(QObject):
         return self._recording
 
     @property
+    def paths(self) -> Tuple[str, ...]:
+        """The recordings whose runs can be found: the one that is open, and those added."""
+        return (*self._recording, *self._added)
+
+    @property
     def runs(self) -> Tuple[ListedRun, ...]:
         """The runs that were found, in the order of the recordings."""
         return self._runs
@@ -103,13 +108,13 @@ class CompareModel(QObject):
 
     def add(self, path: str) -> None:
         """Find the runs of a further recording too."""
-        if path not in (*self._recording, *self._added):
+        if path not in self.paths:
             self._added += (path,)
             self.find_runs()
 
     def find_runs(self) -> None:
         """Read the recordings, and cut them into their runs."""
-        cell, paths = self._cell, (*self._recording, *self._added)
+        cell, paths = self._cell, self.paths
 
         def found(progress: Progress) -> Tuple[ListedRun, ...]:
             chosen = ChosenRuns(cell, progress.is_cancelled)

@@ -98,8 +98,9 @@ class LiveCurvesModel(QObject):
 
     def set_judged(self, is_judged: bool) -> None:
         """Tell whether the values are judged as they come, also while nobody can see them."""
-        self._is_judged = is_judged
-        self._follow()
+        if is_judged != self._is_judged:
+            self._is_judged = is_judged
+            self._follow()
 
     def set_duration(self, duration_s: float) -> None:
         """Show so much of the past, at most LONGEST_S."""

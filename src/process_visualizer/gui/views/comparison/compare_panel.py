@@ -20,6 +20,7 @@ from PyQt5.QtWidgets import (
 
 from process_visualizer.gui.models.comparison.compare_model import Compared, CompareModel
 from process_visualizer.gui.models.comparison.ghost_model import GhostModel
+from process_visualizer.gui.models.comparison.live_comparison_model import LiveComparisonModel
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.theme_following import ThemeFollower, colour
 from process_visualizer.gui.views.parts.layouts import in_column, in_row
@@ -30,6 +31,8 @@ from process_visualizer.runs.deviation.departures import Departure
 
 _RUNS_PX, _DEPARTURES_PX = 110, 64
 _EMPTY = 'Open a recording on the tab Playback first.'
+_EMPTY_LIVE = 'Add a recording with good runs: the running cell is held against them.'
+_LAUNCH = 'Launch the devices: they are held against these runs while they run.'
 _FIND = 'Find the runs of the recording, tick those that were good, and compare.'
 _TICK = 'Tick the runs that were good; the first of them is the reference.'
 
@@ -40,10 +43,12 @@ class ComparePanel(QWidget):
     seek_wanted = pyqtSignal(float)
     """The operator wants to see this moment of the open recording [s from its begin]."""
 
-    def __init__(self, model: CompareModel, ghost: GhostModel,
-                 parent: Optional[QWidget] = None) -> None:
+    def __init__(self, model: CompareModel, ghost: GhostModel, live: LiveComparisonModel,
+                 folder: Callable[[], str], parent: Optional[QWidget] = None) -> None:
+        """``folder`` is where recordings are looked for while none is open."""
         super().__init__(parent)
-        self._model = model
+        self._model, self._live, self._folder = model, live, folder
+        self._is_live = False
         self._shown: Optional[Compared] = None
         self.setObjectName('compare_panel')
         self.state = QLabel()
@@ -58,8 +63,8 @@ class ComparePanel(QWidget):
         self.ghost = QCheckBox('Ghost')
         self.ghost.setObjectName('show_ghost')
         self.ghost.setToolTip('In the scene: the reference, translucent, in step with the run\n'
-                              'that is played; at each tool how far it is from there, 20 times\n'
-                              'as long')
+                              'that is played, or that goes on; at each tool how far it is\n'
+                              'from there, 20 times as long')
         self.ghost.setChecked(ghost.is_wanted)
         self.runs = _tree('runs', ('Run', 'Begins', 'Verdict'), _RUNS_PX)
         self.departures = _tree('departures', ('What departed', 'From', 'By how much'),
@@ -75,15 +80,22 @@ class ComparePanel(QWidget):
         self.departures.itemClicked.connect(self._seek)
         self.departures.itemActivated.connect(self._seek)
         model.changed.connect(self._show)
+        live.changed.connect(lambda: self.state.setText(self._state()))
         ThemeFollower(self, self._show_runs)
         self._show()
+
+    def set_live(self, is_live: bool) -> None:
+        """Show what is compared in real-time mode, or with the recording that is open."""
+        if is_live != self._is_live:
+            self._is_live = is_live
+            self._show()
 
     def _show(self) -> None:
         model = self._model
         is_busy = bool(model.activity)
         self.state.setText(self._state())
-        self.find.setEnabled(bool(model.recording) and not is_busy)
-        self.add.setEnabled(bool(model.runs) and not is_busy)
+        self.find.setEnabled(bool(model.paths) and not is_busy)
+        self.add.setEnabled((self._is_live or bool(model.runs)) and not is_busy)
         self.compare.setEnabled(bool(model.good) and not is_busy)
         self.cancel.setVisible(is_busy)
         self.ghost.setVisible(model.compared is not None)
@@ -94,11 +106,14 @@ class ComparePanel(QWidget):
         model = self._model
         if model.activity:
             return model.activity
-        if not model.recording:
-            return _EMPTY
+        if not model.paths:
+            return _EMPTY_LIVE if self._is_live else _EMPTY
         if not model.runs:
             return _FIND
-        return _TICK if model.compared is None else _summary(model.compared)
+        if model.compared is None:
+            return _TICK
+        summary = _summary(model.compared)
+        return f'{summary}\n{self._live.text or _LAUNCH}' if self._is_live else summary
 
     def _show_runs(self) -> None:
         tree, model = self.runs, self._model
@@ -157,11 +172,12 @@ class ComparePanel(QWidget):
 
     def _seek(self, item: QTreeWidgetItem) -> None:
         row = self.runs.indexOfTopLevelItem(self.runs.currentItem())
-        if self._model.runs[row].path in self._model.recording[:1]:
+        if not self._is_live and self._model.runs[row].path in self._model.recording[:1]:
             self.seek_wanted.emit(item.data(0, Qt.UserRole))
 
     def _ask_for_recording(self) -> None:
-        path, _ = QFileDialog.getOpenFileName(self, 'Add a recording', self._model.recording[0],
+        beside = self._model.paths[-1] if self._model.paths else self._folder()
+        path, _ = QFileDialog.getOpenFileName(self, 'Add a recording', beside,
                                               'Recordings (*.bag)')
         if path:
             self._model.add(path)
