@@ -13,10 +13,10 @@ PERIOD_S = 0.02
 _NEAR_M, _FAR_M = 0.1, 0.2
 _LOST_S = 2.0
 """A robot that has been far from the reference for so long does something else."""
-_WRONG_S = 1.0
-"""A step back in the reference that is shorter is noise; a longer one corrects what was wrong."""
 _SLOWEST = 1.5
 """What comes after the end of a run takes at most so many times as long as in the reference."""
+_WRONG_S = 1.0
+"""A step back in the reference that is shorter is noise; a longer one corrects what was wrong."""
 _LONGEST_GAP_S = 5.0
 """After this, without anything known in between, the run may be anywhere."""
 
@@ -31,8 +31,8 @@ class Span(NamedTuple):
 class LiveAlignment:
     """Tells which moment of the reference belongs to now; it may be none.
 
-    A run begins with its event, or where the robots are found beside the reference. Within a run
-    the phase does not go back, unless it turns out to have been wrong by more than a second.
+    A run begins with its event, or where the robots are found to move as in the reference. Within
+    a run the phase does not go back, unless it was wrong by more than a second.
     """
 
     def __init__(self, reference: np.ndarray, events: Mapping[str, Sequence[float]],
@@ -41,11 +41,17 @@ class LiveAlignment:
         self._tracker = PhaseTracker(reference, period_s)
         self._events, self._span = events, span
         self._last_s: Optional[float] = None
+        self._place = np.full(reference.shape[1:], np.nan)
+        self._phase_s = 0.0
+        self._forget()
+
+    def _forget(self) -> None:
+        """The run has ended, or nothing is known of it any longer: look for another one."""
+        self._tracker.restart()
+        self._is_known = False
         self._begun_s: Optional[float] = None
         self._far_since_s: Optional[float] = None
         self._ends_s = math.inf
-        self._is_known = False
-        self._phase_s = 0.0
 
     @property
     def phase_s(self) -> Optional[float]:
@@ -65,8 +71,14 @@ class LiveAlignment:
         return self.elapsed_s - (self._phase_s - self._begin_s())
 
     def take_event(self, name: str, time_s: float) -> None:
-        """Take that an event came at a time [s]."""
+        """Take that an event came at a time [s].
+
+        It does not count where the reference is somewhere else when it comes: a machine that
+        stops amid a run and goes on neither ends that run nor begins another one.
+        """
         span = self._span
+        if not self._is_there(name):
+            return
         if span is not None and name == span.begin:
             self._begin(time_s)
         elif name in self._events:
@@ -81,43 +93,44 @@ class LiveAlignment:
         if not 0.0 <= elapsed_s <= _LONGEST_GAP_S:  # below: the clock was set back
             self._forget()
             elapsed_s = 0.0
-        self._last_s = time_s
+        self._last_s, self._place = time_s, place
         self._tracker.advance(elapsed_s, place)
-        if not self._phase_s - _WRONG_S <= self._tracker.phase_s < self._phase_s:
-            self._phase_s = self._tracker.phase_s
+        found_s = self._tracker.phase_s
+        if not (self._is_known and self._phase_s - _WRONG_S <= found_s < self._phase_s):
+            self._phase_s = found_s
         if self._is_over(time_s):
-            self._is_known, self._begun_s = False, None
-        elif not math.isfinite(self._ends_s) or self._begun_s is not None:
-            self._judge(time_s, self._tracker.distance_m(place))
+            self._forget()
+        else:
+            self._judge(time_s, self._tracker.distance_m(place, found_s))
+
+    def _is_there(self, name: str) -> bool:
+        """Whether the tools may be where the reference's are when an event comes."""
+        times_s = self._events.get(name, ())
+        return not len(times_s) or not all(
+            self._tracker.distance_m(self._place, time_s) > _FAR_M for time_s in times_s)
+
+    def _begin(self, time_s: float) -> None:
+        self._forget()
+        self._tracker.begin_at(self._begin_s())
+        self._begun_s, self._is_known = time_s, True
+        self._phase_s = self._tracker.phase_s
+        self._last_s = time_s if self._last_s is None else max(time_s, self._last_s)
+
+    def _begin_s(self) -> float:
+        times_s = () if self._span is None else self._events.get(self._span.begin, ())
+        return min(times_s, default=0.0)
 
     def _is_over(self, time_s: float) -> bool:
         """Whether the run has ended, and with it the reference."""
         return math.isfinite(self._ends_s) and (
             time_s > self._ends_s or self._phase_s >= self._tracker.duration_s)
 
-    def _begin(self, time_s: float) -> None:
-        self._tracker.begin_at(self._begin_s())
-        self._phase_s = self._tracker.phase_s
-        self._begun_s, self._ends_s = time_s, math.inf
-        self._last_s = time_s if self._last_s is None else max(time_s, self._last_s)
-        self._far_since_s, self._is_known = None, True
-
-    def _begin_s(self) -> float:
-        times_s = () if self._span is None else self._events.get(self._span.begin, ())
-        return min(times_s, default=0.0)
-
-    def _forget(self) -> None:
-        self._tracker.restart()
-        self._begun_s, self._far_since_s, self._ends_s = None, None, math.inf
-        self._is_known = False
-
     def _judge(self, time_s: float, distance_m: float) -> None:
-        """Whether the robots are beside the reference; without its event a run is looked for."""
+        """Whether the robots are beside the reference; one that rests may be in no run."""
         if distance_m < _NEAR_M:
-            self._is_known, self._far_since_s = True, None
+            self._far_since_s = None
+            self._is_known = self._is_known or self._tracker.is_decided
         elif distance_m > _FAR_M or not self._is_known:
             self._far_since_s = time_s if self._far_since_s is None else self._far_since_s
         if self._far_since_s is not None and time_s - self._far_since_s > _LOST_S:
-            self._is_known, self._far_since_s = False, None
-            if self._begun_s is None:
-                self._tracker.restart()
+            self._forget()

@@ -15,6 +15,10 @@ _UNEVEN = 0.05
 """What it costs that a row is passed over, or is stayed at."""
 _EVENT = 4.0 * _UNEVEN
 """What it costs that an event of the run is a row away from the same event of the reference."""
+_CLEAR = 0.6 * _MOST_DISTANCES
+"""So much more another alignment costs that is clearly wrong: a place tells two apart at once."""
+_SAME_S = 0.25
+"""Rows that are closer together than this need not be told apart to know where a run is."""
 _FURTHEST_S = 3.0
 """Of an event that is further away than this, it counts only that it is far away."""
 
@@ -45,6 +49,13 @@ class PhaseTracker:
     def phase_s(self) -> float:
         """The time of the reference [s] to which the run has come."""
         return self._period_s * self._row + self._left_s
+
+    @property
+    def is_decided(self) -> bool:
+        """Whether the run is here, before the reference's end, and clearly nowhere else."""
+        other = np.abs(self._rows - self._row) * self._period_s > _SAME_S
+        is_clear = self._costs[self._row] + _CLEAR < self._costs[other].min(initial=np.inf)
+        return bool(is_clear) and self.phase_s + _SAME_S < self.duration_s
 
     def restart(self) -> None:
         """Forget where the run was: it may be anywhere."""
@@ -78,9 +89,9 @@ class PhaseTracker:
         self._costs = costs - costs.min()
         self._row = int(self._costs.argmin())
 
-    def distance_m(self, place: np.ndarray) -> float:
-        """Return how far the run is from where the reference is; NaN if one is unknown."""
-        away = place - self._reference[self._row]
+    def distance_m(self, place: np.ndarray, time_s: float) -> float:
+        """Return how far a place is from the reference's at a time; NaN if one is unknown."""
+        away = place - self._reference[self._nearest(time_s)]
         away = away[np.isfinite(away)]
         return float(np.sqrt(np.sum(away * away))) if len(away) else math.nan
 
