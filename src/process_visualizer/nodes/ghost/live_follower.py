@@ -18,6 +18,8 @@ from process_visualizer.ros_names import GHOST_PHASE_TOPIC
 from process_visualizer.runs.alignment.live_alignment import PERIOD_S, LiveAlignment, Span
 
 _MOST_ROWS = 20_000
+_OLD_S = 0.2
+"""Joints that are older do not come any longer: the robots stand still as far as is known."""
 
 
 class LiveFollower:
@@ -37,6 +39,7 @@ class LiveFollower:
             raise ValueError('no robot of the reference has a tool whose place is known')
         self._alignment = LiveAlignment(places, {it.name: tuple(it.times) for it in events}, span,
                                         period_s)
+        self._moment_s = 0.0
         self._watches: List[EventWatch] = []
         self._publisher = rospy.Publisher(GHOST_PHASE_TOPIC, GhostPhase, queue_size=2)
         try:
@@ -54,15 +57,22 @@ class LiveFollower:
         """Return the moment of the reference [s] that belongs to now; None: to none."""
         while not self._seen.empty():
             self._alignment.take_event(*self._seen.get())
-        self._alignment.advance(now_s, np.concatenate([
+        self._moment_s = self._measured_s(now_s)
+        self._alignment.advance(self._moment_s, np.concatenate([
             tool_position(robot.tool_at(self._joints[robot.device].at(now_s)))
             for robot in self._robots]))
         phase_s = self._alignment.phase_s
         self._publisher.publish(GhostPhase(
-            stamp=rospy.Time.from_sec(now_s), known=phase_s is not None,
+            stamp=rospy.Time.from_sec(self._moment_s), known=phase_s is not None,
             reference=math.nan if phase_s is None else phase_s,
             elapsed=self._alignment.elapsed_s, behind=self._alignment.behind_s))
         return phase_s
+
+    def _measured_s(self, now_s: float) -> float:
+        """When the robots were where they are known to be; it goes back only with the clock."""
+        stamp_s = max(it.stamp_s for it in self._joints.values())
+        moment_s = stamp_s if now_s - _OLD_S < stamp_s <= now_s else now_s
+        return max(moment_s, self._moment_s) if self._moment_s <= now_s else moment_s
 
     def close(self) -> None:
         """Listen and publish no longer."""

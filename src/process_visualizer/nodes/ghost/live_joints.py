@@ -14,10 +14,13 @@ class LiveJoints:
     def __init__(self, device: str) -> None:
         """Begin to listen."""
         self._positions: Dict[str, float] = {}
+        self.stamp_s = 0.0
+        """When they were measured; 0 before there are any, or if they are not stamped."""
         self._subscriber = rospy.Subscriber(f'/{device}/joint_states', JointState, self._take,
                                             queue_size=10, tcp_nodelay=True)
 
     def _take(self, message: JointState) -> None:
+        self.stamp_s = message.header.stamp.to_sec()
         self._positions = {**self._positions, **dict(zip(message.name, message.position))}
 
     def at(self, _time_s: float) -> Optional[Dict[str, float]]:

@@ -17,6 +17,8 @@ _SLOWEST = 1.5
 """What comes after the end of a run takes at most so many times as long as in the reference."""
 _WRONG_S = 1.0
 """A step back in the reference that is shorter is noise; a longer one corrects what was wrong."""
+_LATE_S = 0.5
+"""A place may be so much older than an event that has come; more is a clock that was set back."""
 _LONGEST_GAP_S = 5.0
 """After this, without anything known in between, the run may be anywhere."""
 
@@ -89,8 +91,11 @@ class LiveAlignment:
 
     def advance(self, time_s: float, place: np.ndarray) -> None:
         """Take where the tools are, (d,) [m], NaN where unknown, at a time [s] that rises."""
-        elapsed_s = 0.0 if self._last_s is None else time_s - self._last_s
-        if not 0.0 <= elapsed_s <= _LONGEST_GAP_S:  # below: the clock was set back
+        last_s = time_s if self._last_s is None else self._last_s
+        if last_s - _LATE_S < time_s < last_s:
+            time_s = last_s
+        elapsed_s = time_s - last_s
+        if not 0.0 <= elapsed_s <= _LONGEST_GAP_S:
             self._forget()
             elapsed_s = 0.0
         self._last_s, self._place = time_s, place

@@ -32,8 +32,11 @@ class PhaseTracker:
     """
 
     def __init__(self, reference: np.ndarray, period_s: float) -> None:
-        """Take the places (n, d) [m] of the reference at even times; NaN where unknown."""
-        self._reference = reference
+        """Take the places (n, d) [m] of the reference at even times; NaN where unknown.
+
+        There it is taken to go straight on: a row that any place fits would hold the run.
+        """
+        self._reference = _filled(reference)
         self._period_s = period_s
         self._rows = np.arange(len(reference), dtype=float)
         self._costs = np.zeros(len(reference))
@@ -114,3 +117,12 @@ class PhaseTracker:
         away[~np.isfinite(away)] = 0.0
         result: np.ndarray = np.minimum(np.einsum('ij,ij->i', away, away), _MOST_DISTANCES)
         return result
+
+
+def _filled(places: np.ndarray) -> np.ndarray:
+    """The places (n, d), between known ones where they are unknown; a column without any stays."""
+    rows, columns = np.arange(len(places)), []
+    for column in places.T:
+        known = np.isfinite(column)
+        columns.append(np.interp(rows, rows[known], column[known]) if known.any() else column)
+    return np.stack(columns, axis=1)
