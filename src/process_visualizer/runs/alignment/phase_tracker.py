@@ -37,6 +37,8 @@ class PhaseTracker:
         There it is taken to go straight on: a row that any place fits would hold the run.
         """
         self._reference = _filled(reference)
+        self._halves = _half_steps(self._reference)
+        self._squares = np.maximum(np.einsum('ij,ij->i', self._halves, self._halves), 1e-18)
         self._period_s = period_s
         self._rows = np.arange(len(reference), dtype=float)
         self._costs = np.zeros(len(reference))
@@ -113,9 +115,13 @@ class PhaseTracker:
         return result
 
     def _distances(self, place: np.ndarray) -> np.ndarray:
-        away = (self._reference - place) / _NOISE_M
+        """From the piece of the path around each row, so that the rows' own places do not count."""
+        away = place - self._reference
         away[~np.isfinite(away)] = 0.0
-        result: np.ndarray = np.minimum(np.einsum('ij,ij->i', away, away), _MOST_DISTANCES)
+        share = (np.einsum('ij,ij->i', away, self._halves) / self._squares).clip(-1.0, 1.0)
+        away -= share[:, np.newaxis] * self._halves
+        result: np.ndarray = np.minimum(np.einsum('ij,ij->i', away, away) / _NOISE_M ** 2,
+                                        _MOST_DISTANCES)
         return result
 
 
@@ -126,3 +132,10 @@ def _filled(places: np.ndarray) -> np.ndarray:
         known = np.isfinite(column)
         columns.append(np.interp(rows, rows[known], column[known]) if known.any() else column)
     return np.stack(columns, axis=1)
+
+
+def _half_steps(places: np.ndarray) -> np.ndarray:
+    """Half of the way from the row before to the one behind, per row (n, d); 0 where unknown."""
+    around = np.concatenate((places[:1], places, places[-1:]))
+    halves: np.ndarray = np.nan_to_num((around[2:] - around[:-2]) / 4.0)
+    return halves
