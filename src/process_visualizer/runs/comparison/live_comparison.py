@@ -11,7 +11,7 @@ from process_visualizer.runs.comparison.timeline_bands import SHOWN, TimelineBan
 from process_visualizer.runs.comparison.wording import quantity
 from process_visualizer.runs.deviation.band import SignalBand, widened
 from process_visualizer.runs.deviation.departures import outside, outside_since
-from process_visualizer.runs.deviation.signals import MEAN_ROWS, Signal
+from process_visualizer.runs.deviation.signals import MEAN_ROWS, RATE_HZ, Signal
 from process_visualizer.runs.moving_window import moving_mean
 from process_visualizer.runs.run import Key
 
@@ -52,16 +52,19 @@ class LiveComparison:
         """The channels that can be judged."""
         return tuple(self._signals)
 
-    def band(self, key: Key, values: np.ndarray, reference_s: np.ndarray) -> Optional[TimelineBand]:
+    def band(self, key: Key, values: np.ndarray, reference_s: np.ndarray,
+             column_s: float) -> Optional[TimelineBand]:
         """Return the band of a channel at moments of the reference (n,), for drawing it.
 
-        ``values`` (n,) are those of the running cell. None: it has no band, or not there.
+        ``values`` (n,) are those of the running cell, one in each ``column_s``. None: it has no
+        band, or not there.
         """
         limits = self._limits_at(key, reference_s)
         if limits is None or not np.isfinite(limits.middle).any():
             return None
+        rows = max(round(MEAN_ROWS / RATE_HZ / column_s), 1)
         return TimelineBand(limits.middle - limits.half_width, limits.middle + limits.half_width,
-                            outside(values, limits))
+                            outside(moving_mean(values, rows), limits))
 
     def departures(self, times_s: np.ndarray, values: Mapping[Key, np.ndarray],
                    reference_s: np.ndarray) -> Tuple[LiveDeparture, ...]:

@@ -79,8 +79,9 @@ class LiveComparisonModel(QObject):
         """Return the band behind a curve of a window; None without any."""
         if self._comparison is None:
             return None
-        return self._comparison.band(_key(curve), _values(curve),
-                                     self._history.at(_times_s(window)))
+        return self._comparison.band(
+            _key(curve), _values(curve), self._history.at(_times_s(window)),
+            window.duration_s / len(curve.low))
 
     def take_phase(self, phase: PhaseSnapshot) -> None:
         """Take which moment of the reference it is."""
