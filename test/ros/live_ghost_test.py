@@ -33,15 +33,15 @@ ARM = '''<robot name="arm">
   <joint name="hand" type="fixed"><parent link="upper"/><child link="tool"/>
     <origin xyz="0 0 1"/></joint>
 </robot>'''
-DURATION_S, BEGIN_S, END_S = 12.0, 1.0, 11.0
+DURATION_S, BEGIN_S, END_S = 8.0, 1.0, 7.0
 TIMES_S = np.arange(0.0, DURATION_S + 0.01, 0.02)
-PAUSE_S = 4.0
+PAUSE_S = 3.0
 """When a live run that pauses does so, in the time of the reference."""
 
 
 def angle_rad(time_s: np.ndarray) -> np.ndarray:
     """At rest for a second, then there and back, and at rest again."""
-    return np.asarray(0.5 * (1.0 - np.cos(0.2 * np.pi * np.clip(time_s - BEGIN_S, 0.0, 10.0))))
+    return np.asarray(0.5 * (1.0 - np.cos(np.pi / 3.0 * np.clip(time_s - BEGIN_S, 0.0, 6.0))))
 
 
 class Said(NamedTuple):
@@ -104,6 +104,18 @@ class LiveGhostTest(unittest.TestCase):
         follow_ghost(reference)
         self.assertTrue(self.wait(lambda: self.joints.get_num_connections() > 0))
 
+    def begin(self) -> None:
+        """Let the run begin, with the robot where the reference has it then."""
+        self.assertTrue(self.wait_for_node())
+        self.joints.publish(JointState(name=['turn'], position=[0.0]))
+        for feed in (0.0, 1.0):
+            self.feed.publish(feed)
+        self.assertTrue(self.wait(lambda: bool(self.phases) and self.phases[-1].known))
+
+    def wait_for_node(self) -> bool:
+        return self.wait(lambda: min(it.get_num_connections()
+                                     for it in (self.joints, self.feed)) > 0)
+
     def move(self, speed: float, begin_s: float = 0.0, pause_s: float = 0.0) -> List[Said]:
         """Run from a time of the reference to its end; return what the node said meanwhile."""
         with self.changed:
@@ -123,28 +135,26 @@ class LiveGhostTest(unittest.TestCase):
                     for it in self.phases]
 
     def test_it_follows_faster_and_slower_runs_and_a_pause(self) -> None:
+        """Each speed is in test/unit, of the alignment alone; this is one with all of it."""
         self.show(REFERENCE)
-        for speed, pause_s in ((1.0, 0.0), (1.1, 0.0), (0.9, 0.0), (1.0, 1.5)):
-            said = self.move(speed, pause_s=pause_s)
-            errors = phase_errors_s(said, BEGIN_S + 0.5, END_S - 0.5)
-            print(f'speed {speed}, pause {pause_s} s: phase error median '
-                  f'{1e3 * np.median(errors):.0f} ms, p95 {1e3 * np.quantile(errors, 0.95):.0f} ms')
-            self.assertGreater(len(errors), 100)
-            self.assertLess(float(np.quantile(errors, 0.95)), 0.05)
-            behind_s = [it.found.behind for it in said if 9.0 < it.wanted_s < 10.0]
-            wanted_s = 8.5 / speed - 8.5 + pause_s
-            self.assertAlmostEqual(float(np.median(behind_s)), wanted_s, delta=0.1)
+        said = self.move(1.1, pause_s=0.8)
+        errors = phase_errors_s(said, BEGIN_S + 0.5, END_S - 0.5)
+        print(f'phase error median {1e3 * np.median(errors):.0f} ms, '
+              f'p95 {1e3 * np.quantile(errors, 0.95):.0f} ms')
+        self.assertGreater(len(errors), 100)
+        self.assertLess(float(np.quantile(errors, 0.95)), 0.05)
+        behind_s = [it.found.behind for it in said if 5.5 < it.wanted_s < 6.5]
+        self.assertAlmostEqual(float(np.median(behind_s)), 5.0 / 1.1 - 5.0 + 0.8, delta=0.1)
 
     def test_it_is_found_in_the_midst_of_a_run(self) -> None:
-        for reference in (REFERENCE, WITHOUT_EVENTS):
-            self.show(reference)
-            errors = phase_errors_s(self.move(1.0, begin_s=3.0), 4.0, END_S - 0.5)
-            self.assertLess(float(np.quantile(errors, 0.95)), 0.05)
-            self.assertTrue(np.isnan(self.phases[-1].elapsed))
+        self.show(WITHOUT_EVENTS)
+        errors = phase_errors_s(self.move(1.0, begin_s=3.0), 3.5, END_S - 0.5)
+        self.assertLess(float(np.quantile(errors, 0.95)), 0.05)
+        self.assertTrue(np.isnan(self.phases[-1].elapsed))
 
     def test_between_runs_there_is_none(self) -> None:
         self.show(REFERENCE)
-        self.move(1.0, begin_s=10.0)
+        self.move(1.0, begin_s=6.0)
         self.assertTrue(self.wait(lambda: bool(self.phases) and not self.phases[-1].known))
         self.assertTrue(self.wait(lambda: not self.markers))
         self.feed.publish(1.0)
@@ -152,10 +162,7 @@ class LiveGhostTest(unittest.TestCase):
 
     def test_the_deviation_is_shown(self) -> None:
         self.show(REFERENCE)
-        self.joints.publish(JointState(name=['turn'], position=[0.0]))
-        self.assertTrue(self.wait(lambda: bool(self.markers)))
-        self.feed.publish(1.0)  # the feed runs, and the robot is somewhere else
-        self.assertTrue(self.wait(lambda: bool(self.phases) and self.phases[-1].known))
+        self.begin()
         self.joints.publish(JointState(name=['turn'], position=[-0.01]))
         self.assertTrue(self.wait(lambda: any(it.text.startswith('Δ') for it in self.markers)))
 
@@ -174,8 +181,13 @@ class LiveGhostTest(unittest.TestCase):
         self.show(REFERENCE._replace(events=(*REFERENCE.events, ReferenceEvent(odd, (2.0,)))))
         self.joints.publish(JointState(name=['turn', 'other'], position=[float('nan')]))
         self.joints.publish(JointState(name=['other'], position=[1.0]))
-        errors = phase_errors_s(self.move(1.0, begin_s=3.0), 4.0, END_S - 0.5)
+        errors = phase_errors_s(self.move(1.0, begin_s=4.5), 5.0, END_S - 0.5)
         self.assertLess(float(np.quantile(errors, 0.95)), 0.05)
+
+    def test_it_may_be_followed_without_being_drawn(self) -> None:
+        follow_ghost(REFERENCE, is_visible=False)
+        self.begin()
+        self.assertEqual(self.markers, [])
 
 
 def moment_s(elapsed_s: float, speed: float, begin_s: float, pause_s: float) -> float:

@@ -14,7 +14,10 @@ from test_gui_alarms import Stand as AlarmStand
 from test_gui_live import Stand
 
 from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.gui.models.comparison.ghost_model import GhostModel
+from process_visualizer.gui.models.comparison.live_comparison_model import LiveComparisonModel
 from process_visualizer.gui.ros.snapshots import PhaseSnapshot
+from process_visualizer.gui.views.comparison.compare_panel import ComparePanel
 from process_visualizer.runs.run import Run
 
 POOR_FROM_S = CYCLE_S + 3.0
@@ -34,7 +37,7 @@ class Compared:
         self.model.changed.connect(lambda: self.heard.append(self.model.text))
 
     @property
-    def model(self) -> 'object':
+    def model(self) -> LiveComparisonModel:
         return self.stand.comparison
 
     def choose(self, *rows: int) -> Run:
@@ -126,3 +129,19 @@ def test_it_is_an_alarm() -> None:
     stand.model.set_departed([])
     assert stand.model.alarms == ()
     assert stand.model.events[-1].text == 'arm: tool force +4.3 N over the band: over after 5.0 s'
+
+
+def test_the_tab_lists_what_is_out_now(compared: Compared) -> None:
+    tasks = compared.stand.tasks_of_runs
+    ghost = GhostModel(tasks, compared.stand.compare,  # type: ignore[arg-type]
+                       lambda _tracks: None, lambda *_what: None)
+    panel = ComparePanel(compared.stand.compare, ghost, compared.model, lambda: '')
+    panel.set_live(True)
+    run = compared.choose(0)
+    compared.run(int(POOR_FROM_S) + 2, run)
+    row = panel.departures.topLevelItem(0)
+    assert row.text(0) == 'arm tool force' and row.text(2).endswith('N over the band')
+    assert row.text(1).startswith('since ')
+    panel.departures.itemClicked.emit(row, 0)
+    compared.stand.model.set_running(False)
+    assert panel.state.text().endswith('they run.')

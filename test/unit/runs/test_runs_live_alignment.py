@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where a run that goes on is in its reference: on paths that cross themselves, and at any speed."""
+"""Where a run that goes on is in its reference: at any speed, on paths that cross themselves."""
 from __future__ import annotations
 
 import math

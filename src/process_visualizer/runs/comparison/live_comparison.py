@@ -112,8 +112,12 @@ def _of_this_run(rows: np.ndarray, reference_s: np.ndarray) -> np.ndarray:
 
 def departure_text(departure: LiveDeparture, now_s: float) -> str:
     """Return which channel is how far out of the band, and since when."""
-    return (f'{departure.signal.name} {beyond_text(departure)} '
-            f'since {max(now_s - departure.since_s, 0.0):.1f} s')
+    return f'{departure.signal.name} {beyond_text(departure)} {since_text(departure, now_s)}'
+
+
+def since_text(departure: LiveDeparture, now_s: float) -> str:
+    """Return since when a channel is out of the band, at a time of its values' clock [s]."""
+    return f'since {max(now_s - departure.since_s, 0.0):.1f} s'
 
 
 def beyond_text(departure: LiveDeparture) -> str:

@@ -54,6 +54,11 @@ class LiveComparisonModel(QObject):
         return self._departures
 
     @property
+    def now_s(self) -> float:
+        """When it was judged last, on the clock of the values [s since the epoch]."""
+        return self._now_s
+
+    @property
     def departed(self) -> List[Tuple[str, str, str, float]]:
         """Device, label, how far out, and since when [s since the epoch], of each of these."""
         return [(it.signal.device, it.signal.label, beyond_text(it), it.since_s)

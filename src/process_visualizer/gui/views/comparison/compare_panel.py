@@ -25,6 +25,7 @@ from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.theme_following import ThemeFollower, colour
 from process_visualizer.gui.views.parts.layouts import in_column, in_row
 from process_visualizer.runs.comparison.comparison import Comparison
+from process_visualizer.runs.comparison.live_comparison import beyond_text, since_text
 from process_visualizer.runs.comparison.verdict import band_text, verdict
 from process_visualizer.runs.comparison.wording import amount, clock, moment
 from process_visualizer.runs.deviation.departures import Departure
@@ -80,7 +81,7 @@ class ComparePanel(QWidget):
         self.departures.itemClicked.connect(self._seek)
         self.departures.itemActivated.connect(self._seek)
         model.changed.connect(self._show)
-        live.changed.connect(lambda: self.state.setText(self._state()))
+        live.changed.connect(self._show_live)
         ThemeFollower(self, self._show_runs)
         self._show()
 
@@ -89,6 +90,11 @@ class ComparePanel(QWidget):
         if is_live != self._is_live:
             self._is_live = is_live
             self._show()
+
+    def _show_live(self) -> None:
+        if self._is_live:
+            self.state.setText(self._state())
+            self._show_departures()
 
     def _show(self) -> None:
         model = self._model
@@ -164,7 +170,11 @@ class ComparePanel(QWidget):
         self.departures.clear()
         chosen = self._chosen()
         self.departures.setVisible(chosen is not None)
-        if chosen is not None:
+        if self._live.text and self._is_live:
+            self.departures.addTopLevelItems([QTreeWidgetItem(
+                [it.signal.name, since_text(it, self._live.now_s), beyond_text(it)])
+                for it in self._live.departures])
+        elif chosen is not None:
             self.departures.addTopLevelItems([_row(chosen, it) for it in chosen.departures])
 
     def _tick(self, item: QTreeWidgetItem) -> None:
