@@ -113,6 +113,24 @@ def test_a_node_that_says_nothing_is_told(compared: Compared) -> None:
     assert compared.model.text == '' and compared.model.departed == []
 
 
+def test_good_runs_of_another_cell_are_told(compared: Compared, tmp_path: Path) -> None:
+    other = tmp_path / 'other'
+    other.mkdir()
+    path = write_bag(other, robot='other_arm')
+    compared.stand.compare.set_cell(None)  # the recording's own configuration, in its bag
+    compared.stand.compare.set_recording([path])
+    compared.stand.compare.find_runs()
+    compared.stand.tasks_of_runs.end_all()
+    run = compared.choose(0)
+    compared.run(3, run)
+    assert compared.model.text.startswith('Within'), 'the machine is the same'
+    without = compared.stand.compare.runs[0].run
+    assert ('arm', 'tool force') not in without.by_key
+    compared.stand.model.set_devices(XmlParser().parse(str(tmp_path / 'cell.xml')).devices[:1])
+    compared.run(3, run)
+    assert compared.model.text.startswith('Not compared: a.bag#1 has none of the variables')
+
+
 def test_nothing_is_compared_without_good_runs(compared: Compared) -> None:
     compared.stand.come(compared.parts[0])
     assert compared.model.text == '' and compared.heard == []

@@ -26,6 +26,8 @@ _SILENT_S = 2.0
 _MOST_TOLD = 2
 _NO_PHASE = ('Not compared: /ghost does not say which moment of {} this is. Restart the nodes if '
              'this stays.')
+_NOTHING = ('Not compared: {} has none of the variables, forces and speeds of the running cell. Is it '
+            'a recording of this cell?')
 _NO_RUN = 'Compared with {} when a run begins'
 
 
@@ -44,6 +46,7 @@ class LiveComparisonModel(QObject):
         self._phase: Optional[PhaseSnapshot] = None
         self._departures: Tuple[LiveDeparture, ...] = ()
         self._now_s = 0.0
+        self._has_common = True
         compare.changed.connect(self._follow)
         live.changed.connect(self._follow)
         live.judged.connect(self._judge)
@@ -70,6 +73,8 @@ class LiveComparisonModel(QObject):
         comparison, phase = self._comparison, self._phase
         if comparison is None or not self._live.is_running:
             return ''
+        if not self._has_common:
+            return _NOTHING.format(comparison.name)
         if phase is None or self._now_s - phase.stamp_s > _SILENT_S:
             return _NO_PHASE.format(comparison.name)
         if phase.reference_s is None:
@@ -105,7 +110,7 @@ class LiveComparisonModel(QObject):
         self._live.set_judged(self._comparison is not None)
 
     def _forget(self) -> None:
-        self._phase, self._departures = None, ()
+        self._phase, self._departures, self._has_common = None, (), True
         self._history = PhaseHistory(LONGEST_S)
         self.changed.emit()
 
@@ -116,6 +121,7 @@ class LiveComparisonModel(QObject):
         times_s = _times_s(window)
         self._now_s = float(times_s[-1])
         values: Dict[Key, np.ndarray] = {_key(it): _values(it) for it in window.curves}
+        self._has_common = not values.keys().isdisjoint(comparison.keys)
         self._departures = _earliest(self._departures, comparison.departures(
             times_s, values, self._history.at(times_s)))
         self.changed.emit()
