@@ -79,18 +79,18 @@ def _generate(config: str) -> str:
 
 def _measure(run_id: str, seconds: float) -> Dict[str, Sample]:
     """The CPU share in % of a core, and the memory, of each process of the run by its name."""
-    before = {pid: _sample(pid) for pid in processes_of_run(run_id)}
+    before = {pid: process_sample(pid) for pid in processes_of_run(run_id)}
     time.sleep(seconds)
     rows: Dict[str, Sample] = {}
     for pid, first in before.items():
-        last = _sample(pid)
+        last = process_sample(pid)
         if first is not None and last is not None:
             share = (last.cpu_s - first.cpu_s) / seconds * 100
             rows[_name(pid)] = Sample(share, last.memory_mb)
     return rows
 
 
-def _sample(pid: int) -> Optional[Sample]:
+def process_sample(pid: int) -> Optional[Sample]:
     try:
         fields = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
     except OSError:

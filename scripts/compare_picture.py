@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Takes the picture of the launcher that leads from a poor run to its cause.
+"""Takes the pictures of the launcher that lead from a poor run to its cause, recorded and live.
 
 usage: compare_picture.py CONFIG BAG POOR FOLDER    (started by take_compare_picture)
 """
@@ -43,6 +43,28 @@ class ComparePhotographer(Photographer):
         self._pause(4.0)
         self._picture('compare', whole=True)
 
+    def take_live(self, bag: str, poor: int) -> None:
+        """Take the picture of the running cell, whose force departs, over the band of the bag."""
+        launcher, model = self.launcher, self.launcher.compare
+        if not launcher.launch.is_idle:
+            self._quit()
+        launcher.cell.open(self._config, {'image_rate': '0', 'fault': 'friction'})
+        launcher.cell.set_mode(Mode.REALTIME)
+        self._until(lambda: not launcher.cell.is_loading
+                    and self.window.launch.launch.isEnabled(), 60.0)
+        launcher.cell.tick('kinect', False)
+        self.window.panels.setCurrentWidget(self.window.compare)
+        model.add(bag)
+        self._until(lambda: bool(model.runs) and not model.activity, 60.0)
+        for number in range(len(model.runs)):
+            model.set_good(number, number not in (0, poor - 1))
+        model.compare()
+        self._until(lambda: model.compared is not None, 60.0)
+        self._click('launch')
+        self._until(lambda: bool(launcher.live_comparison.departures), 2.0 * _LAUNCH_S)
+        self._pause(3.0)
+        self._picture('compare_live', whole=True)
+
     def _start_with(self, bag: str) -> None:
         launcher = self.launcher
         launcher.cell.open(self._config)
@@ -59,6 +81,7 @@ def main() -> None:
     photographer = ComparePhotographer(config, Path(folder))
     try:
         photographer.take(bag, int(poor))
+        photographer.take_live(bag, int(poor))
     finally:
         photographer.close()
 

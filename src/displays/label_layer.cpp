@@ -113,6 +113,7 @@ void LabelLayer::paint(const VisibleLabel& visible, bool anew) {
 std::vector<LabelLayout::Plate> LabelLayer::layoutPlates(
     const std::vector<VisibleLabel>& visible) const {
   std::vector<LabelLayout::Plate> plates;
+  plates.reserve(visible.size());
   for (const VisibleLabel& it : visible)
     plates.push_back({it.label->key, it.anchor, plates_.at(it.label->key).size});
   return plates;

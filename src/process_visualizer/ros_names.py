@@ -30,6 +30,7 @@ PLAYBACK_RATE = f'{OWN_TOPICS}playback_rate'
 """The parameter that says how fast a recording is played."""
 PLAYER_STATE_TOPIC = f'/{BAG_PLAYER}/state'
 GHOST_TOPIC = f'/{GHOST}/marker_array'
+GHOST_PHASE_TOPIC = f'/{GHOST}/phase'
 DISPLAY_STATUS_TOPIC = f'/{RVIZ}/display_status'  # published by src/displays
 RVIZ_PLACE_TOPIC = f'/{RVIZ}/place'  # subscribed there
 RVIZ_CAMERA_TOPIC = f'/{RVIZ}/camera'  # published there

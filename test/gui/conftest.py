@@ -6,8 +6,10 @@ These tests have a process of their own: a process can be a ROS node only once.
 from __future__ import annotations
 
 import os
+import sys
 import uuid
 from contextlib import ExitStack
+from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import pytest
@@ -15,6 +17,7 @@ from patient_qtbot import PatientQtBot
 from PyQt5.QtWidgets import QApplication
 from surroundings import SOFTWARE_GRAPHICS, free_port, virtual_screen
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / 'bench'))  # it makes bags
 MARK = 'GUI_TEST_MARK'
 _STARTED = ExitStack()
 

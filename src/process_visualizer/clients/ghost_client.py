@@ -2,17 +2,19 @@
 """Commands the node ghost."""
 from __future__ import annotations
 
-from typing import Optional, Sequence
+from typing import Any, List, Optional, Sequence, Type
 
 from process_visualizer.clients.service_connection import ServiceConnection, ServiceUnreachable
 from process_visualizer.msg import GhostArrow as GhostArrowMessage
-from process_visualizer.msg import GhostRobot
+from process_visualizer.msg import GhostEvent, GhostRobot
 from process_visualizer.ros_names import GHOST
 from process_visualizer.runs.comparison.ghost_arrows import GhostArrow
 from process_visualizer.runs.comparison.ghost_tracks import GhostTrack
-from process_visualizer.srv import ShowGhost, ShowGhostRequest
+from process_visualizer.runs.comparison.live_reference import LiveReference
+from process_visualizer.srv import FollowGhost, ShowGhost, ShowGhostRequest
 
 _TIMEOUT_S = 10.0  # an hour of joints is to be read
+_NODE_START_S = 5.0  # the node may have started just now
 
 
 class GhostError(Exception):
@@ -33,29 +35,51 @@ def show_ghost(tracks: Sequence[GhostTrack], arrows: Sequence[GhostArrow] = (),
         GhostError: the node does not answer, or refuses.
     """
     request = ghost_request(tracks, arrows)
-    service = ServiceConnection(f'/{GHOST}/show', ShowGhost, _TIMEOUT_S, master_uri)
-    try:
-        service.wait(start_s)
-        answer = service.call(request.robots, request.arrows)
-    except ServiceUnreachable as error:
-        raise GhostError(f'The ghost cannot be shown: {error}') from error
-    finally:
-        service.close()
-    if not answer.success:
-        raise GhostError(f'The ghost cannot be shown: {answer.message}')
+    _call('show', ShowGhost, (request.robots, request.arrows), master_uri, start_s)
+
+
+def follow_ghost(reference: LiveReference, is_visible: bool = True) -> None:
+    """Follow the live robots beside a reference, and draw it or not; without tracks follow none.
+
+    Raises:
+        GhostError: the node does not answer, or refuses.
+    """
+    events = [GhostEvent(name=event.name, topic=event.topic, field=event.field,
+                         threshold=event.threshold, is_above=event.is_above,
+                         hysteresis=event.hysteresis, times=list(times_s))
+              for event, times_s in reference.events]
+    begin, end = ('', '') if reference.span is None else (reference.span.begin, reference.span.end)
+    _call('follow', FollowGhost, (_robots(reference.tracks), events, begin, end, is_visible),
+          None, _NODE_START_S)
 
 
 def ghost_request(tracks: Sequence[GhostTrack],
                   arrows: Sequence[GhostArrow]) -> ShowGhostRequest:
     """Return what the node is sent."""
-    robots = [GhostRobot(device=it.device, tool=it.tool, joints=list(it.there.joints),
-                         times=it.there.times_s.tolist(),
-                         there=it.there.positions.ravel().tolist(),
-                         here=it.here.ravel().tolist()) for it in tracks]
-    return ShowGhostRequest(robots, [_message(it) for it in arrows])
+    return ShowGhostRequest(_robots(tracks), [_message(it) for it in arrows])
+
+
+def _robots(tracks: Sequence[GhostTrack]) -> List[GhostRobot]:
+    return [GhostRobot(device=it.device, tool=it.tool, joints=list(it.there.joints),
+                       times=it.there.times_s.tolist(), there=it.there.positions.ravel().tolist(),
+                       here=it.here.ravel().tolist()) for it in tracks]
 
 
 def _message(arrow: GhostArrow) -> GhostArrowMessage:
     return GhostArrowMessage(
         name=arrow.name, frame=arrow.frame, foot_frame=arrow.foot_frame, foot=list(arrow.foot),
         times=arrow.times_s.tolist(), vectors=arrow.vectors.ravel().tolist())
+
+
+def _call(name: str, kind: Type[Any], request: Sequence[Any], master_uri: Optional[str],
+          start_s: float) -> None:
+    service = ServiceConnection(f'/{GHOST}/{name}', kind, _TIMEOUT_S, master_uri)
+    try:
+        service.wait(start_s)
+        answer = service.call(*request)
+    except ServiceUnreachable as error:
+        raise GhostError(f'The ghost cannot be shown: {error}') from error
+    finally:
+        service.close()
+    if not answer.success:
+        raise GhostError(f'The ghost cannot be shown: {answer.message}')

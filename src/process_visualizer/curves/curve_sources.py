@@ -32,6 +32,9 @@ class Quantity(Enum):
     JOINT = 'joint'  # rad or m; the last of the numbers that are found
 
 
+_CHANNEL_LABELS = {Quantity.SPEED: 'tool speed', Quantity.FORCE: 'tool force'}
+
+
 class CurveSource(NamedTuple):
     """Where a curve comes from; ``message_type`` None: whatever the topic carries.
 
@@ -54,6 +57,11 @@ class CurveSource(NamedTuple):
     plain: bool = False
     limits: Optional[WarningLimits] = None
     tolerance: Optional[float] = None
+
+    @property
+    def channel_label(self) -> str:
+        """What a run calls it; arrows and curves are short of room."""
+        return _CHANNEL_LABELS.get(self.quantity, self.label)
 
 
 def curve_sources(devices: Sequence[Device]) -> Tuple[CurveSource, ...]:

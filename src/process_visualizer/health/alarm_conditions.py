@@ -53,6 +53,16 @@ def limit_conditions(device: str, warnings: Iterable[NodeWarning],
             for it in warnings if LIMIT_KEY in it.values]
 
 
+def departure_conditions(departed: Iterable[Tuple[str, str, str, float]]) -> List[Condition]:
+    """Return which channels are out of the band of good runs.
+
+    Args:
+        departed: device, label, how far out, and since when [s since the epoch], of each.
+    """
+    return [Condition(device, f'{label} out of the band', f'{label} {text}', Level.WARNING,
+                      since_s=since_s) for device, label, text, since_s in departed]
+
+
 def loss_conditions(is_recording: bool, dropped: int, lost: int) -> List[Condition]:
     """Return how many messages a recording lacks."""
     words = [f'{count} {what}' for count, what in ((dropped, 'dropped'), (lost, 'lost')) if count]

@@ -2,7 +2,7 @@
 """Moments of the process: when a number passes a threshold."""
 from __future__ import annotations
 
-from typing import List, Sequence, Tuple
+from typing import List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -30,6 +30,25 @@ def passages_s(times_s: np.ndarray, values: np.ndarray, threshold: float, is_abo
     decided = np.flatnonzero(state)
     entered = decided[1:][(state[decided[1:]] > 0) & (state[decided[:-1]] < 0)]
     return times_s[entered]
+
+
+class Passages:
+    """The same of numbers that come one by one."""
+
+    def __init__(self, threshold: float, is_above: bool, hysteresis: float) -> None:
+        """Take what ``passages_s`` takes."""
+        self._threshold, self._is_above, self._hysteresis = threshold, is_above, hysteresis
+        self._is_beyond: Optional[bool] = None
+
+    def take(self, value: float) -> bool:
+        """Take the next number; return whether with it the event comes."""
+        beyond = value - self._threshold if self._is_above else self._threshold - value
+        before = self._is_beyond
+        if beyond > 0.0:
+            self._is_beyond = True
+        elif beyond <= -self._hysteresis:
+            self._is_beyond = False
+        return before is False and self._is_beyond is True
 
 
 def cycles(begins_s: Sequence[float], ends_s: Sequence[float]) -> Tuple[Span, ...]:

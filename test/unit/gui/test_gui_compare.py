@@ -12,13 +12,27 @@ from held_tasks import HeldTasks
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QTreeWidget
 
+from process_visualizer.cell.model import Mode
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.clients.ghost_client import GhostError
+from process_visualizer.gui.models.comparison import ghost_model
 from process_visualizer.gui.models.comparison.bands_model import BandsModel
 from process_visualizer.gui.models.comparison.compare_model import CompareModel
 from process_visualizer.gui.models.comparison.ghost_model import GhostModel
+from process_visualizer.gui.models.comparison.live_comparison_model import LiveComparisonModel
+from process_visualizer.gui.models.recording.live_curves_model import LiveCurvesModel
 from process_visualizer.gui.views.comparison.compare_panel import ComparePanel
+from process_visualizer.motion.joint_track import joint_track
+from process_visualizer.runs.comparison.ghost_tracks import GhostTrack
+from process_visualizer.runs.comparison.live_reference import LiveReference
 from process_visualizer.runs.comparison.timeline_moments import MomentKind
+
+
+class Silent:
+    """In place of a recorder's memory, which nobody reads here."""
+
+    def restart(self) -> None:
+        pass
 
 
 class Stand:
@@ -33,9 +47,13 @@ class Stand:
         self.model.set_cell(XmlParser().parse(str(folder / 'cell.xml')))
         self.bands = BandsModel(self.tasks, self.model)  # type: ignore[arg-type]
         self.ghosts: List[Any] = []
+        self.followed: List[Any] = []
         self.ghost = GhostModel(self.tasks, self.model,  # type: ignore[arg-type]
-                                lambda tracks, _arrows: self.ghosts.append(tracks))
-        self.panel = ComparePanel(self.model, self.ghost)
+                                lambda tracks, _arrows: self.ghosts.append(tracks),
+                                lambda *what: self.followed.append(what))
+        self.live = LiveCurvesModel(self.tasks, Silent())  # type: ignore[arg-type]
+        self.comparison = LiveComparisonModel(self.model, self.live)
+        self.panel = ComparePanel(self.model, self.ghost, self.comparison, lambda: str(folder))
         self.sought: List[float] = []
         self.panel.seek_wanted.connect(self.sought.append)
         qtbot.addWidget(self.panel)
@@ -137,7 +155,7 @@ def test_a_moment_is_dragged_and_the_alignment_reset(stand: Stand) -> None:
 def test_the_ghost_is_shown_while_the_player_runs(stand: Stand) -> None:
     stand.find()
     stand.tick(0, 1)
-    stand.ghost.set_running(True)
+    stand.ghost.set_running(Mode.PLAYBACK)
     assert stand.ghosts == []
     stand.compare()
     assert len(stand.ghosts) == 1
@@ -147,8 +165,8 @@ def test_the_ghost_is_shown_while_the_player_runs(stand: Stand) -> None:
     assert stand.ghosts[1:] == [()]
     stand.panel.ghost.click()
     stand.tasks.end_all()
-    stand.ghost.set_running(False)
-    stand.ghost.set_running(True)  # another player: its node has to be told
+    stand.ghost.set_running(None)
+    stand.ghost.set_running(Mode.PLAYBACK)  # another player: its node has to be told
     stand.tasks.end_all()
     assert len(stand.ghosts) == 4
     stand.model.set_good(1, False)
@@ -162,13 +180,78 @@ def test_a_ghost_that_cannot_be_shown_is_told(stand: Stand) -> None:
     def refuse(_tracks: Any, _arrows: Any) -> None:
         raise GhostError('The ghost cannot be shown: no model')
 
-    model = GhostModel(stand.tasks, stand.model, refuse)  # type: ignore[arg-type]
+    model = GhostModel(stand.tasks, stand.model, refuse,  # type: ignore[arg-type]
+                       lambda *_what: None)
     model.failed.connect(told.append)
     stand.find()
     stand.tick(0, 1)
-    model.set_running(True)
+    model.set_running(Mode.PLAYBACK)
     stand.compare()
     assert told == ['The ghost cannot be shown: no model']
+
+
+def test_live_robots_that_cannot_be_followed_are_told(stand: Stand) -> None:
+    told: List[str] = []
+    stand.ghost.failed.connect(told.append)
+    stand.ghost.set_running(Mode.REALTIME)
+    stand.find()
+    stand.tick(0, 1)
+    stand.compare()
+    assert told == ['The live run is not compared: a.bag#1 has no robot that can be followed. That '
+                    'takes its recorded joints, and a model in the configuration.']
+
+
+def test_live_robots_are_followed_beside_the_reference(stand: Stand, monkeypatch: Any) -> None:
+    reference = LiveReference((GhostTrack('arm', '', joint_track(
+        ('turn',), np.array([0.0]), np.array([0.0])), np.empty((0, 1))),))
+    monkeypatch.setattr(ghost_model, 'live_reference', lambda _cell, _run: reference)
+    stand.ghost.set_running(Mode.REALTIME)
+    stand.find()
+    stand.tick(0, 1)
+    assert stand.followed == []
+    stand.compare()
+    assert stand.followed == [(reference, True)] and stand.ghosts == []
+    stand.panel.ghost.click()
+    stand.tasks.end_all()
+    assert stand.followed[1:] == [(reference, False)], 'it is judged all the same'
+    stand.ghost.set_running(None)
+    stand.ghost.set_running(Mode.REALTIME)  # launched again: another node
+    stand.tasks.end_all()
+    assert stand.followed[2:] == [(reference, False)]
+    stand.tick(2)
+    stand.tasks.end_all()
+    assert stand.followed[3:] == [(LiveReference(()), False)]
+    stand.ghost.set_running(Mode.PLAYBACK)
+    stand.tasks.end_all()
+    assert stand.ghosts == [] and len(stand.followed) == 4
+
+
+def test_in_real_time_mode_a_reference_is_added_without_an_open_recording(stand: Stand) -> None:
+    stand.panel.set_live(True)
+    assert stand.panel.state.text().startswith('Add a recording with good runs')
+    assert stand.panel.add.isEnabled() and not stand.panel.find.isEnabled()
+    stand.model.add(stand.path)
+    stand.tasks.end_all()
+    assert column(stand.panel.runs, 0)[0] == 'a.bag#1'
+    stand.tick(0, 1)
+    stand.compare()
+    assert stand.panel.state.text().endswith('Launch the devices: they are held against these runs '
+                                             'while they run.')
+    stand.panel.departures.itemClicked.emit(stand.panel.departures.topLevelItem(0), 0)
+    assert stand.sought == [], 'there is no player to go there'
+    stand.panel.set_live(False)
+    assert 'Launch' not in stand.panel.state.text()
+
+
+def test_a_reference_whose_file_is_gone_is_told(stand: Stand) -> None:
+    stand.panel.set_live(True)
+    stand.model.add(stand.path)
+    stand.tasks.end_all()
+    Path(stand.path).unlink()
+    stand.panel.find.click()
+    stand.tasks.end_all()
+    assert len(stand.failures) == 1 and 'a.bag' in stand.failures[0]
+    assert stand.panel.add.isEnabled() and stand.model.activity == ''
 
 
 def test_another_choice_of_good_runs_forgets_the_verdicts(stand: Stand) -> None:

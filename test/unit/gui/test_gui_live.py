@@ -21,6 +21,8 @@ from process_visualizer.bags.recorder_topics import MARKS
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.clients.service_connection import ServiceUnreachable
 from process_visualizer.curves.live.recent_part import RecentPart
+from process_visualizer.gui.models.comparison.compare_model import CompareModel
+from process_visualizer.gui.models.comparison.live_comparison_model import LiveComparisonModel
 from process_visualizer.gui.models.playback.lane_choices import LaneChoices
 from process_visualizer.gui.models.recording.live_curves_model import LiveCurvesModel
 from process_visualizer.gui.models.recording.replay_model import ReplayPhase
@@ -76,8 +78,11 @@ class Stand:
         self.tasks, self.memory, self.choices = HeldTasks(), ListedMemory(), LaneChoices()
         self.model = LiveCurvesModel(self.tasks, self.memory)  # type: ignore[arg-type]
         self.replay = Replay()
-        self.panel = LivePanel(self.model, self.choices,
-                               self.replay)  # type: ignore[arg-type]
+        self.tasks_of_runs = HeldTasks()
+        self.compare = CompareModel(self.tasks_of_runs)  # type: ignore[arg-type]
+        self.comparison = LiveComparisonModel(self.compare, self.model)
+        self.panel = LivePanel(self.model, self.choices, self.replay,  # type: ignore[arg-type]
+                               self.comparison)
         self.wanted: List[float] = []
         self.panel.replay_wanted.connect(self.wanted.append)
         qtbot.addWidget(self.panel)

@@ -11,11 +11,11 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from process_visualizer.cell.editing.changes import changes
 from process_visualizer.cell.errors import ConfigurationError
 from process_visualizer.cell.model import Mode, Pose
-from process_visualizer.clients.ghost_client import show_ghost
+from process_visualizer.clients.ghost_client import follow_ghost, show_ghost
 from process_visualizer.clients.player_client import PlayerError
 from process_visualizer.clients.recording_options import RecorderError
 from process_visualizer.generate.choice import Choice, RvizStart
-from process_visualizer.generate.plan import BAG_PART, PlanError
+from process_visualizer.generate.plan import BAG_PART, FRAMES_PART, PlanError
 from process_visualizer.gui.app.event_notes import EventNotes
 from process_visualizer.gui.app.status import player_activity, recorder_activity, status_text
 from process_visualizer.gui.models.cell.alarms_model import AlarmsModel
@@ -33,6 +33,7 @@ from process_visualizer.gui.models.cell.warnings_model import WarningsModel
 from process_visualizer.gui.models.comparison.bands_model import BandsModel
 from process_visualizer.gui.models.comparison.compare_model import CompareModel
 from process_visualizer.gui.models.comparison.ghost_model import GhostModel
+from process_visualizer.gui.models.comparison.live_comparison_model import LiveComparisonModel
 from process_visualizer.gui.models.playback.bag_model import BagModel
 from process_visualizer.gui.models.playback.playback_model import PlaybackModel
 from process_visualizer.gui.models.playback.values_model import ValuesModel
@@ -82,7 +83,8 @@ class Launcher(QObject):
         self.bag = BagModel(self.tasks, self, lambda: self.recording.choices.folder)
         self.compare = CompareModel(self.tasks, self)
         self.bands = BandsModel(self.tasks, self.compare, self)
-        self.ghost = GhostModel(self.tasks, self.compare, show_ghost, self)
+        self.ghost = GhostModel(self.tasks, self.compare, show_ghost, follow_ghost, self)
+        self.live_comparison = LiveComparisonModel(self.compare, self.live, self)
         self.values = ValuesModel(self.tasks, self.playback, parent=self)
         self.view = ViewModel(self.tasks, self.cell, self.launch)
         self.calibration = CalibrationModel(self.tasks, self.link.move_frame, self)
@@ -191,7 +193,9 @@ class Launcher(QObject):
                     else player_activity(self._player))
         trouble = self.states.trouble(() if running is None else running.devices)
         text = status_text(self.launch.phase, mode, activity, trouble)
-        return f'{text}\n{self.master.problem}' if self.master.is_lost else text
+        compared = self.live_comparison.text if self.launch.is_running else ''
+        problem = self.master.problem if self.master.is_lost else ''
+        return '\n'.join(filter(None, (text, compared, problem)))
 
     def _waits_for(self) -> str:
         """What must be done before anything can be launched; empty if nothing."""
@@ -212,6 +216,9 @@ class Launcher(QObject):
         for saved in (self.calibration.saved, self.tool.saved):
             saved.connect(lambda _device: self.cell.reload())
         self.warnings.changed.connect(self._follow_warnings)
+        self.link.ghost_phase.connect(self.live_comparison.take_phase)
+        self.live_comparison.changed.connect(
+            lambda: self.alarms.set_departed(self.live_comparison.departed))
         self.link.recorder_state.connect(self.recording.take_state)
         self.link.recorder_state.connect(self.states.take_recorder)
         self.link.recorder_state.connect(self.alarms.take_recorder)
@@ -223,7 +230,7 @@ class Launcher(QObject):
                       self.ghost, self.replay, self.replay.playback):
             model.failed.connect(self.failed)
         for model in (self.guard, self.launch, self.recording, self.playback, self.states,
-                      self.new):
+                      self.new, self.live_comparison):
             model.changed.connect(self.status_changed)
         self.new.made.connect(self.cell.open)
         self.launch.changed.connect(self._follow_launch)
@@ -239,10 +246,9 @@ class Launcher(QObject):
     def _follow_launch(self) -> None:
         running = self.launch.running
         mode = running.mode if running is not None and self.launch.is_running else None
-        player = self.launch.reports.get(BAG_PART)
-        is_playing = player is not None and player.state is PartState.RUNNING
-        self.playback.follow_player(is_playing)
-        self.ghost.set_running(is_playing and mode is Mode.PLAYBACK)
+        self.playback.follow_player(self._runs(BAG_PART))
+        has_ghost = self._runs(BAG_PART if mode is Mode.PLAYBACK else FRAMES_PART)
+        self.ghost.set_running(mode if has_ghost else None)
         self.mixture.follow(running)
         self.warnings.follow(running is not None)
         self.recording.set_running(mode is Mode.REALTIME)
@@ -254,6 +260,10 @@ class Launcher(QObject):
             self._play_other_bag('')
         else:
             self._take_player(None)
+
+    def _runs(self, part: str) -> bool:
+        report = self.launch.reports.get(part)
+        return report is not None and report.state is PartState.RUNNING
 
     def _own_nodes(self) -> List[str]:
         """The nodes that were launched here."""

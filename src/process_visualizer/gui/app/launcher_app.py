@@ -81,9 +81,11 @@ class LauncherApp(QMainWindow):
         self.recording = RecordingPanel(launcher.recording)
         self.playback = PlaybackPanel(launcher.playback, launcher.bag, launcher.values,
                                       launcher.bands)
-        self.live = LivePanel(launcher.live, launcher.bag.curves.choices, launcher.replay)
+        self.live = LivePanel(launcher.live, launcher.bag.curves.choices, launcher.replay,
+                              launcher.live_comparison)
         self.calibration = CalibrationPanel(launcher.calibration)
-        self.compare = ComparePanel(launcher.compare, launcher.ghost)
+        self.compare = ComparePanel(launcher.compare, launcher.ghost, launcher.live_comparison,
+                                    lambda: launcher.recording.choices.folder)
         self._drops = DropTarget(self, launcher)
         self._lay_out()
         self._keys = WindowKeys(self, launcher, self._mark_playback,
@@ -226,6 +228,7 @@ class LauncherApp(QMainWindow):
         self._devices_panel.show_problems(cell.problems, cell.in_force)
         is_playback = cell.mode is Mode.PLAYBACK
         self.launch.show_mode(cell.mode)
+        self.compare.set_live(not is_playback)
         self._mode_panels.setCurrentWidget(self.playback if is_playback else self.recording)
         self.panels.setTabText(0, 'Playback' if is_playback else 'Recording')
 

@@ -2,6 +2,7 @@
 """The launcher's own node: the only module of the window that uses rospy."""
 from __future__ import annotations
 
+import math
 import os
 import time
 from typing import Any, List, Optional, Sequence, Tuple, cast
@@ -27,14 +28,16 @@ from process_visualizer.gui.ros.pose_marker import PoseMarker
 from process_visualizer.gui.ros.replay_link import ReplayLink
 from process_visualizer.gui.ros.snapshots import (
     DisplaySnapshot,
+    PhaseSnapshot,
     RecorderSnapshot,
     TopicSnapshot,
 )
 from process_visualizer.health.node_warnings import NodeWarnings, Severity
-from process_visualizer.msg import RecorderState, TopicRecord
+from process_visualizer.msg import GhostPhase, RecorderState, TopicRecord
 from process_visualizer.ros_names import (
     CELL_FRAMES,
     DISPLAY_STATUS_TOPIC,
+    GHOST_PHASE_TOPIC,
     RVIZ_CAMERA_TOPIC,
     RVIZ_PLACE_TOPIC,
 )
@@ -62,6 +65,7 @@ class RosLink(QObject):
     recorder_state = pyqtSignal(object)
     displays = pyqtSignal(object)
     """A tuple of DisplaySnapshot."""
+    ghost_phase = pyqtSignal(object)
     pose_dragged = pyqtSignal(str, object)
     """A frame has been dragged in RViz to this Pose in the global frame."""
 
@@ -120,6 +124,8 @@ class RosLink(QObject):
         self._subscribers = [
             rospy.Subscriber(DISPLAY_STATUS_TOPIC, DiagnosticArray,
                              lambda report: self.displays.emit(_displays(report)), queue_size=2),
+            rospy.Subscriber(GHOST_PHASE_TOPIC, GhostPhase,
+                             lambda phase: self.ghost_phase.emit(_phase(phase)), queue_size=100),
             rospy.Subscriber(RVIZ_CAMERA_TOPIC, String, self._take_camera, queue_size=1),
             rospy.Subscriber('/rosout', Log, self._take_log),
             rospy.Subscriber('/diagnostics', DiagnosticArray, self._take_states)]
@@ -233,6 +239,11 @@ def _topic(topic: TopicRecord) -> TopicSnapshot:
 def _known(value: float) -> Optional[float]:
     """The recorder sends -1 for unknown values."""
     return None if value < 0.0 else value
+
+
+def _phase(phase: GhostPhase) -> PhaseSnapshot:
+    return PhaseSnapshot(phase.stamp.to_sec(), phase.reference if phase.known else None,
+                         None if math.isnan(phase.behind) else phase.behind)
 
 
 def _displays(report: DiagnosticArray) -> Tuple[DisplaySnapshot, ...]:

@@ -68,6 +68,18 @@ class RecorderSnapshot(NamedTuple):
     topics: Tuple[TopicSnapshot, ...] = ()
 
 
+class PhaseSnapshot(NamedTuple):
+    """Which moment of the reference [s] belongs to a time [s since the epoch]; None: to none.
+
+    ``behind_s`` is how much longer than the reference the run took until here, None if unknown.
+    See GhostPhase.msg.
+    """
+
+    stamp_s: float
+    reference_s: Optional[float]
+    behind_s: Optional[float] = None
+
+
 class DisplaySnapshot(NamedTuple):
     """The status of a display in RViz: ``level`` 0 is good, 1 a warning, 2 an error."""
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The node ghost: follows the player, and draws the robots of another run where they were then."""
+"""The node ghost: the robots of another run, in step with the player or with the live robots."""
 from __future__ import annotations
 
 import threading
-from typing import List, Optional, Tuple
+from typing import Any, Callable, List, Optional, Tuple
 
 import numpy as np
 import rospy
@@ -15,9 +15,19 @@ from process_visualizer.msg import GhostArrow as GhostArrowMessage
 from process_visualizer.msg import GhostRobot as GhostRobotMessage
 from process_visualizer.nodes.common.process_end import spin_to_end, start_node
 from process_visualizer.nodes.ghost.ghost_arrow import GhostArrow
-from process_visualizer.nodes.ghost.ghost_robot import GhostRobot
+from process_visualizer.nodes.ghost.ghost_robot import GhostRobot, Joints
+from process_visualizer.nodes.ghost.live_follower import LiveFollower
+from process_visualizer.nodes.ghost.live_joints import LiveJoints
 from process_visualizer.ros_names import GHOST, GHOST_TOPIC
-from process_visualizer.srv import ShowGhost, ShowGhostRequest, ShowGhostResponse
+from process_visualizer.runs.alignment.live_alignment import Span
+from process_visualizer.srv import (
+    FollowGhost,
+    FollowGhostRequest,
+    FollowGhostResponse,
+    ShowGhost,
+    ShowGhostRequest,
+    ShowGhostResponse,
+)
 
 RATE_HZ = 30.0
 _CALM_S = 0.25  # while nothing moves: before RViz takes the markers for dead
@@ -36,28 +46,54 @@ class GhostDisplay:
         self._is_drawn = False
         self._publisher = rospy.Publisher(GHOST_TOPIC, MarkerArray, queue_size=2, latch=True)
         self._publisher.publish(nothing())
-        self._service = rospy.Service('~show', ShowGhost, self._on_show)
+        self._follower: Optional[LiveFollower] = None
+        self._is_visible = True
+        self._services = (rospy.Service('~show', ShowGhost, self._on_show),
+                          rospy.Service('~follow', FollowGhost, self._on_follow))
         self._timer = rospy.Timer(rospy.Duration(1.0 / RATE_HZ), self._draw, reset=True)
 
     def _on_show(self, request: ShowGhostRequest) -> ShowGhostResponse:
         try:
-            robots = tuple(ghost_robot(it) for it in request.robots)
+            robots = tuple(ghost_robot(it, recorded_joints(it)) for it in request.robots)
             arrows = tuple(ghost_arrow(it) for it in request.arrows)
         except ValueError as error:
             return ShowGhostResponse(False, str(error))
+        self._take(robots, arrows, None, True)
+        return ShowGhostResponse(True, '')
+
+    def _on_follow(self, request: FollowGhostRequest) -> FollowGhostResponse:
+        joints = {it.device: LiveJoints(it.device) for it in request.robots}
+        span = Span(request.begin, request.end) if request.begin and request.end else None
+        try:
+            robots = tuple(ghost_robot(it, joints[it.device]) for it in request.robots)
+            follower = LiveFollower(robots, joints, request.events, span) if robots else None
+        except ValueError as error:
+            for it in joints.values():
+                it.close()
+            return FollowGhostResponse(False, str(error))
+        self._take(robots, (), follower, request.visible)
+        return FollowGhostResponse(True, '')
+
+    def _take(self, robots: Tuple[GhostRobot, ...], arrows: Tuple[GhostArrow, ...],
+              follower: Optional[LiveFollower], is_visible: bool) -> None:
         with self._lock:
+            before, self._follower, self._is_visible = self._follower, follower, is_visible
             self._robots, self._arrows, self._drawn = robots, arrows, (None, -1.0)
             self._publish(nothing())
-        return ShowGhostResponse(True, '')
+        if before is not None:
+            before.close()
 
     def _draw(self, _event: object) -> None:
         with self._lock:
             if self._robots or self._arrows:
-                self._draw_at(self._position_s(), rospy.get_time())
+                now_s = rospy.get_time()
+                follower = self._follower
+                time_s = self._position_s(now_s) if follower is None else follower.time_s(now_s)
+                self._draw_at(time_s if self._is_visible else None, now_s)
 
-    def _position_s(self) -> Optional[float]:
+    def _position_s(self, now_s: float) -> Optional[float]:
         """The position in the recording; None without a player."""
-        now_s, clock = rospy.get_time(), self._playback.clock
+        clock = self._playback.clock
         present = clock.present(now_s) if clock.follows_player(now_s) else None
         return None if present is None else present.time_s
 
@@ -86,7 +122,18 @@ def nothing() -> MarkerArray:
     return MarkerArray([Marker(action=Marker.DELETEALL)])
 
 
-def ghost_robot(message: GhostRobotMessage) -> GhostRobot:
+def recorded_joints(message: GhostRobotMessage) -> Optional[Joints]:
+    """Return the joints of the run that is played; None if there are none.
+
+    Raises:
+        ValueError: the numbers do not fit; the text names the device.
+    """
+    return _named(message.device, lambda: joint_track(
+        tuple(message.joints), np.array(message.times), np.array(message.here))) \
+        if message.here else None
+
+
+def ghost_robot(message: GhostRobotMessage, here: Optional[Joints]) -> GhostRobot:
     """Return a robot out of a message, with the model that is on the parameter server.
 
     Raises:
@@ -97,11 +144,13 @@ def ghost_robot(message: GhostRobotMessage) -> GhostRobot:
     if not isinstance(urdf, str):
         raise ValueError(f'{device}: there is no parameter /{device}/robot_description; launch '
                          'the device first')
+    return _named(device, lambda: GhostRobot(device, urdf, message.tool, joint_track(
+        tuple(message.joints), np.array(message.times), np.array(message.there)), here))
+
+
+def _named(device: str, make: Callable[[], Any]) -> Any:
     try:
-        joints, times_s = tuple(message.joints), np.array(message.times)
-        there = joint_track(joints, times_s, np.array(message.there))
-        here = joint_track(joints, times_s, np.array(message.here)) if message.here else None
-        return GhostRobot(device, urdf, message.tool, there, here)
+        return make()
     except ValueError as error:
         raise ValueError(f'{device}: {error}') from None
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import List, Mapping, NamedTuple, Optional, Sequence
+from typing import Dict, List, Mapping, NamedTuple, Optional, Protocol, Sequence
 
 from geometry_msgs.msg import Point, Pose, Quaternion
 from visualization_msgs.msg import Marker
@@ -38,11 +38,18 @@ class Deviation(NamedTuple):
         return math.hypot(*self.vector)
 
 
+class Joints(Protocol):
+    """Joints over time."""
+
+    def at(self, time_s: float) -> Optional[Dict[str, float]]:
+        """Return the positions [rad or m] by joint; None where they are not known."""
+
+
 class GhostRobot:
     """Makes the markers of a robot at a time of the recording."""
 
     def __init__(self, device: str, urdf: str, tool: str, there: JointTrack,
-                 here: Optional[JointTrack]) -> None:
+                 here: Optional[Joints]) -> None:
         """Take the model, and the joints of the other run and of this one.
 
         Raises:
@@ -65,7 +72,8 @@ class GhostRobot:
 
     def deviation(self, time_s: float) -> Optional[Deviation]:
         """Return how far the tool is from where it was in the other run; None if not known."""
-        there, here = self._place(self._there, time_s), self._place(self._here, time_s)
+        there = self.tool(time_s)
+        here = None if self._here is None else self.tool_at(self._here.at(time_s))
         if there is None or here is None:
             return None
         x, y, z = (b - a for a, b in zip(there.position, here.position))
@@ -73,7 +81,12 @@ class GhostRobot:
 
     def tool(self, time_s: float) -> Optional[Placement]:
         """Return where the tool is in the other run, in the root link; None if not known."""
-        return self._place(self._there, time_s)
+        return self.tool_at(self._there.at(time_s))
+
+    @property
+    def end_s(self) -> float:
+        """The last time at which the other run has joints."""
+        return float(self._there.times_s[-1]) if len(self._there.times_s) else 0.0
 
     def has_link(self, name: str) -> bool:
         """Whether a frame is one of its links."""
@@ -85,8 +98,8 @@ class GhostRobot:
         return None if positions is None else self._kinematics.placement(
             name, self.root, positions)
 
-    def _place(self, track: Optional[JointTrack], time_s: float) -> Optional[Placement]:
-        positions = None if track is None else track.at(time_s)
+    def tool_at(self, positions: Optional[Mapping[str, float]]) -> Optional[Placement]:
+        """Return where the tool is in the root link with the joints [rad or m] at positions."""
         if positions is None or not self._tool:
             return None
         return self._kinematics.placement(self._tool, self.root, positions)

@@ -46,8 +46,36 @@ def ghost_tracks(cell: Cell, reference: Run,
     return tuple(it for it in found if it is not None)
 
 
-def _track(device: Device, reference: Run,
-           comparisons: Sequence[Comparison]) -> Optional[GhostTrack]:
+def reference_tracks(cell: Cell, reference: Run) -> Tuple[GhostTrack, ...]:
+    """Return the same over the time of the reference itself, without any other run."""
+    found = [_robot(device, reference) for device in cell.devices
+             if device.type is DeviceType.ROBOT]
+    return tuple(it.track(times_s, it.positions(times_s), np.empty((0, len(it.joints))))
+                 for it in found if it is not None
+                 for times_s in [_times_s(it.channels, 1)])
+
+
+class _Robot(NamedTuple):
+    """A robot's joints in the reference; ``offsets`` [rad or m] lead to those of its model."""
+
+    device: str
+    tool: str
+    joints: Tuple[str, ...]
+    channels: Tuple[Channel, ...]
+    offsets: np.ndarray
+
+    def positions(self, times_s: np.ndarray) -> np.ndarray:
+        """The joints (n, k) as recorded, at times [s] of the reference (n,)."""
+        return np.stack([_at(channel, times_s) for channel in self.channels], axis=1)
+
+    def track(self, times_s: np.ndarray, there: np.ndarray, here: np.ndarray) -> GhostTrack:
+        """Return a track out of joints as recorded."""
+        return GhostTrack(self.device, self.tool,
+                          JointTrack(self.joints, times_s, there + self.offsets),
+                          here + self.offsets)
+
+
+def _robot(device: Device, reference: Run) -> Optional[_Robot]:
     description = _description(device)
     if description is None:
         return None
@@ -56,16 +84,24 @@ def _track(device: Device, reference: Run,
                 for joint in matching.joints}
     known = {joint: channel for joint, channel in channels.items()
              if channel is not None and len(channel.times_s)}
-    if not known or not comparisons:
+    if not known:
         return None
     offsets = np.array([matching.offset(joint) for joint in known])
-    times_s = _times_s(list(known.values()), len(comparisons))
-    parts = [_part(list(known.values()), times_s, it) for it in _in_order(comparisons)]
+    return _Robot(device.name, _tool(device, description), tuple(known), tuple(known.values()),
+                  offsets)
+
+
+def _track(device: Device, reference: Run,
+           comparisons: Sequence[Comparison]) -> Optional[GhostTrack]:
+    robot = _robot(device, reference)
+    if robot is None or not comparisons:
+        return None
+    times_s = _times_s(robot.channels, len(comparisons))
+    parts = [_part(robot, times_s, it) for it in _in_order(comparisons)]
     columns = [np.concatenate(column) for column in zip(*parts)]
     rising = columns[0] >= np.maximum.accumulate(columns[0])  # where runs overlap, the first one
     times_s, there, here = (column[rising] for column in columns)
-    return GhostTrack(device.name, _tool(device, description),
-                      JointTrack(tuple(known), times_s, there + offsets), here + offsets)
+    return robot.track(times_s, there, here)
 
 
 def _in_order(comparisons: Sequence[Comparison]) -> List[Comparison]:
@@ -78,8 +114,8 @@ def _times_s(channels: Sequence[Channel], runs: int) -> np.ndarray:
     return times_s[::max(1, math.ceil(len(times_s) * runs / _MOST_ROWS))]
 
 
-def _part(channels: Sequence[Channel], reference_s: np.ndarray,
-          comparison: Comparison) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _part(robot: _Robot, reference_s: np.ndarray, comparison: Comparison
+          ) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Times [s] of the recording (n,), and joints (n, k) of the reference and of the run.
 
     The last row ends the run.
@@ -88,9 +124,9 @@ def _part(channels: Sequence[Channel], reference_s: np.ndarray,
     run_s = comparison.alignment.time_map.to_run(reference_s)
     inside = (run_s >= 0.0) & (run_s <= run.duration_s)
     reference_s, run_s = reference_s[inside], run_s[inside]
-    there = np.stack([_at(channel, reference_s) for channel in channels], axis=1)
-    here = np.stack([_at(run.by_key.get(channel.key), run_s) for channel in channels], axis=1)
-    gap = np.full((1, len(channels)), np.nan)
+    there = robot.positions(reference_s)
+    here = np.stack([_at(run.by_key.get(channel.key), run_s) for channel in robot.channels], axis=1)
+    gap = np.full((1, len(robot.channels)), np.nan)
     end_s = np.append(run_s, run_s[-1] if len(run_s) else 0.0)
     return run.begin_s + end_s, np.concatenate((there, gap)), np.concatenate((here, gap))
 

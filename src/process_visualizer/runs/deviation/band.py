@@ -212,6 +212,13 @@ def tolerance_band(good: Sequence[Columns], relative: float = RELATIVE_TOLERANCE
     return Band(found, len(good))
 
 
+def widened(band: SignalBand) -> SignalBand:
+    """Return the band of 0.1 s before to 0.1 s later, for what is known no better in time."""
+    low = -_greatest_around(band.half_width - band.middle)
+    high = _greatest_around(band.middle + band.half_width)
+    return SignalBand(0.5 * (low + high), 0.5 * (high - low))
+
+
 def _greatest_around(values: np.ndarray) -> np.ndarray:
     """The greatest value (t,) within the tolerance of time; NaN where the value itself is."""
     known = np.isfinite(values)

@@ -11,6 +11,8 @@ from process_visualizer.runs.deviation.onset import onset
 from process_visualizer.runs.deviation.signals import NOISE_SUFFIX, Signal, SignalKind
 
 _SHORTEST_ROWS = 3
+_BACK_ROWS = 10
+"""What is inside for fewer rows is not back; longer stretches outside need more."""
 _SAME_TIME_S = 0.25
 _ONE_EVENT_S = 1.0
 _FAINT, _FAINT_SHARE = 1.5, 0.5
@@ -66,6 +68,16 @@ def outside(values: np.ndarray, limits: SignalBand) -> np.ndarray:
     return result
 
 
+def outside_since(is_outside: np.ndarray) -> Optional[int]:
+    """Return since which row (of t) values are outside, at the last one; None if they are not.
+
+    Here, too, what swings back for a moment is not back.
+    """
+    spans, count = _spans(is_outside), len(is_outside)
+    return next((begin for begin, end in (_for_good(spans, it, count) for it in spans)
+                 if end > count - _BACK_ROWS), None)
+
+
 def _departure(times_s: np.ndarray, signal: Signal, values: np.ndarray,
                limits: SignalBand) -> Optional[Departure]:
     deviation = values - limits.middle
@@ -94,7 +106,7 @@ def _for_good(spans: Sequence[Tuple[int, int]], first: Tuple[int, int],
     """The stretch with those that follow it closely: what swings back for a moment is not back."""
     begin, end = first
     for other in spans:
-        if end <= other[0] <= end + max(end - begin, 10):
+        if end <= other[0] <= end + max(end - begin, _BACK_ROWS):
             end = other[1]
     return begin, min(end, count)
 

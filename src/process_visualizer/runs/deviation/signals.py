@@ -14,7 +14,8 @@ from process_visualizer.runs.moving_window import moving_mean, roughness
 from process_visualizer.runs.run import Channel, ChannelKind, Run, ToolMotion
 
 RATE_HZ = 50.0
-_MEAN_S = 0.1
+MEAN_ROWS = int(0.1 * RATE_HZ)
+"""Each value is the mean of so many."""
 _LOST_WITHIN_S = 0.5
 _LONGEST_GAP_S = 0.5
 TIMING_LABEL, SLOWER_LABEL, NOISE_SUFFIX = 'time lost', 'slower by', ' noise'
@@ -103,12 +104,8 @@ def _places(reference: ToolMotion, run: ToolMotion, times_s: np.ndarray,
     difference = _at(run_s, run.times_s, run.positions) - mine
     axes = path_axes(mine, RATE_HZ)
     parts = np.einsum('tij,tj->ti', axes, difference)
-    return {Signal(reference.device, label, 'm', SignalKind.PLACE): moving_mean(part, _mean_rows())
+    return {Signal(reference.device, label, 'm', SignalKind.PLACE): moving_mean(part, MEAN_ROWS)
             for label, part in zip(('tool along', 'tool sideways', 'tool up'), parts.T)}
-
-
-def _mean_rows() -> int:
-    return int(_MEAN_S * RATE_HZ)
 
 
 def _at(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -122,7 +119,7 @@ def _at(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray) -> np.ndar
 def _channel(reference: Channel, run: Channel, run_s: np.ndarray) -> Columns:
     finite = np.isfinite(run.values)
     times_s, values = run.times_s[finite], run.values[finite]
-    value = moving_mean(_at(run_s, times_s, values[:, np.newaxis])[:, 0], _mean_rows())
+    value = moving_mean(_at(run_s, times_s, values[:, np.newaxis])[:, 0], MEAN_ROWS)
     signal = Signal(reference.device, reference.label, reference.unit, _KINDS[reference.kind],
                     reference.tolerance)
     if reference.kind.is_motion:

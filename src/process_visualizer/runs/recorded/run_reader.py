@@ -32,7 +32,6 @@ from process_visualizer.runs.run import (
 _KINDS: Dict[Quantity, ChannelKind] = {
     Quantity.SPEED: ChannelKind.SPEED, Quantity.FORCE: ChannelKind.FORCE,
     Quantity.NUMBER: ChannelKind.VARIABLE, Quantity.JOINT: ChannelKind.JOINT}
-_LABELS = {Quantity.SPEED: 'tool speed', Quantity.FORCE: 'tool force'}
 _COLOR = (0.5, 0.5, 0.5)
 
 
@@ -85,7 +84,7 @@ def _channel(samples: Samples) -> Channel:
         times_s, values = (samples.times_s, samples.values[:, -1]) \
             if source.quantity is Quantity.JOINT else sampled(samples)
     order = np.argsort(times_s, kind='stable')
-    return Channel(source.device, _LABELS.get(source.quantity, source.label), source.unit,
+    return Channel(source.device, source.channel_label, source.unit,
                    _KINDS[source.quantity], times_s[order], values[order], source.tolerance)
 
 

@@ -14,6 +14,7 @@ from process_visualizer.gui.models.cell.launch_model import LaunchModel, Phase
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot
 from process_visualizer.health.alarm_board import Action, Alarm, AlarmBoard, Condition, Event
 from process_visualizer.health.alarm_conditions import (
+    departure_conditions,
     limit_conditions,
     loss_conditions,
     part_conditions,
@@ -21,6 +22,7 @@ from process_visualizer.health.alarm_conditions import (
     topic_conditions,
 )
 
+Departed = Sequence[Tuple[str, str, str, float]]
 RecordedAlarms = Sequence[Tuple[str, str, float, float]]
 
 
@@ -40,6 +42,7 @@ class AlarmsModel(QObject):
         self._wall_s, self._clock_s = wall_s, clock_s
         self._board = AlarmBoard()
         self._losses: List[Condition] = []
+        self._departed: Departed = ()
         self._recorded: RecordedAlarms = ()
         self._position_s = 0.0
         states.changed.connect(self.look)
@@ -81,6 +84,12 @@ class AlarmsModel(QObject):
         self._losses = loss_conditions(recorder.phase == 'recording', recorder.dropped,
                                        recorder.lost)
         self.look()
+
+    def set_departed(self, departed: Departed) -> None:
+        """Set what is out of the band of good runs: see departure_conditions."""
+        if tuple(departed) != self._departed:
+            self._departed = tuple(departed)
+            self.look()
 
     def set_recorded(self, alarms: RecordedAlarms) -> None:
         """Set the alarms of the recording that is open."""
@@ -129,4 +138,4 @@ class AlarmsModel(QObject):
         epoch_s = self._wall_s() - self._clock_s()
         for device in running.devices:
             found += limit_conditions(device.name, self._states.warnings(device.name), epoch_s)
-        return found + self._losses
+        return found + departure_conditions(self._departed) + self._losses

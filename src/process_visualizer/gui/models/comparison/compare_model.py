@@ -64,6 +64,11 @@ class CompareModel(QObject):
         return self._recording
 
     @property
+    def paths(self) -> Tuple[str, ...]:
+        """The recordings whose runs can be found: the one that is open, and those added."""
+        return (*self._recording, *self._added)
+
+    @property
     def runs(self) -> Tuple[ListedRun, ...]:
         """The runs that were found, in the order of the recordings."""
         return self._runs
@@ -125,7 +130,7 @@ class CompareModel(QObject):
 
     def add(self, path: str) -> None:
         """Find the runs of a further recording too."""
-        if path not in (*self._recording, *self._added):
+        if path not in self.paths:
             self._added += (path,)
             self.find_runs()
 
@@ -135,10 +140,10 @@ class CompareModel(QObject):
 
         def found(progress: Progress) -> Tuple[ListedRun, ...]:
             chosen = ChosenRuns(cell, progress.is_cancelled)
-            runs = [*chosen.of_recording(recording), *chosen.runs(added)]
+            runs = [*(chosen.of_recording(recording) if recording else ()), *chosen.runs(added)]
             return tuple(ListedRun(run.recording[0], run) for run in runs)
 
-        if recording:
+        if recording or added:
             self._begin('Reading the recordings…', found, self._take_runs)
 
     def set_good(self, number: int, is_good: bool) -> None:

@@ -1,35 +1,52 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whether the reference moves as a ghost beside the robots of the run that is played."""
+"""Whether the reference moves as a ghost beside the robots, recorded or live ones."""
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from typing import Callable, Optional, Sequence, Tuple
+from typing import Callable, Optional, Protocol, Sequence, Tuple
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
+from process_visualizer.cell.model import Mode
 from process_visualizer.clients.ghost_client import GhostError
 from process_visualizer.gui.models.comparison.compare_model import Compared, CompareModel
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.runs.comparison.ghost_arrows import GhostArrow, ghost_arrows
 from process_visualizer.runs.comparison.ghost_tracks import GhostTrack, ghost_tracks
+from process_visualizer.runs.comparison.live_reference import LiveReference, live_reference
 
 LINE = 'ghost'
+_NO_ROBOT = ('The live run is not compared: {} has no robot that can be followed. That takes its '
+             'recorded joints, and a model in the configuration.')
+
+
+class Follow(Protocol):
+    """Follows live robots beside a reference, which is drawn or not; may block."""
+
+    def __call__(self, reference: LiveReference, is_visible: bool) -> None:
+        """Without tracks nothing is followed any longer."""
 
 
 class GhostModel(QObject):
-    """Shows what was compared last, as long as it is wanted and the player runs."""
+    """Shows what was compared last, as long as it is wanted and the node that draws runs.
+
+    Live robots are followed whether or not their reference is to be seen: their moment in it is
+    what the live values are judged by.
+    """
 
     changed = pyqtSignal()
     failed = pyqtSignal(str)
 
     def __init__(self, tasks: Tasks, compare: CompareModel,
                  show: Callable[[Sequence[GhostTrack], Sequence[GhostArrow]], None],
+                 follow: Follow,
                  parent: Optional[QObject] = None) -> None:
         """``show`` shows tracks and arrows, or hides the ghost if there are none; it may block."""
         super().__init__(parent)
-        self._tasks, self._compare, self._show = tasks, compare, show
-        self._is_running, self._is_wanted = False, True
-        self._shown: Optional[Compared] = None
+        self._tasks, self._compare, self._show, self._follow_live = tasks, compare, show, follow
+        self._mode: Optional[Mode] = None
+        self._is_wanted = True
+        self._shown: Tuple[Optional[Compared], bool] = (None, True)
         compare.changed.connect(self._follow)
 
     @property
@@ -43,23 +60,27 @@ class GhostModel(QObject):
         self._follow()
         self.changed.emit()
 
-    def set_running(self, is_running: bool) -> None:
-        """Tell whether the player runs, and with it the node that draws."""
-        if not is_running:
-            self._shown = None  # the node ends, too, and what it draws
-        self._is_running = is_running
+    def set_running(self, mode: Optional[Mode]) -> None:
+        """Tell in which mode the node that draws runs, beside the player if there is one."""
+        if mode is not self._mode:
+            self._shown = (None, True)  # the node has ended, too, and what it drew
+        self._mode = mode
         self._follow()
 
     def _follow(self) -> None:
-        wanted = self._compare.compared if self._is_wanted and self._is_running else None
-        if wanted is self._shown or not self._is_running:
+        wanted = self._compare.compared, self._is_wanted
+        if self._mode is None or _is_same(wanted, self._shown, self._mode):
             return
         self._shown = wanted
-        self._tasks.run(LINE, lambda: self._show(*self._ghost(wanted)), None, self._fail)
+        task = self._show_recorded if self._mode is Mode.PLAYBACK else self._show_live
+        self._tasks.run(LINE, lambda: task(*wanted), None, self._fail)
+
+    def _show_recorded(self, compared: Optional[Compared], is_wanted: bool) -> None:
+        """In the line of tasks."""
+        self._show(*self._ghost(compared if is_wanted else None))
 
     def _ghost(self, compared: Optional[Compared]
                ) -> Tuple[Tuple[GhostTrack, ...], Tuple[GhostArrow, ...]]:
-        """In the line of tasks."""
         cell = self._compare.cell
         if compared is None or cell is None:
             return (), ()
@@ -68,7 +89,26 @@ class GhostModel(QObject):
             tracks, arrows = pool.submit(ghost_tracks, *wanted), pool.submit(ghost_arrows, *wanted)
             return tracks.result(), arrows.result()
 
+    def _show_live(self, compared: Optional[Compared], is_wanted: bool) -> None:
+        """In the line of tasks."""
+        cell, reference = self._compare.cell, LiveReference(())
+        if compared is not None and cell is not None:
+            reference = live_reference(cell, compared.good.reference)
+            if not reference.tracks:
+                raise GhostError(_NO_ROBOT.format(compared.good.reference.name))
+        self._follow_live(reference, is_wanted)
+
     def _fail(self, error: Exception) -> None:
         if not isinstance(error, GhostError):
             raise error
         self.failed.emit(str(error))
+
+
+def _is_same(one: Tuple[Optional[Compared], bool], other: Tuple[Optional[Compared], bool],
+             mode: Mode) -> bool:
+    """Whether the node has to do nothing to come from one to the other."""
+    if one[0] is None and other[0] is None:
+        return True
+    if mode is Mode.PLAYBACK and not one[1] and not other[1]:
+        return True
+    return one[0] is other[0] and one[1] == other[1]

@@ -2,7 +2,7 @@
 """The curves of the running cell, followed in the background."""
 from __future__ import annotations
 
-from typing import Optional, Protocol, Sequence, Tuple
+from typing import List, Optional, Protocol, Sequence, Tuple
 
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
@@ -15,6 +15,7 @@ from process_visualizer.gui.toolkit.tasks import Tasks
 LINE = 'live curves'
 DURATIONS_S = (30.0, 60.0, 120.0, 300.0, 600.0)
 """What can be shown; the recorder's own memory is as long as the first."""
+_JUDGED_S = 30.0
 _PERIOD_MS = 200  # from one look to the next: five pictures a second
 _LONGER_PERIODS = ((600.0, 1000), (120.0, 500))  # where a pixel is that long, more show nothing new
 _RETRY_MS = 1000
@@ -34,6 +35,8 @@ class LiveCurvesModel(QObject):
     """Reads what is new a few times a second, as long as somebody looks and the cell runs."""
 
     changed = pyqtSignal()
+    judged = pyqtSignal(object)
+    """What somebody may judge has come: a LiveWindow of the last half minute, held or not."""
 
     def __init__(self, tasks: Tasks, memory: Memory, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
@@ -41,6 +44,7 @@ class LiveCurvesModel(QObject):
         self._devices: Tuple[Device, ...] = ()
         self._curves = LiveCurves(())  # of the line of tasks
         self._is_running = self._is_shown = self._is_held = self._is_reading = False
+        self._is_judged = False
         self._duration_s = DURATIONS_S[0]
         self._window: Optional[LiveWindow] = None
         self._problem = ''
@@ -92,6 +96,12 @@ class LiveCurvesModel(QObject):
         self._is_shown = is_shown
         self._follow()
 
+    def set_judged(self, is_judged: bool) -> None:
+        """Tell whether the values are judged as they come, also while nobody can see them."""
+        if is_judged != self._is_judged:
+            self._is_judged = is_judged
+            self._follow()
+
     def set_duration(self, duration_s: float) -> None:
         """Show so much of the past, at most LONGEST_S."""
         self._duration_s = duration_s
@@ -114,31 +124,34 @@ class LiveCurvesModel(QObject):
 
     def _follow(self, now: bool = False) -> None:
         """Begin to look, or end."""
-        if not (self._is_running and self._is_shown):
+        if not self._is_wanted:
             self._timer.stop()
         elif not self._is_reading and (now or not self._timer.isActive()):
             self._read()
 
     def _read(self) -> None:
         self._is_reading = True
-        duration_s = self._duration_s
-        self._tasks.run(LINE, lambda: self._looked(duration_s), self._take, self._fail)
+        durations_s = self._duration_s, *((_JUDGED_S,) if self._is_judged else ())
+        self._tasks.run(LINE, lambda: self._looked(durations_s), self._take, self._fail)
 
-    def _looked(self, duration_s: float) -> LiveWindow:
+    def _looked(self, durations_s: Sequence[float]) -> List[LiveWindow]:
         """In the line of tasks."""
         more = True
         while more:
             part, more = self._memory.read(self._curves.topics)
             self._curves.add(part)
-        return self._curves.window(duration_s)
+        return [self._curves.window(it) for it in durations_s]
 
-    def _take(self, window: LiveWindow) -> None:
+    def _take(self, windows: List[LiveWindow]) -> None:
         self._is_reading, self._problem = False, ''
+        window, *judged = windows
+        for it in judged:
+            self.judged.emit(it)
         if not self._is_held:
             self._window = window
             self.changed.emit()
-        self._wait(next((it for least_s, it in _LONGER_PERIODS if window.duration_s >= least_s),
-                        _PERIOD_MS))
+        self._wait(_PERIOD_MS if judged else next(
+            (it for least_s, it in _LONGER_PERIODS if window.duration_s >= least_s), _PERIOD_MS))
 
     def _fail(self, error: Exception) -> None:
         self._is_reading = False
@@ -150,5 +163,9 @@ class LiveCurvesModel(QObject):
         self._wait(_RETRY_MS)
 
     def _wait(self, period_ms: int) -> None:
-        if self._is_running and self._is_shown:
+        if self._is_wanted:
             self._timer.start(period_ms)
+
+    @property
+    def _is_wanted(self) -> bool:
+        return self._is_running and (self._is_shown or self._is_judged)

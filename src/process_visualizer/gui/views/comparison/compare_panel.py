@@ -18,18 +18,22 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
-from process_visualizer.gui.models.comparison.compare_model import Compared, CompareModel
+from process_visualizer.gui.models.comparison.compare_model import Compared, CompareModel, ListedRun
 from process_visualizer.gui.models.comparison.ghost_model import GhostModel
+from process_visualizer.gui.models.comparison.live_comparison_model import LiveComparisonModel
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.theme_following import ThemeFollower, colour
 from process_visualizer.gui.views.parts.layouts import in_column, in_row
 from process_visualizer.runs.comparison.comparison import Comparison
+from process_visualizer.runs.comparison.live_comparison import beyond_text, since_text
 from process_visualizer.runs.comparison.verdict import band_text, verdict
 from process_visualizer.runs.comparison.wording import amount, clock, moment
 from process_visualizer.runs.deviation.departures import Departure
 
 _RUNS_PX, _DEPARTURES_PX = 110, 64
 _EMPTY = 'Open a recording on the tab Playback first.'
+_EMPTY_LIVE = 'Add a recording with good runs: the running cell is held against them.'
+_LAUNCH = 'Launch the devices: they are held against these runs while they run.'
 _FIND = 'Find the runs of the recording, tick those that were good, and compare.'
 _TICK = 'Tick the runs that were good; the first of them is the reference.'
 
@@ -40,11 +44,14 @@ class ComparePanel(QWidget):
     seek_wanted = pyqtSignal(float)
     """The operator wants to see this moment of the open recording [s from its begin]."""
 
-    def __init__(self, model: CompareModel, ghost: GhostModel,
-                 parent: Optional[QWidget] = None) -> None:
+    def __init__(self, model: CompareModel, ghost: GhostModel, live: LiveComparisonModel,
+                 folder: Callable[[], str], parent: Optional[QWidget] = None) -> None:
+        """``folder`` is where recordings are looked for while none is open."""
         super().__init__(parent)
-        self._model = model
+        self._model, self._live, self._folder = model, live, folder
+        self._is_live = False
         self._shown: Optional[Compared] = None
+        self._listed: Sequence[ListedRun] = ()
         self.setObjectName('compare_panel')
         self.state = QLabel()
         self.state.setObjectName('compare_state')
@@ -60,8 +67,8 @@ class ComparePanel(QWidget):
         self.ghost = QCheckBox('Ghost')
         self.ghost.setObjectName('show_ghost')
         self.ghost.setToolTip('In the scene: the reference, translucent, in step with the run\n'
-                              'that is played; at each tool how far it is from there, 20 times\n'
-                              'as long')
+                              'that is played, or that goes on; at each tool how far it is\n'
+                              'from there, 20 times as long')
         self.ghost.setChecked(ghost.is_wanted)
         self.runs = _tree('runs', ('Run', 'Begins', 'Verdict'), _RUNS_PX)
         self.departures = _tree('departures', ('What departed', 'From', 'By how much'),
@@ -78,15 +85,27 @@ class ComparePanel(QWidget):
         self.departures.itemClicked.connect(self._seek)
         self.departures.itemActivated.connect(self._seek)
         model.changed.connect(self._show)
+        live.changed.connect(self._show_live)
         ThemeFollower(self, self._show_runs)
         self._show()
+
+    def set_live(self, is_live: bool) -> None:
+        """Show what is compared in real-time mode, or with the recording that is open."""
+        if is_live != self._is_live:
+            self._is_live = is_live
+            self._show()
+
+    def _show_live(self) -> None:
+        if self._is_live:
+            self.state.setText(self._state())
+            self._show_departures()
 
     def _show(self) -> None:
         model = self._model
         is_busy = bool(model.activity)
         self.state.setText(self._state())
-        self.find.setEnabled(bool(model.recording) and not is_busy)
-        self.add.setEnabled(bool(model.runs) and not is_busy)
+        self.find.setEnabled(bool(model.paths) and not is_busy)
+        self.add.setEnabled((self._is_live or bool(model.runs)) and not is_busy)
         self.compare.setEnabled(bool(model.good) and not is_busy)
         self.cancel.setVisible(is_busy)
         self.ghost.setVisible(model.compared is not None)
@@ -97,24 +116,28 @@ class ComparePanel(QWidget):
         model = self._model
         if model.activity:
             return model.activity
-        if not model.recording:
-            return _EMPTY
+        if not model.paths:
+            return _EMPTY_LIVE if self._is_live else _EMPTY
         if not model.runs:
             return _FIND
-        return _TICK if model.compared is None else _summary(model.compared)
+        if model.compared is None:
+            return _TICK
+        summary = _summary(model.compared)
+        return f'{summary}\n{self._live.text or _LAUNCH}' if self._is_live else summary
 
     def _show_runs(self) -> None:
+        """Show all runs; rows stay as long as their runs do, as one may just be ticked."""
         tree, model = self.runs, self._model
         tree.blockSignals(True)
         row = self._row_to_show()
-        tree.clear()
-        for number, it in enumerate(model.runs):
-            item = QTreeWidgetItem([it.run.name, clock(it.run.begin_s)])
-            item.setToolTip(0, it.path)
+        if self._listed is not model.runs:
+            self._listed = model.runs
+            tree.clear()
+            tree.addTopLevelItems([_run_row(it) for it in model.runs])
+        for number in range(len(model.runs)):
+            item = tree.topLevelItem(number)
             self._show_verdict(item, number)
-            item.setFlags(item.flags() | Qt.ItemIsUserCheckable)
             item.setCheckState(0, Qt.Checked if number in model.good else Qt.Unchecked)
-            tree.addTopLevelItem(item)
         tree.setCurrentItem(tree.topLevelItem(min(row, tree.topLevelItemCount() - 1)))
         tree.scrollToItem(tree.currentItem(), QTreeWidget.PositionAtCenter)
         tree.blockSignals(False)
@@ -136,14 +159,11 @@ class ComparePanel(QWidget):
 
     def _show_verdict(self, item: QTreeWidgetItem, number: int) -> None:
         compared = self._model.compared
-        if compared is None:
-            return
-        found = compared.comparisons[number]
+        found = None if compared is None else compared.comparisons[number]
         is_poor = found is None or bool(found.departures)
-        item.setText(2, _short_verdict(found))
+        item.setText(2, '' if compared is None else _short_verdict(found))
         item.setForeground(2, QColor(theme().bad if is_poor else theme().good))
-        if found is not None:
-            item.setToolTip(2, '\n'.join((verdict(found), *found.notes)))
+        item.setToolTip(2, '' if found is None else '\n'.join((verdict(found), *found.notes)))
 
     @property
     def _row(self) -> int:
@@ -161,22 +181,34 @@ class ComparePanel(QWidget):
         self.departures.clear()
         chosen = self._chosen()
         self.departures.setVisible(chosen is not None)
-        self.reset.setVisible(bool(self._model.anchors(self._row)))
-        if chosen is not None:
+        self.reset.setVisible(not self._is_live and bool(self._model.anchors(self._row)))
+        if self._live.text and self._is_live:
+            self.departures.addTopLevelItems([QTreeWidgetItem(
+                [it.signal.name, since_text(it, self._live.now_s), beyond_text(it)])
+                for it in self._live.departures])
+        elif chosen is not None:
             self.departures.addTopLevelItems([_row(chosen, it) for it in chosen.departures])
 
     def _tick(self, item: QTreeWidgetItem) -> None:
         self._model.set_good(self.runs.indexOfTopLevelItem(item), item.checkState(0) == Qt.Checked)
 
     def _seek(self, item: QTreeWidgetItem) -> None:
-        if self._model.runs[self._row].path in self._model.recording[:1]:
+        if not self._is_live and self._model.runs[self._row].path in self._model.recording[:1]:
             self.seek_wanted.emit(item.data(0, Qt.UserRole))
 
     def _ask_for_recording(self) -> None:
-        path, _ = QFileDialog.getOpenFileName(self, 'Add a recording', self._model.recording[0],
+        beside = self._model.paths[-1] if self._model.paths else self._folder()
+        path, _ = QFileDialog.getOpenFileName(self, 'Add a recording', beside,
                                               'Recordings (*.bag)')
         if path:
             self._model.add(path)
+
+
+def _run_row(listed: ListedRun) -> QTreeWidgetItem:
+    item = QTreeWidgetItem([listed.run.name, clock(listed.run.begin_s)])
+    item.setToolTip(0, listed.path)
+    item.setFlags(item.flags() | Qt.ItemIsUserCheckable)
+    return item
 
 
 def _row(comparison: Comparison, departure: Departure) -> QTreeWidgetItem:

@@ -12,6 +12,7 @@ from PyQt5.QtWidgets import QComboBox, QFrame, QLabel, QToolButton, QVBoxLayout,
 
 from process_visualizer.curves.live.live_curves import LiveCurve, LiveWindow
 from process_visualizer.curves.position_values import Key, key_of
+from process_visualizer.gui.models.comparison.live_comparison_model import LiveComparisonModel
 from process_visualizer.gui.models.playback.lane_choices import LaneChoices
 from process_visualizer.gui.models.recording.live_curves_model import DURATIONS_S, LiveCurvesModel
 from process_visualizer.gui.models.recording.replay_model import ReplayModel
@@ -35,9 +36,10 @@ class LivePanel(QWidget):
     """The scene should show this moment [s] on the recorder's clock."""
 
     def __init__(self, curves: LiveCurvesModel, choices: LaneChoices, replay: ReplayModel,
-                 parent: Optional[QWidget] = None) -> None:
+                 comparison: LiveComparisonModel, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
         self._curves, self._choices, self._replay = curves, choices, replay
+        self._comparison = comparison
         self._lanes: Dict[Key, Lane] = {}
         self.setObjectName('live_panel')
         self.state = QLabel(_IDLE)
@@ -122,7 +124,8 @@ class LivePanel(QWidget):
 
     def _show_window(self, window: LiveWindow) -> None:
         self._lanes = {lane.key: lane for lane in (
-            _lane(curve, window.duration_s) for curve in window.curves)}
+            replace(_lane(curve, window.duration_s), band=self._comparison.band(curve, window))
+            for curve in window.curves)}
         self.timeline.show_lanes(
             window.duration_s, grouped_lanes(self._lanes, self._choices.choice),
             {_key(curve): curve.value for curve in window.curves}, window.marks,

@@ -39,6 +39,7 @@ from process_visualizer.gui.views.playback.timeline_layout import (
 _FEWEST_LANES = 2  # that are visible, if there are so many
 _FONT_PX = 11
 _TICK_PX = 80.0
+_NEWEST_S = 0.5  # so much older than the present the newest moment of the band may be
 
 
 class LiveTimeline(QWidget):
@@ -186,12 +187,15 @@ class LiveTimeline(QWidget):
         """Return a curve's value in the scene, the one at the mouse, and their difference."""
         curve, at_mouse = self.stack.lanes[row].curves[number], None
         value = self._values[curve.key]
+        good = curve.good_at(_newest_share(curve, self._duration_s))
         if self._duration_s > 0.0:
             if self._hover_x is not None:
                 at_mouse = curve.at(1.0 + self.axis.time_s(self._hover_x) / self._duration_s)
             if self._replay_s is not None:
-                value = curve.at(max(1.0 + self._replay_s / self._duration_s, 0.0))
-        return lane_texts(curve, self.stack.pictures.scale(row, number).span, value, at_mouse)
+                share = max(1.0 + self._replay_s / self._duration_s, 0.0)
+                value, good = curve.at(share), curve.good_at(share)
+        return lane_texts(curve, self.stack.pictures.scale(row, number).span, value, at_mouse,
+                          good)
 
     # The mouse
 
@@ -263,6 +267,15 @@ def _beyond(lane: Lane) -> Optional[np.ndarray]:
         if limits.low is not None:
             beyond |= lane.low < limits.low
     return beyond
+
+
+def _newest_share(lane: Lane, duration_s: float) -> float:
+    """Where (0 to 1) the band is known last; it comes a little later than the values."""
+    if lane.band is None or duration_s <= 0.0:
+        return 1.0
+    known = np.flatnonzero(np.isfinite(lane.band.low))
+    newest = (float(known[-1]) + 0.5) / len(lane.low) if len(known) else -np.inf
+    return newest if (1.0 - newest) * duration_s < _NEWEST_S else 1.0
 
 
 def _before_now(time_s: float, decimals: int) -> str:

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The running cell held against good runs: band behind the curves, words, alarms."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import List, Optional
+
+import pytest
+from cycle_bags import BEGIN_S, CYCLE_S, write_bag
+from pytestqt.qtbot import QtBot
+from recent_parts import parts_of
+from test_gui_alarms import NOON_S
+from test_gui_alarms import Stand as AlarmStand
+from test_gui_live import Stand
+
+from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.gui.models.comparison.ghost_model import GhostModel
+from process_visualizer.gui.models.comparison.live_comparison_model import LiveComparisonModel
+from process_visualizer.gui.ros.snapshots import PhaseSnapshot
+from process_visualizer.gui.views.comparison.compare_panel import ComparePanel
+from process_visualizer.runs.run import Run
+
+POOR_FROM_S = CYCLE_S + 3.0
+"""When in the live cell the force jumps: in its second cycle."""
+
+
+class Compared:
+    """A panel whose second cycle is poor, and a good recording to hold it against."""
+
+    def __init__(self, qtbot: QtBot, folder: Path) -> None:
+        self.stand = Stand(qtbot, folder)
+        self.parts = list(parts_of(write_bag(folder, 'poor.bag', poor=1), 1.0))
+        self.stand.compare.set_cell(XmlParser().parse(str(folder / 'cell.xml')))
+        self.stand.compare.add(str(folder / 'a.bag'))
+        self.stand.tasks_of_runs.end_all()
+        self.heard: List[str] = []
+        self.model.changed.connect(lambda: self.heard.append(self.model.text))
+
+    @property
+    def model(self) -> LiveComparisonModel:
+        return self.stand.comparison
+
+    def choose(self, *rows: int) -> Run:
+        for row in rows:
+            self.stand.compare.set_good(row, True)
+        self.stand.compare.compare()
+        self.stand.tasks_of_runs.end_all()
+        return self.stand.compare.runs[0].run
+
+    def run(self, seconds: int, run: Run, says: bool = True, behind_s: Optional[float] = None
+            ) -> None:
+        """Let the cell run, second by second, while the node says which moment it is."""
+        for second in range(seconds):
+            for tenth in range(10 if says else 0):
+                time_s = second + 0.1 * tenth
+                cycle_s = time_s % CYCLE_S - run.begin_s
+                is_in = 0.0 <= cycle_s <= run.duration_s
+                self.model.take_phase(PhaseSnapshot(BEGIN_S + time_s, cycle_s if is_in else None,
+                                                    behind_s))
+            self.stand.come(self.parts[second])
+
+
+@pytest.fixture
+def compared(qtbot: QtBot, tmp_path: Path) -> Compared:
+    return Compared(qtbot, tmp_path)
+
+
+def test_what_is_out_of_the_band_is_said_with_since_when(compared: Compared) -> None:
+    run = compared.choose(0, 1)
+    compared.run(int(CYCLE_S), run, behind_s=0.4)
+    assert compared.model.text == 'Compared with a.bag#1 when a run begins'
+    within = [it for it in compared.heard if it.startswith('Within the band, at 0:')]
+    assert within and within[0].endswith(' of a.bag#1, 0.4 s behind')
+    assert not any('over the band' in it for it in compared.heard)
+    compared.run(int(POOR_FROM_S) + 3, run)
+    text = compared.model.text
+    assert text.startswith('arm tool force +') and ' N over the band since ' in text
+    found, = compared.model.departed
+    assert found[:2] == ('arm', 'tool force') and found[2].endswith('N over the band')
+    assert found[3] == pytest.approx(BEGIN_S + POOR_FROM_S, abs=0.2)
+
+
+def test_it_is_judged_while_nobody_looks_and_while_the_curves_are_held(compared: Compared) -> None:
+    run = compared.choose(0)
+    compared.stand.model.hold(True)
+    compared.stand.panel.hide()
+    compared.run(int(POOR_FROM_S) + 2, run)
+    assert compared.stand.memory.parts == []
+    assert 'over the band' in compared.model.text
+
+
+def test_the_band_is_drawn_behind_the_curves_and_read_beside_the_value(compared: Compared) -> None:
+    run = compared.choose(0, 1)
+    compared.run(6, run)
+    speed, force, _ = compared.stand.timeline.stack.lanes
+    assert force.band is not None and speed.band is not None
+    assert not force.band.departed.any()
+    assert '5.00 N  (good 4.9' in compared.stand.timeline.lane_texts(1).at_position
+    assert not compared.stand.timeline.grab().isNull()
+    compared.stand.compare.set_good(1, False)
+    compared.stand.panel._show()
+    assert compared.stand.timeline.stack.lanes[1].band is None
+    assert compared.model.text == ''
+
+
+def test_a_node_that_says_nothing_is_told(compared: Compared) -> None:
+    run = compared.choose(0)
+    compared.run(3, run, says=False)
+    assert compared.model.text.startswith('Not compared: /ghost does not say which moment')
+    compared.run(4, run)
+    assert compared.model.text.startswith('Within')
+    compared.stand.model.set_running(False)
+    assert compared.model.text == '' and compared.model.departed == []
+
+
+def test_good_runs_of_another_cell_are_told(compared: Compared, tmp_path: Path) -> None:
+    other = tmp_path / 'other'
+    other.mkdir()
+    path = write_bag(other, robot='other_arm')
+    compared.stand.compare.set_cell(None)  # the recording's own configuration, in its bag
+    compared.stand.compare.set_recording([path])
+    compared.stand.compare.find_runs()
+    compared.stand.tasks_of_runs.end_all()
+    run = compared.choose(0)
+    compared.run(3, run)
+    assert compared.model.text.startswith('Within'), 'the machine is the same'
+    without = compared.stand.compare.runs[0].run
+    assert ('arm', 'tool force') not in without.by_key
+    compared.stand.model.set_devices(XmlParser().parse(str(tmp_path / 'cell.xml')).devices[:1])
+    compared.run(3, run)
+    assert compared.model.text.startswith('Not compared: a.bag#1 has none of the variables')
+
+
+def test_nothing_is_compared_without_good_runs(compared: Compared) -> None:
+    compared.stand.come(compared.parts[0])
+    assert compared.model.text == '' and compared.heard == []
+
+
+def test_it_is_an_alarm() -> None:
+    stand = AlarmStand()
+    since_s = NOON_S + 98.0
+    stand.model.set_departed([('arm', 'tool force', '+4.1 N over the band', since_s)])
+    stand.model.set_departed([('arm', 'tool force', '+4.3 N over the band', since_s)])
+    assert [it.condition.text for it in stand.model.alarms] == ['tool force +4.3 N over the band']
+    assert [it.text for it in stand.model.events] == ['arm: tool force +4.1 N over the band']
+    stand.now_s = 103.0
+    stand.model.set_departed([])
+    assert stand.model.alarms == ()
+    assert stand.model.events[-1].text == 'arm: tool force +4.3 N over the band: over after 5.0 s'
+
+
+def test_the_tab_lists_what_is_out_now(compared: Compared) -> None:
+    tasks = compared.stand.tasks_of_runs
+    ghost = GhostModel(tasks, compared.stand.compare,  # type: ignore[arg-type]
+                       lambda _tracks: None, lambda *_what: None)
+    panel = ComparePanel(compared.stand.compare, ghost, compared.model, lambda: '')
+    panel.set_live(True)
+    run = compared.choose(0)
+    compared.run(int(POOR_FROM_S) + 2, run)
+    row = panel.departures.topLevelItem(0)
+    assert row.text(0) == 'arm tool force' and row.text(2).endswith('N over the band')
+    assert row.text(1).startswith('since ')
+    panel.departures.itemClicked.emit(row, 0)
+    compared.stand.model.set_running(False)
+    assert panel.state.text().endswith('they run.')

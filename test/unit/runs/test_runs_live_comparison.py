@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What of a running cell is out of the band now, and since when."""
+from __future__ import annotations
+
+from typing import Optional, Tuple
+
+import numpy as np
+import pytest
+from made_runs import made_run, progress
+
+from process_visualizer.runs.comparison.comparison import GoodRuns
+from process_visualizer.runs.comparison.live_comparison import (
+    LiveComparison,
+    LiveDeparture,
+    beyond_text,
+    departure_text,
+)
+from process_visualizer.runs.deviation.band import SignalBand, widened
+from process_visualizer.runs.deviation.departures import outside_since
+from process_visualizer.runs.deviation.signals import RATE_HZ, Signal, SignalKind
+
+KEY = ('robot', 'tool force')
+FORCE = Signal(*KEY, 'N', SignalKind.FORCE)
+EPOCH_S = 1_700_000_000.0
+START_S = 2.0
+"""When the process of a made run begins."""
+
+
+@pytest.fixture(scope='module')
+def learned() -> LiveComparison:
+    """The band of 40 good runs."""
+    return LiveComparison(GoodRuns(made_run(0), [made_run(seed) for seed in range(1, 41)]))
+
+
+def window(now_s: float, extra_n: float = 0.0, from_s: float = np.inf, until_s: float = np.inf,
+           seed: int = 99, late_s: float = 0.0) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times, forces and moments of the reference of a run that has come to a moment of it [s].
+
+    The phase is found too late by ``late_s``; beyond ``from_s`` there is more force.
+    """
+    reference_s = np.arange(0.0, now_s, 1.0 / RATE_HZ)
+    values = 10.0 * progress(reference_s - START_S)
+    values += 0.05 * np.random.default_rng(seed).standard_normal(len(values))
+    values[(reference_s >= from_s) & (reference_s < until_s)] += extra_n
+    return EPOCH_S + reference_s, values, reference_s - late_s
+
+
+def departure(comparison: LiveComparison, now_s: float, extra_n: float = 0.0,
+              from_s: float = np.inf, until_s: float = np.inf) -> Optional[LiveDeparture]:
+    times_s, values, reference_s = window(now_s, extra_n, from_s, until_s)
+    found = comparison.departures(times_s, {KEY: values}, reference_s)
+    return found[0] if found else None
+
+
+def test_a_good_run_stays_within_even_if_its_moment_is_found_a_little_late(
+        learned: LiveComparison) -> None:
+    alarms = 0
+    for seed in range(100, 120):
+        times_s, values, reference_s = window(12.5, seed=seed, late_s=0.05)
+        alarms += any(learned.departures(times_s[:end], {KEY: values[:end]}, reference_s[:end])
+                      for end in range(50, len(times_s), 10))
+    assert alarms <= 3
+
+
+@pytest.mark.parametrize('extra_n', [3.0, -3.0])
+def test_what_is_out_is_told_with_how_far_and_since_when(learned: LiveComparison,
+                                                         extra_n: float) -> None:
+    found = departure(learned, 8.0, extra_n, from_s=6.0)
+    assert found is not None and found.signal == FORCE
+    assert found.since_s - EPOCH_S == pytest.approx(6.0, abs=0.1)
+    assert 2.0 < abs(found.beyond) < 3.0 and np.sign(found.beyond) == np.sign(extra_n)
+    side = 'over' if extra_n > 0.0 else 'under'
+    assert departure_text(found, EPOCH_S + 8.0) == (
+        f'robot tool force {found.beyond:+.3g} N {side} the band since '
+        f'{EPOCH_S + 8.0 - found.since_s:.1f} s')
+    assert beyond_text(found).endswith(f'N {side} the band')
+
+
+def test_what_is_back_is_told_no_longer_and_a_moment_not_at_all(learned: LiveComparison) -> None:
+    assert departure(learned, 8.0, 3.0, 6.0, until_s=7.5) is None
+    assert departure(learned, 8.0, 3.0, from_s=7.9) is None
+    back = departure(learned, 8.0, 3.0, 6.0, until_s=7.96)
+    assert back is not None, 'it may swing back for a moment'
+
+
+def test_what_has_no_values_or_no_moment_is_not_judged(learned: LiveComparison) -> None:
+    times_s, values, reference_s = window(8.0, 3.0, from_s=6.0)
+    unknown = np.full(len(times_s), np.nan)
+    assert learned.departures(times_s, {KEY: unknown}, reference_s) == ()
+    assert learned.departures(times_s, {KEY: values}, unknown) == ()
+    assert learned.departures(times_s, {('other', 'force'): values}, reference_s) == ()
+    values[-100:] = np.nan  # its last one is two seconds old
+    assert learned.departures(times_s, {KEY: values}, reference_s) == ()
+
+
+def test_a_sparse_channel_is_judged_too(learned: LiveComparison) -> None:
+    times_s, values, reference_s = window(8.0, 3.0, from_s=6.0)
+    values[np.arange(len(values)) % 5 != 0] = np.nan
+    found, = learned.departures(times_s, {KEY: values}, reference_s)
+    assert found.since_s - EPOCH_S == pytest.approx(6.0, abs=0.15)
+
+
+def test_the_run_before_does_not_count(learned: LiveComparison) -> None:
+    before, now = window(13.0, 3.0, from_s=6.0), window(4.0)
+    times_s = EPOCH_S + np.arange(len(before[0]) + len(now[0])) / RATE_HZ
+    joined = [np.concatenate(it) for it in zip(before[1:], now[1:])]
+    assert learned.departures(times_s, {KEY: joined[0]}, joined[1]) == ()
+
+
+def test_the_band_for_the_curve(learned: LiveComparison) -> None:
+    _, values, reference_s = window(8.0, 3.0, from_s=6.0)
+    reference_s[:50] = np.nan
+    band = learned.band(KEY, values, reference_s, 1.0 / RATE_HZ)
+    assert band is not None
+    assert np.isnan(band.low[:50]).all() and (band.high[50:] > band.low[50:]).all()
+    assert band.departed[320:].all() and not band.departed[:290].any()
+    assert learned.band(('other', 'force'), values, reference_s, 0.02) is None
+    assert learned.band(KEY, values, np.full(len(values), np.nan), 0.02) is None
+    assert KEY in learned.keys
+
+
+def test_a_tolerance_of_one_good_run() -> None:
+    comparison = LiveComparison(GoodRuns(made_run(0)))
+    assert departure(comparison, 8.0) is None
+    assert departure(comparison, 8.0, 3.0, from_s=6.0) is not None
+
+
+def test_outside_since() -> None:
+    def since(text: str) -> Optional[int]:
+        return outside_since(np.array([it == '#' for it in text]))
+
+    assert since('') is None and since('..........') is None
+    assert since('....######') == 4
+    assert since('..##......########') == 2, 'it was back for a moment only'
+    assert since('..##...............#####') == 19
+    assert since('....######' + 10 * '.') is None
+    assert since('....######' + 9 * '.') == 4
+
+
+def test_a_widened_band_holds_the_band() -> None:
+    middle = np.sin(np.arange(300) / 20.0)
+    middle[:20] = np.nan
+    wide = widened(SignalBand(middle, np.full(300, 0.1)))
+    with np.errstate(invalid='ignore'):
+        low, high = wide.middle - wide.half_width, wide.middle + wide.half_width
+    assert np.isnan(low[:20]).all()
+    for shift in (-5, 0, 5):
+        moved = np.roll(middle, shift)[30:-10]
+        assert (low[30:-10] <= moved - 0.1 + 1e-9).all()
+        assert (high[30:-10] >= moved + 0.1 - 1e-9).all()
