@@ -318,3 +318,15 @@ def test_another_recording_forgets_the_last_ones_runs(stand: Stand, tmp_path: Pa
     stand.tasks.end_all()
     assert stand.model.runs == ()
     assert stand.panel.find.isEnabled()
+
+
+def test_a_row_that_is_ticked_stays_the_same_row(stand: Stand) -> None:
+    """It is still asked for its state when the models have answered: it must not be gone."""
+    stand.find()
+    stand.tick(0)
+    stand.compare()
+    rows = [stand.panel.runs.topLevelItem(row) for row in range(4)]
+    destroyed: List[Any] = []
+    stand.panel.runs.model().rowsRemoved.connect(lambda *what: destroyed.append(what))
+    stand.tick(1)
+    assert not destroyed and stand.panel.runs.topLevelItem(1) is rows[1]

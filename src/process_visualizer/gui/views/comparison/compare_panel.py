@@ -138,8 +138,10 @@ class ComparePanel(QWidget):
             item = tree.topLevelItem(number)
             self._show_verdict(item, number)
             item.setCheckState(0, Qt.Checked if number in model.good else Qt.Unchecked)
-        tree.setCurrentItem(tree.topLevelItem(min(row, tree.topLevelItemCount() - 1)))
-        tree.scrollToItem(tree.currentItem(), QTreeWidget.PositionAtCenter)
+        chosen = tree.topLevelItem(min(row, tree.topLevelItemCount() - 1))
+        if tree.indexOfTopLevelItem(tree.currentItem()) != tree.indexOfTopLevelItem(chosen):
+            tree.setCurrentItem(chosen)
+            tree.scrollToItem(chosen, QTreeWidget.PositionAtCenter)
         tree.blockSignals(False)
 
     def _row_to_show(self) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Dict, List, Optional, Tuple
 
 from PyQt5.QtCore import QSize, Qt, pyqtSignal
-from PyQt5.QtWidgets import QSizePolicy, QTreeWidget, QTreeWidgetItem, QWidget
+from PyQt5.QtWidgets import QSizePolicy, QTreeWidgetItem, QWidget
 
 from process_visualizer.gui.models.recording.recording_choices import RecordingChoices
 from process_visualizer.gui.models.recording.topic_ticks import TopicHealth, TopicRow
