@@ -104,6 +104,7 @@ void JointProcessor::receive(const Event& event) {
     quiet_ = false;
     coverage_.add(joints.names, *used_);
     held_.emplace();
+    held_->header.stamp = ros::Time::now();  // not when it is sent: it may have to wait
     held_->name = std::move(joints.names);
     held_->position = std::move(joints.positions);
     flush();
@@ -179,7 +180,6 @@ JointPositions JointProcessor::decode(const Event& event) const {
 
 void JointProcessor::flush() {
   if (!held_ || !isDue()) return;
-  held_->header.stamp = ros::Time::now();
   publisher_.publish(*held_);
   held_.reset();
 }
