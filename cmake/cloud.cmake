@@ -27,6 +27,7 @@ add_library(process_visualizer_nodelets
   src/cloud/registered_crop_nodelet.cpp
   src/cloud/roi_filter_nodelet.cpp
   src/cloud/roi_parameters.cpp
+  src/cloud/transform_lookup.cpp
 )
 process_visualizer_compile(process_visualizer_nodelets)
 add_dependencies(process_visualizer_nodelets process_visualizer_generate_messages_cpp)

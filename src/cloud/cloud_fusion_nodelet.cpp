@@ -2,7 +2,6 @@
 #include <nodelet/nodelet.h>
 #include <process_visualizer/PlayerState.h>
 #include <ros/ros.h>
-#include <tf2_eigen/tf2_eigen.h>
 #include <tf2_ros/transform_listener.h>
 
 #include <algorithm>
@@ -21,17 +20,16 @@
 #include "process_visualizer/cloud/fused_clouds.hpp"
 #include "process_visualizer/cloud/fusion_parameters.hpp"
 #include "process_visualizer/cloud/periods.hpp"
+#include "process_visualizer/cloud/transform_lookup.hpp"
 #include "process_visualizer/cloud/voxel_grid.hpp"
-#include "process_visualizer/common/frame_name.hpp"
 
 namespace process_visualizer::cloud {
 namespace {
 
 using sensor_msgs::PointCloud2;
 
-constexpr double kTransformWait = 0.1;  ///< for the pose of a moving sensor at a cloud's stamp, s
-constexpr double kTickPeriod = 0.1;     ///< of looking for silent sensors, s
-constexpr double kStartTime = 10;       ///< for drivers, before missing clouds are a problem, s
+constexpr double kTickPeriod = 0.1;  ///< of looking for silent sensors, s
+constexpr double kStartTime = 10;    ///< for drivers, before missing clouds are a problem, s
 
 double wallTime() { return ros::WallTime::now().toSec(); }
 
@@ -48,7 +46,8 @@ std::string deviceOf(const std::string& name) {
 /// slowest sensor. Each cloud is where its sensor was at its stamp; the joined one has the newest
 /// stamp. A sensor that is silent for `~timeout` s is left out until it sends again, which the log
 /// and /diagnostics say. In playback the clouds of the last position are forgotten when the player
-/// says that it has jumped. The topics are subscribed to only while somebody subscribes to the output.
+/// says that it has jumped. The topics are subscribed to only while somebody subscribes to the
+/// output.
 class CloudFusion : public nodelet::Nodelet {
  private:
   void onInit() override;
@@ -59,7 +58,6 @@ class CloudFusion : public nodelet::Nodelet {
   void follow(const PlayerState& state);
   void take(std::size_t sensor, const PointCloud2::ConstPtr& cloud);
   bool accept(std::size_t sensor, const PointCloud2::ConstPtr& cloud);
-  Eigen::Isometry3d poseOf(const std_msgs::Header& header) const;
   void tick();
   void complainOfSilence();
   void fuse();
@@ -71,7 +69,7 @@ class CloudFusion : public nodelet::Nodelet {
   std::optional<FusedClouds> clouds_;
   std::optional<VoxelGrid> grid_;
   std::optional<Complaints> complaints_;
-  double subscribed_s_ = 0;             ///< on the data clock
+  double subscribed_s_ = 0;              ///< on the data clock
   std::optional<double> waits_since_s_;  ///< wall time since which a new cloud waits for others
   tf2_ros::Buffer tf_buffer_;
   std::unique_ptr<tf2_ros::TransformListener> tf_listener_;
@@ -144,7 +142,8 @@ bool CloudFusion::accept(std::size_t sensor, const PointCloud2::ConstPtr& cloud)
   const std::string& topic = parameters_.topics[sensor];
   try {
     checkedOffsets(*cloud);
-    clouds_->take(sensor, {cloud, poseOf(cloud->header)}, now());
+    clouds_->take(sensor, {cloud, transformInto(parameters_.frame, cloud->header, tf_buffer_)},
+                  now());
     return true;
   } catch (const tf2::TransformException& error) {
     complaints_->add(topic, "no transform for the clouds on " + topic + ": " + error.what());
@@ -152,12 +151,6 @@ bool CloudFusion::accept(std::size_t sensor, const PointCloud2::ConstPtr& cloud)
     complaints_->add(topic, "an unusable cloud on " + topic + ": " + error.what());
   }
   return false;
-}
-
-Eigen::Isometry3d CloudFusion::poseOf(const std_msgs::Header& header) const {
-  return tf2::transformToEigen(
-      tf_buffer_.lookupTransform(parameters_.frame, withoutLeadingSlash(header.frame_id),
-                                 header.stamp, ros::Duration(kTransformWait)));
 }
 
 void CloudFusion::tick() {

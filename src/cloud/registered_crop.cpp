@@ -55,7 +55,8 @@ class ColorPlaces {
     return color_.data.data() + nearest(depth_row) * color_.step;
   }
 
-  ColoredPoint point(const Eigen::Vector3f& position, const std::uint8_t* row, std::size_t column) const {
+  ColoredPoint point(const Eigen::Vector3f& position, const std::uint8_t* row,
+                     std::size_t column) const {
     const std::uint8_t* pixel = row + columns_[column];
     return makePoint(position, pixel[layout_.red], pixel[layout_.green], pixel[layout_.blue]);
   }

@@ -79,8 +79,8 @@ VoxelGrid::Cube& VoxelGrid::cubeAt(std::uint64_t key) {
   return cubes_[slots_[slot] - 1];
 }
 
-/// Where the cube is in the table, or the free slot for it. Neighbours lie far apart: a product with
-/// the golden ratio scatters them (Knuth, The Art of Computer Programming 3, 6.4).
+/// Where the cube is in the table, or the free slot for it. Neighbours lie far apart: a product
+/// with the golden ratio scatters them (Knuth, The Art of Computer Programming 3, 6.4).
 std::size_t VoxelGrid::slotOf(std::uint64_t key) const {
   constexpr std::uint64_t kGoldenRatio = 0x9E3779B97F4A7C15;
   constexpr int kUpperHalf = 32;
@@ -100,10 +100,9 @@ PointCloud2 VoxelGrid::cloud(const std_msgs::Header& header) const {
   std::vector<std::uint8_t> points(cubes_.size() * sizeof(ColoredPoint));
   std::uint8_t* place = points.data();
   for (const Cube& cube : cubes_) {
-    const ColoredPoint point =
-        makePoint(cube.position_sum / static_cast<float>(cube.count),
-                  mean(cube.red_sum, cube.count), mean(cube.green_sum, cube.count),
-                  mean(cube.blue_sum, cube.count));
+    const ColoredPoint point = makePoint(
+        cube.position_sum / static_cast<float>(cube.count), mean(cube.red_sum, cube.count),
+        mean(cube.green_sum, cube.count), mean(cube.blue_sum, cube.count));
     std::memcpy(place, &point, sizeof(point));
     place += sizeof(point);
   }

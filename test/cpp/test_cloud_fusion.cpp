@@ -110,8 +110,7 @@ TEST(VoxelGrid, KeepsTheMeansThatBruteForceFinds) {
     });
     ASSERT_NE(match, found.end());
     EXPECT_NEAR(match->color[0], blue / points.size(), 0.5);
-    EXPECT_EQ((std::array<int, 2>{match->color[1], match->color[2]}),
-              (std::array<int, 2>{7, 200}));
+    EXPECT_EQ((std::array<int, 2>{match->color[1], match->color[2]}), (std::array<int, 2>{7, 200}));
   }
 }
 

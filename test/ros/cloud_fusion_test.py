@@ -20,7 +20,7 @@ OUTPUT = '/cloud/fusion/output'
 LEFT, RIGHT = '/left/points', '/right/points'
 Point = Tuple[float, float, float]
 Points = Set[Point]
-LEFT_POINT, RIGHT_POINT = (0.002, 0.002, 0.002), (0.002, 0.102, 0.002)  # m, in their sensors' frames
+LEFT_POINT, RIGHT_POINT = (0.002, 0.002, 0.002), (0.002, 0.102, 0.002)  # in their frames, m
 JOINED_LEFT, JOINED_RIGHT = (1.0, 0.0, 0.0), (-1.0, 0.1, 0.0)
 BOTH = {JOINED_LEFT, JOINED_RIGHT}
 
@@ -106,8 +106,8 @@ class CloudFusionTest(unittest.TestCase):
 
         with Listener(OUTPUT, PointCloud2) as output, \
                 Listener('/diagnostics', DiagnosticArray) as diagnostics:
-            for publish, word in ((no_coordinates, "'x'"), (nowhere, 'nowhere')):
-                wait_until(lambda: word in _problems(diagnostics).get(RIGHT, ''), word, publish)
+            wait_until(lambda: "'x'" in _problems(diagnostics).get(RIGHT, ''), 'x', no_coordinates)
+            wait_until(lambda: 'nowhere' in _problems(diagnostics).get(RIGHT, ''), 'tf', nowhere)
             self.wait_for(output, BOTH, self.send)
 
     def test_says_which_parameter_is_wrong_until_it_is_right(self) -> None:

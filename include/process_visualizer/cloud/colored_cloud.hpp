@@ -17,8 +17,8 @@ struct ColoredPoint {
 };
 static_assert(sizeof(ColoredPoint) == 32, "PointCloud2Modifier lays out x, y, z, rgb in 32 bytes");
 
-inline ColoredPoint makePoint(const Eigen::Vector3f& position, std::uint8_t red,
-                              std::uint8_t green, std::uint8_t blue) {
+inline ColoredPoint makePoint(const Eigen::Vector3f& position, std::uint8_t red, std::uint8_t green,
+                              std::uint8_t blue) {
   constexpr std::uint8_t kOpaque = 255;
   return {position.x(), position.y(), position.z(), 0, blue, green, red, kOpaque, {}};
 }

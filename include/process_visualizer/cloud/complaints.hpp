@@ -11,8 +11,8 @@
 
 namespace process_visualizer::cloud {
 
-/// The problems of a nodelet, by what they are about: in its log when they begin and repeatedly, and
-/// on /diagnostics for as long as they last. Not for several threads at once.
+/// The problems of a nodelet, by what they are about: in its log when they begin and repeatedly,
+/// and on /diagnostics for as long as they last. Not for several threads at once.
 class Complaints {
  public:
   /// \param name    the nodelet's

@@ -8,8 +8,8 @@
 #include <optional>
 #include <string>
 
-#include "process_visualizer/common/raw_message.hpp"
 #include "process_visualizer/common/complaint.hpp"
+#include "process_visualizer/common/raw_message.hpp"
 #include "process_visualizer/joints/joint_coverage.hpp"
 #include "process_visualizer/joints/joint_matching.hpp"
 #include "process_visualizer/joints/time_watch.hpp"

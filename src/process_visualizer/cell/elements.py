@@ -179,7 +179,7 @@ _STRUCTURE: Dict[str, Tag] = {
          'xyz': _optional('vector', 'centre of the box in m', '0 0 0'),
          'size': _required('size', 'edge lengths of the box in m')}),
     'fusion': Tag(
-        'Makes the device the joined clouds of others, in the global frame; they keep their colours.',
+        'Makes the device the joined clouds of others, in the global frame, with their colours.',
         {'sensors': _required('names', 'the names of the depth sensors, separated by spaces'),
          'voxel': _optional('positive', 'edge in m of the cubes of which each keeps one point',
                             '0.005'),

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The depth data processor (thesis section 5.4): a depth sensor's clouds with stamps of today.
 
-RViz discards old data, such as the clouds of a foreign recording. Stamps that are of today are kept,
-so that RViz draws a cloud where its frame was when the cloud was taken. The clouds pass through
-as the received bytes; only their header is rewritten.
+RViz discards old data, such as the clouds of a foreign recording. Stamps that are of today are
+kept, so that RViz draws a cloud where its frame was when the cloud was taken. The clouds pass
+through as the received bytes; only their header is rewritten.
 """
 from __future__ import annotations
 

@@ -83,11 +83,12 @@ LOAD = ('<node pkg="nodelet" type="nodelet" name="{}" '
 
 
 def joined(parse: Parse, tmp_path: Path, first: str, second: str) -> 'Dict[str, str]':
-    """The arguments of nodelets of two sensors with these nodes, and of the fusion of their clouds."""
+    """The arguments of the nodelets of two sensors, and of the fusion of their clouds."""
     device = ('<device type="depth_sensor" name="{0}"><topic name="{0}_c" type="pointcloud"/>'
               '<roi size="1 1 1"/>{1}</device>')
     cell = parse(device.format('left', first) + device.format('right', second)
-                 + '<device type="depth_sensor" name="both"><fusion sensors="left right"/></device>')
+                 + '<device type="depth_sensor" name="both"><fusion sensors="left right"/>'
+                 '</device>')
     plan = generate(Choice(cell, Mode.REALTIME, cell.devices, RvizStart.NONE))
     return {node.namespace + node.name: ' '.join([node.args, 'respawn'] if node.respawn
                                                  else [node.args])

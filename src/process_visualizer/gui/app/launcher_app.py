@@ -12,6 +12,7 @@ from PyQt5.QtWidgets import (
     QInputDialog,
     QLabel,
     QMainWindow,
+    QSizePolicy,
     QStackedWidget,
     QVBoxLayout,
     QWidget,
@@ -39,6 +40,7 @@ from process_visualizer.gui.views.cell.log_view import LogView
 from process_visualizer.gui.views.cell.made_notice import MadeNotice
 from process_visualizer.gui.views.cell.mixture_notice import MixtureNotice
 from process_visualizer.gui.views.cell.new_configuration_view import NewConfigurationView
+from process_visualizer.gui.views.cell.region_panel import RegionPanel
 from process_visualizer.gui.views.cell.tool_notice import ToolNotice
 from process_visualizer.gui.views.cell.warnings_view import WarningsView
 from process_visualizer.gui.views.comparison.compare_panel import ComparePanel
@@ -82,7 +84,8 @@ class LauncherApp(QMainWindow):
         self.playback = PlaybackPanel(launcher.playback, launcher.bag, launcher.values,
                                       launcher.bands)
         self.live = LivePanel(launcher.live, launcher.bag.curves.choices, launcher.replay)
-        self.calibration = CalibrationPanel(launcher.calibration)
+        self.calibration = _below_each_other(CalibrationPanel(launcher.calibration),
+                                             RegionPanel(launcher.region))
         self.compare = ComparePanel(launcher.compare, launcher.ghost)
         self._drops = DropTarget(self, launcher)
         self._lay_out()
@@ -315,3 +318,14 @@ class LauncherApp(QMainWindow):
     def _close_now(self) -> None:
         self._is_closed = True
         self.close()
+
+
+def _below_each_other(*widgets: QWidget) -> QWidget:
+    column = QWidget()
+    layout = QVBoxLayout(column)
+    layout.setContentsMargins(0, 0, 0, 0)
+    for widget in widgets:
+        widget.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Maximum)
+        layout.addWidget(widget)
+    layout.addStretch(1)
+    return column
