@@ -114,7 +114,7 @@ class Manager:
         self._processes = [_start('manager', f'__name:={name}')]
         points = f'/{name}_cloud/points'
         if way.whole_clouds:
-            self._load('depth_image_proc/point_cloud_xyzrgb', f'{name}_cloud', {
+            self.load('depth_image_proc/point_cloud_xyzrgb', f'{name}_cloud', {
                 'depth_registered/image_rect': '/depth', 'rgb/image_rect_color': '/color',
                 'rgb/camera_info': '/camera_info', 'depth_registered/points': points})
         for number in range(way.count):
@@ -137,10 +137,11 @@ class Manager:
 
     def _load_filter(self, kind: str, name: str, points: str) -> None:
         rospy.set_param(f'/{name}', _box())
-        self._load(kind, name, {'~input': points, '~depth': '/depth', '~color': '/color',
+        self.load(kind, name, {'~input': points, '~depth': '/depth', '~color': '/color',
                                 '~camera_info': '/camera_info'})
 
-    def _load(self, kind: str, name: str, remaps: Dict[str, str]) -> None:
+    def load(self, kind: str, name: str, remaps: Dict[str, str]) -> None:
+        """Load a nodelet."""
         self._processes.append(_start(
             'load', kind, self._name, '--no-bond', f'__name:={name}',
             *(f'{old}:={new}' for old, new in remaps.items())))

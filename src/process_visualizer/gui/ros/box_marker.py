@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 from typing import Callable, Optional, Tuple
 
-import rospy
 from geometry_msgs.msg import Point, Quaternion
 from geometry_msgs.msg import Pose as PoseMessage
 from interactive_markers.interactive_marker_server import InteractiveMarkerServer
@@ -45,8 +44,7 @@ class BoxMarker:
         """Show the box of a device, instead of another one."""
         with self._lock:
             if self._server is None:
-                self._server = InteractiveMarkerServer(CALIBRATION_TOPIC,
-                                                       f'{rospy.get_name()}/box')
+                self._server = InteractiveMarkerServer(CALIBRATION_TOPIC, '/box')
             self._server.clear()
             self._shown = device, region
             for handle, place in handle_places(region).items():
