@@ -6,7 +6,7 @@ usage: bench/run cloud_time [--seconds 20]
 The simulated cell runs, is recorded, and is played back. From the tf of the upper robot at a
 cloud's stamp, and at times around it, the depth image is computed that the simulated Kinect would
 see. The time at which it agrees best with the cloud says how long the stamp is off, and with the
-tool's speed how far the cloud is from the robot. "Arrival": if clouds were stamped when they arrive.
+tool's speed how far the cloud is from the robot. "Arrival": if the stamp were that of the arrival.
 """
 from __future__ import annotations
 

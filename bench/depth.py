@@ -12,12 +12,13 @@ frame, ours transform each point into another frame. Medians of the rounds.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import glob
 import os
 import statistics
 import subprocess
 import time
-from typing import Dict, List, NamedTuple, Tuple
+from typing import Dict, Iterator, List, NamedTuple, Tuple
 
 import numpy as np
 import rospy
@@ -202,6 +203,20 @@ def print_table(figures: Dict[str, Figures]) -> None:
         print(f'| {name} alone: half of what two more of it take | {alone_ms:.1f} ms | | |')
 
 
+@contextlib.contextmanager
+def running_camera(node: str) -> Iterator[None]:
+    """A master, this process as a node of it, and a camera that stands in the frame of the box."""
+    with ros_master():
+        rospy.init_node(node, disable_signals=True)
+        frames = subprocess.Popen([find_node('tf2_ros', 'static_transform_publisher')[0],
+                                   *'0 0 0 0 0 0 box camera'.split()], stdout=subprocess.DEVNULL)
+        try:
+            with Camera():
+                yield
+        finally:
+            frames.terminate()
+
+
 def find_pcl_filters() -> None:
     """Let pluginlib find pcl_ros's filters: Debian has them elsewhere than it looks for them."""
     libraries = glob.glob('/usr/lib/*/libpcl_ros_filters.so*')
@@ -232,15 +247,8 @@ def main() -> None:
     build_recorder()
     run_programs()
     find_pcl_filters()
-    with ros_master():
-        rospy.init_node('bench_depth')
-        frames = subprocess.Popen([find_node('tf2_ros', 'static_transform_publisher')[0],
-                                   *'0 0 0 0 0 0 box camera'.split()], stdout=subprocess.DEVNULL)
-        try:
-            with Camera():
-                figures = measure_all(options.seconds, options.rounds)
-        finally:
-            frames.terminate()
+    with running_camera('bench_depth'):
+        figures = measure_all(options.seconds, options.rounds)
     print_table(figures)
 
 

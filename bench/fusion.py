@@ -14,14 +14,11 @@ from __future__ import annotations
 import argparse
 import contextlib
 import statistics
-import subprocess
 import time
 from typing import Dict, Iterator, List, NamedTuple
 
 import rospy
-from depth import Camera, Manager, Way
-from players import ros_master
-from roslib.packages import find_node
+from depth import Manager, Way, running_camera
 from sensor_msgs.msg import PointCloud2
 
 MOST_SENSORS = 4
@@ -121,16 +118,8 @@ def main() -> None:
     parser.add_argument('--seconds', type=float, default=10, help='of each run')
     parser.add_argument('--rounds', type=int, default=3)
     options = parser.parse_args()
-    with ros_master():
-        rospy.init_node('bench_fusion', disable_signals=True)
-        frames = subprocess.Popen([find_node('tf2_ros', 'static_transform_publisher')[0],
-                                   *'0 0 0 0 0 0 box camera'.split()], stdout=subprocess.DEVNULL)
-        try:
-            with Camera():
-                figures = measure_all(options.seconds, options.rounds)
-        finally:
-            frames.terminate()
-    print_table(figures)
+    with running_camera('bench_fusion'):
+        print_table(measure_all(options.seconds, options.rounds))
 
 
 if __name__ == '__main__':

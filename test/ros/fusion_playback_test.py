@@ -58,8 +58,10 @@ class FusionPlaybackTest(unittest.TestCase):
         for position_s, expected in ((6.05, (6.0, 6.0)), (2.0, (2.0,)), (7.35, (7.3, 7.2)),
                                      (0.5, (0.5,)), (4.15, (4.1, 4.0))):
             player.call('seek', Seek, position_s)
-            wait_until(lambda: times_of(output.messages[-1]) == expected,
-                       f'{expected} at {position_s} s')
+            self.wait_for(output, expected)
+
+    def wait_for(self, output: Listener, expected: Tuple[float, ...]) -> None:
+        wait_until(lambda: times_of(output.messages[-1]) == expected, f'clouds of {expected}')
 
     def check_playing(self, player: Player, output: Listener, rate: float, begin_s: float) -> None:
         """While playing, both are of nearly the same time, which passes in the right direction."""

@@ -21,7 +21,7 @@ from process_visualizer.gui.toolkit.icons import icon
 from process_visualizer.gui.toolkit.theme_following import colour
 from process_visualizer.gui.views.parts.pose_fields import NumberField
 
-_CENTER, _SIZE = ('center x', 'center y', 'center z'), ('size x', 'size y', 'size z')
+_CENTER, _SIZE = ('centre x', 'centre y', 'centre z'), ('size x', 'size y', 'size z')
 _REACH_M, _SHORTEST_M, _STEP_M = 100.0, 0.001, 0.01
 _HINT = 'Arrow keys and wheel: 1 cm; with Ctrl ten times as much'
 
