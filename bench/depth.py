@@ -18,7 +18,7 @@ import os
 import statistics
 import subprocess
 import time
-from typing import Dict, Iterator, List, NamedTuple, Tuple
+from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 import rospy
@@ -227,11 +227,11 @@ def find_pcl_filters() -> None:
         os.environ['CMAKE_PREFIX_PATH'] += os.pathsep + prefix
 
 
-def run_programs() -> None:
+def run_programs(programs: Sequence[str] = PROGRAMS) -> None:
     """Run the benchmarks of the filters without nodes."""
     devel = os.environ['CMAKE_PREFIX_PATH'].split(os.pathsep)[0]
     build = ['cmake', '--build', os.path.join(devel, '..', 'build'), '--target']
-    for program in PROGRAMS:
+    for program in programs:
         subprocess.run([*build, program], stdout=subprocess.DEVNULL, check=True)
         print(program, flush=True)
         subprocess.run([os.path.join(devel, 'lib', 'process_visualizer', program)], check=True)

@@ -66,9 +66,11 @@ if(CATKIN_ENABLE_TESTING)
   target_link_libraries(test_bad_images ${sanitizers}
     ${roscpp_serialization_LIBRARIES} ${rostime_LIBRARIES})
 
-  foreach(name roi_filter registered_crop)
+  foreach(name roi_filter registered_crop voxel_grid)
     add_executable(${name}_benchmark EXCLUDE_FROM_ALL bench/${name}.cpp)
     process_visualizer_compile(${name}_benchmark)
     target_link_libraries(${name}_benchmark roi_filter)
   endforeach()
+  target_include_directories(voxel_grid_benchmark SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
+  target_link_libraries(voxel_grid_benchmark ${PCL_LIBRARIES})
 endif()
