@@ -6,6 +6,8 @@
 #include <ros/time.h>
 
 #include <chrono>
+#include <iterator>
+#include <utility>
 
 #include "process_visualizer/common/complaint_status.hpp"
 
@@ -17,9 +19,8 @@ constexpr std::chrono::milliseconds kReportPeriod{500};
 
 }  // namespace
 
-Complaints::Complaints(const ros::NodeHandle& node_handle, const std::string& name,
-                       const std::string& device)
-    : name_(name), device_(device), node_handle_(node_handle) {
+Complaints::Complaints(const ros::NodeHandle& node_handle, std::string name, std::string device)
+    : name_(std::move(name)), device_(std::move(device)), node_handle_(node_handle) {
   publisher_ = node_handle_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
 }
 

@@ -17,8 +17,7 @@ class Complaints {
  public:
   /// \param name    the nodelet's
   /// \param device  to which the problems belong
-  Complaints(const ros::NodeHandle& node_handle, const std::string& name,
-             const std::string& device);
+  Complaints(const ros::NodeHandle& node_handle, std::string name, std::string device);
 
   /// Complains; to be repeated while the problem lasts.
   /// \param about  what it is about, such as a topic

@@ -19,8 +19,9 @@ Parse = Callable[[str], Cell]
 FIRST = ('<device type="depth_sensor" name="kinect">'
          '<launch pkg="sewing_cell" type="openni_live.launch" /></device>')
 SECOND = ('<device type="depth_sensor" name="other">'
-          '<launch pkg="sewing_cell" type="openni_live.launch"><arg name="camera" value="camera_2" />'
-          '<arg name="device" value="other" /><arg name="device_id" value="#2" />'
+          '<launch pkg="sewing_cell" type="openni_live.launch">'
+          '<arg name="camera" value="camera_2" /><arg name="device" value="other" />'
+          '<arg name="device_id" value="#2" />'
           '<arg name="data_skip" value="2" /><arg name="depth_registration" value="false" />{}'
           '</launch></device>')
 SHARED = '<arg name="manager" value="/camera/camera_nodelet_manager" />'
