@@ -1,23 +1,26 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """CPU time per frame of the crop of a depth sensor, beside depth_image_proc and pcl_ros.
 
-usage: bench/run depth [--seconds 15] [--rounds 3]
+usage: bench/run depth [--seconds 15] [--rounds 3] [--busy 0]
 
 Registered images of 640x480 are published at 30 Hz and reach a nodelet manager through sockets; in
 it they become the cloud in a box by one of three ways. What the manager's process takes is divided
 by the clouds that came out. The cost of one filter alone is the difference between a manager with
 three of it and one with a single one. The box is the same: pcl/CropBox has it in the camera's
-frame, ours transform each point into another frame. Medians of the rounds.
+frame, ours transform each point into another frame. Medians of the rounds. With ``--busy`` so many
+other processes compute all the time.
 """
 from __future__ import annotations
 
 import argparse
+import contextlib
 import glob
 import os
 import statistics
 import subprocess
+import sys
 import time
-from typing import Dict, List, NamedTuple, Tuple
+from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 import rospy
@@ -114,7 +117,7 @@ class Manager:
         self._processes = [_start('manager', f'__name:={name}')]
         points = f'/{name}_cloud/points'
         if way.whole_clouds:
-            self._load('depth_image_proc/point_cloud_xyzrgb', f'{name}_cloud', {
+            self.load('depth_image_proc/point_cloud_xyzrgb', f'{name}_cloud', {
                 'depth_registered/image_rect': '/depth', 'rgb/image_rect_color': '/color',
                 'rgb/camera_info': '/camera_info', 'depth_registered/points': points})
         for number in range(way.count):
@@ -137,10 +140,11 @@ class Manager:
 
     def _load_filter(self, kind: str, name: str, points: str) -> None:
         rospy.set_param(f'/{name}', _box())
-        self._load(kind, name, {'~input': points, '~depth': '/depth', '~color': '/color',
+        self.load(kind, name, {'~input': points, '~depth': '/depth', '~color': '/color',
                                 '~camera_info': '/camera_info'})
 
-    def _load(self, kind: str, name: str, remaps: Dict[str, str]) -> None:
+    def load(self, kind: str, name: str, remaps: Dict[str, str]) -> None:
+        """Load a nodelet."""
         self._processes.append(_start(
             'load', kind, self._name, '--no-bond', f'__name:={name}',
             *(f'{old}:={new}' for old, new in remaps.items())))
@@ -201,6 +205,33 @@ def print_table(figures: Dict[str, Figures]) -> None:
         print(f'| {name} alone: half of what two more of it take | {alone_ms:.1f} ms | | |')
 
 
+@contextlib.contextmanager
+def busy_machine(count: int) -> Iterator[None]:
+    """Other processes that compute all the time."""
+    processes = [subprocess.Popen([sys.executable, '-c', 'while True: pass'])
+                 for _ in range(count)]
+    try:
+        yield
+    finally:
+        for process in processes:
+            process.kill()
+            process.wait()
+
+
+@contextlib.contextmanager
+def running_camera(node: str) -> Iterator[None]:
+    """A master, this process as a node of it, and a camera that stands in the frame of the box."""
+    with ros_master():
+        rospy.init_node(node, disable_signals=True)
+        frames = subprocess.Popen([find_node('tf2_ros', 'static_transform_publisher')[0],
+                                   *'0 0 0 0 0 0 box camera'.split()], stdout=subprocess.DEVNULL)
+        try:
+            with Camera():
+                yield
+        finally:
+            frames.terminate()
+
+
 def find_pcl_filters() -> None:
     """Let pluginlib find pcl_ros's filters: Debian has them elsewhere than it looks for them."""
     libraries = glob.glob('/usr/lib/*/libpcl_ros_filters.so*')
@@ -211,11 +242,11 @@ def find_pcl_filters() -> None:
         os.environ['CMAKE_PREFIX_PATH'] += os.pathsep + prefix
 
 
-def run_programs() -> None:
+def run_programs(programs: Sequence[str] = PROGRAMS) -> None:
     """Run the benchmarks of the filters without nodes."""
     devel = os.environ['CMAKE_PREFIX_PATH'].split(os.pathsep)[0]
     build = ['cmake', '--build', os.path.join(devel, '..', 'build'), '--target']
-    for program in PROGRAMS:
+    for program in programs:
         subprocess.run([*build, program], stdout=subprocess.DEVNULL, check=True)
         print(program, flush=True)
         subprocess.run([os.path.join(devel, 'lib', 'process_visualizer', program)], check=True)
@@ -227,19 +258,13 @@ def main() -> None:
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--seconds', type=float, default=15, help='of each run')
     parser.add_argument('--rounds', type=int, default=3)
+    parser.add_argument('--busy', type=int, default=0, help='processes that keep the machine busy')
     options = parser.parse_args()
     build_recorder()
     run_programs()
     find_pcl_filters()
-    with ros_master():
-        rospy.init_node('bench_depth')
-        frames = subprocess.Popen([find_node('tf2_ros', 'static_transform_publisher')[0],
-                                   *'0 0 0 0 0 0 box camera'.split()], stdout=subprocess.DEVNULL)
-        try:
-            with Camera():
-                figures = measure_all(options.seconds, options.rounds)
-        finally:
-            frames.terminate()
+    with running_camera('bench_depth'), busy_machine(options.busy):
+        figures = measure_all(options.seconds, options.rounds)
     print_table(figures)
 
 

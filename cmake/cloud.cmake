@@ -5,24 +5,34 @@
 set(cloud_sources
   src/cloud/box.cpp
   src/cloud/box_outline.cpp
+  src/cloud/cloud_layout.cpp
+  src/cloud/colored_cloud.cpp
+  src/cloud/data_clock.cpp
+  src/cloud/fused_clouds.cpp
   src/cloud/image_layout.cpp
   src/cloud/pixel_rays.cpp
   src/cloud/registered_crop.cpp
   src/cloud/roi_filter.cpp
+  src/cloud/voxel_grid.cpp
 )
 add_library(roi_filter ${cloud_sources})
 process_visualizer_compile(roi_filter)
 target_link_libraries(roi_filter ${roscpp_serialization_LIBRARIES} ${rostime_LIBRARIES})
 
 add_library(process_visualizer_nodelets
+  src/cloud/cloud_fusion_nodelet.cpp
+  src/cloud/complaints.cpp
+  src/cloud/fusion_parameters.cpp
   src/cloud/region_of_interest.cpp
   src/cloud/registered_crop_nodelet.cpp
   src/cloud/roi_filter_nodelet.cpp
   src/cloud/roi_parameters.cpp
+  src/cloud/transform_lookup.cpp
 )
 process_visualizer_compile(process_visualizer_nodelets)
+add_dependencies(process_visualizer_nodelets process_visualizer_generate_messages_cpp)
 target_link_libraries(process_visualizer_nodelets
-  roi_filter ${image_transport_LIBRARIES} ${message_filters_LIBRARIES} ${nodelet_LIBRARIES}
+  roi_filter process_visualizer_common ${image_transport_LIBRARIES} ${message_filters_LIBRARIES} ${nodelet_LIBRARIES}
   ${roscpp_LIBRARIES} ${tf2_ros_LIBRARIES})
 
 install(TARGETS roi_filter process_visualizer_nodelets
@@ -43,6 +53,11 @@ if(CATKIN_ENABLE_TESTING)
   process_visualizer_compile(test_registered_crop)
   target_link_libraries(test_registered_crop roi_filter)
 
+  catkin_add_gtest(test_cloud_fusion test/cpp/test_cloud_fusion.cpp)
+  process_visualizer_compile(test_cloud_fusion)
+  target_include_directories(test_cloud_fusion SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
+  target_link_libraries(test_cloud_fusion roi_filter ${PCL_LIBRARIES})
+
   # Bad images once more where every access to a byte that is not there, and every undefined
   # operation, ends the test. The sources are compiled into it, so that they are watched as well.
   catkin_add_gtest(test_bad_images test/cpp/test_bad_images.cpp ${cloud_sources})
@@ -51,9 +66,11 @@ if(CATKIN_ENABLE_TESTING)
   target_link_libraries(test_bad_images ${sanitizers}
     ${roscpp_serialization_LIBRARIES} ${rostime_LIBRARIES})
 
-  foreach(name roi_filter registered_crop)
+  foreach(name roi_filter registered_crop voxel_grid)
     add_executable(${name}_benchmark EXCLUDE_FROM_ALL bench/${name}.cpp)
     process_visualizer_compile(${name}_benchmark)
     target_link_libraries(${name}_benchmark roi_filter)
   endforeach()
+  target_include_directories(voxel_grid_benchmark SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
+  target_link_libraries(voxel_grid_benchmark ${PCL_LIBRARIES})
 endif()

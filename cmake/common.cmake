@@ -17,7 +17,11 @@ function(process_visualizer_compile target)
   target_include_directories(${target} SYSTEM PUBLIC ${catkin_INCLUDE_DIRS} ${EIGEN3_INCLUDE_DIRS})
 endfunction()
 
-add_library(process_visualizer_common SHARED src/common/time_slice.cpp)
+add_library(process_visualizer_common SHARED
+  src/common/complaint.cpp
+  src/common/complaint_status.cpp
+  src/common/time_slice.cpp
+)
 process_visualizer_compile(process_visualizer_common)
 target_link_libraries(process_visualizer_common Threads::Threads)
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # The joint processor: which position belongs to which joint (no node), and the node joint_proc.
 
-add_library(process_visualizer_joints src/joints/complaint.cpp src/joints/joint_coverage.cpp
+add_library(process_visualizer_joints src/joints/joint_coverage.cpp
   src/joints/joint_matching.cpp
   src/joints/time_watch.cpp)
 process_visualizer_compile(process_visualizer_joints)
@@ -17,5 +17,5 @@ install(TARGETS joint_proc RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION}
 if(CATKIN_ENABLE_TESTING)
   catkin_add_gtest(test_joints test/cpp/test_joints.cpp)
   process_visualizer_compile(test_joints)
-  target_link_libraries(test_joints process_visualizer_joints)
+  target_link_libraries(test_joints process_visualizer_joints process_visualizer_common)
 endif()

@@ -2,7 +2,6 @@
 #include "process_visualizer/cloud/registered_crop.hpp"
 
 #include <sensor_msgs/image_encodings.h>
-#include <sensor_msgs/point_cloud2_iterator.h>
 
 #include <cmath>
 #include <cstdint>
@@ -10,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "process_visualizer/cloud/colored_cloud.hpp"
 #include "process_visualizer/cloud/image_layout.hpp"
 
 namespace process_visualizer::cloud {
@@ -17,16 +17,6 @@ namespace {
 
 using sensor_msgs::Image;
 using sensor_msgs::PointCloud2;
-
-constexpr std::uint8_t kOpaque = 255;
-
-/// A point as PCL and depth_image_proc lay it out.
-struct Point {
-  float x, y, z, unused;
-  std::uint8_t blue, green, red, alpha;
-  std::uint8_t padding[12];
-};
-static_assert(sizeof(Point) == 32, "PointCloud2Modifier lays out x, y, z, rgb in 32 bytes");
 
 /// What the values of a depth image mean.
 template <typename Value>
@@ -65,10 +55,10 @@ class ColorPlaces {
     return color_.data.data() + nearest(depth_row) * color_.step;
   }
 
-  Point point(const Eigen::Vector3f& position, const std::uint8_t* row, std::size_t column) const {
+  ColoredPoint point(const Eigen::Vector3f& position, const std::uint8_t* row,
+                     std::size_t column) const {
     const std::uint8_t* pixel = row + columns_[column];
-    return {position.x(),         position.y(),       position.z(), 0, pixel[layout_.blue],
-            pixel[layout_.green], pixel[layout_.red], kOpaque,      {}};
+    return makePoint(position, pixel[layout_.red], pixel[layout_.green], pixel[layout_.blue]);
   }
 
  private:
@@ -100,7 +90,7 @@ class ImageCrop {
   void appendTo(std::vector<std::uint8_t>& points) {
     for (std::uint32_t row = range_.begin_row; row < range_.end_row; ++row) {
       const auto* begin = reinterpret_cast<const std::uint8_t*>(row_.data());
-      points.insert(points.end(), begin, begin + cropRow(row) * sizeof(Point));
+      points.insert(points.end(), begin, begin + cropRow(row) * sizeof(ColoredPoint));
     }
   }
 
@@ -132,20 +122,8 @@ class ImageCrop {
   PixelRange range_;  ///< of the pixels that can see the box
   InsideBox is_inside_;
   Eigen::Vector2f metres_per_pixel_;  ///< at a depth of 1 in the image's unit
-  std::vector<Point> row_;
+  std::vector<ColoredPoint> row_;
 };
-
-PointCloud2 makeCloud(const std_msgs::Header& header, const std::vector<std::uint8_t>& points) {
-  PointCloud2 cloud;
-  sensor_msgs::PointCloud2Modifier(cloud).setPointCloud2FieldsByString(2, "xyz", "rgb");
-  cloud.header = header;
-  cloud.is_dense = true;
-  cloud.data = points;
-  cloud.row_step = cloud.data.size();
-  cloud.width = cloud.row_step / cloud.point_step;
-  cloud.height = 1;
-  return cloud;
-}
 
 }  // namespace
 
@@ -164,7 +142,7 @@ PointCloud2 RegisteredCrop::crop(const Image& depth, const Image& color,
     ImageCrop<float>(depth, rays, colors, range, is_inside).appendTo(points_);
   else
     ImageCrop<std::uint16_t>(depth, rays, colors, range, is_inside).appendTo(points_);
-  return makeCloud(depth.header, points_);
+  return makeColoredCloud(depth.header, points_);
 }
 
 const PixelRays& RegisteredCrop::raysOf(const Image& depth, const sensor_msgs::CameraInfo& info) {

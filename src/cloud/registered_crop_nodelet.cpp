@@ -6,7 +6,6 @@
 #include <message_filters/synchronizer.h>
 #include <nodelet/nodelet.h>
 #include <ros/ros.h>
-#include <tf2_eigen/tf2_eigen.h>
 #include <tf2_ros/transform_listener.h>
 
 #include <boost/make_shared.hpp>
@@ -21,6 +20,7 @@
 #include "process_visualizer/cloud/periods.hpp"
 #include "process_visualizer/cloud/region_of_interest.hpp"
 #include "process_visualizer/cloud/registered_crop.hpp"
+#include "process_visualizer/cloud/transform_lookup.hpp"
 #include "process_visualizer/common/frame_name.hpp"
 
 namespace process_visualizer::cloud {
@@ -29,8 +29,7 @@ namespace {
 using sensor_msgs::CameraInfo;
 using sensor_msgs::Image;
 
-constexpr double kTransformWait = 0.1;  ///< for the pose of a moving box at an image's stamp, s
-constexpr int kQueueSize = 5;           ///< messages that wait for those of their time
+constexpr int kQueueSize = 5;  ///< messages that wait for those of their time
 
 /// Lets glibc keep the memory of a frame for the next one: it keeps twice the largest block that
 /// has been freed. Otherwise it would return the memory and get it anew, page by page, which takes
@@ -58,8 +57,6 @@ class RegisteredCropNodelet : public nodelet::Nodelet {
   void unsubscribe();
   void crop(const Image::ConstPtr& depth, const Image::ConstPtr& color,
             const CameraInfo::ConstPtr& info);
-  Eigen::Isometry3d boxFromCamera(const std::string& box_frame,
-                                  const std_msgs::Header& header) const;
 
   std::mutex subscriber_mutex_;
   bool is_subscribed_ = false;
@@ -131,7 +128,8 @@ void RegisteredCropNodelet::crop(const Image::ConstPtr& depth, const Image::Cons
   if (!parameters) return;
   try {
     publisher_.publish(boost::make_shared<sensor_msgs::PointCloud2>(filter_->crop(
-        *depth, *color, *info, boxFromCamera(parameters->frame, depth->header), parameters->box)));
+        *depth, *color, *info, transformInto(parameters->frame, depth->header, tf_buffer_),
+        parameters->box)));
   } catch (const tf2::TransformException& error) {
     NODELET_WARN_THROTTLE(kReportPeriod, "No transform for the images on %s: %s",
                           depth_images_.getTopic().c_str(), error.what());
@@ -140,15 +138,6 @@ void RegisteredCropNodelet::crop(const Image::ConstPtr& depth, const Image::Cons
                            depth_images_.getTopic().c_str(), color_images_.getTopic().c_str(),
                            camera_infos_.getTopic().c_str(), error.what());
   }
-}
-
-/// At the time of the images: a box may move with a robot, whose pose arrives a little later.
-Eigen::Isometry3d RegisteredCropNodelet::boxFromCamera(const std::string& box_frame,
-                                                       const std_msgs::Header& header) const {
-  if (box_frame.empty()) return Eigen::Isometry3d::Identity();
-  return tf2::transformToEigen(
-      tf_buffer_.lookupTransform(box_frame, withoutLeadingSlash(header.frame_id), header.stamp,
-                                 ros::Duration(kTransformWait)));
 }
 
 }  // namespace process_visualizer::cloud

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <nodelet/nodelet.h>
 #include <ros/ros.h>
-#include <tf2_eigen/tf2_eigen.h>
 #include <tf2_ros/transform_listener.h>
 
 #include <boost/make_shared.hpp>
@@ -14,20 +13,19 @@
 #include "process_visualizer/cloud/periods.hpp"
 #include "process_visualizer/cloud/region_of_interest.hpp"
 #include "process_visualizer/cloud/roi_filter.hpp"
+#include "process_visualizer/cloud/transform_lookup.hpp"
 #include "process_visualizer/common/frame_name.hpp"
 
 namespace process_visualizer::cloud {
 /// Nodelet that crops the clouds on `~input` to a box and publishes them on `~output`, with their
 /// frame and stamp. The box comes from the parameters `~center`, `~size` and `~frame`, which may be
-/// changed at any time; it is shown on `~outline`. The input is subscribed to only while somebody
-/// subscribes to the output.
+/// changed at any time; it is shown on `~outline`, and is where its frame was when the cloud was
+/// taken. The input is subscribed to only while somebody subscribes to the output.
 class RoiFilter : public nodelet::Nodelet {
  private:
   void onInit() override;
   void followSubscribers();
   void crop(const sensor_msgs::PointCloud2::ConstPtr& cloud);
-  Eigen::Isometry3d boxFromCloud(const std::string& box_frame,
-                                 const std::string& cloud_frame) const;
 
   std::mutex subscriber_mutex_;
   ros::Subscriber subscriber_;
@@ -67,7 +65,7 @@ void RoiFilter::crop(const sensor_msgs::PointCloud2::ConstPtr& cloud) {
   if (!parameters) return;
   try {
     publisher_.publish(boost::make_shared<sensor_msgs::PointCloud2>(cropToBox(
-        *cloud, boxFromCloud(parameters->frame, cloud->header.frame_id), parameters->box)));
+        *cloud, transformInto(parameters->frame, cloud->header, tf_buffer_), parameters->box)));
   } catch (const tf2::TransformException& error) {
     NODELET_WARN_THROTTLE(kReportPeriod, "No transform for the clouds on %s: %s",
                           subscriber_.getTopic().c_str(), error.what());
@@ -75,14 +73,6 @@ void RoiFilter::crop(const sensor_msgs::PointCloud2::ConstPtr& cloud) {
     NODELET_ERROR_THROTTLE(kReportPeriod, "Unusable cloud on %s: %s",
                            subscriber_.getTopic().c_str(), error.what());
   }
-}
-
-/// The newest transform: clouds that are played back or delayed are cropped as well as fresh ones.
-Eigen::Isometry3d RoiFilter::boxFromCloud(const std::string& box_frame,
-                                          const std::string& cloud_frame) const {
-  if (box_frame.empty()) return Eigen::Isometry3d::Identity();
-  return tf2::transformToEigen(
-      tf_buffer_.lookupTransform(box_frame, withoutLeadingSlash(cloud_frame), ros::Time(0)));
 }
 
 }  // namespace process_visualizer::cloud

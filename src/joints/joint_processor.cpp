@@ -10,6 +10,8 @@
 #include <string>
 #include <utility>
 
+#include "process_visualizer/common/complaint_status.hpp"
+
 namespace process_visualizer::joints {
 namespace {
 
@@ -104,6 +106,7 @@ void JointProcessor::receive(const Event& event) {
     quiet_ = false;
     coverage_.add(joints.names, *used_);
     held_.emplace();
+    held_->header.stamp = ros::Time::now();  // not when it is sent: it may have to wait
     held_->name = std::move(joints.names);
     held_->position = std::move(joints.positions);
     flush();
@@ -146,27 +149,10 @@ void JointProcessor::report() {
   const bool holds = complaint_.holds(now);
   diagnostic_msgs::DiagnosticArray report;
   report.header.stamp = ros::Time::now();
-  report.status.push_back(status(holds));
+  report.status.push_back(statusOf(complaint_, now, ros::this_node::getName(),
+                                   subscriber_.getTopic(), parameters_.robot_name));
   diagnostics_.publish(report);
   if (!holds) complaint_.clear();
-}
-
-diagnostic_msgs::DiagnosticStatus JointProcessor::status(bool holds) const {
-  diagnostic_msgs::DiagnosticStatus status;
-  status.name = ros::this_node::getName() + ": " + subscriber_.getTopic();
-  status.hardware_id = parameters_.robot_name;
-  status.level =
-      holds ? diagnostic_msgs::DiagnosticStatus::WARN : diagnostic_msgs::DiagnosticStatus::OK;
-  status.message = holds ? complaint_.text() : "all is well";
-  if (!holds) return status;
-  diagnostic_msgs::KeyValue messages, duration;
-  messages.key = "messages";
-  messages.value = std::to_string(complaint_.count());
-  duration.key = "for_s";
-  duration.value =
-      std::to_string(std::chrono::duration<double>(Clock::now() - complaint_.since()).count());
-  status.values = {messages, duration};
-  return status;
 }
 
 JointPositions JointProcessor::decode(const Event& event) const {
@@ -179,7 +165,6 @@ JointPositions JointProcessor::decode(const Event& event) const {
 
 void JointProcessor::flush() {
   if (!held_ || !isDue()) return;
-  held_->header.stamp = ros::Time::now();
   publisher_.publish(*held_);
   held_.reset();
 }

@@ -16,9 +16,10 @@ JOINT_PROC = 'joint_proc'
 DEPTH_PROC = 'depth_proc'
 VARIABLE_PROC = 'variable_proc'
 ROI_FILTER = 'roi_filter'
+FUSION = 'fusion'
 ROBOT_STATE_PUBLISHER = 'robot_state_publisher'
 DEVICE_NODES = (ROBOT_PROC, JOINT_PROC, DEPTH_PROC, VARIABLE_PROC, ROI_FILTER,
-                ROBOT_STATE_PUBLISHER)
+                FUSION, ROBOT_STATE_PUBLISHER)
 """In the namespace of a device."""
 
 ROBOT_OUTPUTS = ('joint_states', 'tool_velocity', 'tool_force', 'marker_array')

@@ -13,6 +13,7 @@
 #include "camera_images.hpp"
 #include "process_visualizer/cloud/registered_crop.hpp"
 #include "process_visualizer/cloud/roi_filter.hpp"
+#include "process_visualizer/cloud/voxel_grid.hpp"
 
 namespace process_visualizer::cloud {
 namespace {
@@ -216,13 +217,27 @@ TEST(BadClouds, AnyTwoChangesAreSurvived) {
     cloud.data.shrink_to_fit();
     try {
       cropToBox(cloud, Eigen::Isometry3d::Identity(), kBox);
+      VoxelGrid(0.01).add(cloud, Eigen::Isometry3d::Identity());
       ++accepted;
     } catch (const std::invalid_argument&) {
+      EXPECT_THROW(VoxelGrid(0.01).add(cloud, Eigen::Isometry3d::Identity()),
+                   std::invalid_argument);
       ++refused;
     }
   }
   EXPECT_GT(refused, 300);
   EXPECT_GT(accepted, 30);
+}
+
+TEST(BadClouds, PointsThatNoVoxelHoldsAreLeftOut) {
+  for (const float extreme : {NAN, INFINITY, -INFINITY, 3e38f, -3e38f, 1e5f}) {
+    auto cloud = makeCloud();
+    sensor_msgs::PointCloud2Iterator<float> y(cloud, "y");
+    *y = extreme;
+    VoxelGrid grid(0.01);
+    grid.add(cloud, Eigen::Isometry3d::Identity());
+    EXPECT_EQ(grid.cloud({}).width, 1u) << extreme;
+  }
 }
 
 }  // namespace

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "process_visualizer/joints/complaint.hpp"
+#include "process_visualizer/common/complaint.hpp"
 #include "process_visualizer/joints/joint_coverage.hpp"
 #include "process_visualizer/joints/joint_matching.hpp"
 #include "process_visualizer/joints/time_watch.hpp"

@@ -7,6 +7,8 @@ from typing import Any, Callable, List, Sequence
 
 import numpy as np
 import rospy
+import tf2_ros
+from geometry_msgs.msg import TransformStamped
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import PointCloud2, PointField
 
@@ -55,6 +57,22 @@ class Listener:
 
     def __exit__(self, *_exception: object) -> None:
         self._subscriber.unregister()
+
+
+def send_fast_hand(broadcaster: tf2_ros.TransformBroadcaster, now: rospy.Time, x_m: float
+                   ) -> None:
+    """Let the frame "hand" be at x in the frame "camera" now, before and after that far away."""
+    step = rospy.Duration(0, 4000000)
+    broadcaster.sendTransform([_hand(now - step, 50.0), _hand(now, x_m), _hand(now + step, 50.0)])
+
+
+def _hand(stamp: rospy.Time, x_m: float) -> TransformStamped:
+    transform = TransformStamped(child_frame_id='hand')
+    transform.header.frame_id = 'camera'
+    transform.header.stamp = stamp
+    transform.transform.translation.x = x_m
+    transform.transform.rotation.w = 1.0
+    return transform
 
 
 def log_listener() -> Listener:

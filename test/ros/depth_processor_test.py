@@ -32,6 +32,20 @@ class DepthProcessorTest(unittest.TestCase):
         with Listener('/kinect/points', PointCloud2) as output:
             self.assert_passes(publisher, output)
 
+    def test_keeps_stamps_of_today(self) -> None:
+        publisher = rospy.Publisher('/kinect/roi_points', PointCloud2, queue_size=1)
+        sent = set()
+
+        def publish() -> None:
+            cloud = make_cloud([(1, 2, 3)], 'camera')
+            cloud.header.stamp = rospy.Time.now()
+            sent.add(cloud.header.stamp)
+            publisher.publish(cloud)
+
+        with Listener('/kinect/points', PointCloud2) as output:
+            wait_until(lambda: len(output.messages) >= 3, 'clouds', publish)
+        self.assertLessEqual({it.header.stamp for it in output.messages}, sent)
+
     def test_input_can_be_remapped(self) -> None:
         publisher = rospy.Publisher('/some/cloud', PointCloud2, queue_size=1)
         with Listener('/remapped/points', PointCloud2) as output:

@@ -10,8 +10,7 @@ import numpy as np
 import rospy
 import rostest
 import tf2_ros
-from cloud_testing import Listener, log_listener, logged, wait_until
-from geometry_msgs.msg import TransformStamped
+from cloud_testing import Listener, log_listener, logged, send_fast_hand, wait_until
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from visualization_msgs.msg import Marker
@@ -117,13 +116,10 @@ class RegisteredCropTest(unittest.TestCase):
         def publish_beside_a_fast_hand() -> None:
             """At the time of the images the hand is at x = 0.3 m, before and after far away."""
             now = rospy.Time.now()
-            past, present, future = (now - rospy.Duration(0, 4000000), now,
-                                     now + rospy.Duration(0, 4000000))
-            broadcaster.sendTransform([_hand(past, 50.0), _hand(present, 0.3)])
-            images = make_images('16UC1', 'rgb8', present)
+            send_fast_hand(broadcaster, now, 0.3)
+            images = make_images('16UC1', 'rgb8', now)
             for publisher, message in zip(self.publishers, images):
                 publisher.publish(message)
-            broadcaster.sendTransform(_hand(future, 50.0))
 
         with Listener('/crop/outline', Marker) as outline:
             wait_until(lambda: any(
@@ -184,15 +180,6 @@ def _pairs(first: Listener, second: Listener) -> List[Tuple[PointCloud2, PointCl
     """The clouds of both with equal stamps."""
     return [(one, other) for one in list(first.messages) for other in list(second.messages)
             if one.header.stamp == other.header.stamp]
-
-
-def _hand(stamp: rospy.Time, x_m: float) -> TransformStamped:
-    transform = TransformStamped(child_frame_id='hand')
-    transform.header.frame_id = 'camera'
-    transform.header.stamp = stamp
-    transform.transform.translation.x = x_m
-    transform.transform.rotation.w = 1.0
-    return transform
 
 
 def _extent(marker: Marker) -> List[Tuple[float, float]]:

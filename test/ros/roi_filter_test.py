@@ -8,7 +8,16 @@ from typing import List
 
 import rospy
 import rostest
-from cloud_testing import Listener, indices, log_listener, logged, make_cloud, wait_until
+import tf2_ros
+from cloud_testing import (
+    Listener,
+    indices,
+    log_listener,
+    logged,
+    make_cloud,
+    send_fast_hand,
+    wait_until,
+)
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import Marker
@@ -90,6 +99,21 @@ class RoiFilterTest(unittest.TestCase):
             self.wait_for(output, [0, 1])
             rospy.set_param('/roi_filter/size', [4, 4, 4])
             self.wait_for(output, [0, 1, 2])
+
+    def test_is_where_a_moving_box_was_then(self) -> None:
+        broadcaster = tf2_ros.TransformBroadcaster()
+        rospy.set_param('/roi_filter/frame', 'hand')
+
+        def publish_beside_a_fast_hand() -> None:
+            """When the cloud is taken the hand is at its last point, before and after far away."""
+            cloud = make_cloud(POINTS, 'camera')
+            cloud.header.stamp = rospy.Time.now()
+            send_fast_hand(broadcaster, cloud.header.stamp, -1.0)
+            self.publisher.publish(cloud)
+
+        with Listener('/roi_filter/output', PointCloud2) as output:
+            wait_until(lambda: len(output.messages) >= 8, 'clouds', publish_beside_a_fast_hand)
+        self.assertEqual({tuple(indices(cloud)) for cloud in output.messages[2:]}, {(3,)})
 
     def test_survives_a_missing_transform(self) -> None:
         with Listener('/roi_filter/output', PointCloud2) as output, log_listener() as log:

@@ -37,22 +37,28 @@ def test_changes_only_stamp_and_slashes(seq: int, secs: int, nsecs: int, frame_i
     cloud = make_cloud(frame_id, data)
     cloud.header.seq = seq
     cloud.header.stamp = rospy.Time(1, 2)
-    restamped = b''.join(restamp(serialize(cloud), rospy.Time(secs, nsecs)))
+    restamped = b''.join(restamp(serialize(cloud), lambda _: rospy.Time(secs, nsecs)))
     cloud.header.stamp = rospy.Time(secs, nsecs)
     cloud.header.frame_id = frame_id.lstrip('/')
     assert restamped == serialize(cloud)
 
 
+def test_is_told_the_stamp() -> None:
+    cloud = make_cloud('camera')
+    cloud.header.stamp = rospy.Time(12, 34)
+    assert b''.join(restamp(serialize(cloud), lambda stamp: stamp)) == serialize(cloud)
+
+
 def test_the_rest_is_not_copied() -> None:
     message = serialize(make_cloud('camera', b'data'))
-    _, rest = restamp(message, rospy.Time(1))
+    _, rest = restamp(message, lambda stamp: stamp)
     assert rest.obj is message
 
 
 @pytest.mark.parametrize('size', [0, 15, 16, 21])
 def test_rejects_what_is_shorter_than_its_header(size: int) -> None:
     with pytest.raises(ValueError, match=f'^{size} bytes'):
-        restamp(serialize(make_cloud('camera'))[:size], rospy.Time(1))
+        restamp(serialize(make_cloud('camera'))[:size], lambda stamp: stamp)
 
 
 def test_serialises_its_parts() -> None:

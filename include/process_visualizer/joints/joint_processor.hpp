@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <diagnostic_msgs/DiagnosticStatus.h>
 #include <ros/ros.h>
 #include <sensor_msgs/JointState.h>
 
@@ -9,8 +8,8 @@
 #include <optional>
 #include <string>
 
+#include "process_visualizer/common/complaint.hpp"
 #include "process_visualizer/common/raw_message.hpp"
-#include "process_visualizer/joints/complaint.hpp"
 #include "process_visualizer/joints/joint_coverage.hpp"
 #include "process_visualizer/joints/joint_matching.hpp"
 #include "process_visualizer/joints/time_watch.hpp"
@@ -54,7 +53,6 @@ class JointProcessor {
   void watch();
   void warn(const std::string& problem);
   void report();
-  diagnostic_msgs::DiagnosticStatus status(bool holds) const;
 
   JointParameters parameters_;
   JointMatching matching_;

@@ -45,12 +45,13 @@ class Cover:
     """One cover's leather and the plane in which it lies."""
 
     def __init__(self, height_m: float, margin_m: float, tone: tuple[int, int, int],
-                 random: np.random.Generator) -> None:
+                 random: np.random.Generator, camera: np.ndarray) -> None:
         x_min, x_max, y_min, y_max = layout.COVER_BOX
         self.box = (x_min, x_max + margin_m, y_min, y_max + margin_m)
         self.height_m = height_m
         self.texture = _pixels(_leather(self.box, tone, random))
-        depth, self._row_x = pinhole.plane_rows(height_m)
+        self._camera_y = camera[1]
+        depth, self._row_x = pinhole.plane_rows(height_m, camera)
         self._row_y_per_column = depth / pinhole.FOCAL_LENGTH_PX
         self.plane_depth = np.repeat(depth[:, None], pinhole.WIDTH, axis=1)
 
@@ -64,7 +65,7 @@ class Cover:
         first = int(np.searchsorted(-self._row_x, -(x + x_max)))
         rows = slice(first, int(np.searchsorted(-self._row_x, -(x + x_min))))
         scale = self._row_y_per_column[rows].astype(np.float32)
-        centre_y = pinhole.POSITION[1]
+        centre_y = self._camera_y
         columns = _columns(centre_y - y - y_max, centre_y - y - y_min, scale)
         across = ((self._row_x[rows] - x - x_min) / _TEXEL_M).astype(np.int32)
         u = np.arange(columns.start, columns.stop, dtype=np.float32) - pinhole.CENTRE_U
@@ -73,21 +74,25 @@ class Cover:
 
 
 class Camera:
-    """Pictures of a sewing cycle, ``rate_hz`` a second; the same seed gives the same pictures."""
+    """Pictures of a sewing cycle, ``rate_hz`` a second; the same seed gives the same pictures.
 
-    def __init__(self, cycle: SewingCycle, rate_hz: float = 30.0, seed: int = 0) -> None:
-        self._cycle, self._rate_hz = cycle, rate_hz
+    ``place`` (3,) is where the camera is in ``world`` [m].
+    """
+
+    def __init__(self, cycle: SewingCycle, rate_hz: float = 30.0, seed: int = 0,
+                 place: np.ndarray = pinhole.POSITION) -> None:
+        self._cycle, self._rate_hz, self._place = cycle, rate_hz, place
         self._skeletons = {
-            arm.name: Lookahead(partial(_skeletons, cycle, arm), rate_hz) for arm in ARMS
+            arm.name: Lookahead(partial(_skeletons, cycle, arm, place), rate_hz) for arm in ARMS
         }
         random = np.random.default_rng([seed, 4])
         height, lower = layout.COVER_THICKNESS, -layout.COVER_THICKNESS
         plane = layout.SEWING_PLANE_Z
         self._covers = (
-            Cover(plane + height, 0.0, (150, 98, 60), random),
-            Cover(plane + lower, _LOWER_MARGIN_M, (104, 66, 42), random),
+            Cover(plane + height, 0.0, (150, 98, 60), random, place),
+            Cover(plane + lower, _LOWER_MARGIN_M, (104, 66, 42), random, place),
         )
-        still = scene.trace()
+        still = scene.trace(place)
         hidden = depth_noise.shadow(still.depth)
         self._colours = [_with_noise(still.colour, random) for _ in range(_VARIANTS)]
         self._depths = [
@@ -145,7 +150,8 @@ class Camera:
         x = pair.x + pair.steering[0] + _SEAM_INSET - self._cycle.seam_offset(time_s, along)
         y = pair.y + _SEAM_BEGIN + along
         z = np.full_like(along, self._covers[0].height_m)
-        pixels = np.rint(pinhole.project(np.stack([x, y, z], axis=-1))).astype(int)
+        pixels = np.rint(pinhole.project(np.stack([x, y, z], axis=-1), self._place))
+        pixels = pixels.astype(int)
         u, v = pixels[:, 0], pixels[:, 1]
         inside = (u >= 0) & (u < pinhole.WIDTH) & (v >= 0) & (v < pinhole.HEIGHT)
         u, v = u[inside], v[inside]
@@ -153,8 +159,10 @@ class Camera:
         frame.colour[v[free], u[free]] = _THREAD
 
 
-def _skeletons(cycle: SewingCycle, arm: Arm, times_s: np.ndarray) -> np.ndarray:
-    return silhouette.skeleton(arm, cycle.joints(arm, times_s))
+def _skeletons(
+    cycle: SewingCycle, arm: Arm, place: np.ndarray, times_s: np.ndarray
+) -> np.ndarray:
+    return silhouette.skeleton(arm, cycle.joints(arm, times_s), place)
 
 
 def _columns(first_m: float, last_m: float, scale: np.ndarray) -> slice:

@@ -17,15 +17,16 @@ from sensor_msgs.msg import CameraInfo, Image
 
 from sewing_cell import pinhole
 
-FRAME_ID = "camera_rgb_optical_frame"
+CAMERA = "camera"
+"""The namespace of a single Kinect, and what its frames begin with."""
 _LARGEST_DATA_SKIP = 10
 
 
-def camera_info() -> CameraInfo:
+def camera_info(camera: str = CAMERA) -> CameraInfo:
     """Intrinsics of both images: the depth is registered to the colour camera."""
     focal, u, v = pinhole.FOCAL_LENGTH_PX, pinhole.CENTRE_U, pinhole.CENTRE_V
     info = CameraInfo(height=pinhole.HEIGHT, width=pinhole.WIDTH, distortion_model="plumb_bob")
-    info.header.frame_id = FRAME_ID
+    info.header.frame_id = _frame(camera)
     info.D = [0.0] * 5
     info.K = [focal, 0.0, u, 0.0, focal, v, 0.0, 0.0, 1.0]
     info.R = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
@@ -33,13 +34,17 @@ def camera_info() -> CameraInfo:
     return info
 
 
-def image(encoding: str, bytes_per_pixel: int) -> Image:
+def image(encoding: str, bytes_per_pixel: int, camera: str = CAMERA) -> Image:
     """An image message without its data; fill it with ``set_pixels``."""
     message = Image(height=pinhole.HEIGHT, width=pinhole.WIDTH, encoding=encoding)
-    message.header.frame_id = FRAME_ID
+    message.header.frame_id = _frame(camera)
     message.is_bigendian = 0
     message.step = bytes_per_pixel * pinhole.WIDTH
     return message
+
+
+def _frame(camera: str) -> str:
+    return f"{camera}_rgb_optical_frame"
 
 
 def set_pixels(message: Image, pixels: np.ndarray) -> None:

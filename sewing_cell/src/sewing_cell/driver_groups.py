@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 from dataclasses import asdict
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 import rospy
@@ -13,7 +14,7 @@ from dynamic_reconfigure.msg import Config, ConfigDescription
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Float32, Float32MultiArray, String, UInt16
 
-from sewing_cell import camera_messages
+from sewing_cell import camera_messages, layout, pinhole
 from sewing_cell.arms import ARMS, Arm
 from sewing_cell.camera import Camera
 from sewing_cell.cycle import SewingCycle
@@ -101,25 +102,42 @@ class MachineDriver:
         self._feed_rate.publish(self._feed_rates(tick))
 
 
+class Kinect(NamedTuple):
+    """A simulated Kinect: its namespace, and the place of its colour camera in ``world`` [m]."""
+
+    camera: str
+    place: np.ndarray
+
+
+KINECTS = (
+    Kinect(camera_messages.CAMERA, pinhole.POSITION),
+    Kinect("camera_2", pinhole.position(layout.SECOND_CAMERA_XYZ)),
+)
+
+
 class KinectDriver:
     """Colour and registered depth images with their camera infos, and the driver's parameters.
 
     Images are drawn only when somebody listens.
     """
 
-    def __init__(self, cycle: SewingCycle, rate_hz: float, seed: int) -> None:
-        self._camera = Camera(cycle, rate_hz, seed)
-        self._info = camera_messages.camera_info()
-        self._colour = camera_messages.image("rgb8", bytes_per_pixel=3)
-        self._depth = camera_messages.image("16UC1", bytes_per_pixel=2)
+    def __init__(self, cycle: SewingCycle, rate_hz: float, seed: int, kinect: Kinect) -> None:
+        camera = kinect.camera
+        self._camera = Camera(cycle, rate_hz, seed, kinect.place)
+        self._info = camera_messages.camera_info(camera)
+        self._colour = camera_messages.image("rgb8", 3, camera)
+        self._depth = camera_messages.image("16UC1", 2, camera)
         self._info_publishers = [
-            rospy.Publisher(f"camera/{name}/camera_info", CameraInfo, queue_size=_QUEUE_SIZE)
+            rospy.Publisher(f"{camera}/{name}/camera_info", CameraInfo, queue_size=_QUEUE_SIZE)
             for name in ("rgb", "depth_registered")
         ]
-        self._colour_publisher = _image_publisher("camera/rgb/image_color")
-        self._depth_publisher = _image_publisher("camera/depth_registered/image_raw")
-        self._parameters = _latch("parameter_updates", camera_messages.driver_config())
-        self._description = _latch("parameter_descriptions", camera_messages.driver_description())
+        self._colour_publisher = _image_publisher(f"{camera}/rgb/image_color")
+        self._depth_publisher = _image_publisher(f"{camera}/depth_registered/image_raw")
+        driver = f"{camera}/driver"
+        self._parameters = _latch(f"{driver}/parameter_updates", camera_messages.driver_config())
+        self._description = _latch(
+            f"{driver}/parameter_descriptions", camera_messages.driver_description()
+        )
 
     def __call__(self, tick: int) -> None:
         """Publish frame number ``tick``: images and infos carry the same stamp."""
@@ -157,6 +175,6 @@ def _image_publisher(name: str) -> rospy.Publisher:
 
 def _latch(name: str, message: Config | ConfigDescription) -> rospy.Publisher:
     """Publisher of a driver topic whose one message late subscribers get too."""
-    publisher = rospy.Publisher(f"camera/driver/{name}", type(message), queue_size=1, latch=True)
+    publisher = rospy.Publisher(name, type(message), queue_size=1, latch=True)
     publisher.publish(message)
     return publisher

@@ -20,9 +20,14 @@ def _world_from_body() -> np.ndarray:
     return np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])
 
 
-#: Pose of camera_rgb_optical_frame in world.
+def position(camera_link: np.ndarray) -> np.ndarray:
+    """Where the colour camera of a Kinect at ``camera_link`` (3,) is in ``world`` [m]."""
+    return camera_link + _world_from_body() @ layout.COLOUR_CAMERA_OFFSET
+
+
+#: Pose of camera_rgb_optical_frame in world; a second Kinect differs in its position only.
 WORLD_FROM_OPTICAL = _world_from_body() @ _BODY_FROM_OPTICAL
-POSITION = layout.CAMERA_XYZ + _world_from_body() @ layout.COLOUR_CAMERA_OFFSET
+POSITION = position(layout.CAMERA_XYZ)
 
 
 def rays() -> np.ndarray:
@@ -33,20 +38,22 @@ def rays() -> np.ndarray:
     return np.stack([x, y, np.ones_like(x)], axis=-1) @ WORLD_FROM_OPTICAL.T
 
 
-def project(points: np.ndarray) -> np.ndarray:
+def project(points: np.ndarray, camera: np.ndarray = POSITION) -> np.ndarray:
     """Pixel u, v and depth [m] of points (..., 3) in ``world``, shape (..., 3)."""
-    optical = (np.asarray(points) - POSITION) @ WORLD_FROM_OPTICAL
+    optical = (np.asarray(points) - camera) @ WORLD_FROM_OPTICAL
     depth = optical[..., 2]
     u = CENTRE_U + FOCAL_LENGTH_PX * optical[..., 0] / depth
     v = CENTRE_V + FOCAL_LENGTH_PX * optical[..., 1] / depth
     return np.stack([u, v, depth], axis=-1)
 
 
-def plane_rows(height_m: float) -> tuple[np.ndarray, np.ndarray]:
+def plane_rows(
+    height_m: float, camera: np.ndarray = POSITION
+) -> tuple[np.ndarray, np.ndarray]:
     """Depth and world x [m] at which each image row meets the plane z = ``height_m``, (480,).
 
     The camera is turned about y only, so that an image row sees one x and has one depth.
     """
     down = rays()[:, 0, :]
-    depth = (height_m - POSITION[2]) / down[:, 2]
-    return depth, POSITION[0] + depth * down[:, 0]
+    depth = (height_m - camera[2]) / down[:, 2]
+    return depth, camera[0] + depth * down[:, 0]

@@ -65,25 +65,27 @@ class Picture(NamedTuple):
     colour: np.ndarray
 
 
-def trace() -> Picture:
-    """The boxes' picture: for each pixel the nearest face that its ray meets."""
+def trace(camera: np.ndarray = pinhole.POSITION) -> Picture:
+    """The boxes' picture from ``camera`` [m]: for each pixel the nearest face its ray meets."""
     directions = pinhole.rays()
     directions = np.where(np.abs(directions) < 1e-9, 1e-9, directions)
     depth = np.full(directions.shape[:2], np.inf)
     colour = np.zeros(directions.shape)
     for box in BOXES:
-        box_depth, face = _intersect(box, directions)
+        box_depth, face = _intersect(box, camera, directions)
         nearer = box_depth < depth
         depth[nearer] = box_depth[nearer]
         colour[nearer] = _LIGHT[face[nearer], None] * np.array(box.colour)
-    points = pinhole.POSITION + depth[..., None] * directions
+    points = camera + depth[..., None] * directions
     return Picture(depth, colour * _tiles(points)[..., None])
 
 
-def _intersect(box: Box, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _intersect(
+    box: Box, camera: np.ndarray, directions: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Depth where each ray enters the box (inf beside it) and the axis of the face it enters."""
-    first = (box.lower - pinhole.POSITION) / directions
-    second = (box.upper - pinhole.POSITION) / directions
+    first = (box.lower - camera) / directions
+    second = (box.upper - camera) / directions
     enter, leave = np.minimum(first, second), np.maximum(first, second)
     depth = enter.max(axis=-1)
     meets = (depth <= leave.min(axis=-1)) & (depth > 0)

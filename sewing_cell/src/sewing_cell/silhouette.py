@@ -32,16 +32,18 @@ class Patch(NamedTuple):
     light: np.ndarray
 
 
-def skeleton(arm: Arm, joints: np.ndarray) -> np.ndarray:
+def skeleton(
+    arm: Arm, joints: np.ndarray, camera: np.ndarray = pinhole.POSITION
+) -> np.ndarray:
     """Pixel u, v and depth [m] of the links' frames and the gripper's tip, shape (..., 10, 3).
 
-    ``joints`` (..., 6) are the arm's angles [rad].
+    ``joints`` (..., 6) are the arm's angles [rad], ``camera`` (3,) is its place in ``world`` [m].
     """
     frames = link_frames(joints)
     tool = frames[..., _TOOL, :3, :]
     tip = tool[..., 3] + layout.GRIP_HEIGHT * tool[..., 2]
     points = np.concatenate([frames[..., :3, 3], tip[..., None, :]], axis=-2)
-    return pinhole.project(points @ arm.base_rotation.T)
+    return pinhole.project(points @ arm.base_rotation.T, camera)
 
 
 def robot(arm: Arm, pixels: list[list[float]]) -> list[Patch]:

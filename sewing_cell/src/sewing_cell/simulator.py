@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import sys
 import time
+from functools import partial
 from typing import Callable
 
 import rospy
@@ -16,6 +17,7 @@ import rospy
 from process_visualizer.nodes.common.process_end import spin_to_end, start_node
 from sewing_cell.cycle import SewingCycle
 from sewing_cell.driver_groups import (
+    KINECTS,
     ForceDriver,
     JointDriver,
     KinectDriver,
@@ -42,9 +44,9 @@ class Simulator:
         self._add("joint", parameters.joint_rate, lambda rate: JointDriver(cycle, rate))
         self._add("force", parameters.force_rate, lambda rate: ForceDriver(cycle, rate))
         self._add("sensor", parameters.sensor_rate, lambda rate: MachineDriver(cycle, rate))
-        self._add(
-            "image", parameters.image_rate, lambda rate: KinectDriver(cycle, rate, parameters.seed)
-        )
+        for kinect in KINECTS if parameters.second_kinect else KINECTS[:1]:
+            driver = partial(KinectDriver, cycle, seed=parameters.seed, kinect=kinect)
+            self._add("image", parameters.image_rate, driver)
 
     def _add(
         self, name: str, rate_hz: float, driver: Callable[[float], Callable[[int], None]]

@@ -41,6 +41,7 @@ class SimulatorParameters:
     fault_size: Optional[float] = None
     fault_arm: Optional[str] = None
     fault_cycle: Optional[int] = None
+    second_kinect: bool = False
 
     @classmethod
     def read(cls, get: GetParameter) -> SimulatorParameters:
@@ -58,7 +59,15 @@ class SimulatorParameters:
             fault_size=_optional(get, "~fault_size", float),
             fault_arm=_one_of(get, "~fault_arm", tuple(arm.name for arm in ARMS)),
             fault_cycle=_optional(get, "~fault_cycle", int),
+            second_kinect=_boolean(get, "~second_kinect"),
         )
+
+
+def _boolean(get: GetParameter, name: str) -> bool:
+    value = get(name, False)
+    if not isinstance(value, bool):
+        raise ParameterError(f"{name} is {value!r}; give true or false")
+    return value
 
 
 def _rate(get: GetParameter, name: str, default: float) -> float:

@@ -169,3 +169,17 @@ def test_shadow_lies_beside_near_things() -> None:
     assert hidden[:, 50:60].all()
     assert not hidden[:, :40].any()
     assert not hidden[:, 60:].any()
+
+
+def test_a_second_camera_sees_the_same_cover_from_its_place(cycle: SewingCycle) -> None:
+    place = pinhole.position(layout.SECOND_CAMERA_XYZ)
+    frame = Camera(cycle, RATE_HZ, seed=2, place=place).render(SEWING)
+    points = world_points(frame) + place - pinhole.POSITION
+    on_cover = is_leather(frame) & (frame.depth > 0)
+    pair = cycle.covers(SEWING / RATE_HZ)[0]
+    assert on_cover.sum() > 10000
+    assert abs(np.median(points[on_cover, 2]) - COVER_Z) < 0.01
+    x_min, x_max, y_min, y_max = layout.COVER_BOX
+    x, y = points[on_cover, 0] - pair.x - pair.steering[0], points[on_cover, 1] - pair.y
+    assert np.percentile(x, [1, 99]) == pytest.approx([x_min, x_max], abs=0.02)
+    assert y.min() == pytest.approx(y_min, abs=0.02)  # the other end is beyond the first camera

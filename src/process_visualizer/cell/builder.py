@@ -15,6 +15,7 @@ from process_visualizer.cell.model import (
     DeviceType,
     Display,
     ForceFrame,
+    Fusion,
     LaunchFile,
     Mode,
     Model,
@@ -50,6 +51,7 @@ def build_device(parsed: Parsed, global_frame: str) -> Device:
         tool=_tool(parsed.first('tool')),
         force=_force(parsed.first('force')),
         roi=_roi(parsed.first('roi'), global_frame),
+        fusion=_fusion(parsed.first('fusion')),
         nodes=tuple(_node(child, name) for child in parsed.all('node')),
         launch_files=tuple(_launch_file(child) for child in parsed.all('launch')),
         topics=tuple(_topic(child) for child in parsed.all('topic')),
@@ -114,6 +116,13 @@ def _roi(parsed: Optional[Parsed], global_frame: str) -> Optional[RegionOfIntere
     values = parsed.values
     return RegionOfInterest(values['frame'] or global_frame, values['xyz'], values['size'],
                             parsed.location)
+
+
+def _fusion(parsed: Optional[Parsed]) -> Optional[Fusion]:
+    if parsed is None:
+        return None
+    values = parsed.values
+    return Fusion(values['sensors'] or (), values['voxel'], values['timeout'], parsed.location)
 
 
 def _mode(text: Optional[str]) -> Optional[Mode]:

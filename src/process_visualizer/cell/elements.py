@@ -124,8 +124,8 @@ _STRUCTURE: Dict[str, Tag] = {
          'name': _required('name', 'its name, and the namespace of its nodes'),
          **_CONDITION},
         children=('base', 'model', 'tool', 'node', 'launch', 'topic', 'rviz', 'force', 'arrow',
-                  'variable', 'roi', 'param', 'rosparam'),
-        single=('base', 'model', 'tool', 'force', 'roi')),
+                  'variable', 'roi', 'fusion', 'param', 'rosparam'),
+        single=('base', 'model', 'tool', 'force', 'roi', 'fusion')),
     'event': Tag(
         'A moment of the process: when a number of a topic passes a threshold.',
         {'name': _required('text', 'what happens then, such as `needle starts`'),
@@ -178,6 +178,13 @@ _STRUCTURE: Dict[str, Tag] = {
                                      'frame'),
          'xyz': _optional('vector', 'centre of the box in m', '0 0 0'),
          'size': _required('size', 'edge lengths of the box in m')}),
+    'fusion': Tag(
+        'Makes the device the joined clouds of others, in the global frame, with their colours.',
+        {'sensors': _required('names', 'the names of the depth sensors, separated by spaces'),
+         'voxel': _optional('positive', 'edge in m of the cubes of which each keeps one point',
+                            '0.005'),
+         'timeout': _optional('positive', 'seconds without a cloud after which a sensor is left '
+                                          'out until it sends again', '1')}),
 }
 
 _PROCESSES: Dict[str, Tag] = {

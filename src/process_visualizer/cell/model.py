@@ -238,6 +238,16 @@ class RegionOfInterest:
 
 
 @dataclass(frozen=True)
+class Fusion:
+    """The depth sensors (their names) whose clouds are joined, and how."""
+
+    sensors: Tuple[str, ...]
+    voxel_m: float
+    timeout_s: float
+    location: Location
+
+
+@dataclass(frozen=True)
 class Device:
     """A device of the cell with everything that belongs to it."""
 
@@ -249,6 +259,7 @@ class Device:
     tool: Optional[Tool] = None
     force: Optional[ForceFrame] = None
     roi: Optional[RegionOfInterest] = None
+    fusion: Optional[Fusion] = None
     nodes: Tuple[Node, ...] = ()
     launch_files: Tuple[LaunchFile, ...] = ()
     topics: Tuple[Topic, ...] = ()
@@ -268,8 +279,19 @@ class Device:
 
     @property
     def has_cloud(self) -> bool:
-        """Whether there is a cloud, published or made from images."""
-        return self.has_images or self.topic_for(TopicFunction.POINTCLOUD) is not None
+        """Whether there is a cloud: published, made from images, or joined from others."""
+        return self.has_images or self.fusion is not None \
+            or self.topic_for(TopicFunction.POINTCLOUD) is not None
+
+    @property
+    def cloud_topic(self) -> Optional[str]:
+        """The topic of its cloud, cropped or joined if it is, before depth_proc has it."""
+        if self.fusion is not None:
+            return f'/{self.name}/fused_points'
+        if self.roi is not None and self.has_cloud:
+            return f'/{self.name}/roi_points'
+        topic = self.topic_for(TopicFunction.POINTCLOUD)
+        return None if topic is None else topic.name
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,7 @@ from process_visualizer.ros_names import (
     BAG_RECORDER,
     CELL_FRAMES,
     DEPTH_PROC,
+    FUSION,
     GHOST,
     JOINT_PROC,
     PACKAGE,
@@ -89,6 +90,7 @@ def _reserved_names(device: Device) -> List[str]:
         JOINT_PROC: device.type is DeviceType.ROBOT,
         DEPTH_PROC: device.type is DeviceType.DEPTH_SENSOR,
         ROI_FILTER: device.roi is not None,
+        FUSION: device.fusion is not None,
         VARIABLE_PROC: bool(device.variables),
     }
     own = [absolute_topic(device.name, name) for name, used in names.items() if used]

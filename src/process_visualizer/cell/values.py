@@ -12,6 +12,7 @@ from typing import Callable, Dict, List, Tuple
 from process_visualizer.cell.errors import quoted
 
 _GRAPH_NAME = r'[A-Za-z][A-Za-z0-9_]*(/[A-Za-z0-9_]+)*/?'
+_NAME = r'[A-Za-z][A-Za-z0-9_]*'
 _FIELD_PART = r'[A-Za-z][A-Za-z0-9_]*(\[[0-9]+\])?'
 
 PATTERNS: Dict[str, str] = {
@@ -19,7 +20,8 @@ PATTERNS: Dict[str, str] = {
     'integer': r'[0-9]{1,9}',
     'boolean': r'[Tt][Rr][Uu][Ee]|[Ff][Aa][Ll][Ss][Ee]|1|0',
     'hex_color': r'#[0-9A-Fa-f]{6}',
-    'name': r'[A-Za-z][A-Za-z0-9_]*',
+    'name': _NAME,
+    'names': rf'[ \t\r\n]*{_NAME}([ \t\r\n]+{_NAME})*[ \t\r\n]*',
     'topic': f'/?{_GRAPH_NAME}',
     'namespace': f'/?|/?{_GRAPH_NAME}',
     'resource': f'[~/]?{_GRAPH_NAME}',
@@ -162,6 +164,15 @@ def name(text: str) -> str:
                                   'with a letter (no spaces, no "/")')
 
 
+def names(text: str) -> Tuple[str, ...]:
+    """Names, separated by spaces, each once."""
+    words = _words(_matched('names', text, 'is not a list of names; write them with spaces between '
+                                           'them, such as "left right"'))
+    if len(set(words)) < len(words):
+        raise ValueError(f'{quoted(text)} has a name twice; write each one once')
+    return tuple(words)
+
+
 def topic(text: str) -> str:
     """A ROS graph name, with any slashes inside."""
     return _graph_name('topic', text)
@@ -234,7 +245,7 @@ CONVERTERS: Dict[str, Callable[[str], object]] = {
     'number': number, 'positive': positive, 'length': length, 'integer': integer,
     'vector': vector, 'size': size, 'axis': axis, 'color': color, 'boolean': boolean,
     'text': text_value, 'command_line': command_line, 'path': path, 'name': name,
-    'namespace': namespace, 'topic': topic, 'resource': resource, 'frame': frame,
+    'names': names, 'namespace': namespace, 'topic': topic, 'resource': resource, 'frame': frame,
     'package': package, 'executable': executable, 'environment': environment,
     'message': message, 'field': field, 'choice': text_value,
 }

@@ -15,6 +15,7 @@ from process_visualizer.cell.output_rules import check_outputs
 from process_visualizer.cell.roslaunch_rules import check_machines
 from process_visualizer.cell.rules import check_device, check_devices, check_node_names
 from process_visualizer.cell.run_rules import check_event_topics, check_run
+from process_visualizer.cell.sensor_rules import check_sensors
 from process_visualizer.cell.suggestions import missing_file
 from process_visualizer.cell.variable_topics import with_variable_topics
 from process_visualizer.cell.xml_reader import Element, read_xml
@@ -88,6 +89,7 @@ def _build_devices(parsed_devices: List[Parsed], frame: str,
         devices.append(device)
     check_node_names(devices, problems)
     check_outputs(devices, problems)
+    check_sensors(devices, problems)
     return with_variable_topics(devices)
 
 

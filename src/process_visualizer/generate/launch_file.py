@@ -19,6 +19,7 @@ from process_visualizer.cell.model import (
 from process_visualizer.descriptions.robot_description import RobotDescription
 from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.launch_writer import Tag, write_document
+from process_visualizer.generate.nodelet_managers import Manager, shared_manager
 from process_visualizer.generate.plan import (
     BAG_PART,
     CONFIGURATION_FILE,
@@ -30,6 +31,7 @@ from process_visualizer.generate.plan import (
 from process_visualizer.generate.processor_nodes import (
     ProcessorNode,
     fixed_frames,
+    fusion_node,
     processor_nodes,
 )
 from process_visualizer.generate.watch_parameters import watch_parameters
@@ -58,7 +60,7 @@ class LaunchFileBuilder:
 
     def __init__(self, choice: Choice, descriptions: Mapping[str, RobotDescription],
                  included: Mapping[LaunchFile, str],
-                 managers: Mapping[str, str] = MappingProxyType({})) -> None:
+                 managers: Mapping[str, Manager] = MappingProxyType({})) -> None:
         self._choice = choice
         self._descriptions = descriptions
         self._included = included
@@ -122,8 +124,8 @@ class LaunchFileBuilder:
         root.comment('says in the scene what is not live any more')
         self._processor(root, ProcessorNode(
             PACKAGE, SCENE_WATCH, SCENE_WATCH,
-            watch_parameters(self._choice.cell, self._choice.devices).to_parameters()),
-            respawn=True)
+            watch_parameters(self._choice.cell, self._choice.devices).to_parameters(),
+            respawn=True))
         if has_ghost(self._choice, self._descriptions):
             root.comment('draws the robots of another run beside those of this one')
             self._processor(root, ProcessorNode(PACKAGE, GHOST, GHOST))
@@ -139,8 +141,9 @@ class LaunchFileBuilder:
         group = root.add('group', {'ns': device.name})
         self._model(group, device)
         for processor in processor_nodes(device, self._descriptions.get(device.name),
-                                         self._managers.get(device.name, '')):
+                                         self._managers.get(device.name)):
             self._processor(group, processor)
+        self._fusion(group, device)
         for parameter in device.parameters:  # after what is generated: what a user sets counts
             self._roslaunch_element(group, parameter)
         for node in self._choice.nodes(device):
@@ -150,16 +153,27 @@ class LaunchFileBuilder:
         if not group.children:
             root.children.remove(group)
 
+    def _fusion(self, group: Tag, device: Device) -> None:
+        if device.fusion is None:
+            return
+        sensors = [it for it in self._choice.devices if it.name in device.fusion.sensors]
+        if not sensors:
+            group.comment('nothing to join: none of its sensors is chosen')
+            return
+        self._processor(group, fusion_node(
+            device, device.fusion, sensors, self._choice.cell.frame,
+            shared_manager((it.name for it in sensors), self._managers)))
+
     def _model(self, group: Tag, device: Device) -> None:
         if device.name in self._descriptions:
             group.add('param', {
                 'name': 'robot_description', 'textfile': f'{self._folder}/{urdf_file(device)}'})
 
-    def _processor(self, parent: Tag, node: ProcessorNode, respawn: bool = False) -> None:
+    def _processor(self, parent: Tag, node: ProcessorNode) -> None:
         attributes = {'pkg': node.package, 'type': node.type, 'name': node.name}
         if node.args:
             attributes['args'] = node.args
-        if respawn:
+        if node.respawn:
             attributes['respawn'] = 'true'
         element = parent.add('node', {**attributes, 'output': 'screen'})
         for name, target in node.remaps.items():

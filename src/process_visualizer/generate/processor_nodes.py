@@ -12,6 +12,7 @@ from process_visualizer.cell.model import (
     Cell,
     Device,
     DeviceType,
+    Fusion,
     Pose,
     RegionOfInterest,
     Topic,
@@ -21,6 +22,7 @@ from process_visualizer.cell.model import (
 from process_visualizer.descriptions.robot_description import RobotDescription
 from process_visualizer.descriptions.robot_frames import base_frame
 from process_visualizer.descriptions.tool_frame import tool_frame
+from process_visualizer.generate.nodelet_managers import Manager
 from process_visualizer.motion.field_path import FieldPath
 from process_visualizer.motion.frame_tree import Frame
 from process_visualizer.motion.variables import MAX_LENGTH_M
@@ -34,6 +36,7 @@ from process_visualizer.parameters.variable_parameters import (
 )
 from process_visualizer.ros_names import (
     DEPTH_PROC,
+    FUSION,
     JOINT_PROC,
     PACKAGE,
     ROBOT_PROC,
@@ -57,10 +60,11 @@ class ProcessorNode:
     parameters: Dict[str, Any] = field(default_factory=dict)
     args: str = ''
     remaps: Dict[str, str] = field(default_factory=dict)
+    respawn: bool = False
 
 
 def processor_nodes(device: Device, description: Optional[RobotDescription],
-                    manager: str = '') -> List[ProcessorNode]:
+                    manager: Optional[Manager] = None) -> List[ProcessorNode]:
     """Robot or depth processor, state publisher and variables of a device.
 
     ``manager`` is the nodelet manager in which the device's own nodelets run, if it is known.
@@ -134,27 +138,41 @@ def _topic(topic: Optional[Topic]) -> TopicParameters:
         topic.name, topic.message_type or '', topic.frame or '', topic.parent_frame or '')
 
 
-def _depth_nodes(device: Device, manager: str) -> List[ProcessorNode]:
-    topic = device.topic_for(TopicFunction.POINTCLOUD)
-    if device.roi is None:
-        return [] if topic is None else [
-            ProcessorNode(PACKAGE, DEPTH_PROC, DEPTH_PROC, {'topic': topic.name})]
-    if not device.has_cloud:
+def _depth_nodes(device: Device, manager: Optional[Manager]) -> List[ProcessorNode]:
+    topic = device.cloud_topic
+    if topic is None:
         return []
-    cropped = f'/{device.name}/roi_points'
-    return [_crop_node(device, device.roi, cropped, manager),
-            ProcessorNode(PACKAGE, DEPTH_PROC, DEPTH_PROC, {'topic': cropped})]
+    processor = ProcessorNode(PACKAGE, DEPTH_PROC, DEPTH_PROC, {'topic': topic})
+    if device.roi is None:
+        return [processor]
+    return [_crop_node(device, device.roi, topic, manager), processor]
+
+
+def fusion_node(device: Device, fusion: Fusion, sensors: Sequence[Device], frame: str,
+                manager: Optional[Manager]) -> ProcessorNode:
+    """The node that joins the clouds of sensors, in the manager that all of them use, if any."""
+    nodelet = f'{PACKAGE}/CloudFusion'
+    parameters = {'topics': [sensor.cloud_topic for sensor in sensors], 'frame': frame,
+                  'voxel': fusion.voxel_m, 'timeout': fusion.timeout_s}
+    return ProcessorNode(
+        'nodelet', 'nodelet', FUSION, parameters, args=_nodelet_arguments(nodelet, manager),
+        remaps={'~output': str(device.cloud_topic)}, respawn=manager is not None)
+
+
+def _nodelet_arguments(nodelet: str, manager: Optional[Manager]) -> str:
+    return f'load {nodelet} {manager.loading}' if manager else f'standalone {nodelet}'
 
 
 def _crop_node(device: Device, roi: RegionOfInterest, cropped: str,
-               manager: str) -> ProcessorNode:
+               manager: Optional[Manager]) -> ProcessorNode:
     """The crop, in the manager of the device's nodelets if that is known."""
     nodelet = f'{PACKAGE}/RegisteredCrop' if device.has_images else f'{PACKAGE}/RoiFilter'
     return ProcessorNode(
         'nodelet', 'nodelet', ROI_FILTER,
         {'frame': roi.frame, 'center': list(roi.center), 'size': list(roi.size)},
-        args=f'load {nodelet} {manager} --no-bond' if manager else f'standalone {nodelet}',
-        remaps={**_crop_inputs(device), '~output': cropped})
+        args=_nodelet_arguments(nodelet, manager),
+        remaps={**_crop_inputs(device), '~output': cropped},
+        respawn=manager is not None and manager.is_shared)
 
 
 def _crop_inputs(device: Device) -> Dict[str, str]:

@@ -60,9 +60,14 @@ class RVizConfig:
         """Add a group with the displays of each device that has any.
 
         A device that brings a grid of its own (a floor at another height) replaces the default.
+        Clouds that are joined are switched off: the joined one shows the same.
         """
+        joined = {f'/{name}/points' for device in devices if device.fusion is not None
+                  for name in device.fusion.sensors}
         for device in devices:
             displays = device_displays(device)
+            for display in displays:
+                display['Enabled'] = display.get('Topic') not in joined
             if any(display['Class'] == _GRID for display in displays):
                 self._displays = [it for it in self._displays if it.get('Class') != _GRID]
             if displays:

@@ -18,6 +18,7 @@ from process_visualizer.motion.rotations import matrix_from_ypr
 from process_visualizer.parameters.scene_parameters import SceneParameters, WatchedDevice
 from process_visualizer.ros_names import (
     DEPTH_PROC,
+    FUSION,
     JOINT_PROC,
     ROBOT_PROC,
     ROBOT_STATE_PUBLISHER,
@@ -73,7 +74,7 @@ def _meanings(device: Device) -> Dict[str, str]:
     """What it means for a device that a node has ended."""
     if device.variables and not any(it.is_shown for it in device.variables):
         return {**_MEANINGS, VARIABLE_PROC: 'limits are not watched'}
-    return _MEANINGS
+    return _MEANINGS if device.fusion is None else {**_MEANINGS, FUSION: 'the points are old'}
 
 
 def _is_drawn(device: Device) -> bool:

@@ -1,19 +1,21 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The depth data processor (thesis section 5.4): stamps a depth sensor's clouds with the present.
+"""The depth data processor (thesis section 5.4): a depth sensor's clouds with stamps of today.
 
-RViz discards old data, such as the clouds of a recording. The clouds pass through as the received
-bytes; only their header is rewritten.
+RViz discards old data, such as the clouds of a foreign recording. Stamps that are of today are
+kept, so that RViz draws a cloud where its frame was when the cloud was taken. The clouds pass
+through as the received bytes; only their header is rewritten.
 """
 from __future__ import annotations
 
 import struct
-from typing import BinaryIO, ClassVar, Optional
+from typing import BinaryIO, Callable, ClassVar, Optional
 
 import rospy
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Float32
 
 from process_visualizer.clients.player_clock import PlaybackFollower
+from process_visualizer.motion.kept_stamps import KeptStamps
 from process_visualizer.nodes.common.complaints import Complaints
 from process_visualizer.nodes.common.process_end import spin_to_end, start_node
 from process_visualizer.ros_names import DEPTH_PROC
@@ -26,23 +28,25 @@ _REPORT_PERIOD_S = 10.0
 AGE_PERIOD_S = 0.2
 
 
-def restamp(message: bytes, stamp: rospy.Time) -> tuple[bytes, memoryview]:
+def restamp(message: bytes, new_stamp: Callable[[rospy.Time], rospy.Time]
+            ) -> tuple[bytes, memoryview]:
     """Return a new front for a serialised message that begins with a header, and the rest of it.
 
-    The front ends with the header's frame_id, without the leading slash that tf2 rejects. The rest
-    is a view of ``message``, not a copy.
+    ``new_stamp`` is given the stamp. The front ends with the header's frame_id, without the leading
+    slash that tf2 rejects. The rest is a view of ``message``, not a copy.
 
     Raises:
         ValueError: the message is shorter than its header.
     """
     if len(message) < _HEADER.size:
         raise ValueError(f'{len(message)} bytes are not a message with a header')
-    seq, _, _, length = _HEADER.unpack_from(message)
+    seq, secs, nsecs, length = _HEADER.unpack_from(message)
     end = _HEADER.size + length
     if len(message) < end:
         raise ValueError(f'{len(message)} bytes are not a message with a frame_id of {length} '
                          'bytes')
     frame_id = message[_HEADER.size:end].lstrip(b'/')
+    stamp = new_stamp(rospy.Time(secs, nsecs))
     return (_HEADER.pack(seq, stamp.secs, stamp.nsecs, len(frame_id)) + frame_id,
             memoryview(message)[end:])
 
@@ -69,7 +73,7 @@ class SerializedPointCloud2(rospy.AnyMsg):
 
 
 class DepthProcessor:
-    """Republishes the clouds on ``~input`` on ``points``, stamped with the time of their arrival.
+    """Republishes the clouds on ``~input`` on ``points``, with their stamps (see `KeptStamps`).
 
     ``points_age`` is the age of the last one [s]; while playback is paused it does not grow.
 
@@ -79,6 +83,7 @@ class DepthProcessor:
     def __init__(self) -> None:
         self._complaints = Complaints(rospy.get_namespace().strip('/'))
         self._playback = PlaybackFollower()
+        self._stamps = KeptStamps()
         self._last_s: Optional[float] = None
         self._age = rospy.Publisher('points_age', Float32, queue_size=1)
         self._age_timer = rospy.Timer(rospy.Duration.from_sec(AGE_PERIOD_S), self._publish_age,
@@ -102,12 +107,16 @@ class DepthProcessor:
                            f"{PointCloud2._type}")
             return
         try:
-            parts = restamp(message._buff, rospy.Time.now())
+            parts = restamp(message._buff, self._kept)
         except ValueError as error:
             self._complain(f'{self._topic}: {error}')
             return
         self._complaints.note_good(self._topic)
         self._publisher.publish(SerializedPointCloud2(*parts))
+
+    def _kept(self, stamp: rospy.Time) -> rospy.Time:
+        stamp_ns = self._stamps.stamp(stamp.to_nsec(), rospy.Time.now().to_nsec())
+        return rospy.Time(*divmod(stamp_ns, 10 ** 9))
 
     def _publish_age(self, _event: rospy.timer.TimerEvent) -> None:
         if self._last_s is not None:

@@ -123,6 +123,8 @@ def _children(draw: st.DrawFn, name: str, tag: Tag, attributes: Dict[str, str],
 
 def _belongs(child: str, parent: str, attributes: Dict[str, str]) -> bool:
     kind: Optional[str] = {'force': 'robot', 'arrow': 'robot', 'roi': 'depth_sensor'}.get(child)
+    if child == 'fusion':  # names other devices
+        return False
     if parent == 'rviz' and child == 'rviz':
         return attributes['type'] == 'Group'
     return kind is None or attributes.get('type') == kind

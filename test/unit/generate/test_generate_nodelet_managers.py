@@ -76,3 +76,41 @@ def test_manager_that_is_not_known(elements: str, included: str, crop: Crop) -> 
 def test_the_manager_of_the_mode(crop: Crop) -> None:
     elements = '<launch ifstate="playback" pkg="my_cell" type="d.launch"/>'
     assert crop(elements, MANAGER.format('m'), mode=Mode.PLAYBACK).split()[2] == '/m'
+
+
+LOAD = ('<node pkg="nodelet" type="nodelet" name="{}" '
+        'args="load depth_image_proc/register {} --no-bond"/>')
+
+
+def joined(parse: Parse, tmp_path: Path, first: str, second: str) -> 'Dict[str, str]':
+    """The arguments of the nodelets of two sensors, and of the fusion of their clouds."""
+    device = ('<device type="depth_sensor" name="{0}"><topic name="{0}_c" type="pointcloud"/>'
+              '<roi size="1 1 1"/>{1}</device>')
+    cell = parse(device.format('left', first) + device.format('right', second)
+                 + '<device type="depth_sensor" name="both"><fusion sensors="left right"/>'
+                 '</device>')
+    plan = generate(Choice(cell, Mode.REALTIME, cell.devices, RvizStart.NONE))
+    return {node.namespace + node.name: ' '.join([node.args, 'respawn'] if node.respawn
+                                                 else [node.args])
+            for node in load_text(plan.files[LAUNCH_FILE], tmp_path).nodes
+            if node.package == 'nodelet'}
+
+
+def test_fusion_in_the_manager_of_all_sensors(parse: Parse, tmp_path: Path) -> None:
+    """What another device starts may end without this one: bonds, and respawning."""
+    found = joined(parse, tmp_path, MANAGER.format('m'), LOAD.format('n', '/left/m'))
+    assert found['/left/roi_filter'] == 'load process_visualizer/RoiFilter /left/m --no-bond'
+    assert found['/right/roi_filter'] == 'load process_visualizer/RoiFilter /left/m respawn'
+    assert found['/both/fusion'] == 'load process_visualizer/CloudFusion /left/m respawn'
+
+
+def test_fusion_of_managers_of_their_own(parse: Parse, tmp_path: Path) -> None:
+    found = joined(parse, tmp_path, MANAGER.format('m'), MANAGER.format('m'))
+    assert found['/right/roi_filter'] == 'load process_visualizer/RoiFilter /right/m --no-bond'
+    assert found['/both/fusion'] == 'standalone process_visualizer/CloudFusion'
+
+
+def test_manager_that_nobody_starts(parse: Parse, tmp_path: Path) -> None:
+    found = joined(parse, tmp_path, LOAD.format('n', '/m'), LOAD.format('n', '/m'))
+    assert found['/left/roi_filter'] == 'standalone process_visualizer/RoiFilter'
+    assert found['/both/fusion'] == 'standalone process_visualizer/CloudFusion'

@@ -8,9 +8,11 @@ import pytest
 
 from process_visualizer.cell.model import Cell, Device
 from process_visualizer.descriptions.robot_description import RobotDescription
+from process_visualizer.generate.nodelet_managers import Manager
 from process_visualizer.generate.processor_nodes import (
     ProcessorNode,
     fixed_frames,
+    fusion_node,
     processor_nodes,
     robot_parameters,
 )
@@ -90,9 +92,43 @@ def test_cloud_cropped_from_images(cloud: str, parse: Parse) -> None:
 
 def test_crop_in_a_manager(parse: Parse) -> None:
     roi = processor_nodes(device(parse, 'depth_sensor', IMAGES + '<roi size="3 4 5"/>'), None,
-                          '/camera/m')[0]
-    assert roi.args == 'load process_visualizer/RegisteredCrop /camera/m --no-bond'
+                          Manager('/camera/m'))[0]
+    assert (roi.args, roi.respawn) == (
+        'load process_visualizer/RegisteredCrop /camera/m --no-bond', False)
 
+
+def test_crop_in_the_manager_of_another_device_is_loaded_again_when_that_restarts(
+        parse: Parse) -> None:
+    roi = processor_nodes(device(parse, 'depth_sensor', IMAGES + '<roi size="3 4 5"/>'), None,
+                          Manager('/camera/m', is_shared=True))[0]
+    assert (roi.args, roi.respawn) == ('load process_visualizer/RegisteredCrop /camera/m', True)
+
+
+SENSORS = ('<device type="depth_sensor" name="a"><topic name="a" type="pointcloud"/></device>'
+           '<device type="depth_sensor" name="b"><topic name="b" type="pointcloud"/>'
+           '<roi size="1 1 1"/></device>')
+
+
+def test_fusion(parse: Parse) -> None:
+    cell = parse(SENSORS + '<device type="depth_sensor" name="c"><fusion sensors="a b"/></device>')
+    joined = cell.devices[2]
+    assert joined.fusion is not None
+    node = fusion_node(joined, joined.fusion, cell.devices[:2], 'world', None)
+    assert (node.name, node.args, node.respawn) == (
+        'fusion', 'standalone process_visualizer/CloudFusion', False)
+    assert node.parameters == {'topics': ['/a', '/b/roi_points'], 'frame': 'world',
+                               'voxel': 0.005, 'timeout': 1.0}
+    assert node.remaps == {'~output': '/c/fused_points'}
+    (depth,) = processor_nodes(joined, None)
+    assert (depth.name, depth.parameters) == ('depth_proc', {'topic': '/c/fused_points'})
+
+
+def test_fusion_in_a_manager(parse: Parse) -> None:
+    cell = parse(SENSORS + '<device type="depth_sensor" name="c"><fusion sensors="a"/></device>')
+    joined = cell.devices[2]
+    assert joined.fusion is not None
+    node = fusion_node(joined, joined.fusion, cell.devices[:1], 'world', Manager('/m', True))
+    assert (node.args, node.respawn) == ('load process_visualizer/CloudFusion /m', True)
 
 def test_region_in_the_global_frame(parse: Parse) -> None:
     roi = nodes_of(parse, 'depth_sensor',

@@ -14,7 +14,8 @@ _KINDS: Dict[str, str] = {
     'axis': 'direction', 'boolean': 'True or False', 'color': 'colour', 'command_line': 'text',
     'environment': 'name', 'executable': 'file name', 'field': 'field', 'frame': 'frame',
     'integer': 'whole number', 'length': 'number ≥ 0', 'message': 'message type', 'name': 'name',
-    'namespace': 'ROS name', 'number': 'number', 'package': 'package', 'path': 'path',
+    'names': 'names', 'namespace': 'ROS name', 'number': 'number', 'package': 'package',
+    'path': 'path',
     'positive': 'number > 0', 'resource': 'ROS name', 'size': 'three numbers > 0',
     'text': 'text', 'topic': 'ROS name', 'vector': 'three numbers',
 }

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Writes poses of base frames and tools into the configuration file, and reverts them."""
+"""Writes poses of base frames and tools, and boxes, into the configuration file."""
 from __future__ import annotations
 
 import hashlib
@@ -9,7 +9,7 @@ import re
 import stat
 import tempfile
 from pathlib import Path
-from typing import Dict, List, NamedTuple, Optional
+from typing import Callable, Dict, List, Mapping, NamedTuple, Optional
 
 from process_visualizer.cell.editing.number_text import number_text
 from process_visualizer.cell.editing.start_tags import (
@@ -21,7 +21,7 @@ from process_visualizer.cell.editing.start_tags import (
 )
 from process_visualizer.cell.editing.tool_edit import with_tool
 from process_visualizer.cell.errors import Location, quoted
-from process_visualizer.cell.model import BaseFrame, Cell, Pose, Vector3
+from process_visualizer.cell.model import BaseFrame, Cell, Pose, RegionOfInterest, Vector3
 
 _WORD = re.compile(r'\S+')
 
@@ -61,14 +61,31 @@ class PoseEditor:
             KeyError: there is no such device.
             PoseEditError: nothing is written.
         """
-        base = self._base(device)
-        data = self._unchanged(base.location)
-        tag = self._tag(device, base, data)
+        return self._save_element(device, 'base', self._base(device).location,
+                                  lambda data, tag: with_pose(data, tag, pose))
+
+    def save_region(self, device: str, region: RegionOfInterest) -> Optional[SavedPose]:
+        """Write the centre and the edge lengths of a depth sensor's box; None if they are there.
+
+        Raises:
+            KeyError: there is no such device.
+            PoseEditError: nothing is written.
+        """
+        found = self._cell.device(device)
+        if found.roi is None:
+            raise PoseEditError(f'{found.location}: the device "{device}" has no <roi> any more')
+        return self._save_element(device, 'roi', found.roi.location, lambda data, tag: with_vectors(
+            data, tag, {'xyz': region.center, 'size': region.size}))
+
+    def _save_element(self, device: str, name: str, here: Location,
+                      change: Callable[[bytes, StartTag], bytes]) -> Optional[SavedPose]:
+        data = self._unchanged(here)
+        tag = self._tag(device, name, here, data)
         try:
-            changed = with_pose(data, tag, pose)
+            changed = change(data, tag)
         except ValueError as error:
-            raise PoseEditError(f'{base.location}: <base>: {error}') from error
-        return None if changed == data else self._save(base.location.file, data, changed)
+            raise PoseEditError(f'{here}: <{name}>: {error}') from error
+        return None if changed == data else self._save(here.file, data, changed)
 
     def save_tool(self, device: str, frame: str, pose: Pose) -> SavedPose:
         """Write the tool of a robot that has none in the file: its pose in a frame.
@@ -123,23 +140,23 @@ class PoseEditor:
                                 'load the configuration again')
         return data
 
-    def _tag(self, device: str, base: BaseFrame, data: bytes) -> StartTag:
-        """The start tag of a base that is not shared with another device."""
-        here = base.location
-        tags = [tag for tag in start_tags(data) if (tag.tag, tag.line) == ('base', here.line)]
+    def _tag(self, device: str, name: str, here: Location, data: bytes) -> StartTag:
+        """The start tag of a <base> or <roi> that is not shared with another device."""
+        tags = [tag for tag in start_tags(data) if (tag.tag, tag.line) == (name, here.line)]
         if len(tags) > 1:
             tags = [tag for tag in tags if tag.parent.get('name') == device]
             if len(tags) != 1:
-                raise PoseEditError(f'{here}: the line has several <base>; put each on a line of '
+                raise PoseEditError(f'{here}: the line has several <{name}>; put each on a line of '
                                     'its own')
-        elif len(sharing := self._sharing(here)) > 1:
-            raise PoseEditError(f'{here}: this <base> is shared by {" and ".join(sharing)}, as the '
-                                'file is included more than once; edit it by hand')
+        elif len(sharing := self._sharing(name, here)) > 1:
+            raise PoseEditError(f'{here}: this <{name}> is shared by {" and ".join(sharing)}, as '
+                                'the file is included more than once; edit it by hand')
         return tags[0]
 
-    def _sharing(self, location: Location) -> List[str]:
-        return [device.name for device in self._cell.devices
-                if device.base is not None and device.base.location == location]
+    def _sharing(self, name: str, location: Location) -> List[str]:
+        elements = [(it.name, it.base if name == 'base' else it.roi) for it in self._cell.devices]
+        return [device for device, element in elements
+                if element is not None and element.location == location]
 
 
 def with_pose(data: bytes, tag: StartTag, pose: Pose) -> bytes:
@@ -151,12 +168,20 @@ def with_pose(data: bytes, tag: StartTag, pose: Pose) -> bytes:
     Raises:
         ValueError: the pose cannot be written there; the text says why.
     """
-    if not all(map(math.isfinite, (*pose.xyz, *pose.ypr))):
-        raise ValueError('a pose needs finite numbers')
     angles = 'rpy' if 'rpy' in tag.attributes else 'ypr'
+    return with_vectors(data, tag, {'xyz': pose.xyz, angles: pose.ypr})
+
+
+def with_vectors(data: bytes, tag: StartTag, vectors: Mapping[str, Vector3]) -> bytes:
+    """Return a document with other numbers in attributes of an element, as `with_pose` does.
+
+    Raises:
+        ValueError: they cannot be written there; the text says why.
+    """
+    if not all(math.isfinite(number) for vector in vectors.values() for number in vector):
+        raise ValueError('finite numbers are needed')
     written = tag_text(data, tag)
-    edits = {name: _edited(tag, written, name, vector)
-             for name, vector in (('xyz', pose.xyz), (angles, pose.ypr))}
+    edits = {name: _edited(tag, written, name, vector) for name, vector in vectors.items()}
     text = _with_values(written, edits)
     encoding = encoding_of(data)
     result = data[:tag.offset] + text.encode(encoding)

@@ -17,6 +17,7 @@ from process_visualizer.clients.recording_options import RecorderError
 from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.plan import BAG_PART, FRAMES_PART, PlanError
 from process_visualizer.gui.app.event_notes import EventNotes
+from process_visualizer.gui.app.region_control import RegionControl
 from process_visualizer.gui.app.status import player_activity, recorder_activity, status_text
 from process_visualizer.gui.models.cell.alarms_model import AlarmsModel
 from process_visualizer.gui.models.cell.calibration_model import CalibrationModel
@@ -88,6 +89,8 @@ class Launcher(QObject):
         self.values = ValuesModel(self.tasks, self.playback, parent=self)
         self.view = ViewModel(self.tasks, self.cell, self.launch)
         self.calibration = CalibrationModel(self.tasks, self.link.move_frame, self)
+        self._regions = RegionControl(self.tasks, self)
+        self.region = self._regions.model
         self.tool = ToolModel(self.tasks, self)
         self.alarms = AlarmsModel(self.launch, self.states)
         self._notes = EventNotes(self.tasks, self.alarms, self.launch, self.recording)
@@ -213,7 +216,7 @@ class Launcher(QObject):
         self.calibration.marker_wanted.connect(self._show_marker)
         self.calibration.moved.connect(lambda frame, pose: self.tasks.run(
             _MARKER, lambda: self.link.move_marker(frame, pose)))
-        for saved in (self.calibration.saved, self.tool.saved):
+        for saved in (self.calibration.saved, self.region.saved, self.tool.saved):
             saved.connect(lambda _device: self.cell.reload())
         self.warnings.changed.connect(self._follow_warnings)
         self.link.ghost_phase.connect(self.live_comparison.take_phase)
@@ -226,7 +229,7 @@ class Launcher(QObject):
         curves = self.bag.curves
         curves.changed.connect(lambda: self.alarms.set_recorded(curves.alarms))
         for model in (self.master, self.launch, self.recording, self.playback, self.bag,
-                      self.calibration, self.tool, self.view, self.new, self.compare,
+                      self.calibration, self.region, self.tool, self.view, self.new, self.compare,
                       self.ghost, self.replay, self.replay.playback):
             model.failed.connect(self.failed)
         for model in (self.guard, self.launch, self.recording, self.playback, self.states,
@@ -256,6 +259,7 @@ class Launcher(QObject):
         if mode is not Mode.REALTIME:
             self.replay.stop()
         self.calibration.set_running(mode is not None)
+        self.region.set_running(mode is not None)
         if mode is Mode.PLAYBACK:
             self._play_other_bag('')
         else:
@@ -282,10 +286,12 @@ class Launcher(QObject):
         self.values.set_devices(self.cell.chosen)
         self.compare.set_cell(self.cell.cell)
         self.calibration.set_devices(self.cell.devices)
+        self.region.set_devices(self.cell.devices)
         editor = self.cell.editor
         self.tool.set_devices(self.cell.devices, None if editor is None else editor.save_tool)
         if editor is not None:
             self.calibration.set_save(editor.save)
+            self.region.set_save(editor.save_region)
 
     def _follow_warnings(self) -> None:
         self.tool.take_warnings({device.name: self.states.warnings(device.name)

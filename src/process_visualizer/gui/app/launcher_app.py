@@ -12,6 +12,7 @@ from PyQt5.QtWidgets import (
     QInputDialog,
     QLabel,
     QMainWindow,
+    QSizePolicy,
     QVBoxLayout,
     QWidget,
 )
@@ -38,6 +39,7 @@ from process_visualizer.gui.views.cell.log_view import LogView
 from process_visualizer.gui.views.cell.made_notice import MadeNotice
 from process_visualizer.gui.views.cell.mixture_notice import MixtureNotice
 from process_visualizer.gui.views.cell.new_configuration_view import NewConfigurationView
+from process_visualizer.gui.views.cell.region_panel import RegionPanel
 from process_visualizer.gui.views.cell.tool_notice import ToolNotice
 from process_visualizer.gui.views.cell.warnings_view import WarningsView
 from process_visualizer.gui.views.comparison.compare_panel import ComparePanel
@@ -83,7 +85,8 @@ class LauncherApp(QMainWindow):
                                       launcher.bands)
         self.live = LivePanel(launcher.live, launcher.bag.curves.choices, launcher.replay,
                               launcher.live_comparison)
-        self.calibration = CalibrationPanel(launcher.calibration)
+        self.calibration = _below_each_other(CalibrationPanel(launcher.calibration),
+                                             RegionPanel(launcher.region))
         self.compare = ComparePanel(launcher.compare, launcher.ghost, launcher.live_comparison,
                                     lambda: launcher.recording.choices.folder)
         self._drops = DropTarget(self, launcher)
@@ -328,3 +331,14 @@ class LauncherApp(QMainWindow):
     def _close_now(self) -> None:
         self._is_closed = True
         self.close()
+
+
+def _below_each_other(*widgets: QWidget) -> QWidget:
+    column = QWidget()
+    layout = QVBoxLayout(column)
+    layout.setContentsMargins(0, 0, 0, 0)
+    for widget in widgets:
+        widget.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Maximum)
+        layout.addWidget(widget)
+    layout.addStretch(1)
+    return column

@@ -24,7 +24,7 @@ from process_visualizer.motion.rotations import (
 
 SIZE_M = 0.4
 _HALF = 0.5 ** 0.5
-_AXES = {'x': (_HALF, 0.0, 0.0, _HALF), 'y': (0.0, 0.0, _HALF, _HALF),
+AXES = {'x': (_HALF, 0.0, 0.0, _HALF), 'y': (0.0, 0.0, _HALF, _HALF),
          'z': (0.0, _HALF, 0.0, _HALF)}
 """Quaternions (x y z w) that turn the x axis, along which a control works, onto each axis."""
 
@@ -85,7 +85,7 @@ class PoseMarker:
 def _marker(parent: str, frame: str, pose: Pose) -> InteractiveMarker:
     marker = InteractiveMarker(name=frame, description=frame, scale=SIZE_M, pose=_message(pose))
     marker.header.frame_id = parent
-    for axis, quaternion in _AXES.items():
+    for axis, quaternion in AXES.items():
         for name, mode in (('move', InteractiveMarkerControl.MOVE_AXIS),
                            ('turn', InteractiveMarkerControl.ROTATE_AXIS)):
             marker.controls.append(InteractiveMarkerControl(

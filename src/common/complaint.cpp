@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "process_visualizer/joints/complaint.hpp"
+#include "process_visualizer/common/complaint.hpp"
 
-namespace process_visualizer::joints {
+namespace process_visualizer {
 namespace {
 
 constexpr std::chrono::seconds kHold{3};  // it must not blink
@@ -18,4 +18,4 @@ void Complaint::add(const std::string& text, Time now) {
 
 bool Complaint::holds(Time now) const { return count_ > 0 && !(has_good_ && now - last_ > kHold); }
 
-}  // namespace process_visualizer::joints
+}  // namespace process_visualizer

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <string>
 
-namespace process_visualizer::joints {
+namespace process_visualizer {
 
 /// A problem with the messages of a topic, for as long as it lasts: until good messages come and
 /// no bad one has come for some time. Like ComplaintBook of the Python nodes.
@@ -32,4 +32,4 @@ class Complaint {
   bool has_good_ = false;
 };
 
-}  // namespace process_visualizer::joints
+}  // namespace process_visualizer

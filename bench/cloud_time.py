@@ -1,0 +1,224 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Measures how far a cloud is from the robot that moves in it, at the stamp of the cloud.
+
+usage: bench/run cloud_time [--seconds 20]
+
+The simulated cell runs, is recorded, and is played back. From the tf of the upper robot at a
+cloud's stamp, and at times around it, the depth image is computed that the simulated Kinect would
+see. The time at which it agrees best with the cloud says how long the stamp is off, and with the
+tool's speed how far the cloud is from the robot. "Arrival": if the stamp were that of the arrival.
+"""
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import signal
+import subprocess
+import time
+from pathlib import Path
+from typing import Dict, Iterator, List, NamedTuple, Optional
+
+import numpy as np
+import rospy
+import tf2_ros
+from players import ros_master
+from sensor_msgs.msg import PointCloud2
+
+from process_visualizer.clients.player_client import PlayerClient
+from process_visualizer.motion.rotations import matrix_from_quaternion
+from sewing_cell import layout, pinhole, silhouette
+from sewing_cell.arms import UPPER
+
+CONFIG = Path(__file__).parents[1] / 'sewing_cell' / 'devices' / 'simulated.xml'
+DEVICES = 'ur_rt_upper,kinect,simulator'
+TOPICS = ('/ur_rt_upper/q_act', '/camera/rgb/image_color', '/camera/rgb/camera_info',
+          '/camera/depth_registered/image_raw')
+LINKS = [f'ur_rt_upper/link{number}' for number in range(8)] + ['ur_rt_upper/tool']
+BOX = {'center': [-0.5, 0.0, 0.3], 'size': [1.4, 2.4, 0.4]}  # above the covers, m
+SHIFTS_S = np.arange(-0.08, 0.0801, 0.01)
+SLOWEST_M_PER_S = 0.1
+EVERY = 3
+"""Of so many clouds one is compared."""
+FARTHEST_M = 0.03
+_TIMEOUT_S = 60.0
+_SETTLING_S = 3.0
+_BUFFER_S = 120.0
+
+
+class Offset(NamedTuple):
+    """How far a cloud is from the robot, m: as stamped, and if it were stamped at its arrival."""
+
+    stamped_m: float
+    at_arrival_m: float
+
+
+class Watch:
+    """Keeps clouds and all transforms, and compares them afterwards."""
+
+    def __init__(self) -> None:
+        self._clouds_with_arrival: List['tuple[PointCloud2, float]'] = []
+        self._count = 0
+        self._buffer = tf2_ros.Buffer(rospy.Duration.from_sec(_BUFFER_S))
+        self._listener = tf2_ros.TransformListener(self._buffer)
+        self._clouds = rospy.Subscriber('/kinect/points', PointCloud2, self._take, queue_size=1,
+                                        buff_size=1 << 24, tcp_nodelay=True)
+
+    def __enter__(self) -> 'Watch':
+        return self
+
+    def __exit__(self, *_exception: object) -> None:
+        self._listener.unregister()
+
+    def run(self, seconds: float) -> List[Offset]:
+        """Compare the clouds of some time."""
+        time.sleep(seconds)
+        self._clouds.unregister()
+        compared = (self._compare(*it) for it in self._clouds_with_arrival)
+        return [offset for offset in compared if offset is not None]
+
+    def _take(self, cloud: PointCloud2) -> None:
+        arrival_s = rospy.get_time()
+        self._count += 1
+        if self._count % EVERY == 0:
+            self._clouds_with_arrival.append((cloud, arrival_s))
+
+    def _compare(self, cloud: PointCloud2, arrival_s: float) -> Optional[Offset]:
+        stamp_s = cloud.header.stamp.to_sec()
+        try:
+            before, after = self._links(stamp_s - 0.02), self._links(stamp_s + 0.02)
+            speed = float(np.linalg.norm(after[8] - before[8])) / 0.04
+            if speed < SLOWEST_M_PER_S:
+                return None
+            measured = _depth_image(cloud)
+            costs = [_difference(_expected(self._links(stamp_s + shift)), measured)
+                     for shift in SHIFTS_S]
+        except tf2_ros.TransformException:
+            return None
+        off_s = _minimum(SHIFTS_S, np.array(costs))
+        return None if off_s is None else Offset(
+            abs(off_s) * speed, abs(stamp_s + off_s - arrival_s) * speed)
+
+    def _links(self, time_s: float) -> np.ndarray:
+        """Origins of the links, the tool and the gripper's tip in the world, (10, 3), m."""
+        points = []
+        for link in LINKS:
+            it = self._buffer.lookup_transform('world', link, rospy.Time.from_sec(time_s)).transform
+            points.append([it.translation.x, it.translation.y, it.translation.z])
+        turned = it.rotation
+        axis = matrix_from_quaternion((turned.x, turned.y, turned.z, turned.w))[:, 2]
+        return np.array([*points, points[-1] + layout.GRIP_HEIGHT * axis])
+
+
+def _expected(links: np.ndarray) -> np.ndarray:
+    """The depth image of the robot, (480, 640), m; inf where it is not."""
+    image = np.full((pinhole.HEIGHT, pinhole.WIDTH), np.inf)
+    for patch in silhouette.robot(UPPER, pinhole.project(links).tolist()):
+        where = (patch.rows, patch.columns)
+        depth = np.where(patch.mask, patch.depth, np.inf)
+        image[where] = np.minimum(image[where], depth)
+    return image
+
+
+def _depth_image(cloud: PointCloud2) -> np.ndarray:
+    """The depth of each pixel that has a point in the box, m; inf elsewhere."""
+    image = np.full((pinhole.HEIGHT, pinhole.WIDTH), np.inf)
+    points = np.frombuffer(cloud.data, '<f4').reshape(-1, cloud.point_step // 4)[:, :3]
+    pixels = np.rint(points[:, :2] / points[:, 2:] * pinhole.FOCAL_LENGTH_PX
+                     + (pinhole.CENTRE_U, pinhole.CENTRE_V)).astype(int)
+    image[pixels[:, 1], pixels[:, 0]] = points[:, 2]
+    return image
+
+
+def _difference(expected: np.ndarray, measured: np.ndarray) -> float:
+    """Sum of the differences of all pixels, each limited, where the box has the robot."""
+    lowest = pinhole.POSITION[2] - (BOX['center'][2] - BOX['size'][2] / 2)
+    in_box = np.where(expected < lowest, expected, np.inf)
+    with np.errstate(invalid='ignore'):
+        apart = np.abs(in_box - measured)
+    return float(np.nan_to_num(apart, nan=0.0, posinf=FARTHEST_M).clip(0, FARTHEST_M).sum())
+
+
+def _minimum(places: np.ndarray, costs: np.ndarray) -> Optional[float]:
+    """Where a parabola through the lowest three is lowest; None if that is at an end."""
+    index = int(costs.argmin())
+    if index in (0, len(costs) - 1):
+        return None
+    low, middle, high = costs[index - 1:index + 2]
+    curvature = low - 2 * middle + high
+    step = float(places[1] - places[0])
+    return float(places[index]) + (0.5 * (low - high) / curvature * step if curvature > 0 else 0.0)
+
+
+@contextlib.contextmanager
+def cell(*options: str) -> Iterator[None]:
+    """The simulated cell without RViz, with a box around the robot."""
+    process = subprocess.Popen(
+        ['rosrun', 'process_visualizer', 'cell', 'run', str(CONFIG), '--devices', DEVICES,
+         '--no-rviz', *options], stdout=subprocess.DEVNULL, start_new_session=True)
+    try:
+        rospy.wait_for_message('/kinect/points', PointCloud2, _TIMEOUT_S)
+        for name, value in BOX.items():
+            rospy.set_param(f'/kinect/kinect_roi/{name}', value)
+        time.sleep(_SETTLING_S)
+        yield
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait()
+
+
+def record(path: str, seconds: float) -> None:
+    """Record what the cell's devices publish."""
+    subprocess.run(['rosrun', 'rosbag', 'record', '-O', path, f'--duration={seconds}', *TOPICS],
+                   stdout=subprocess.DEVNULL, check=True)
+
+
+def play(seconds: float) -> Dict[str, List[Offset]]:
+    """Compare forward and backward."""
+    found: Dict[str, List[Offset]] = {}
+    client = PlayerClient()
+    client.wait_until_ready(_TIMEOUT_S)
+    for name, rate, begin_s in (('played', 1.0, 1.0), ('played backwards', -1.0, seconds - 1.0)):
+        client.set_rate(rate)
+        client.seek(begin_s)
+        client.play()
+        with Watch() as watch:
+            found[name] = watch.run(seconds - 3.0)
+    client.close()
+    return found
+
+
+def print_table(found: Dict[str, List[Offset]]) -> None:
+    """Print the medians and the 95th percentiles."""
+    print('| cloud against robot | clouds | at its stamp: median | p95 '
+          '| at its arrival: median | p95 |\n|---|---|---|---|---|---|')
+    for name, offsets in found.items():
+        if not offsets:
+            print(f'| {name} | 0 | | | | |')
+            continue
+        values = 1e3 * np.percentile(np.array(offsets), [50, 95], axis=0).T
+        print(f'| {name} | {len(offsets)} | '
+              + ' | '.join(f'{value:.1f} mm' for value in values.ravel()) + ' |')
+
+
+def main() -> None:
+    """Measure, and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('--seconds', type=float, default=20, help='of each part')
+    options = parser.parse_args()
+    bag = os.path.join(os.environ['ROS_HOME'], 'cell.bag')
+    found: Dict[str, List[Offset]] = {}
+    with ros_master():
+        rospy.init_node('bench_cloud_time', disable_signals=True)
+        with cell():
+            with Watch() as watch:
+                found['live'] = watch.run(options.seconds)
+            record(bag, options.seconds)
+        with cell('--mode', 'playback', '--bag', bag):
+            found.update(play(options.seconds))
+    print_table(found)
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <sensor_msgs/PointCloud2.h>
+
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace process_visualizer::cloud {
+
+/// Thins coloured clouds: of all points in a cube of a grid it keeps their mean, in position and in
+/// colour.
+///
+/// The grid is fixed to the origin, so that what stands still does not flicker. As pcl::VoxelGrid,
+/// but for several clouds at once without joining them first, and without its limit to 2^31 cubes
+/// in a cloud's bounding box (docs/benchmarks.md compares the two).
+class VoxelGrid {
+ public:
+  /// \param edge  of the cubes, m
+  /// \throws std::invalid_argument unless it is a finite number greater than zero
+  explicit VoxelGrid(double edge);
+
+  /// Adds the points of a cloud; those that are not finite, or farther away than 2^20 cubes, are
+  /// left out. Points without a colour are grey.
+  /// \param cloud            any layout with little-endian float32 fields x, y, z, in m
+  /// \param grid_from_cloud  transforms a point of the cloud into the grid's frame
+  /// \throws std::invalid_argument that says what is wrong with the cloud's layout
+  void add(const sensor_msgs::PointCloud2& cloud, const Eigen::Isometry3d& grid_from_cloud);
+
+  /// The means, with the fields x, y, z (m) and rgb, in the order in which the cubes were found.
+  sensor_msgs::PointCloud2 cloud(const std_msgs::Header& header) const;
+
+  void clear();
+
+ private:
+  struct Cube {
+    std::uint64_t key;
+    Eigen::Vector3f position_sum;  ///< relative to the grid's origin, m
+    std::uint32_t red_sum, green_sum, blue_sum, count;
+  };
+
+  void addPoint(const Eigen::Vector3f& position, const std::uint8_t* blue_green_red);
+  Cube& cubeAt(std::uint64_t key);
+  std::size_t slotOf(std::uint64_t key) const;
+  void grow();
+
+  float cubes_per_metre_;
+  std::vector<Cube> cubes_;
+  std::vector<std::uint32_t> slots_;  ///< a hash table: numbers of cubes from 1 on, 0 for none
+};
+
+}  // namespace process_visualizer::cloud

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <nodelet/nodelet.h>
+#include <process_visualizer/PlayerState.h>
+#include <ros/ros.h>
+#include <tf2_ros/transform_listener.h>
+
+#include <algorithm>
+#include <boost/make_shared.hpp>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <pluginlib/class_list_macros.hpp>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "process_visualizer/cloud/cloud_layout.hpp"
+#include "process_visualizer/cloud/complaints.hpp"
+#include "process_visualizer/cloud/data_clock.hpp"
+#include "process_visualizer/cloud/fused_clouds.hpp"
+#include "process_visualizer/cloud/fusion_parameters.hpp"
+#include "process_visualizer/cloud/periods.hpp"
+#include "process_visualizer/cloud/transform_lookup.hpp"
+#include "process_visualizer/cloud/voxel_grid.hpp"
+
+namespace process_visualizer::cloud {
+namespace {
+
+using sensor_msgs::PointCloud2;
+
+constexpr double kTickPeriod = 0.1;  ///< of looking for silent sensors, s
+constexpr double kStartTime = 10;    ///< for drivers, before missing clouds are a problem, s
+
+double wallTime() { return ros::WallTime::now().toSec(); }
+
+/// What is before the last slash of a nodelet's name: the device's.
+std::string deviceOf(const std::string& name) {
+  const std::size_t begin = name.find_first_not_of('/'), end = name.rfind('/');
+  return begin < end && end != std::string::npos ? name.substr(begin, end - begin) : name;
+}
+
+}  // namespace
+
+/// Nodelet that joins the clouds of several sensors, those on the parameter `~topics`, to one on
+/// `~output`: in the frame `~frame`, with one point in each cube of `~voxel` m, at the rate of the
+/// slowest sensor. Each cloud is where its sensor was at its stamp; the joined one has the newest
+/// stamp. A sensor that is silent for `~timeout` s is left out until it sends again, which the log
+/// and /diagnostics say. In playback the clouds of the last position are forgotten when the player
+/// says that it has jumped. The topics are subscribed to only while somebody subscribes to the
+/// output.
+class CloudFusion : public nodelet::Nodelet {
+ private:
+  void onInit() override;
+  void begin();
+  void connect();
+  void followSubscribers();
+  void subscribe();
+  void follow(const PlayerState& state);
+  void take(std::size_t sensor, const PointCloud2::ConstPtr& cloud);
+  bool accept(std::size_t sensor, const PointCloud2::ConstPtr& cloud);
+  void tick();
+  void complainOfSilence();
+  void fuse();
+  double now() const { return clock_.at(wallTime()); }
+
+  FusionParameters parameters_;
+  DataClock clock_;
+  std::optional<std::uint32_t> segment_;  ///< of the player
+  std::optional<FusedClouds> clouds_;
+  std::optional<VoxelGrid> grid_;
+  std::optional<Complaints> complaints_;
+  double subscribed_s_ = 0;              ///< on the data clock
+  std::optional<double> waits_since_s_;  ///< wall time since which a new cloud waits for others
+  tf2_ros::Buffer tf_buffer_;
+  std::unique_ptr<tf2_ros::TransformListener> tf_listener_;
+  std::vector<ros::Subscriber> subscribers_;
+  ros::Subscriber state_subscriber_;
+  ros::Publisher publisher_;
+  ros::WallTimer timer_;
+};
+
+void CloudFusion::onInit() {
+  timer_ = getPrivateNodeHandle().createWallTimer(
+      ros::WallDuration(kTickPeriod),
+      [this](const ros::WallTimerEvent&) { clouds_ ? tick() : begin(); });
+}
+
+void CloudFusion::begin() {
+  try {
+    parameters_ = readFusionParameters(getPrivateNodeHandle());
+    grid_.emplace(parameters_.voxel);
+  } catch (const std::invalid_argument& error) {
+    NODELET_ERROR_THROTTLE(kReportPeriod, "No clouds are joined: %s", error.what());
+    return;
+  }
+  clouds_.emplace(parameters_.topics.size(), parameters_.timeout);
+  complaints_.emplace(getPrivateNodeHandle(), getName(), deviceOf(getName()));
+  tf_listener_ = std::make_unique<tf2_ros::TransformListener>(tf_buffer_);
+  connect();
+}
+
+void CloudFusion::connect() {
+  ros::NodeHandle& node_handle = getPrivateNodeHandle();
+  state_subscriber_ = node_handle.subscribe("/bag_player/state", 10, &CloudFusion::follow, this,
+                                            ros::TransportHints().tcpNoDelay());
+  const auto follow = [this](const ros::SingleSubscriberPublisher&) { followSubscribers(); };
+  publisher_ = node_handle.advertise<PointCloud2>("output", 1, follow, follow);
+}
+
+void CloudFusion::followSubscribers() {
+  if (publisher_.getNumSubscribers() == 0)
+    subscribers_.clear();
+  else if (subscribers_.empty())
+    subscribe();
+}
+
+void CloudFusion::subscribe() {
+  subscribed_s_ = now();
+  clouds_->begin(subscribed_s_);
+  for (std::size_t sensor = 0; sensor < parameters_.topics.size(); ++sensor) {
+    subscribers_.push_back(getPrivateNodeHandle().subscribe<PointCloud2>(
+        parameters_.topics[sensor], 1,
+        [this, sensor](const PointCloud2::ConstPtr& cloud) { take(sensor, cloud); },
+        ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay()));
+  }
+}
+
+void CloudFusion::follow(const PlayerState& state) {
+  clock_.follow(state.stamp.toSec(), state.paused ? 0 : state.rate);
+  if (segment_ && *segment_ != state.segment) clouds_->jump(state.since, now());
+  segment_ = state.segment;
+}
+
+void CloudFusion::take(std::size_t sensor, const PointCloud2::ConstPtr& cloud) {
+  if (!accept(sensor, cloud)) return;
+  complaints_->noteGood(parameters_.topics[sensor]);
+  if (clouds_->hasNew() && !waits_since_s_) waits_since_s_ = wallTime();
+  if (clouds_->isComplete(now())) fuse();
+}
+
+bool CloudFusion::accept(std::size_t sensor, const PointCloud2::ConstPtr& cloud) {
+  const std::string& topic = parameters_.topics[sensor];
+  try {
+    checkedOffsets(*cloud);
+    clouds_->take(sensor, {cloud, transformInto(parameters_.frame, cloud->header, tf_buffer_)},
+                  now());
+    return true;
+  } catch (const tf2::TransformException& error) {
+    complaints_->add(topic, "no transform for the clouds on " + topic + ": " + error.what());
+  } catch (const std::invalid_argument& error) {
+    complaints_->add(topic, "an unusable cloud on " + topic + ": " + error.what());
+  }
+  return false;
+}
+
+void CloudFusion::tick() {
+  if (subscribers_.empty()) return;
+  complainOfSilence();
+  complaints_->report();
+  const bool is_late = waits_since_s_ && wallTime() - *waits_since_s_ > parameters_.timeout;
+  if (clouds_->isComplete(now()) || (is_late && clouds_->hasNew())) fuse();
+}
+
+void CloudFusion::complainOfSilence() {
+  if (now() - subscribed_s_ < kStartTime) return;
+  for (std::size_t sensor = 0; sensor < parameters_.topics.size(); ++sensor) {
+    const std::string& topic = parameters_.topics[sensor];
+    if (clouds_->isSilent(sensor, now()))
+      complaints_->add(topic, "no clouds come on " + topic + "; that sensor is left out");
+  }
+}
+
+void CloudFusion::fuse() {
+  waits_since_s_.reset();
+  std_msgs::Header header;
+  header.frame_id = parameters_.frame;
+  grid_->clear();
+  for (const PlacedCloud& placed : clouds_->next(now())) {
+    grid_->add(*placed.cloud, placed.pose);
+    header.stamp = std::max(header.stamp, placed.cloud->header.stamp);
+  }
+  publisher_.publish(boost::make_shared<PointCloud2>(grid_->cloud(header)));
+}
+
+}  // namespace process_visualizer::cloud
+
+PLUGINLIB_EXPORT_CLASS(process_visualizer::cloud::CloudFusion, nodelet::Nodelet)
