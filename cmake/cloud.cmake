@@ -5,6 +5,7 @@
 set(cloud_sources
   src/cloud/box.cpp
   src/cloud/box_outline.cpp
+  src/cloud/cloud_layout.cpp
   src/cloud/image_layout.cpp
   src/cloud/pixel_rays.cpp
   src/cloud/registered_crop.cpp

@@ -1,16 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "process_visualizer/cloud/roi_filter.hpp"
 
-#include <sensor_msgs/PointField.h>
-
-#include <algorithm>
 #include <cstdint>
-#include <cstring>
-#include <string>
 #include <utility>
 #include <vector>
 
-#include "process_visualizer/cloud/require.hpp"
+#include "process_visualizer/cloud/cloud_layout.hpp"
 
 namespace process_visualizer::cloud {
 namespace {
@@ -21,59 +16,19 @@ struct Run {
   const std::uint8_t* end;
 };
 
-/// Where the coordinates lie within a point, in bytes.
-struct Offsets {
-  std::size_t x, y, z;
-};
-
-std::size_t coordinateOffset(const sensor_msgs::PointCloud2& cloud, const std::string& name) {
-  const auto field = std::find_if(cloud.fields.begin(), cloud.fields.end(),
-                                  [&](const auto& candidate) { return candidate.name == name; });
-  require(field != cloud.fields.end(), "the cloud has no field '" + name + "'");
-  require(field->datatype == sensor_msgs::PointField::FLOAT32,
-          "field '" + name + "' is not of type FLOAT32");
-  require(std::size_t{field->offset} + sizeof(float) <= cloud.point_step,
-          "field '" + name + "' ends behind its point: offset " + std::to_string(field->offset) +
-              ", point_step " + std::to_string(cloud.point_step));
-  return field->offset;
-}
-
-/// Checks the layout, so that every byte that is read later on exists.
-Offsets checkLayout(const sensor_msgs::PointCloud2& cloud) {
-  require(!cloud.is_bigendian, "the cloud is big-endian, only little-endian clouds are supported");
-  const Offsets offsets{coordinateOffset(cloud, "x"), coordinateOffset(cloud, "y"),
-                        coordinateOffset(cloud, "z")};
-  const std::uint64_t row_size = std::uint64_t{cloud.width} * cloud.point_step;
-  require(cloud.row_step >= row_size,
-          "row_step " + std::to_string(cloud.row_step) +
-              " is less than width * point_step = " + std::to_string(row_size));
-  const std::uint64_t data_size = std::uint64_t{cloud.row_step} * cloud.height;
-  require(cloud.data.size() >= data_size,
-          "the cloud's data is cut off: " + std::to_string(cloud.data.size()) + " bytes of " +
-              std::to_string(data_size));
-  return offsets;
-}
-
-float readFloat(const std::uint8_t* bytes) {
-  float value;
-  std::memcpy(&value, bytes, sizeof(value));
-  return value;
-}
-
 /// Tells whether a point lies in the box, for the bytes of a point.
 class InsideTest {
  public:
-  InsideTest(InsideBox is_inside, const Offsets& offsets)
+  InsideTest(InsideBox is_inside, const CoordinateOffsets& offsets)
       : is_inside_(std::move(is_inside)), offsets_(offsets) {}
 
   bool operator()(const std::uint8_t* point) const {
-    return is_inside_({readFloat(point + offsets_.x), readFloat(point + offsets_.y),
-                       readFloat(point + offsets_.z)});
+    return is_inside_(positionAt(point, offsets_));
   }
 
  private:
   InsideBox is_inside_;
-  Offsets offsets_;
+  CoordinateOffsets offsets_;
 };
 
 /// Finds the runs of kept points in one row.
@@ -115,7 +70,7 @@ std::vector<std::uint8_t> copyRuns(const std::vector<Run>& runs) {
 
 sensor_msgs::PointCloud2 cropToBox(const sensor_msgs::PointCloud2& cloud,
                                    const Eigen::Isometry3d& box_from_cloud, const Box& box) {
-  const InsideTest is_inside(InsideBox(box_from_cloud, box), checkLayout(cloud));
+  const InsideTest is_inside(InsideBox(box_from_cloud, box), checkedOffsets(cloud));
   sensor_msgs::PointCloud2 cropped;
   cropped.header = cloud.header;
   cropped.fields = cloud.fields;

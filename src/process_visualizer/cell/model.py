@@ -238,6 +238,23 @@ class RegionOfInterest:
 
 
 @dataclass(frozen=True)
+class SoughtObjects:
+    """What nobody modelled is sought in a cloud; None stands for the device's own cloud.
+
+    Nearer to a robot than ``warn_m`` or ``stop_m`` it is marked. What is in boxes that are
+    expected is none; without a region it is sought everywhere.
+    """
+
+    warn_m: float
+    stop_m: float
+    padding_m: float
+    topic: Optional[str]
+    region: Optional[RegionOfInterest]
+    expected: Tuple[RegionOfInterest, ...]
+    location: Location
+
+
+@dataclass(frozen=True)
 class Device:
     """A device of the cell with everything that belongs to it."""
 
@@ -249,6 +266,7 @@ class Device:
     tool: Optional[Tool] = None
     force: Optional[ForceFrame] = None
     roi: Optional[RegionOfInterest] = None
+    objects: Optional[SoughtObjects] = None
     nodes: Tuple[Node, ...] = ()
     launch_files: Tuple[LaunchFile, ...] = ()
     topics: Tuple[Topic, ...] = ()

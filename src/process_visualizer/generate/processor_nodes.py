@@ -158,12 +158,18 @@ def _depth_nodes(device: Device, manager: str) -> List[ProcessorNode]:
 def _crop_node(device: Device, roi: RegionOfInterest, cropped: str,
                manager: str) -> ProcessorNode:
     """The crop, in the manager of the device's nodelets if that is known."""
-    nodelet = f'{PACKAGE}/RegisteredCrop' if device.has_images else f'{PACKAGE}/RoiFilter'
+    nodelet = 'RegisteredCrop' if device.has_images else 'RoiFilter'
     return ProcessorNode(
         'nodelet', 'nodelet', ROI_FILTER,
         {'frame': roi.frame, 'center': list(roi.center), 'size': list(roi.size)},
-        args=f'load {nodelet} {manager} --no-bond' if manager else f'standalone {nodelet}',
+        args=nodelet_arguments(nodelet, manager),
         remaps={**_crop_inputs(device), '~output': cropped})
+
+
+def nodelet_arguments(name: str, manager: str) -> str:
+    """How one of our nodelets is started: in a manager, or as a process of its own without one."""
+    nodelet = f'{PACKAGE}/{name}'
+    return f'load {nodelet} {manager} --no-bond' if manager else f'standalone {nodelet}'
 
 
 def _crop_inputs(device: Device) -> Dict[str, str]:

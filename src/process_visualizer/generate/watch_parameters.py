@@ -19,6 +19,7 @@ from process_visualizer.parameters.scene_parameters import SceneParameters, Watc
 from process_visualizer.ros_names import (
     DEPTH_PROC,
     JOINT_PROC,
+    OBJECT_FINDER,
     ROBOT_PROC,
     ROBOT_STATE_PUBLISHER,
     ROI_FILTER,
@@ -35,7 +36,8 @@ _APART_M = 0.14
 _MEANINGS = {
     ROBOT_PROC: 'no arrows and numbers', VARIABLE_PROC: 'no arrows and numbers',
     JOINT_PROC: 'the robot does not move', ROBOT_STATE_PUBLISHER: 'the robot does not move',
-    DEPTH_PROC: 'the points are old', ROI_FILTER: 'the points are old'}
+    DEPTH_PROC: 'the points are old', ROI_FILTER: 'the points are old',
+    OBJECT_FINDER: 'no objects are found'}
 
 
 def watch_parameters(cell: Cell, devices: Sequence[Device]) -> SceneParameters:

@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# What nobody modelled: models taken out of clouds, objects in what remains, and the nodelet.
+
+find_package(PCL REQUIRED COMPONENTS common filters kdtree sample_consensus)
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(assimp REQUIRED IMPORTED_TARGET assimp)
+
+# Only message classes, PCL and Eigen: no node, no master.
+set(objects_sources
+  src/objects/cloud_points.cpp
+  src/objects/clusters.cpp
+  src/objects/distance_field.cpp
+  src/objects/known_bodies.cpp
+  src/objects/link_geometry.cpp
+  src/objects/mesh_file.cpp
+  src/objects/mixed_pixels.cpp
+  src/objects/object_finder.cpp
+  src/objects/object_messages.cpp
+  src/objects/object_tracks.cpp
+  src/objects/robot_distance.cpp
+  src/objects/support_planes.cpp
+  src/objects/surface_samples.cpp
+  src/objects/triangle_mesh.cpp
+  src/objects/upright_box.cpp
+)
+set(objects_libraries
+  PkgConfig::assimp ${PCL_LIBRARIES} ${urdf_LIBRARIES} ${roscpp_serialization_LIBRARIES}
+  ${rostime_LIBRARIES})
+
+add_library(process_visualizer_objects ${objects_sources})
+process_visualizer_compile(process_visualizer_objects)
+target_include_directories(process_visualizer_objects SYSTEM PUBLIC ${PCL_INCLUDE_DIRS})
+target_link_libraries(process_visualizer_objects roi_filter ${objects_libraries})
+add_dependencies(process_visualizer_objects process_visualizer_generate_messages_cpp)
+
+target_sources(process_visualizer_nodelets PRIVATE
+  src/objects/cell_models.cpp
+  src/objects/finder_parameters.cpp
+  src/objects/object_finder_nodelet.cpp
+)
+target_link_libraries(process_visualizer_nodelets
+  process_visualizer_objects ${resource_retriever_LIBRARIES})
+
+install(TARGETS process_visualizer_objects
+  LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION}
+)

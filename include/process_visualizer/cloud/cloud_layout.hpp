@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <sensor_msgs/PointCloud2.h>
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+
+namespace process_visualizer::cloud {
+
+/// Where the coordinates lie within a point, in bytes.
+struct CoordinateOffsets {
+  std::size_t x, y, z;
+};
+
+/// Checks a cloud's layout, so that every byte that is read later on exists.
+/// \throws std::invalid_argument that says what is wrong
+CoordinateOffsets checkedOffsets(const sensor_msgs::PointCloud2& cloud);
+
+/// Where a point has its colour (field `rgb` or `rgba`, as PCL lays it out: blue, green, red), in
+/// bytes; nothing if the cloud has none.
+std::optional<std::size_t> colorOffset(const sensor_msgs::PointCloud2& cloud);
+
+inline float readFloat(const std::uint8_t* bytes) {
+  float value;
+  std::memcpy(&value, bytes, sizeof(value));
+  return value;
+}
+
+/// The position of a point, m.
+inline Eigen::Vector3f positionAt(const std::uint8_t* point, const CoordinateOffsets& offsets) {
+  return {readFloat(point + offsets.x), readFloat(point + offsets.y),
+          readFloat(point + offsets.z)};
+}
+
+}  // namespace process_visualizer::cloud

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <vector>
+
+namespace process_visualizer::objects {
+
+/// Level surfaces on which things stand, such as a table or the floor: planes of at most 10° slope
+/// of which half a square metre or more is seen. So large a thing is not taken for an object.
+class SupportPlanes {
+ public:
+  /// \param points  in a frame whose z axis points up, m
+  /// \param sensor  where they were seen from
+  SupportPlanes(const std::vector<Eigen::Vector3f>& points, const Eigen::Vector3f& sensor);
+
+  /// Whether a point lies on one of them, within what a depth sensor is wrong by at this distance.
+  bool contain(const Eigen::Vector3f& point) const;
+
+  /// The height of the highest one below a place, or in it, m.
+  std::optional<float> heightBelow(const Eigen::Vector3f& place) const;
+
+  /// How far a point on a surface may be from it, m: 12 mm, and a step of a Kinect's depth (3 mm at
+  /// 1 m, growing with the square of the distance).
+  float tolerance(const Eigen::Vector3f& point) const;
+
+ private:
+  using Plane = Eigen::Hyperplane<float, 3>;
+
+  bool findNext(std::vector<Eigen::Vector3f>& points);
+
+  Eigen::Vector3f sensor_;
+  std::vector<Plane> planes_;  ///< normals point up
+};
+
+}  // namespace process_visualizer::objects

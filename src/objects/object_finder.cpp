@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "process_visualizer/objects/object_finder.hpp"
+
+#include <algorithm>
+#include <iterator>
+
+#include "process_visualizer/objects/support_planes.hpp"
+
+namespace process_visualizer::objects {
+namespace {
+
+using Eigen::Isometry3f;
+using Eigen::Vector3f;
+
+/// The free points, in the global frame.
+std::vector<Vector3f> freePoints(const Points& points, const std::vector<Label>& labels,
+                                 const Isometry3f& global_from_cloud) {
+  std::vector<Vector3f> free;
+  for (std::size_t index = 0; index < labels.size(); ++index)
+    if (labels[index] == Label::kFree) free.push_back(global_from_cloud * points.places[index]);
+  return free;
+}
+
+std::vector<Isometry3f> inGlobalFrame(const Scene& scene) {
+  std::vector<Isometry3f> from_body;
+  for (const Isometry3f& transform : scene.cloud_from_body)
+    from_body.push_back(scene.global_from_cloud * transform);
+  return from_body;
+}
+
+/// Something too far away for numbers of this kind is nothing that a sensor sees.
+bool isInReach(const Vector3f& point) { return point.cwiseAbs().maxCoeff() < 1e4F; }
+
+}  // namespace
+
+std::vector<Label> ObjectFinder::label(const Points& points, const Scene& scene) const {
+  const PosedBodies known(bodies_, scene.cloud_from_body);
+  const auto labelOf = [&](const Vector3f& point) {
+    if (!isInReach(point) || (scene.region && !(*scene.region)(point))) return Label::kOutside;
+    const bool is_expected = std::any_of(scene.expected.begin(), scene.expected.end(),
+                                         [&](const auto& box) { return box(point); });
+    return is_expected || known.cover(point, settings_.padding) ? Label::kKnown : Label::kFree;
+  };
+  std::vector<Label> labels;
+  labels.reserve(points.places.size());
+  std::transform(points.places.begin(), points.places.end(), std::back_inserter(labels), labelOf);
+  removeMixedPixels(points.height > 1 ? imageOf(points.width, points.height)
+                                      : imageOf(points.places, settings_.focal),
+                    points.places, labels);
+  return labels;
+}
+
+std::vector<FoundObject> ObjectFinder::find(const Points& points, const std::vector<Label>& labels,
+                                            const Scene& scene) const {
+  const Vector3f sensor = scene.global_from_cloud.translation();
+  std::vector<Vector3f> free = freePoints(points, labels, scene.global_from_cloud);
+  const SupportPlanes planes(free, sensor);
+  free.erase(std::remove_if(free.begin(), free.end(),
+                            [&](const Vector3f& point) { return planes.contain(point); }),
+             free.end());
+  const std::vector<Isometry3f> from_body = inGlobalFrame(scene);
+  std::vector<FoundObject> objects;
+  for (const Cluster& cluster : clustersOf(free, settings_.gap, settings_.fewest)) {
+    const Vector3f& place = cluster.front();
+    objects.push_back({boxAround(cluster, sensor, planes.heightBelow(place),
+                                 planes.tolerance(place)),
+                       cluster.size(), distanceToRobots(cluster, bodies_, from_body)});
+  }
+  return objects;
+}
+
+}  // namespace process_visualizer::objects
