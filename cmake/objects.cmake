@@ -13,11 +13,11 @@ set(objects_sources
   src/objects/known_bodies.cpp
   src/objects/link_geometry.cpp
   src/objects/mesh_file.cpp
-  src/objects/mixed_pixels.cpp
   src/objects/object_finder.cpp
   src/objects/object_messages.cpp
   src/objects/object_tracks.cpp
   src/objects/robot_distance.cpp
+  src/objects/stray_points.cpp
   src/objects/support_planes.cpp
   src/objects/surface_samples.cpp
   src/objects/triangle_mesh.cpp
@@ -44,3 +44,16 @@ target_link_libraries(process_visualizer_nodelets
 install(TARGETS process_visualizer_objects
   LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION}
 )
+
+if(CATKIN_ENABLE_TESTING)
+  foreach(test test_object_finder)
+    catkin_add_gtest(${test} test/cpp/${test}.cpp)
+    process_visualizer_compile(${test})
+    target_link_libraries(${test} process_visualizer_objects)
+  endforeach()
+endif()
+
+# A benchmark: cmake --build build --target objects_benchmark
+add_executable(objects_benchmark EXCLUDE_FROM_ALL bench/objects.cpp)
+process_visualizer_compile(objects_benchmark)
+target_link_libraries(objects_benchmark process_visualizer_objects)

@@ -89,7 +89,6 @@ class Reader {
 FinderSettings settingsOf(const Reader& reader) {
   FinderSettings settings;
   settings.padding = static_cast<float>(reader.positive("padding", settings.padding));
-  settings.focal = reader.positive("focal", settings.focal);
   settings.gap = static_cast<float>(reader.positive("gap", settings.gap));
   settings.fewest = static_cast<std::size_t>(
       reader.positive("fewest_points", static_cast<double>(settings.fewest)));

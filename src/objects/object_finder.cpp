@@ -12,12 +12,27 @@ namespace {
 using Eigen::Isometry3f;
 using Eigen::Vector3f;
 
-/// The free points, in the global frame.
+/// Points for the search of planes, in the global frame. What surrounds the region tells more about
+/// a surface than the little of it that a region may contain.
+std::vector<Vector3f> surroundings(const Points& points, const std::vector<Label>& labels,
+                                   const Isometry3f& global_from_cloud) {
+  const std::size_t stride = labels.size() / SupportPlanes::kMostPoints + 1;
+  std::vector<Vector3f> chosen;
+  for (std::size_t index = 0; index < labels.size(); index += stride)
+    if (labels[index] == Label::kFree || labels[index] == Label::kOutside)
+      chosen.push_back(global_from_cloud * points.places[index]);
+  return chosen;
+}
+
+/// The free points that are on none of the planes, in the global frame.
 std::vector<Vector3f> freePoints(const Points& points, const std::vector<Label>& labels,
-                                 const Isometry3f& global_from_cloud) {
+                                 const Isometry3f& global_from_cloud, const SupportPlanes& planes) {
   std::vector<Vector3f> free;
-  for (std::size_t index = 0; index < labels.size(); ++index)
-    if (labels[index] == Label::kFree) free.push_back(global_from_cloud * points.places[index]);
+  for (std::size_t index = 0; index < labels.size(); ++index) {
+    if (labels[index] != Label::kFree) continue;
+    const Vector3f place = global_from_cloud * points.places[index];
+    if (!planes.contain(place)) free.push_back(place);
+  }
   return free;
 }
 
@@ -36,7 +51,8 @@ bool isInReach(const Vector3f& point) { return point.cwiseAbs().maxCoeff() < 1e4
 std::vector<Label> ObjectFinder::label(const Points& points, const Scene& scene) const {
   const PosedBodies known(bodies_, scene.cloud_from_body);
   const auto labelOf = [&](const Vector3f& point) {
-    if (!isInReach(point) || (scene.region && !(*scene.region)(point))) return Label::kOutside;
+    if (!isInReach(point)) return Label::kNowhere;
+    if (scene.region && !(*scene.region)(point)) return Label::kOutside;
     const bool is_expected = std::any_of(scene.expected.begin(), scene.expected.end(),
                                          [&](const auto& box) { return box(point); });
     return is_expected || known.cover(point, settings_.padding) ? Label::kKnown : Label::kFree;
@@ -44,20 +60,15 @@ std::vector<Label> ObjectFinder::label(const Points& points, const Scene& scene)
   std::vector<Label> labels;
   labels.reserve(points.places.size());
   std::transform(points.places.begin(), points.places.end(), std::back_inserter(labels), labelOf);
-  removeMixedPixels(points.height > 1 ? imageOf(points.width, points.height)
-                                      : imageOf(points.places, settings_.focal),
-                    points.places, labels);
+  markStrayPoints(points, labels);
   return labels;
 }
 
 std::vector<FoundObject> ObjectFinder::find(const Points& points, const std::vector<Label>& labels,
                                             const Scene& scene) const {
   const Vector3f sensor = scene.global_from_cloud.translation();
-  std::vector<Vector3f> free = freePoints(points, labels, scene.global_from_cloud);
-  const SupportPlanes planes(free, sensor);
-  free.erase(std::remove_if(free.begin(), free.end(),
-                            [&](const Vector3f& point) { return planes.contain(point); }),
-             free.end());
+  const SupportPlanes planes(surroundings(points, labels, scene.global_from_cloud), sensor);
+  const std::vector<Vector3f> free = freePoints(points, labels, scene.global_from_cloud, planes);
   const std::vector<Isometry3f> from_body = inGlobalFrame(scene);
   std::vector<FoundObject> objects;
   for (const Cluster& cluster : clustersOf(free, settings_.gap, settings_.fewest)) {

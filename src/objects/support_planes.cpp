@@ -17,21 +17,12 @@ using Eigen::Vector3f;
 using Cloud = pcl::PointCloud<pcl::PointXYZ>;
 using PlaneModel = pcl::SampleConsensusModelPerpendicularPlane<pcl::PointXYZ>;
 
-constexpr std::size_t kMostPoints = 4000;  // that planes are sought in
 constexpr int kMostPlanes = 4;
 constexpr double kSteepest = 10 * M_PI / 180;  // rad
 constexpr float kTile = 0.05F;                 // m: areas are counted in tiles of this size
 constexpr float kLeastArea = 0.5F;             // m²
 constexpr int kTrials = 150;
 constexpr double kSurely = 0.99;  // that a better plane was not missed
-
-std::vector<Vector3f> some(const std::vector<Vector3f>& points) {
-  const std::size_t stride = points.size() / kMostPoints + 1;
-  std::vector<Vector3f> chosen;
-  for (std::size_t index = 0; index < points.size(); index += stride)
-    chosen.push_back(points[index]);
-  return chosen;
-}
 
 Cloud::Ptr toCloud(const std::vector<Vector3f>& points) {
   Cloud::Ptr cloud(new Cloud);
@@ -50,10 +41,9 @@ float areaOf(const std::vector<Vector3f>& points, const pcl::Indices& indices) {
 
 }  // namespace
 
-SupportPlanes::SupportPlanes(const std::vector<Vector3f>& points, const Vector3f& sensor)
+SupportPlanes::SupportPlanes(std::vector<Vector3f> points, const Vector3f& sensor)
     : sensor_(sensor) {
-  std::vector<Vector3f> left = some(points);
-  while (planes_.size() < kMostPlanes && findNext(left)) {
+  while (planes_.size() < kMostPlanes && findNext(points)) {
   }
 }
 

@@ -8,8 +8,8 @@
 #include "process_visualizer/cloud/box.hpp"
 #include "process_visualizer/objects/clusters.hpp"
 #include "process_visualizer/objects/known_bodies.hpp"
-#include "process_visualizer/objects/mixed_pixels.hpp"
 #include "process_visualizer/objects/robot_distance.hpp"
+#include "process_visualizer/objects/stray_points.hpp"
 #include "process_visualizer/objects/upright_box.hpp"
 
 namespace process_visualizer::objects {
@@ -17,7 +17,6 @@ namespace process_visualizer::objects {
 /// What is looked at, and how.
 struct FinderSettings {
   float padding = 0.03F;     ///< points nearer than this to a known body are on it, m
-  double focal = 525;        ///< px, of the camera that saw a cloud that is not in rows
   float gap = 0.03F;         ///< things that are nearer to each other are one, m
   std::size_t fewest = 40;  ///< points of an object
 };
@@ -35,12 +34,6 @@ struct FoundObject {
   UprightBox box;
   std::size_t points;
   std::optional<RobotDistance> robot;  ///< the nearest one, if there are any
-};
-
-/// The points of a cloud, in its frame (m), in rows if `height` is greater than one.
-struct Points {
-  std::vector<Eigen::Vector3f> places;
-  std::size_t width = 0, height = 0;
 };
 
 /// Takes what is known out of clouds, and divides the rest into objects. Each cloud is judged by

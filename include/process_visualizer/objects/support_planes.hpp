@@ -11,9 +11,9 @@ namespace process_visualizer::objects {
 /// of which half a square metre or more is seen. So large a thing is not taken for an object.
 class SupportPlanes {
  public:
-  /// \param points  in a frame whose z axis points up, m
+  /// \param points  in a frame whose z axis points up, m; more than kMostPoints take time
   /// \param sensor  where they were seen from
-  SupportPlanes(const std::vector<Eigen::Vector3f>& points, const Eigen::Vector3f& sensor);
+  SupportPlanes(std::vector<Eigen::Vector3f> points, const Eigen::Vector3f& sensor);
 
   /// Whether a point lies on one of them, within what a depth sensor is wrong by at this distance.
   bool contain(const Eigen::Vector3f& point) const;
@@ -24,6 +24,8 @@ class SupportPlanes {
   /// How far a point on a surface may be from it, m: 12 mm, and a step of a Kinect's depth (3 mm at
   /// 1 m, growing with the square of the distance).
   float tolerance(const Eigen::Vector3f& point) const;
+
+  static constexpr std::size_t kMostPoints = 5000;
 
  private:
   using Plane = Eigen::Hyperplane<float, 3>;

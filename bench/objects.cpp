@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// Robots of a cell as a depth camera sees them while they move, taken out of its clouds, and
+/// objects in what remains: how well, and in how much time.
+///
+/// usage: objects_benchmark FRAMES SPEED_RAD_PER_S DELAY_S URDF...
+/// DELAY_S is by how much the robots' poses are older than the clouds.
+#include <urdf_model/model.h>
+#include <urdf_parser/urdf_parser.h>
+
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <map>
+#include <string>
+
+#include "../test/cpp/depth_camera.hpp"
+#include "process_visualizer/objects/link_geometry.hpp"
+#include "process_visualizer/objects/object_tracks.hpp"
+
+namespace process_visualizer::objects {
+namespace {
+
+using Eigen::Isometry3f;
+using Eigen::Vector3f;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::int8_t kTable = 0, kRobot = 1, kObject = 2;
+constexpr double kRate = 30;  // Hz
+
+std::vector<std::uint8_t> readFile(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+Isometry3f toEigen(const urdf::Pose& pose) {
+  double x, y, z, w;
+  pose.rotation.getQuaternion(x, y, z, w);
+  return Eigen::Translation3f(static_cast<float>(pose.position.x),
+                              static_cast<float>(pose.position.y),
+                              static_cast<float>(pose.position.z)) *
+         Eigen::Quaterniond(w, x, y, z).cast<float>();
+}
+
+/// A robot whose joints all turn to and fro, each with the given speed.
+class MovingRobot {
+ public:
+  /// \param urdf  with absolute paths of meshes
+  MovingRobot(const std::string& urdf, const Isometry3f& base)
+      : model_(urdf::parseURDF(urdf)), links_(linkGeometries(urdf, readFile)), base_(base) {}
+
+  const std::vector<LinkGeometry>& links() const { return links_; }
+
+  Isometry3f poseOf(const std::string& link, double angle) const {
+    const urdf::LinkConstSharedPtr found = model_->getLink(link);
+    if (!found->parent_joint) return base_;
+    const urdf::Joint& joint = *found->parent_joint;
+    Isometry3f pose = poseOf(joint.parent_link_name, angle) *
+                      toEigen(joint.parent_to_joint_origin_transform);
+    if (joint.type == urdf::Joint::REVOLUTE || joint.type == urdf::Joint::CONTINUOUS)
+      pose = pose * Eigen::AngleAxisf(static_cast<float>(angle),
+                                      Vector3f(static_cast<float>(joint.axis.x),
+                                               static_cast<float>(joint.axis.y),
+                                               static_cast<float>(joint.axis.z)));
+    return pose;
+  }
+
+ private:
+  urdf::ModelInterfaceSharedPtr model_;
+  std::vector<LinkGeometry> links_;
+  Isometry3f base_;
+};
+
+/// Something in the cell that moves on a circle, m.
+struct MovingObject {
+  Vector3f size, center;
+  float radius, speed;  ///< rad/s
+
+  Isometry3f poseAt(double time) const {
+    const float angle = speed * static_cast<float>(time);
+    return Eigen::Translation3f(center + radius * Vector3f(std::cos(angle), std::sin(angle), 0)) *
+           Eigen::AngleAxisf(angle, Vector3f::UnitZ());
+  }
+};
+
+const std::vector<MovingObject> kObjects{{{0.30F, 0.20F, 0.15F}, {-0.65F, -0.35F, 0.075F}, 0, 0},
+                                         {{0.12F, 0.20F, 0.06F}, {-0.60F, 0.35F, 0.30F}, 0.15F, 1},
+                                         {{0.20F, 0.20F, 0.20F}, {0.70F, -0.45F, 0.10F}, 0, 0},
+                                         {{0.10F, 0.10F, 0.30F}, {0.80F, 0.30F, 0.15F}, 0.1F, -1},
+                                         {{0.25F, 0.15F, 0.10F}, {0.15F, 0.60F, 0.05F}, 0, 0}};
+
+struct Figures {
+  long robot = 0, missed = 0, others = 0, taken = 0, false_objects = 0, seen = 0, exchanged = 0;
+  double label_s = 0, find_s = 0, track_s = 0, worst_size = 0;
+  std::map<std::size_t, std::uint32_t> numbers;  ///< of objects, as they were last
+};
+
+double since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+void count(Figures& figures, const DepthCamera& camera, const std::vector<Label>& labels) {
+  for (std::size_t pixel = 0; pixel < labels.size(); ++pixel) {
+    const std::int8_t thing = camera.things()[pixel];
+    if (thing == DepthCamera::kNothing) continue;
+    const bool is_free = labels[pixel] == Label::kFree;
+    if (thing == kRobot) {
+      ++figures.robot;
+      figures.missed += is_free ? 1 : 0;
+    } else {
+      ++figures.others;
+      figures.taken += is_free ? 0 : 1;
+    }
+  }
+}
+
+void compare(Figures& figures, const std::vector<TrackedObject>& tracked, double time) {
+  for (const TrackedObject& it : tracked) {
+    const Vector3f& center = it.object.box.center;
+    std::size_t nearest = 0;
+    const auto away = [&](std::size_t object) {
+      return (kObjects[object].poseAt(time).translation() - center).norm();
+    };
+    for (std::size_t object = 1; object < kObjects.size(); ++object)
+      if (away(object) < away(nearest)) nearest = object;
+    if (!it.is_seen) continue;
+    if (away(nearest) > 0.15F) {
+      ++figures.false_objects;
+      continue;
+    }
+    ++figures.seen;
+    const auto [known, is_new] = figures.numbers.emplace(nearest, it.number);
+    if (!is_new && known->second != it.number) ++figures.exchanged;
+    known->second = it.number;
+  }
+}
+
+void print(const Figures& it, int frames) {
+  const auto percent = [](long part, long whole) { return 100.0 * part / std::max(whole, 1L); };
+  std::printf("| points on robots taken out | %.2f %% of %ld |\n",
+              100 - percent(it.missed, it.robot), it.robot);
+  std::printf("| other points taken out | %.2f %% of %ld |\n", percent(it.taken, it.others),
+              it.others);
+  std::printf("| objects seen of %zu | %.2f |\n", kObjects.size(), 1.0 * it.seen / frames);
+  std::printf("| objects that are none | %ld |\n", it.false_objects);
+  std::printf("| exchanged numbers in %d frames | %ld |\n", frames, it.exchanged);
+  std::printf("| per cloud: models taken out | %.1f ms |\n", 1000 * it.label_s / frames);
+  std::printf("| per cloud: planes, objects, distances | %.1f ms |\n", 1000 * it.find_s / frames);
+  std::printf("| per cloud: numbers | %.2f ms |\n", 1000 * it.track_s / frames);
+}
+
+}  // namespace
+}  // namespace process_visualizer::objects
+
+int main(int argc, char** argv) {
+  using namespace process_visualizer::objects;
+  if (argc < 5) return 1;
+  const int frames = std::atoi(argv[1]);
+  const double speed = std::atof(argv[2]), delay = std::atof(argv[3]);
+  std::vector<MovingRobot> robots;
+  std::vector<KnownBody> bodies;
+  const FinderSettings settings;
+  const auto begin = Clock::now();
+  for (int number = 4; number < argc; ++number) {
+    const std::vector<std::uint8_t> urdf = readFile(argv[number]);
+    robots.emplace_back(std::string(urdf.begin(), urdf.end()),
+                        Isometry3f(Eigen::Translation3f(0.5F * (number - 4), 0, 0.05F)));
+    for (const LinkGeometry& link : robots.back().links())
+      bodies.emplace_back(link.frame, link.mesh, settings.padding + 0.01F, true);
+  }
+  std::printf("%zu links read in %.1f s\n", bodies.size(), since(begin));
+  const ObjectFinder finder(std::move(bodies), settings);
+  const Isometry3f camera_pose = lookingDown({0.1F, 0, 2.2F});
+  std::mt19937 random(1);
+  Figures figures;
+  ObjectTracks tracks;
+  for (int frame = 0; frame < frames; ++frame) {
+    const double time = frame / kRate;
+    const auto angle = [&](double at) { return 0.3 + std::asin(std::sin(speed * at)); };
+    DepthCamera camera(camera_pose);
+    camera.draw(boxMesh({4, 4, 0.1F}), Isometry3f(Eigen::Translation3f(0, 0, -0.05F)), kTable);
+    Scene scene;
+    scene.global_from_cloud = camera_pose;
+    for (const MovingRobot& robot : robots) {
+      for (const LinkGeometry& link : robot.links()) {
+        camera.draw(link.mesh, robot.poseOf(link.frame, angle(time)), kRobot);
+        scene.cloud_from_body.push_back(camera_pose.inverse() *
+                                        robot.poseOf(link.frame, angle(time - delay)));
+      }
+    }
+    for (const MovingObject& object : kObjects)
+      camera.draw(boxMesh(object.size), object.poseAt(time), kObject);
+    const Points points = camera.points(random);
+    auto start = Clock::now();
+    const std::vector<Label> labels = finder.label(points, scene);
+    figures.label_s += since(start);
+    start = Clock::now();
+    const std::vector<FoundObject> found = finder.find(points, labels, scene);
+    figures.find_s += since(start);
+    start = Clock::now();
+    const std::vector<TrackedObject> tracked = tracks.update(time, found);
+    figures.track_s += since(start);
+    count(figures, camera, labels);
+    compare(figures, tracked, time);
+  }
+  print(figures, frames);
+  return 0;
+}
