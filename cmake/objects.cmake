@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # What nobody modelled: models taken out of clouds, objects in what remains, and the nodelet.
 
-find_package(PCL REQUIRED COMPONENTS common filters kdtree sample_consensus)
+find_package(PCL REQUIRED COMPONENTS common kdtree)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(assimp REQUIRED IMPORTED_TARGET assimp)
 
@@ -46,11 +46,21 @@ install(TARGETS process_visualizer_objects
 )
 
 if(CATKIN_ENABLE_TESTING)
-  foreach(test test_object_finder)
+  foreach(test test_object_finder test_object_geometry test_object_tracks)
     catkin_add_gtest(${test} test/cpp/${test}.cpp)
     process_visualizer_compile(${test})
     target_link_libraries(${test} process_visualizer_objects)
   endforeach()
+
+  # Bad clouds where every access to a byte that is not there, and every undefined operation, ends
+  # the test. The sources are compiled into it, so that they are watched as well.
+  catkin_add_gtest(test_bad_objects test/cpp/test_bad_objects.cpp ${cloud_sources}
+    ${objects_sources})
+  process_visualizer_compile(test_bad_objects)
+  target_include_directories(test_bad_objects SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
+  target_compile_options(test_bad_objects PRIVATE -O1 -g ${sanitizers})
+  target_link_libraries(test_bad_objects ${sanitizers} ${objects_libraries})
+  add_dependencies(test_bad_objects process_visualizer_generate_messages_cpp)
 endif()
 
 # A benchmark: cmake --build build --target objects_benchmark

@@ -11,7 +11,7 @@ namespace {
 using Eigen::Vector3f;
 using Eigen::Vector3i;
 
-constexpr float kFinestStep = 0.006F;   // m
+constexpr float kFinestStep = 0.008F;   // m
 constexpr double kMostNodes = 600'000;  // 2.4 MB for each body
 
 float stepFor(const Vector3f& size) {
@@ -39,6 +39,8 @@ std::size_t DistanceField::indexOf(const Node& node) const {
 /// Lets the nodes near a triangle know how far it is.
 void DistanceField::measure(const Triangle& triangle) {
   const Eigen::AlignedBox3f box = boundsOf({triangle});
+  const Vector3f middle = box.center();
+  const float radius = box.sizes().norm() / 2;
   const auto toNode = [this](const Vector3f& place) -> Node {
     return ((place - bounds_.min()) / step_).array().floor().cast<int>();
   };
@@ -49,6 +51,8 @@ void DistanceField::measure(const Triangle& triangle) {
       for (int x = first.x(); x <= last.x(); ++x) {
         const Vector3f place = bounds_.min() + step_ * Vector3f(x, y, z);
         float& distance = distances_[indexOf({x, y, z})];
+        const float farthest = distance + radius;
+        if ((place - middle).squaredNorm() >= farthest * farthest) continue;  // no nearer than others
         distance = std::min(distance, (closestPoint(triangle, place) - place).norm());
       }
     }

@@ -90,6 +90,7 @@ FinderSettings settingsOf(const Reader& reader) {
   FinderSettings settings;
   settings.padding = static_cast<float>(reader.positive("padding", settings.padding));
   settings.gap = static_cast<float>(reader.positive("gap", settings.gap));
+  settings.surface = static_cast<float>(reader.positive("surface", settings.surface));
   settings.fewest = static_cast<std::size_t>(
       reader.positive("fewest_points", static_cast<double>(settings.fewest)));
   return settings;

@@ -67,7 +67,8 @@ std::vector<Label> ObjectFinder::label(const Points& points, const Scene& scene)
 std::vector<FoundObject> ObjectFinder::find(const Points& points, const std::vector<Label>& labels,
                                             const Scene& scene) const {
   const Vector3f sensor = scene.global_from_cloud.translation();
-  const SupportPlanes planes(surroundings(points, labels, scene.global_from_cloud), sensor);
+  const SupportPlanes planes(surroundings(points, labels, scene.global_from_cloud), sensor,
+                             settings_.surface);
   const std::vector<Vector3f> free = freePoints(points, labels, scene.global_from_cloud, planes);
   const std::vector<Isometry3f> from_body = inGlobalFrame(scene);
   std::vector<FoundObject> objects;

@@ -1,25 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "process_visualizer/objects/surface_samples.hpp"
 
-#include <pcl/filters/voxel_grid.h>
-
+#include <algorithm>
 #include <cmath>
 #include <vector>
+
+#include "process_visualizer/objects/clusters.hpp"
 
 namespace process_visualizer::objects {
 
 /// Samples of many small triangles are thinned: a mesh with fine detail has thousands.
 SurfaceSamples::SurfaceSamples(const TriangleMesh& mesh)
     : points_(new pcl::PointCloud<pcl::PointXYZ>), center_(boundsOf(mesh).center()), radius_(0) {
-  pcl::PointCloud<pcl::PointXYZ>::Ptr all(new pcl::PointCloud<pcl::PointXYZ>);
-  for (const Eigen::Vector3f& it : samplesOf(mesh, kSpacing)) {
-    all->push_back({it.x(), it.y(), it.z()});
+  for (const Eigen::Vector3f& it : thinned(samplesOf(mesh, kSpacing), kSpacing)) {
+    points_->push_back({it.x(), it.y(), it.z()});
     radius_ = std::max(radius_, (it - center_).norm());
   }
-  pcl::VoxelGrid<pcl::PointXYZ> thinning;
-  thinning.setLeafSize(kSpacing, kSpacing, kSpacing);
-  thinning.setInputCloud(all);
-  thinning.filter(*points_);
   tree_.setInputCloud(points_);
 }
 

@@ -19,7 +19,7 @@ class DepthCamera {
  public:
   static constexpr int kWidth = 640, kHeight = 480;
   static constexpr float kFocal = 525;
-  static constexpr std::int8_t kNothing = -1;
+  static constexpr std::int8_t kNothing = -1, kMixed = -2;
 
   /// \param world_from_camera  z forward, x to the right
   explicit DepthCamera(const Eigen::Isometry3f& world_from_camera)
@@ -37,10 +37,10 @@ class DepthCamera {
   /// What each pixel belongs to.
   const std::vector<std::int8_t>& things() const { return things_; }
 
-  /// The cloud that it sees, in its frame; NaN where there is nothing.
-  Points points(std::mt19937& random, bool has_mixed_pixels = true) const {
-    std::vector<float> depths = depths_;
-    if (has_mixed_pixels) mix(depths, random);
+  /// The cloud that it sees, in its frame; NaN where there is nothing. Half of the pixels on edges
+  /// see both sides, and belong to `kMixed` from then on.
+  Points points(std::mt19937& random) {
+    const std::vector<float> depths = mixed(random);
     Points points;
     points.width = kWidth;
     points.height = kHeight;
@@ -63,15 +63,20 @@ class DepthCamera {
     return 348 / std::round(348 / depth + noise(random));
   }
 
-  /// Gives half of the pixels on edges a depth between both sides.
-  void mix(std::vector<float>& depths, std::mt19937& random) const {
+  /// The depths, half of those on edges between both sides.
+  std::vector<float> mixed(std::mt19937& random) {
+    std::vector<float> depths = depths_;
     std::uniform_real_distribution<float> part(0, 1);
     for (std::size_t pixel = 0; pixel + 1 < depths_.size(); ++pixel) {
       const float here = depths_[pixel], beside = depths_[pixel + 1];
-      if (std::abs(here - beside) > 0.05F && std::isfinite(here) && std::isfinite(beside) &&
+      if (std::abs(here - beside) < 0.05F || !std::isfinite(here) || !std::isfinite(beside) ||
           part(random) < 0.5F)
-        depths[here > beside ? pixel : pixel + 1] = here + (beside - here) * part(random);
+        continue;
+      const std::size_t farther = here > beside ? pixel : pixel + 1;
+      depths[farther] = here + (beside - here) * part(random);
+      things_[farther] = kMixed;
     }
+    return depths;
   }
 
   /// Draws the pixels whose centres lie in a triangle in front of the camera.

@@ -8,12 +8,14 @@
 namespace process_visualizer::objects {
 
 /// Level surfaces on which things stand, such as a table or the floor: planes of at most 10° slope
-/// of which half a square metre or more is seen. So large a thing is not taken for an object.
+/// so large that they are not taken for objects.
 class SupportPlanes {
  public:
   /// \param points  in a frame whose z axis points up, m; more than kMostPoints take time
   /// \param sensor  where they were seen from
-  SupportPlanes(std::vector<Eigen::Vector3f> points, const Eigen::Vector3f& sensor);
+  /// \param least_area  of a surface that is seen, m²
+  SupportPlanes(std::vector<Eigen::Vector3f> points, const Eigen::Vector3f& sensor,
+                float least_area);
 
   /// Whether a point lies on one of them, within what a depth sensor is wrong by at this distance.
   bool contain(const Eigen::Vector3f& point) const;
@@ -31,8 +33,11 @@ class SupportPlanes {
   using Plane = Eigen::Hyperplane<float, 3>;
 
   bool findNext(std::vector<Eigen::Vector3f>& points);
+  Plane largest(const std::vector<Eigen::Vector3f>& points) const;
+  bool isOn(const Plane& plane, const Eigen::Vector3f& point) const;
 
   Eigen::Vector3f sensor_;
+  float least_area_;
   std::vector<Plane> planes_;  ///< normals point up
 };
 

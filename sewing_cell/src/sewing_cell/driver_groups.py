@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 from dataclasses import asdict
 from functools import partial
+from typing import Optional
 
 import numpy as np
 import rospy
@@ -18,6 +19,7 @@ from sewing_cell.arms import ARMS, Arm
 from sewing_cell.camera import Camera
 from sewing_cell.cycle import SewingCycle
 from sewing_cell.faults import FaultyCycle
+from sewing_cell.intruder import Intruder
 from sewing_cell.lookahead import Lookahead
 
 _QUEUE_SIZE, _IMAGE_QUEUE_SIZE = 50, 3
@@ -107,8 +109,10 @@ class KinectDriver:
     Images are drawn only when somebody listens.
     """
 
-    def __init__(self, cycle: SewingCycle, rate_hz: float, seed: int) -> None:
-        self._camera = Camera(cycle, rate_hz, seed)
+    def __init__(self, cycle: SewingCycle, rate_hz: float, seed: int,
+                 intruder: Optional[str] = None) -> None:
+        self._camera = Camera(cycle, rate_hz, seed,
+                              None if intruder is None else Intruder(intruder, seed))
         self._info = camera_messages.camera_info()
         self._colour = camera_messages.image("rgb8", bytes_per_pixel=3)
         self._depth = camera_messages.image("16UC1", bytes_per_pixel=2)

@@ -43,7 +43,8 @@ class Simulator:
         self._add("force", parameters.force_rate, lambda rate: ForceDriver(cycle, rate))
         self._add("sensor", parameters.sensor_rate, lambda rate: MachineDriver(cycle, rate))
         self._add(
-            "image", parameters.image_rate, lambda rate: KinectDriver(cycle, rate, parameters.seed)
+            "image", parameters.image_rate,
+            lambda rate: KinectDriver(cycle, rate, parameters.seed, parameters.intruder)
         )
 
     def _add(

@@ -124,7 +124,7 @@ def _objects(parsed: Optional[Parsed], global_frame: str) -> Optional[SoughtObje
     values = parsed.values
     expected = (_roi(child, global_frame) for child in parsed.all('expected'))
     return SoughtObjects(
-        values['warn'], values['stop'], values['padding'],
+        values['warn'], values['stop'], values['padding'], values['surface'],
         None if values['topic'] is None else absolute_topic('', values['topic']),
         None if values['size'] is None else _roi(parsed, global_frame),
         tuple(box for box in expected if box is not None), parsed.location)

@@ -187,10 +187,13 @@ _STRUCTURE: Dict[str, Tag] = {
          'stop': _optional('positive', 'distance in m below which it is red', '0.2'),
          'padding': _optional('positive', 'points that are nearer than this to a model, in m, are '
                                           'taken for its own', '0.03'),
+         'surface': _optional('positive', 'level surfaces of at least this area in m², such as '
+                                          'tables and the floor, carry objects and are none',
+                              '0.5'),
          'topic': _optional('topic', 'cloud to look at; default: the one that the device shows'),
          'frame': _BOX['frame'], 'xyz': _BOX['xyz'],
          'size': _optional('size', 'edge lengths in m of the box in which it looks; default: '
-                                   'everywhere')},
+                                   'everywhere'), **_CONDITION},
         children=('expected',)),
     'expected': Tag(
         'A box whose content is expected, such as goods: it is no object.',

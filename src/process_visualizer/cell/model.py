@@ -241,13 +241,14 @@ class RegionOfInterest:
 class SoughtObjects:
     """What nobody modelled is sought in a cloud; None stands for the device's own cloud.
 
-    Nearer to a robot than ``warn_m`` or ``stop_m`` it is marked. What is in boxes that are
-    expected is none; without a region it is sought everywhere.
+    Nearer to a robot than ``warn_m`` or ``stop_m`` it is marked. Level surfaces of ``surface_m2``
+    and what is in boxes that are expected are none; without a region it is sought everywhere.
     """
 
     warn_m: float
     stop_m: float
     padding_m: float
+    surface_m2: float
     topic: Optional[str]
     region: Optional[RegionOfInterest]
     expected: Tuple[RegionOfInterest, ...]

@@ -61,6 +61,7 @@ def _models(choice: Choice, descriptions: Mapping[str, RobotDescription]) -> Dic
 
 def _parameters(objects: SoughtObjects) -> Dict[str, Any]:
     return {'warn': objects.warn_m, 'stop': objects.stop_m, 'padding': objects.padding_m,
+            'surface': objects.surface_m2,
             'region': [] if objects.region is None else [_box(objects.region)],
             'expected': [_box(box) for box in objects.expected]}
 

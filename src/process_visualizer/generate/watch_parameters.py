@@ -36,8 +36,7 @@ _APART_M = 0.14
 _MEANINGS = {
     ROBOT_PROC: 'no arrows and numbers', VARIABLE_PROC: 'no arrows and numbers',
     JOINT_PROC: 'the robot does not move', ROBOT_STATE_PUBLISHER: 'the robot does not move',
-    DEPTH_PROC: 'the points are old', ROI_FILTER: 'the points are old',
-    OBJECT_FINDER: 'no objects are found'}
+    DEPTH_PROC: 'the points are old', ROI_FILTER: 'the points are old'}
 
 
 def watch_parameters(cell: Cell, devices: Sequence[Device]) -> SceneParameters:
@@ -75,6 +74,8 @@ def _meanings(device: Device) -> Dict[str, str]:
     """What it means for a device that a node has ended."""
     if device.variables and not any(it.is_shown for it in device.variables):
         return {**_MEANINGS, VARIABLE_PROC: 'limits are not watched'}
+    if device.objects is not None:
+        return {**_MEANINGS, OBJECT_FINDER: 'no objects are found'}
     return _MEANINGS
 
 
