@@ -57,13 +57,13 @@ class MovingRobot {
     const urdf::LinkConstSharedPtr found = model_->getLink(link);
     if (!found->parent_joint) return base_;
     const urdf::Joint& joint = *found->parent_joint;
-    Isometry3f pose = poseOf(joint.parent_link_name, angle) *
-                      toEigen(joint.parent_to_joint_origin_transform);
+    Isometry3f pose =
+        poseOf(joint.parent_link_name, angle) * toEigen(joint.parent_to_joint_origin_transform);
     if (joint.type == urdf::Joint::REVOLUTE || joint.type == urdf::Joint::CONTINUOUS)
-      pose = pose * Eigen::AngleAxisf(static_cast<float>(angle),
-                                      Vector3f(static_cast<float>(joint.axis.x),
-                                               static_cast<float>(joint.axis.y),
-                                               static_cast<float>(joint.axis.z)));
+      pose = pose * Eigen::AngleAxisf(
+                        static_cast<float>(angle),
+                        Vector3f(static_cast<float>(joint.axis.x), static_cast<float>(joint.axis.y),
+                                 static_cast<float>(joint.axis.z)));
     return pose;
   }
 
@@ -94,7 +94,7 @@ const std::vector<MovingObject> kObjects{{{0.30F, 0.20F, 0.15F}, {-0.65F, -0.35F
 struct Figures {
   long robot = 0, missed = 0, others = 0, taken = 0, false_objects = 0, seen = 0, exchanged = 0;
   double label_s = 0, find_s = 0, track_s = 0;
-  std::vector<float> size_errors;  ///< of edges of objects that stand on the table, m
+  std::vector<float> size_errors;                ///< of edges of objects that stand on the table, m
   std::map<std::size_t, std::uint32_t> numbers;  ///< of objects, as they were last
 };
 

@@ -55,8 +55,7 @@ class Sets {
   }
 
   std::uint32_t first(std::uint32_t member) {
-    while (parents_[member] != member)
-      member = parents_[member] = parents_[parents_[member]];
+    while (parents_[member] != member) member = parents_[member] = parents_[parents_[member]];
     return member;
   }
 
@@ -73,8 +72,8 @@ class Sets {
 Sets joined(const std::vector<std::int64_t>& cubes) {
   Sets sets(cubes.size());
   for (std::uint32_t number = 0; number < cubes.size(); ++number) {
-    for (const std::int64_t row : {std::int64_t{0}, kAlongY, kAlongZ - kAlongY, kAlongZ,
-                                   kAlongZ + kAlongY}) {
+    for (const std::int64_t row :
+         {std::int64_t{0}, kAlongY, kAlongZ - kAlongY, kAlongZ, kAlongZ + kAlongY}) {
       const std::int64_t middle = cubes[number] + row;
       const auto begin = std::lower_bound(cubes.begin(), cubes.end(), middle - 1);
       for (auto it = begin; it != cubes.end() && *it <= middle + 1; ++it)

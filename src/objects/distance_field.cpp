@@ -52,7 +52,8 @@ void DistanceField::measure(const Triangle& triangle) {
         const Vector3f place = bounds_.min() + step_ * Vector3f(x, y, z);
         float& distance = distances_[indexOf({x, y, z})];
         const float farthest = distance + radius;
-        if ((place - middle).squaredNorm() >= farthest * farthest) continue;  // no nearer than others
+        if ((place - middle).squaredNorm() >= farthest * farthest)
+          continue;  // no nearer than others
         distance = std::min(distance, (closestPoint(triangle, place) - place).norm());
       }
     }

@@ -103,12 +103,9 @@ FinderParameters readFinderParameters(const ros::NodeHandle& node_handle) {
   const std::vector<FramedBox> regions = reader.boxes("region");
   require(regions.size() < 2, "parameter " + node_handle.resolveName("region") +
                                   " must be a list of one box, or empty");
-  return {reader.frame("frame"),
-          reader.names("robots"),
-          reader.names("others"),
-          regions.empty() ? std::nullopt : std::optional(regions.front()),
-          reader.boxes("expected"),
-          {reader.positive("warn", 0.5), reader.positive("stop", 0.2)},
+  return {reader.frame("frame"),    reader.names("robots"),
+          reader.names("others"),   regions.empty() ? std::nullopt : std::optional(regions.front()),
+          reader.boxes("expected"), {reader.positive("warn", 0.5), reader.positive("stop", 0.2)},
           settingsOf(reader)};
 }
 

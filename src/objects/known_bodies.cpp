@@ -72,8 +72,9 @@ void PosedBodies::insert(std::size_t body) {
 
 bool PosedBodies::cover(const Vector3f& place, float padding) const {
   if (masks_.empty() || !bounds_.contains(place)) return false;
-  const Vector3i at = ((place - bounds_.min()) / cell_).cast<int>().cwiseMin(count_.array().matrix() -
-                                                                           Vector3i::Ones());
+  const Vector3i at = ((place - bounds_.min()) / cell_)
+                          .cast<int>()
+                          .cwiseMin(count_.array().matrix() - Vector3i::Ones());
   const std::size_t cell = (std::size_t(at.z()) * count_.y() + at.y()) * count_.x() + at.x();
   for (std::size_t word = 0; word < words_; ++word) {
     for (Word mask = masks_[cell * words_ + word]; mask != 0; mask &= mask - 1) {

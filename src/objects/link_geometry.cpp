@@ -15,10 +15,10 @@ namespace {
 Eigen::Affine3f toEigen(const urdf::Pose& pose) {
   double x, y, z, w;
   pose.rotation.getQuaternion(x, y, z, w);
-  return Eigen::Affine3f(Eigen::Translation3f(Eigen::Vector3d(pose.position.x, pose.position.y,
-                                                              pose.position.z)
-                                                  .cast<float>()) *
-                         Eigen::Quaterniond(w, x, y, z).normalized().cast<float>());
+  return Eigen::Affine3f(
+      Eigen::Translation3f(
+          Eigen::Vector3d(pose.position.x, pose.position.y, pose.position.z).cast<float>()) *
+      Eigen::Quaterniond(w, x, y, z).normalized().cast<float>());
 }
 
 Eigen::Vector3f toEigen(const urdf::Vector3& vector) {

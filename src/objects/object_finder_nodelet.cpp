@@ -149,9 +149,8 @@ Scene ObjectFinderNodelet::sceneOf(const std_msgs::Header& header) const {
 /// From the cloud's frame into another one, at the time of the cloud.
 Eigen::Isometry3d ObjectFinderNodelet::transform(const std::string& target,
                                                  const std_msgs::Header& header) const {
-  return tf2::transformToEigen(
-      tf_buffer_.lookupTransform(target, withoutLeadingSlash(header.frame_id), header.stamp,
-                                 ros::Duration(kTransformWait)));
+  return tf2::transformToEigen(tf_buffer_.lookupTransform(
+      target, withoutLeadingSlash(header.frame_id), header.stamp, ros::Duration(kTransformWait)));
 }
 
 /// A recording's position may jump although the stamps of what is played do not.

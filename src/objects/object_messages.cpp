@@ -12,7 +12,7 @@ namespace {
 
 using visualization_msgs::Marker;
 
-constexpr double kLifetime = 0.8;    // s
+constexpr double kLifetime = 0.8;     // s
 constexpr double kTextHeight = 0.05;  // m
 constexpr double kLineWidth = 0.008;  // m
 constexpr double kSmallest = 1e-3;    // m: RViz draws no box without a size

@@ -66,10 +66,8 @@ void ObjectTracks::assign(double stamp, const std::vector<FoundObject>& found) {
   std::vector<std::tuple<float, std::size_t, std::size_t>> pairs;
   for (std::size_t track = 0; track < tracks_.size(); ++track) {
     for (std::size_t object = 0; object < found.size(); ++object) {
-      const float away =
-          (tracks_[track].expectedAt(stamp) - found[object].box.center).norm();
-      const float other =
-          std::abs(sizeOf(tracks_[track].object.box) - sizeOf(found[object].box));
+      const float away = (tracks_[track].expectedAt(stamp) - found[object].box.center).norm();
+      const float other = std::abs(sizeOf(tracks_[track].object.box) - sizeOf(found[object].box));
       if (away < kFarthest) pairs.emplace_back(away + kSizeWeight * other, track, object);
     }
   }

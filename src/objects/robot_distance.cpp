@@ -63,8 +63,7 @@ std::optional<RobotDistance> distanceToRobots(const Cluster& points,
   if (best.link.empty()) return std::nullopt;
   const auto nearest = std::find_if(bodies.begin(), bodies.end(),
                                     [&](const KnownBody& body) { return body.frame == best.link; });
-  shorten(best, around(points, best.on_object), *nearest,
-          from_body[nearest - bodies.begin()]);
+  shorten(best, around(points, best.on_object), *nearest, from_body[nearest - bodies.begin()]);
   return best;
 }
 

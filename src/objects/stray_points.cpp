@@ -29,8 +29,7 @@ struct Image {
 };
 
 Image emptyImage(std::size_t width, std::size_t height) {
-  return {width + 2, height + 2,
-          std::vector<std::int32_t>((width + 2) * (height + 2), kNoPoint)};
+  return {width + 2, height + 2, std::vector<std::int32_t>((width + 2) * (height + 2), kNoPoint)};
 }
 
 Image imageOfRows(const Points& points) {
@@ -72,8 +71,8 @@ Image imageOfAny(const Points& points) {
   if (!width || range.isEmpty()) return {};
   const Eigen::Vector2d size = (range.sizes() / *width).cast<double>().array() + 1;
   if (!(size.prod() < kMostPixels)) return {};
-  Image image = emptyImage(static_cast<std::size_t>(size.x()) + 1,
-                           static_cast<std::size_t>(size.y()) + 1);
+  Image image =
+      emptyImage(static_cast<std::size_t>(size.x()) + 1, static_cast<std::size_t>(size.y()) + 1);
   for (std::size_t index = 0; index < points.places.size(); ++index) {
     if (!isInFront(points.places[index])) continue;
     const Vector2f place =

@@ -17,6 +17,7 @@ using Plane = Eigen::Hyperplane<float, 3>;
 constexpr std::size_t kMostPlanes = 4;
 constexpr float kLeastUpright = 0.985F;  // z of a normal: cosine of 10°
 constexpr float kTile = 0.05F;           // m: areas are counted in tiles of this size
+constexpr int kFewestAround = 10;        // points that tell a surface's height
 constexpr double kMostTrials = 200;
 constexpr double kMissed = 0.01;  // probability that a better plane is missed
 
@@ -39,6 +40,19 @@ Plane fitted(const std::vector<Vector3f>& points) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> solver(matrix * matrix.transpose());
   const Vector3f normal = solver.eigenvectors().col(0);
   return {normal.z() < 0 ? Vector3f(-normal) : normal, center};
+}
+
+/// The mean height of the points of a surface around a place; `fallback` where hardly any is seen.
+float heightAround(const std::vector<Vector3f>& surface, const Vector3f& place, float radius,
+                   float fallback) {
+  float sum = 0;
+  int count = 0;
+  for (const Vector3f& point : surface) {
+    if ((point - place).head<2>().squaredNorm() > radius * radius) continue;
+    sum += point.z();
+    ++count;
+  }
+  return count < kFewestAround ? fallback : sum / static_cast<float>(count);
 }
 
 /// How many trials find a plane with a share of the points (Fischler and Bolles 1981).
@@ -65,7 +79,9 @@ bool SupportPlanes::findNext(std::vector<Vector3f>& points) {
   const std::vector<Vector3f> inliers(points.begin(), end);
   if (areaOf(inliers) < least_area_) return false;
   planes_.push_back(fitted(inliers));
-  points.erase(std::remove_if(points.begin(), points.end(), on(planes_.back())), points.end());
+  const auto begin_rest = std::partition(points.begin(), points.end(), on(planes_.back()));
+  points_.emplace_back(points.begin(), begin_rest);
+  points.erase(points.begin(), begin_rest);
   return true;
 }
 
@@ -87,8 +103,8 @@ Plane SupportPlanes::largest(const std::vector<Vector3f>& points) const {
     if (count <= most) continue;
     most = count;
     best = plane;
-    trials = std::min(kMostTrials, trialsFor(static_cast<double>(most) /
-                                             static_cast<double>(points.size())));
+    trials = std::min(kMostTrials,
+                      trialsFor(static_cast<double>(most) / static_cast<double>(points.size())));
   }
   return best;
 }
@@ -106,11 +122,13 @@ bool SupportPlanes::contain(const Vector3f& point) const {
                      [&](const Plane& plane) { return isOn(plane, point); });
 }
 
-std::optional<float> SupportPlanes::heightBelow(const Vector3f& place) const {
+std::optional<float> SupportPlanes::heightBelow(const Vector3f& place, float radius) const {
   std::optional<float> height;
-  for (const Plane& plane : planes_) {
-    const Vector3f& normal = plane.normal();
-    const float here = -(plane.offset() + normal.head<2>().dot(place.head<2>())) / normal.z();
+  for (std::size_t number = 0; number < planes_.size(); ++number) {
+    const Vector3f& normal = planes_[number].normal();
+    const float on_plane =
+        -(planes_[number].offset() + normal.head<2>().dot(place.head<2>())) / normal.z();
+    const float here = heightAround(points_[number], place, radius, on_plane);
     if (here <= place.z() && (!height || here > *height)) height = here;
   }
   return height;

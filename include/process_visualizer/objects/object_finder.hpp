@@ -16,10 +16,10 @@ namespace process_visualizer::objects {
 
 /// What is looked at, and how.
 struct FinderSettings {
-  float padding = 0.03F;     ///< points nearer than this to a known body are on it, m
-  float gap = 0.03F;         ///< things that are nearer to each other are one, m
-  std::size_t fewest = 40;   ///< points of an object
-  float surface = 0.5F;      ///< larger level surfaces carry objects, and are none, m²
+  float padding = 0.03F;    ///< points nearer than this to a known body are on it, m
+  float gap = 0.03F;        ///< things that are nearer to each other are one, m
+  std::size_t fewest = 40;  ///< points of an object
+  float surface = 0.5F;     ///< larger level surfaces carry objects, and are none, m²
 };
 
 /// Where everything was when a cloud was taken.

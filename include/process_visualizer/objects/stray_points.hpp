@@ -9,11 +9,12 @@ namespace process_visualizer::objects {
 
 /// What is known about a point of a cloud.
 enum class Label : std::uint8_t {
-  kNowhere,  ///< not a number
-  kOutside,  ///< not in the region that is looked at
-  kKnown,    ///< on something that has a model, or that is expected
-  kStray,    ///< made up by the sensor
-  kFree,     ///< on something that nobody modelled
+  kNowhere,   ///< not a number
+  kOutside,   ///< not in the region that is looked at
+  kKnown,     ///< on something that has a model
+  kExpected,  ///< where something is expected
+  kStray,     ///< made up by the sensor
+  kFree,      ///< on something that nobody modelled
 };
 
 /// The points of a cloud, in its frame (m), in rows if `height` is greater than one.

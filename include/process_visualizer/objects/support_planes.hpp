@@ -20,8 +20,9 @@ class SupportPlanes {
   /// Whether a point lies on one of them, within what a depth sensor is wrong by at this distance.
   bool contain(const Eigen::Vector3f& point) const;
 
-  /// The height of the highest one below a place, or in it, m.
-  std::optional<float> heightBelow(const Eigen::Vector3f& place) const;
+  /// The height of the highest one below a place, or in it, m: as it is seen within `radius` (m) of
+  /// the place, because a plane may join two tables that differ by a little.
+  std::optional<float> heightBelow(const Eigen::Vector3f& place, float radius) const;
 
   /// How far a point on a surface may be from it, m: 12 mm, and a step of a Kinect's depth (3 mm at
   /// 1 m, growing with the square of the distance).
@@ -38,7 +39,8 @@ class SupportPlanes {
 
   Eigen::Vector3f sensor_;
   float least_area_;
-  std::vector<Plane> planes_;  ///< normals point up
+  std::vector<Plane> planes_;                         ///< normals point up
+  std::vector<std::vector<Eigen::Vector3f>> points_;  ///< of each plane
 };
 
 }  // namespace process_visualizer::objects

@@ -10,6 +10,7 @@ from sewing_cell import depth_noise, layout, pinhole
 from sewing_cell.arms import UPPER
 from sewing_cell.camera import Camera, Frame
 from sewing_cell.cycle import SewingCycle
+from sewing_cell.intruder import INTRUDERS, Intruder
 
 RATE_HZ = 30.0
 SEWING = 240  # number of a picture while the machine sews
@@ -169,3 +170,19 @@ def test_shadow_lies_beside_near_things() -> None:
     assert hidden[:, 50:60].all()
     assert not hidden[:, :40].any()
     assert not hidden[:, 60:].any()
+
+
+@pytest.mark.parametrize("kind", INTRUDERS)
+def test_an_intruder_is_seen_where_it_is(kind: str, cycle: SewingCycle, camera: Camera) -> None:
+    number = 120  # of the picture: the hand is inside
+    before = camera.render(number)
+    after = Camera(cycle, RATE_HZ, seed=1, intruder=Intruder(kind)).render(number)
+    changed = before.depth != after.depth
+    box = Intruder(kind).box(number / RATE_HZ)
+    u, v, _ = pinhole.project((box.lower + box.upper) / 2).astype(int)
+    assert changed[v, u] and (before.colour[v, u] != after.colour[v, u]).any()
+    depth_m = after.depth[changed & (after.depth > 0)] / 1000
+    top_m = pinhole.POSITION[2] - box.upper[2]
+    assert abs(np.median(depth_m) - top_m) < 0.02
+    area = np.prod(box.upper[:2] - box.lower[:2]) * (pinhole.FOCAL_LENGTH_PX / top_m) ** 2
+    assert changed.sum() > 0.8 * area

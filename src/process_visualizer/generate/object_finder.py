@@ -18,7 +18,6 @@ from process_visualizer.ros_names import (
     OBJECT_FINDER,
     OBJECTS,
     OBJECTS_MARKERS,
-    PACKAGE,
     UNKNOWN_POINTS,
 )
 

@@ -15,7 +15,8 @@ Parse = Callable[[str], Cell]
 MODEL = RobotDescription('<robot/>', ('base',), {}, {})
 CELL = ('<device type="robot" name="arm"/><device type="robot" name="bare"/>'
         '<device type="other" name="oven"/>'
-        '<device type="depth_sensor" name="k"><topic ns="a" name="c" type="pointcloud"/>{}</device>')
+        '<device type="depth_sensor" name="k"><topic ns="a" name="c" type="pointcloud"/>{}'
+        '</device>')
 MODELS: Dict[str, RobotDescription] = {'arm': MODEL, 'oven': MODEL}
 
 
