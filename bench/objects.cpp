@@ -16,6 +16,8 @@
 #include <iterator>
 #include <map>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "../test/cpp/depth_camera.hpp"
 #include "process_visualizer/objects/link_geometry.hpp"
@@ -166,6 +168,78 @@ void print(const Figures& it, int frames) {
   std::printf("| per cloud: numbers | %.2f ms |\n", 1000 * it.track_s / frames);
 }
 
+/// The cell, frame by frame.
+class Benchmark {
+ public:
+  /// \param delay  by how much the poses of robots are older than clouds, s
+  Benchmark(std::vector<MovingRobot> robots, double speed, double delay)
+      : robots_(std::move(robots)), finder_(bodiesOf(robots_), {}), speed_(speed), delay_(delay) {}
+
+  void step(Figures& figures, double time) {
+    DepthCamera camera = picture(time);
+    const Points points = camera.points(random_);
+    const Scene scene = sceneAt(time);
+    std::clock_t begin = std::clock();
+    const std::vector<Label> labels = finder_.label(points, scene);
+    figures.label_s += since(begin);
+    begin = std::clock();
+    const std::vector<FoundObject> found = finder_.find(points, labels, scene);
+    figures.find_s += since(begin);
+    begin = std::clock();
+    const std::vector<TrackedObject> tracked = tracks_.update(time, found);
+    figures.track_s += since(begin);
+    count(figures, camera, labels);
+    compare(figures, tracked, time);
+  }
+
+ private:
+  static std::vector<KnownBody> bodiesOf(const std::vector<MovingRobot>& robots) {
+    const std::clock_t begin = std::clock();
+    std::vector<KnownBody> bodies;
+    for (const MovingRobot& robot : robots)
+      for (const LinkGeometry& link : robot.links())
+        bodies.emplace_back(link.frame, link.mesh, FinderSettings().padding + 0.01F, true);
+    std::printf("| %zu links prepared in | %.1f s |\n", bodies.size(), since(begin));
+    return bodies;
+  }
+
+  /// Of all joints: to and fro.
+  double angleAt(double time) const { return 0.3 + std::asin(std::sin(speed_ * time)); }
+
+  DepthCamera picture(double time) const {
+    DepthCamera camera(camera_pose_);
+    camera.draw(boxMesh({4, 4, 0.1F}), Isometry3f(Eigen::Translation3f(0, 0, -0.05F)), kTable);
+    for (const MovingRobot& robot : robots_)
+      for (const LinkGeometry& link : robot.links())
+        camera.draw(link.mesh, robot.poseOf(link.frame, angleAt(time)), kRobot);
+    for (const MovingObject& object : kObjects)
+      camera.draw(boxMesh(object.size), object.poseAt(time), kObject);
+    return camera;
+  }
+
+  Scene sceneAt(double time) const {
+    Scene scene;
+    scene.global_from_cloud = camera_pose_;
+    for (const MovingRobot& robot : robots_)
+      for (const LinkGeometry& link : robot.links())
+        scene.cloud_from_body.push_back(camera_pose_.inverse() *
+                                        robot.poseOf(link.frame, angleAt(time - delay_)));
+    return scene;
+  }
+
+  const Isometry3f camera_pose_ = lookingDown({0.1F, 0, 2.2F});
+  std::vector<MovingRobot> robots_;
+  ObjectFinder finder_;
+  ObjectTracks tracks_;
+  std::mt19937 random_{1};
+  double speed_, delay_;
+};
+
+MovingRobot readRobot(const char* path, float x) {
+  const std::vector<std::uint8_t> urdf = readFile(path);
+  return {std::string(urdf.begin(), urdf.end()), Isometry3f(Eigen::Translation3f(x, 0, 0.05F))};
+}
+
 }  // namespace
 }  // namespace process_visualizer::objects
 
@@ -173,53 +247,12 @@ int main(int argc, char** argv) {
   using namespace process_visualizer::objects;
   if (argc < 5) return 1;
   const int frames = std::atoi(argv[1]);
-  const double speed = std::atof(argv[2]), delay = std::atof(argv[3]);
   std::vector<MovingRobot> robots;
-  std::vector<KnownBody> bodies;
-  const FinderSettings settings;
-  const auto begin = std::clock();
-  for (int number = 4; number < argc; ++number) {
-    const std::vector<std::uint8_t> urdf = readFile(argv[number]);
-    robots.emplace_back(std::string(urdf.begin(), urdf.end()),
-                        Isometry3f(Eigen::Translation3f(0.5F * (number - 4), 0, 0.05F)));
-    for (const LinkGeometry& link : robots.back().links())
-      bodies.emplace_back(link.frame, link.mesh, settings.padding + 0.01F, true);
-  }
-  std::printf("%zu links read in %.1f s\n", bodies.size(), since(begin));
-  const ObjectFinder finder(std::move(bodies), settings);
-  const Isometry3f camera_pose = lookingDown({0.1F, 0, 2.2F});
-  std::mt19937 random(1);
+  for (int number = 4; number < argc; ++number)
+    robots.push_back(readRobot(argv[number], 0.5F * static_cast<float>(number - 4)));
+  Benchmark benchmark(std::move(robots), std::atof(argv[2]), std::atof(argv[3]));
   Figures figures;
-  ObjectTracks tracks;
-  for (int frame = 0; frame < frames; ++frame) {
-    const double time = frame / kRate;
-    const auto angle = [&](double at) { return 0.3 + std::asin(std::sin(speed * at)); };
-    DepthCamera camera(camera_pose);
-    camera.draw(boxMesh({4, 4, 0.1F}), Isometry3f(Eigen::Translation3f(0, 0, -0.05F)), kTable);
-    Scene scene;
-    scene.global_from_cloud = camera_pose;
-    for (const MovingRobot& robot : robots) {
-      for (const LinkGeometry& link : robot.links()) {
-        camera.draw(link.mesh, robot.poseOf(link.frame, angle(time)), kRobot);
-        scene.cloud_from_body.push_back(camera_pose.inverse() *
-                                        robot.poseOf(link.frame, angle(time - delay)));
-      }
-    }
-    for (const MovingObject& object : kObjects)
-      camera.draw(boxMesh(object.size), object.poseAt(time), kObject);
-    const Points points = camera.points(random);
-    auto start = std::clock();
-    const std::vector<Label> labels = finder.label(points, scene);
-    figures.label_s += since(start);
-    start = std::clock();
-    const std::vector<FoundObject> found = finder.find(points, labels, scene);
-    figures.find_s += since(start);
-    start = std::clock();
-    const std::vector<TrackedObject> tracked = tracks.update(time, found);
-    figures.track_s += since(start);
-    count(figures, camera, labels);
-    compare(figures, tracked, time);
-  }
+  for (int frame = 0; frame < frames; ++frame) benchmark.step(figures, frame / kRate);
   print(figures, frames);
   return 0;
 }

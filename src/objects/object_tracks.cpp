@@ -50,8 +50,8 @@ void ObjectTracks::reset() { *this = {}; }
 std::vector<TrackedObject> ObjectTracks::update(double stamp,
                                                 const std::vector<FoundObject>& found) {
   if (last_ && (stamp < *last_ || stamp - *last_ > kJump)) reset();
-  last_ = stamp;
   assign(stamp, found);
+  last_ = stamp;
   forget(stamp);
   std::vector<TrackedObject> objects;
   for (const Track& track : tracks_)
@@ -79,7 +79,14 @@ void ObjectTracks::assign(double stamp, const std::vector<FoundObject>& found) {
     follow(tracks_[track], stamp, found[object]);
   }
   for (std::size_t object = 0; object < found.size(); ++object)
-    if (!has_track[object]) tracks_.push_back({std::nullopt, found[object], {0, 0, 0}, stamp});
+    if (!has_track[object]) begin(stamp, found[object]);
+}
+
+/// There is nothing to compare the first cloud with, such as that at a position in a recording at
+/// which the player stands: all that it shows is believed.
+void ObjectTracks::begin(double stamp, const FoundObject& found) {
+  tracks_.push_back({std::nullopt, found, {0, 0, 0}, stamp});
+  if (!last_) tracks_.back().number = ++count_;
 }
 
 void ObjectTracks::follow(Track& track, double stamp, const FoundObject& found) {

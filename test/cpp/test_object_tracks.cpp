@@ -24,9 +24,10 @@ FoundObject object(const Vector3f& place, const Vector3f& size = {0.1F, 0.2F, 0.
 
 TEST(ObjectTracks, AnObjectIsSeenThreeTimesFirst) {
   ObjectTracks tracks;
-  EXPECT_TRUE(tracks.update(0, {object({0, 0, 0})}).empty());
+  EXPECT_TRUE(tracks.update(0, {}).empty());
   EXPECT_TRUE(tracks.update(0.03, {object({0, 0, 0})}).empty());
-  const auto seen = tracks.update(0.06, {object({0, 0, 0})});
+  EXPECT_TRUE(tracks.update(0.06, {object({0, 0, 0})}).empty());
+  const auto seen = tracks.update(0.09, {object({0, 0, 0})});
   ASSERT_EQ(seen.size(), 1U);
   EXPECT_EQ(seen[0].number, 1U);
   EXPECT_TRUE(seen[0].is_seen);
@@ -88,7 +89,10 @@ TEST(ObjectTracks, NothingSurvivesAJumpOfTime) {
     ObjectTracks tracks;
     for (int frame = 0; frame < 5; ++frame)
       tracks.update(100 + frame * kPeriod, {object({0, 0, 0}), object({1, 0, 0})});
-    EXPECT_TRUE(tracks.update(100 + jump, {object({0, 0, 0})}).empty());
+    const auto seen = tracks.update(100 + jump, {object({0.1F, 0, 0}, {0.3F, 0.3F, 0.3F})});
+    ASSERT_EQ(seen.size(), 1U);  // the other one is not remembered, and this one's size not mixed
+    EXPECT_EQ(seen[0].number, 1U);
+    EXPECT_EQ(seen[0].object.box.size, Vector3f(0.3F, 0.3F, 0.3F));
   }
 }
 

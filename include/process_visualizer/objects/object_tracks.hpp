@@ -18,8 +18,8 @@ struct TrackedObject {
 
 /// Gives objects steady numbers, through occlusions of `kLongestOcclusion`.
 ///
-/// What is seen in three clouds in a row is an object; until then it may be noise. Nothing is
-/// remembered across a jump of time: a cloud that is older than the last one, or much younger.
+/// What is new and seen in three clouds in a row is an object; until then it may be noise. Nothing
+/// is remembered across a jump of time: a cloud that is older than the last one, or much younger.
 class ObjectTracks {
  public:
   /// \param stamp  of the cloud, s
@@ -43,6 +43,7 @@ class ObjectTracks {
   };
 
   void assign(double stamp, const std::vector<FoundObject>& found);
+  void begin(double stamp, const FoundObject& found);
   void follow(Track& track, double stamp, const FoundObject& found);
   void forget(double stamp);
 

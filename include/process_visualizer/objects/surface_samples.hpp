@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl/kdtree/kdtree_flann.h>
-#include <pcl/point_types.h>
-
 #include <Eigen/Geometry>
+#include <memory>
 
 #include "process_visualizer/objects/triangle_mesh.hpp"
 
@@ -30,8 +28,9 @@ class SurfaceSamples {
   static constexpr float kSpacing = 0.01F;  ///< m
 
  private:
-  pcl::PointCloud<pcl::PointXYZ>::Ptr points_;
-  pcl::KdTreeFLANN<pcl::PointXYZ> tree_;
+  class Tree;
+
+  std::shared_ptr<const Tree> tree_;
   Eigen::Vector3f center_;
   float radius_;
 };

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Something in the cell that no model knows: a box put down, or a hand-sized thing that moves in."""
+"""Something in the cell that no model knows: a box put down, or something of a hand's size."""
 
 from __future__ import annotations
 
