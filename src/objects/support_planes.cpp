@@ -110,7 +110,7 @@ Plane SupportPlanes::largest(const std::vector<Vector3f>& points) const {
 }
 
 float SupportPlanes::tolerance(const Vector3f& point) const {
-  return 0.012F + 0.003F * (point - sensor_).squaredNorm();
+  return 0.015F + 0.005F * (point - sensor_).squaredNorm();
 }
 
 bool SupportPlanes::isOn(const Plane& plane, const Vector3f& point) const {
