@@ -24,8 +24,8 @@ class SupportPlanes {
   /// the place, because a plane may join two tables that differ by a little.
   std::optional<float> heightBelow(const Eigen::Vector3f& place, float radius) const;
 
-  /// How far a point on a surface may be from it, m: 15 mm, and nearly two steps of a Kinect's depth
-  /// (3 mm at 1 m, growing with the square of the distance).
+  /// How far a point on a surface may be from it, m: 15 mm, and nearly two steps of a Kinect's
+  /// depth (3 mm at 1 m, growing with the square of the distance).
   float tolerance(const Eigen::Vector3f& point) const;
 
   static constexpr std::size_t kMostPoints = 5000;
