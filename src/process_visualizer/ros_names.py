@@ -17,10 +17,15 @@ DEPTH_PROC = 'depth_proc'
 VARIABLE_PROC = 'variable_proc'
 ROI_FILTER = 'roi_filter'
 FUSION = 'fusion'
+OBJECT_FINDER = 'object_finder'
 ROBOT_STATE_PUBLISHER = 'robot_state_publisher'
 DEVICE_NODES = (ROBOT_PROC, JOINT_PROC, DEPTH_PROC, VARIABLE_PROC, ROI_FILTER,
-                FUSION, ROBOT_STATE_PUBLISHER)
+                FUSION, OBJECT_FINDER, ROBOT_STATE_PUBLISHER)
 """In the namespace of a device."""
+
+FINDER_OUTPUTS = OBJECTS, OBJECTS_MARKERS, UNKNOWN_POINTS = (
+    'objects', 'objects_markers', 'unknown_points')
+"""Topics that object_finder publishes below the name of a depth sensor."""
 
 ROBOT_OUTPUTS = ('joint_states', 'tool_velocity', 'tool_force', 'marker_array')
 """Topics that robot_proc and joint_proc publish below the name of a robot."""

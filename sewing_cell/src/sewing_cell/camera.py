@@ -8,13 +8,14 @@ draws the covers and the robots into it.
 from __future__ import annotations
 
 from functools import partial
-from typing import NamedTuple
+from typing import NamedTuple, Optional
 
 import numpy as np
 
 from sewing_cell import depth_noise, layout, pinhole, scene, silhouette
 from sewing_cell.arms import ARMS, LOWER, UPPER, Arm
 from sewing_cell.cycle import CoverPair, SewingCycle
+from sewing_cell.intruder import Intruder
 from sewing_cell.lookahead import Lookahead
 
 _VARIANTS = 4
@@ -80,8 +81,10 @@ class Camera:
     """
 
     def __init__(self, cycle: SewingCycle, rate_hz: float = 30.0, seed: int = 0,
-                 place: np.ndarray = pinhole.POSITION) -> None:
+                 place: np.ndarray = pinhole.POSITION,
+                 intruder: Optional[Intruder] = None) -> None:
         self._cycle, self._rate_hz, self._place = cycle, rate_hz, place
+        self._intruder = intruder
         self._skeletons = {
             arm.name: Lookahead(partial(_skeletons, cycle, arm, place), rate_hz) for arm in ARMS
         }
@@ -119,6 +122,8 @@ class Camera:
             if pair.sewn > 0:
                 self._draw_seam(frame, pair, time_s)
         self._draw_robot(frame, UPPER, number)
+        if self._intruder is not None:
+            self._intruder.draw(frame.colour, frame.depth, time_s, self._place)
         return frame
 
     def _draw_robot(self, frame: Frame, arm: Arm, number: int) -> None:

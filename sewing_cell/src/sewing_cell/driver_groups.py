@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 from dataclasses import asdict
 from functools import partial
-from typing import NamedTuple
+from typing import NamedTuple, Optional
 
 import numpy as np
 import rospy
@@ -19,6 +19,7 @@ from sewing_cell.arms import ARMS, Arm
 from sewing_cell.camera import Camera
 from sewing_cell.cycle import SewingCycle
 from sewing_cell.faults import FaultyCycle
+from sewing_cell.intruder import Intruder
 from sewing_cell.lookahead import Lookahead
 
 _QUEUE_SIZE, _IMAGE_QUEUE_SIZE = 50, 3
@@ -121,9 +122,11 @@ class KinectDriver:
     Images are drawn only when somebody listens.
     """
 
-    def __init__(self, cycle: SewingCycle, rate_hz: float, seed: int, kinect: Kinect) -> None:
+    def __init__(self, cycle: SewingCycle, rate_hz: float, seed: int, kinect: Kinect,
+                 intruder: Optional[str] = None) -> None:
         camera = kinect.camera
-        self._camera = Camera(cycle, rate_hz, seed, kinect.place)
+        self._camera = Camera(cycle, rate_hz, seed, kinect.place,
+                              None if intruder is None else Intruder(intruder, seed))
         self._info = camera_messages.camera_info(camera)
         self._colour = camera_messages.image("rgb8", 3, camera)
         self._depth = camera_messages.image("16UC1", 2, camera)

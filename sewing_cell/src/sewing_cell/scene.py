@@ -9,7 +9,7 @@ import numpy as np
 
 from sewing_cell import layout, pinhole
 
-_LIGHT = np.array([0.75, 0.85, 1.0])  # brightness of faces along x, y, z
+LIGHT = np.array([0.75, 0.85, 1.0])  # brightness of faces along x, y, z
 _TILE_M, _JOINT_M = 0.5, 0.008
 
 
@@ -72,15 +72,15 @@ def trace(camera: np.ndarray = pinhole.POSITION) -> Picture:
     depth = np.full(directions.shape[:2], np.inf)
     colour = np.zeros(directions.shape)
     for box in BOXES:
-        box_depth, face = _intersect(box, camera, directions)
+        box_depth, face = intersect(box, camera, directions)
         nearer = box_depth < depth
         depth[nearer] = box_depth[nearer]
-        colour[nearer] = _LIGHT[face[nearer], None] * np.array(box.colour)
+        colour[nearer] = LIGHT[face[nearer], None] * np.array(box.colour)
     points = camera + depth[..., None] * directions
     return Picture(depth, colour * _tiles(points)[..., None])
 
 
-def _intersect(
+def intersect(
     box: Box, camera: np.ndarray, directions: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Depth where each ray enters the box (inf beside it) and the axis of the face it enters."""

@@ -45,7 +45,8 @@ class Simulator:
         self._add("force", parameters.force_rate, lambda rate: ForceDriver(cycle, rate))
         self._add("sensor", parameters.sensor_rate, lambda rate: MachineDriver(cycle, rate))
         for kinect in KINECTS if parameters.second_kinect else KINECTS[:1]:
-            driver = partial(KinectDriver, cycle, seed=parameters.seed, kinect=kinect)
+            driver = partial(KinectDriver, cycle, seed=parameters.seed, kinect=kinect,
+                             intruder=parameters.intruder)
             self._add("image", parameters.image_rate, driver)
 
     def _add(

@@ -8,6 +8,7 @@ from typing import Any, Callable, Optional, Sequence, TypeVar
 
 from sewing_cell.arms import ARMS
 from sewing_cell.faults import KINDS
+from sewing_cell.intruder import INTRUDERS
 from sewing_cell.schedule import Schedule
 from sewing_cell.steering import QUALITIES
 
@@ -27,6 +28,7 @@ class SimulatorParameters:
 
     ``fault`` is one of ``faults.KINDS``, or empty.  Its moment in the cycle [s], its size and its
     arm are given, or None: then the seed decides.  Without ``fault_cycle`` every cycle has it.
+    ``intruder`` is one of ``intruder.INTRUDERS``, or None.
     """
 
     joint_rate: float
@@ -42,6 +44,7 @@ class SimulatorParameters:
     fault_arm: Optional[str] = None
     fault_cycle: Optional[int] = None
     second_kinect: bool = False
+    intruder: Optional[str] = None
 
     @classmethod
     def read(cls, get: GetParameter) -> SimulatorParameters:
@@ -60,6 +63,7 @@ class SimulatorParameters:
             fault_arm=_one_of(get, "~fault_arm", tuple(arm.name for arm in ARMS)),
             fault_cycle=_optional(get, "~fault_cycle", int),
             second_kinect=_boolean(get, "~second_kinect"),
+            intruder=_one_of(get, "~intruder", tuple(INTRUDERS)),
         )
 
 

@@ -10,6 +10,7 @@ from sewing_cell import depth_noise, layout, pinhole
 from sewing_cell.arms import UPPER
 from sewing_cell.camera import Camera, Frame
 from sewing_cell.cycle import SewingCycle
+from sewing_cell.intruder import INTRUDERS, Intruder
 
 RATE_HZ = 30.0
 SEWING = 240  # number of a picture while the machine sews
@@ -183,3 +184,19 @@ def test_a_second_camera_sees_the_same_cover_from_its_place(cycle: SewingCycle) 
     x, y = points[on_cover, 0] - pair.x - pair.steering[0], points[on_cover, 1] - pair.y
     assert np.percentile(x, [1, 99]) == pytest.approx([x_min, x_max], abs=0.02)
     assert y.min() == pytest.approx(y_min, abs=0.02)  # the other end is beyond the first camera
+
+
+@pytest.mark.parametrize("kind", INTRUDERS)
+def test_an_intruder_is_seen_where_it_is(kind: str, cycle: SewingCycle, camera: Camera) -> None:
+    number = 120  # of the picture: the hand is inside
+    before = camera.render(number)
+    after = Camera(cycle, RATE_HZ, seed=1, intruder=Intruder(kind)).render(number)
+    changed = before.depth != after.depth
+    box = Intruder(kind).box(number / RATE_HZ)
+    u, v, _ = pinhole.project((box.lower + box.upper) / 2).astype(int)
+    assert changed[v, u] and (before.colour[v, u] != after.colour[v, u]).any()
+    depth_m = after.depth[changed & (after.depth > 0)] / 1000
+    top_m = pinhole.POSITION[2] - box.upper[2]
+    assert abs(np.median(depth_m) - top_m) < 0.02
+    area = np.prod(box.upper[:2] - box.lower[:2]) * (pinhole.FOCAL_LENGTH_PX / top_m) ** 2
+    assert changed.sum() > 0.8 * area

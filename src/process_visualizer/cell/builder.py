@@ -26,6 +26,7 @@ from process_visualizer.cell.model import (
     RegionOfInterest,
     RoslaunchElement,
     RunSpan,
+    SoughtObjects,
     Tool,
     Topic,
     TopicFunction,
@@ -52,6 +53,7 @@ def build_device(parsed: Parsed, global_frame: str) -> Device:
         force=_force(parsed.first('force')),
         roi=_roi(parsed.first('roi'), global_frame),
         fusion=_fusion(parsed.first('fusion')),
+        objects=_objects(parsed.first('objects'), global_frame),
         nodes=tuple(_node(child, name) for child in parsed.all('node')),
         launch_files=tuple(_launch_file(child) for child in parsed.all('launch')),
         topics=tuple(_topic(child) for child in parsed.all('topic')),
@@ -123,6 +125,18 @@ def _fusion(parsed: Optional[Parsed]) -> Optional[Fusion]:
         return None
     values = parsed.values
     return Fusion(values['sensors'] or (), values['voxel'], values['timeout'], parsed.location)
+
+
+def _objects(parsed: Optional[Parsed], global_frame: str) -> Optional[SoughtObjects]:
+    if parsed is None:
+        return None
+    values = parsed.values
+    expected = (_roi(child, global_frame) for child in parsed.all('expected'))
+    return SoughtObjects(
+        values['warn'], values['stop'], values['padding'], values['surface'],
+        None if values['topic'] is None else absolute_topic('', values['topic']),
+        None if values['size'] is None else _roi(parsed, global_frame),
+        tuple(box for box in expected if box is not None), parsed.location)
 
 
 def _mode(text: Optional[str]) -> Optional[Mode]:

@@ -95,6 +95,12 @@ _POSE = {
     'ypr': _optional('vector', 'the same under its proper name; give only one of the two'),
 }
 
+_BOX = {
+    'frame': _optional('frame', 'frame with which the box is aligned; default: the global frame'),
+    'xyz': _optional('vector', 'centre of the box in m', '0 0 0'),
+    'size': _required('size', 'edge lengths of the box in m'),
+}
+
 PASSED_ARGUMENT = Tag(
     'A value that is passed on to the file.',
     {'name': _required('name', 'name of the argument there'),
@@ -124,8 +130,8 @@ _STRUCTURE: Dict[str, Tag] = {
          'name': _required('name', 'its name, and the namespace of its nodes'),
          **_CONDITION},
         children=('base', 'model', 'tool', 'node', 'launch', 'topic', 'rviz', 'force', 'arrow',
-                  'variable', 'roi', 'fusion', 'param', 'rosparam'),
-        single=('base', 'model', 'tool', 'force', 'roi', 'fusion')),
+                  'variable', 'roi', 'fusion', 'objects', 'param', 'rosparam'),
+         single=('base', 'model', 'tool', 'force', 'roi', 'fusion', 'objects')),
     'event': Tag(
         'A moment of the process: when a number of a topic passes a threshold.',
         {'name': _required('text', 'what happens then, such as `needle starts`'),
@@ -173,11 +179,7 @@ _STRUCTURE: Dict[str, Tag] = {
          'ypr': _POSE['ypr']},
         alternatives=('rpy', 'ypr'), needs_alternative=True),
     'roi': Tag(
-        "The box that a depth sensor's cloud is cropped to.",
-        {'frame': _optional('frame', 'frame with which the box is aligned; default: the global '
-                                     'frame'),
-         'xyz': _optional('vector', 'centre of the box in m', '0 0 0'),
-         'size': _required('size', 'edge lengths of the box in m')}),
+         "The box that a depth sensor's cloud is cropped to.", _BOX),
     'fusion': Tag(
         'Makes the device the joined clouds of others, in the global frame, with their colours.',
         {'sensors': _required('names', 'the names of the depth sensors, separated by spaces'),
@@ -185,6 +187,24 @@ _STRUCTURE: Dict[str, Tag] = {
                             '0.005'),
          'timeout': _optional('positive', 'seconds without a cloud after which a sensor is left '
                                           'out until it sends again', '1')}),
+    'objects': Tag(
+        'Finds what a depth sensor sees and nobody modelled, and how near it is to a robot.',
+        {'warn': _optional('positive', 'distance from a robot in m below which the line to it is '
+                                       'yellow', '0.5'),
+         'stop': _optional('positive', 'distance in m below which it is red', '0.2'),
+         'padding': _optional('positive', 'points that are nearer than this to a model, in m, are '
+                                          'taken for its own', '0.03'),
+         'surface': _optional('positive', 'level surfaces of at least this area in m², such as '
+                                          'tables and the floor, carry objects and are none',
+                              '0.5'),
+         'topic': _optional('topic', 'cloud to look at; default: the one that the device shows'),
+         'frame': _BOX['frame'], 'xyz': _BOX['xyz'],
+         'size': _optional('size', 'edge lengths in m of the box in which it looks; default: '
+                                   'everywhere'), **_CONDITION},
+        children=('expected',)),
+    'expected': Tag(
+        'A box whose content is expected, such as goods: it is no object.',
+        {**_BOX, **_CONDITION}),
 }
 
 _PROCESSES: Dict[str, Tag] = {

@@ -248,6 +248,24 @@ class Fusion:
 
 
 @dataclass(frozen=True)
+class SoughtObjects:
+    """What nobody modelled is sought in a cloud; None stands for the device's own cloud.
+
+    Nearer to a robot than ``warn_m`` or ``stop_m`` it is marked. Level surfaces of ``surface_m2``
+    and what is in boxes that are expected are none; without a region it is sought everywhere.
+    """
+
+    warn_m: float
+    stop_m: float
+    padding_m: float
+    surface_m2: float
+    topic: Optional[str]
+    region: Optional[RegionOfInterest]
+    expected: Tuple[RegionOfInterest, ...]
+    location: Location
+
+
+@dataclass(frozen=True)
 class Device:
     """A device of the cell with everything that belongs to it."""
 
@@ -260,6 +278,7 @@ class Device:
     force: Optional[ForceFrame] = None
     roi: Optional[RegionOfInterest] = None
     fusion: Optional[Fusion] = None
+    objects: Optional[SoughtObjects] = None
     nodes: Tuple[Node, ...] = ()
     launch_files: Tuple[LaunchFile, ...] = ()
     topics: Tuple[Topic, ...] = ()

@@ -6,7 +6,7 @@ from typing import Dict, Iterable, Tuple
 
 from process_visualizer.cell.builder import absolute_topic
 from process_visualizer.cell.model import Device, DeviceType
-from process_visualizer.ros_names import ROBOT_OUTPUTS
+from process_visualizer.ros_names import FINDER_OUTPUTS, ROBOT_OUTPUTS
 
 _OUTPUTS: Dict[DeviceType, Tuple[str, ...]] = {
     DeviceType.ROBOT: ROBOT_OUTPUTS,
@@ -23,4 +23,5 @@ def outputs(devices: Iterable[Device]) -> Dict[str, str]:
 
 def _outputs(device: Device) -> Tuple[str, ...]:
     return _OUTPUTS[device.type] + (
-        ('marker_array',) if any(it.is_shown for it in device.variables) else ())
+        ('marker_array',) if any(it.is_shown for it in device.variables) else ()) + (
+        () if device.objects is None else FINDER_OUTPUTS)

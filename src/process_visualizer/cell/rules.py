@@ -29,6 +29,7 @@ from process_visualizer.ros_names import (
     FUSION,
     GHOST,
     JOINT_PROC,
+    OBJECT_FINDER,
     PACKAGE,
     ROBOT_PROC,
     ROBOT_STATE_PUBLISHER,
@@ -91,6 +92,7 @@ def _reserved_names(device: Device) -> List[str]:
         DEPTH_PROC: device.type is DeviceType.DEPTH_SENSOR,
         ROI_FILTER: device.roi is not None,
         FUSION: device.fusion is not None,
+        OBJECT_FINDER: device.objects is not None,
         VARIABLE_PROC: bool(device.variables),
     }
     own = [absolute_topic(device.name, name) for name, used in names.items() if used]
@@ -107,7 +109,7 @@ def check_device(device: Device, parsed: Parsed, problems: ProblemList) -> None:
     if parsed.values['type'] is not None:
         rules += [_check_elements_of_type, _check_topics_of_type]
     if parsed.sound:
-        rules.append(_check_region)
+        rules += [_check_region, _check_objects]
     for rule in rules:
         rule(device, problems)
     for display in device.displays:
@@ -135,9 +137,11 @@ def _check_elements_of_type(device: Device, problems: ProblemList) -> None:
             if found is not None:
                 problems.add(found.location, element, 'belongs to robots only; this device has '
                                                       f'the type "{device.type.value}"')
-    if device.type is not DeviceType.DEPTH_SENSOR and device.roi is not None:
-        problems.add(device.roi.location, 'roi', 'belongs to depth sensors only; this device has '
-                                                 f'the type "{device.type.value}"')
+    if device.type is not DeviceType.DEPTH_SENSOR:
+        for element, region in (('roi', device.roi), ('objects', device.objects)):
+            if region is not None:
+                problems.add(region.location, element, 'belongs to depth sensors only; this device '
+                                                       f'has the type "{device.type.value}"')
 
 
 def _check_model_file_name(device: Device, problems: ProblemList) -> None:
@@ -166,6 +170,19 @@ def _check_region(device: Device, problems: ProblemList) -> None:
             problems.add(topic.location, 'topic',
                          'a cloud is made from images only with a <roi> and with topics of all '
                          f'three types {_IMAGE_TYPES}; add what is missing, or remove "type"')
+
+
+def _check_objects(device: Device, problems: ProblemList) -> None:
+    objects = device.objects
+    if objects is None or device.type is not DeviceType.DEPTH_SENSOR:
+        return
+    if objects.topic is None and not device.has_cloud:
+        problems.add(objects.location, 'objects',
+                     'there is no cloud to look at; give one <topic> the type "pointcloud", or '
+                     'name a cloud with "topic"')
+    if objects.stop_m > objects.warn_m:
+        problems.add(objects.location, 'objects', f'stop ({objects.stop_m}) is greater than warn '
+                                                  f'({objects.warn_m}); swap them')
 
 
 def _check_topics(device: Device, problems: ProblemList) -> None:

@@ -87,6 +87,11 @@ def _uses(device: Device) -> Iterator[_Use]:
         yield _Use(device.force.parent_frame, device.force.location, 'force')
     if device.roi is not None:
         yield _Use(device.roi.frame, device.roi.location, 'roi')
+    if device.objects is not None:
+        if device.objects.region is not None:
+            yield _Use(device.objects.region.frame, device.objects.location, 'objects')
+        for box in device.objects.expected:
+            yield _Use(box.frame, box.location, 'expected')
     for topic in device.topics:
         for frame in (topic.frame, topic.parent_frame):
             if frame is not None:

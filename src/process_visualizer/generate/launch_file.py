@@ -20,6 +20,7 @@ from process_visualizer.descriptions.robot_description import RobotDescription
 from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.launch_writer import Tag, write_document
 from process_visualizer.generate.nodelet_managers import Manager, shared_manager
+from process_visualizer.generate.object_finder import object_finder_nodes
 from process_visualizer.generate.plan import (
     BAG_PART,
     CONFIGURATION_FILE,
@@ -144,6 +145,9 @@ class LaunchFileBuilder:
                                          self._managers.get(device.name)):
             self._processor(group, processor)
         self._fusion(group, device)
+        for finder in object_finder_nodes(self._choice, device, self._descriptions,
+                                          self._managers.get(device.name)):
+            self._processor(group, finder)
         for parameter in device.parameters:  # after what is generated: what a user sets counts
             self._roslaunch_element(group, parameter)
         for node in self._choice.nodes(device):

@@ -151,28 +151,29 @@ def _depth_nodes(device: Device, manager: Optional[Manager]) -> List[ProcessorNo
 def fusion_node(device: Device, fusion: Fusion, sensors: Sequence[Device], frame: str,
                 manager: Optional[Manager]) -> ProcessorNode:
     """The node that joins the clouds of sensors, in the manager that all of them use, if any."""
-    nodelet = f'{PACKAGE}/CloudFusion'
     parameters = {'topics': [sensor.cloud_topic for sensor in sensors], 'frame': frame,
                   'voxel': fusion.voxel_m, 'timeout': fusion.timeout_s}
     return ProcessorNode(
-        'nodelet', 'nodelet', FUSION, parameters, args=_nodelet_arguments(nodelet, manager),
+        'nodelet', 'nodelet', FUSION, parameters, args=nodelet_arguments('CloudFusion', manager),
         remaps={'~output': str(device.cloud_topic)}, respawn=manager is not None)
-
-
-def _nodelet_arguments(nodelet: str, manager: Optional[Manager]) -> str:
-    return f'load {nodelet} {manager.loading}' if manager else f'standalone {nodelet}'
 
 
 def _crop_node(device: Device, roi: RegionOfInterest, cropped: str,
                manager: Optional[Manager]) -> ProcessorNode:
     """The crop, in the manager of the device's nodelets if that is known."""
-    nodelet = f'{PACKAGE}/RegisteredCrop' if device.has_images else f'{PACKAGE}/RoiFilter'
+    nodelet = 'RegisteredCrop' if device.has_images else 'RoiFilter'
     return ProcessorNode(
         'nodelet', 'nodelet', ROI_FILTER,
         {'frame': roi.frame, 'center': list(roi.center), 'size': list(roi.size)},
-        args=_nodelet_arguments(nodelet, manager),
+        args=nodelet_arguments(nodelet, manager),
         remaps={**_crop_inputs(device), '~output': cropped},
         respawn=manager is not None and manager.is_shared)
+
+
+def nodelet_arguments(name: str, manager: Optional[Manager]) -> str:
+    """How one of our nodelets is started: in a manager, or as a process of its own without one."""
+    nodelet = f'{PACKAGE}/{name}'
+    return f'load {nodelet} {manager.loading}' if manager else f'standalone {nodelet}'
 
 
 def _crop_inputs(device: Device) -> Dict[str, str]:

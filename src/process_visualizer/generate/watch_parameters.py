@@ -20,6 +20,7 @@ from process_visualizer.ros_names import (
     DEPTH_PROC,
     FUSION,
     JOINT_PROC,
+    OBJECT_FINDER,
     ROBOT_PROC,
     ROBOT_STATE_PUBLISHER,
     ROI_FILTER,
@@ -74,7 +75,9 @@ def _meanings(device: Device) -> Dict[str, str]:
     """What it means for a device that a node has ended."""
     if device.variables and not any(it.is_shown for it in device.variables):
         return {**_MEANINGS, VARIABLE_PROC: 'limits are not watched'}
-    return _MEANINGS if device.fusion is None else {**_MEANINGS, FUSION: 'the points are old'}
+    fusion = {} if device.fusion is None else {FUSION: 'the points are old'}
+    finder = {} if device.objects is None else {OBJECT_FINDER: 'no objects are found'}
+    return {**_MEANINGS, **fusion, **finder}
 
 
 def _is_drawn(device: Device) -> bool:

@@ -8,7 +8,7 @@ from typing import Any, Dict, List, Optional, Set, Tuple
 
 from process_visualizer.cell.displays import DISPLAY_TYPES
 from process_visualizer.cell.model import Device, DeviceType, Display, Property
-from process_visualizer.ros_names import ROI_FILTER
+from process_visualizer.ros_names import OBJECTS_MARKERS, ROI_FILTER
 
 DisplayConfig = Dict[str, Any]
 
@@ -46,6 +46,9 @@ def _default_displays(device: Device) -> List[Display]:
     if device.roi is not None and device.has_cloud:
         displays.append(Display('Marker', 'Region of interest',
                                 f'/{device.name}/{ROI_FILTER}/outline', (), (), device.location))
+    if device.objects is not None:
+        displays.append(Display('MarkerArray', 'Objects', f'/{device.name}/{OBJECTS_MARKERS}',
+                                (), (), device.location))
     return displays
 
 

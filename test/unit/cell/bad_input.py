@@ -288,6 +288,15 @@ COMBINATIONS: List[Bad] = [
               '3: <roi>: belongs to depth sensors only', schema_sees=False),
     _in_robot('region without a cloud', '<roi size="1 1 1"/>',
               '3: <roi>: there is no cloud to crop', kind='depth_sensor', schema_sees=False),
+    _in_robot('objects of no depth sensor', '<objects topic="a"/>',
+              '3: <objects>: belongs to depth sensors only', schema_sees=False),
+    _in_robot('objects without a cloud', '<objects/>', '3: <objects>: there is no cloud to look at',
+              kind='depth_sensor', schema_sees=False),
+    _in_robot('objects that stop before they warn', '<objects topic="a" warn="0.1" stop="0.2"/>',
+              '3: <objects>: stop (0.2) is greater than warn (0.1)', kind='depth_sensor',
+              schema_sees=False),
+    _in_robot('expected without a size', '<objects topic="a"><expected/></objects>',
+              '3: <expected>: the attribute "size" is missing', kind='depth_sensor'),
     _in_robot('crop of incomplete images', '<topic name="i" type="camera_info"/>\n'
               '<topic name="d" type="depth_image"/><roi size="1 1 1"/>',
               '3: <topic>: a cloud is made from images only with a <roi> and with topics of all '

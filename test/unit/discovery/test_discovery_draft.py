@@ -219,6 +219,8 @@ def test_own_outputs_are_left_out(tmp_path: Path) -> None:
            ('/a/marker_array', 'm/A', '/a/robot_proc'),
            ('/c/roi_filter/outline', 'visualization_msgs/Marker', '/camera/manager'),
            ('/c/roi_points', CLOUD, '/camera/manager'),
+           ('/c/objects_markers', 'visualization_msgs/MarkerArray', '/camera/manager'),
+           ('/c/unknown_points', CLOUD, '/camera/manager'),
            ('/c/points', CLOUD, '/c/depth_proc'), ('/rosout', 'rosgraph_msgs/Log', '/x'),
            ('/clicked_point', 'geometry_msgs/PointStamped', '/rviz_1234'),
            ('/tf', 'tf2_msgs/TFMessage', '/x'), ('/move/goal', 'm/MoveActionGoal', '/x'),

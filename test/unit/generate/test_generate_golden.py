@@ -122,8 +122,8 @@ def test_the_recorder_has_topics_and_configuration(loaded: Dict[str, ROSLaunchCo
 
 def test_values_of_arguments_reach_the_simulator(loaded: Dict[str, ROSLaunchConfig]) -> None:
     found = parameters(loaded['simulated_realtime'], '/simulator')
-    assert found == {'quality': 'good', 'seed': 1, 'fault': '', 'fault_cycle': '', 'image_rate': 30,
-                     'second_kinect': False}
+    assert found == {'quality': 'good', 'seed': 1, 'fault': '', 'fault_cycle': '', 'intruder': '',
+                     'image_rate': 30, 'second_kinect': False}
 
 
 def test_bag_player_plays_what_is_recorded(loaded: Dict[str, ROSLaunchConfig]) -> None:

@@ -11,7 +11,9 @@ from process_visualizer.ros_names import (
     BAG_RECORDER,
     CELL_FRAMES,
     DEVICE_NODES,
+    FINDER_OUTPUTS,
     GHOST,
+    OBJECTS_MARKERS,
     OWN_TOPICS,
     PACKAGE,
     ROBOT_OUTPUTS,
@@ -37,7 +39,7 @@ def device_topics(topics: Iterable[SeenTopic]) -> Tuple[SeenTopic, ...]:
     """Return the topics that may be what a device sends."""
     found = tuple(topics)
     names = {topic.name for topic in found}
-    own = _robots_outputs(names) | _crops_outputs(names)
+    own = _robots_outputs(names) | _crops_outputs(names) | _finders_outputs(names)
     return tuple(it for it in found if it.name not in own and not _is_other(it, names))
 
 
@@ -67,3 +69,10 @@ def _crops_outputs(names: Set[str]) -> Set[str]:
     outline = f'/{ROI_FILTER}/outline'
     sensors = {name[:-len(outline)] for name in names if name.endswith(outline)}
     return {f'{sensor}{output}' for sensor in sensors for output in (outline, '/roi_points')}
+
+
+def _finders_outputs(names: Set[str]) -> Set[str]:
+    """What a depth sensor's object finder sends, likewise."""
+    sensors = [name[:-len(OBJECTS_MARKERS)] for name in names
+               if name.endswith(f'/{OBJECTS_MARKERS}')]
+    return {f'{sensor}{output}' for sensor in sensors for output in FINDER_OUTPUTS}

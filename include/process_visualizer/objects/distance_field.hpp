@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "process_visualizer/objects/triangle_mesh.hpp"
+
+namespace process_visualizer::objects {
+
+/// How far places near a surface are from it: exact at the nodes of a grid, made once, and
+/// interpolated between them.
+///
+/// What a surface encloses has negative distances, cavities that are open have not. A surface with
+/// gaps narrower than a grid step still encloses.
+class DistanceField {
+ public:
+  /// \param reach  up to this distance from the surface it is known, m
+  DistanceField(const TriangleMesh& mesh, float reach);
+
+  /// The distance of a place from the surface, m, negative inside; at most about `reach`.
+  float distance(const Eigen::Vector3f& place) const;
+
+  /// The box outside of which all distances are `reach` or more.
+  const Eigen::AlignedBox3f& bounds() const { return bounds_; }
+
+  float step() const { return step_; }  ///< of the grid, m
+
+ private:
+  using Node = Eigen::Vector3i;
+
+  std::size_t indexOf(const Node& node) const;
+  void measure(const Triangle& triangle);
+  void markInside();
+  std::vector<bool> reachableFromOutside() const;
+
+  float reach_, step_;
+  Eigen::AlignedBox3f bounds_;
+  Node count_;
+  std::vector<float> distances_;
+};
+
+}  // namespace process_visualizer::objects

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <vector>
+
+#include "process_visualizer/cloud/box.hpp"
+#include "process_visualizer/objects/clusters.hpp"
+#include "process_visualizer/objects/known_bodies.hpp"
+#include "process_visualizer/objects/robot_distance.hpp"
+#include "process_visualizer/objects/stray_points.hpp"
+#include "process_visualizer/objects/upright_box.hpp"
+
+namespace process_visualizer::objects {
+
+/// What is looked at, and how.
+struct FinderSettings {
+  float padding = 0.03F;    ///< points nearer than this to a known body are on it, m
+  float gap = 0.03F;        ///< things that are nearer to each other are one, m
+  std::size_t fewest = 40;  ///< points of an object
+  float surface = 0.5F;     ///< larger level surfaces carry objects, and are none, m²
+};
+
+/// Where everything was when a cloud was taken.
+struct Scene {
+  Eigen::Isometry3f global_from_cloud;  ///< into a frame whose z axis points up
+  std::vector<Eigen::Isometry3f> cloud_from_body;
+  std::optional<cloud::InsideBox> region;  ///< only in it is looked; from the cloud's frame
+  std::vector<cloud::InsideBox> expected;  ///< what is in these is known
+};
+
+/// Something that nobody modelled, in the global frame.
+struct FoundObject {
+  UprightBox box;
+  std::size_t points;
+  std::optional<RobotDistance> robot;  ///< the nearest one, if there are any
+};
+
+/// Takes what is known out of clouds, and divides the rest into objects. Each cloud is judged by
+/// itself alone.
+class ObjectFinder {
+ public:
+  ObjectFinder(std::vector<KnownBody> bodies, const FinderSettings& settings)
+      : bodies_(std::move(bodies)), settings_(settings) {}
+
+  const std::vector<KnownBody>& bodies() const { return bodies_; }
+
+  /// What is known about each point.
+  std::vector<Label> label(const Points& points, const Scene& scene) const;
+
+  /// The objects among the points that are free.
+  std::vector<FoundObject> find(const Points& points, const std::vector<Label>& labels,
+                                const Scene& scene) const;
+
+ private:
+  std::vector<KnownBody> bodies_;
+  FinderSettings settings_;
+};
+
+}  // namespace process_visualizer::objects

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <process_visualizer/DetectedObjects.h>
+#include <visualization_msgs/MarkerArray.h>
+
+#include <vector>
+
+#include "process_visualizer/objects/object_tracks.hpp"
+
+namespace process_visualizer::objects {
+
+/// Distances from robots at which an object is worth a warning, or is too near, m.
+struct Limits {
+  double warn, stop;
+};
+
+/// \param header  stamp of the cloud, and the frame of the objects
+DetectedObjects messageOf(const std::vector<TrackedObject>& objects, const Limits& limits,
+                          const std_msgs::Header& header);
+
+/// Boxes with number and size, and lines to the nearest robot with the distance: yellow below the
+/// distance `warn`, red below `stop`. Markers are locked to the frame, and end by themselves when
+/// they are not published again within a second. What was shown before is deleted.
+visualization_msgs::MarkerArray markersOf(const DetectedObjects& objects);
+
+}  // namespace process_visualizer::objects

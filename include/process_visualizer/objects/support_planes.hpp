@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <vector>
+
+namespace process_visualizer::objects {
+
+/// Level surfaces on which things stand, such as a table or the floor: planes of at most 10° slope
+/// so large that they are not taken for objects.
+class SupportPlanes {
+ public:
+  /// \param points  in a frame whose z axis points up, m; more than kMostPoints take time
+  /// \param sensor  where they were seen from
+  /// \param least_area  of a surface that is seen, m²
+  SupportPlanes(std::vector<Eigen::Vector3f> points, const Eigen::Vector3f& sensor,
+                float least_area);
+
+  /// Whether a point lies on one of them, within what a depth sensor is wrong by at this distance.
+  bool contain(const Eigen::Vector3f& point) const;
+
+  /// The height of the highest one below a place, or in it, m: as it is seen within `radius` (m) of
+  /// the place, because a plane may join two tables that differ by a little.
+  std::optional<float> heightBelow(const Eigen::Vector3f& place, float radius) const;
+
+  /// How far a point on a surface may be from it, m: 15 mm, and nearly two steps of a Kinect's
+  /// depth (3 mm at 1 m, growing with the square of the distance).
+  float tolerance(const Eigen::Vector3f& point) const;
+
+  static constexpr std::size_t kMostPoints = 5000;
+
+ private:
+  using Plane = Eigen::Hyperplane<float, 3>;
+
+  bool findNext(std::vector<Eigen::Vector3f>& points);
+  Plane largest(const std::vector<Eigen::Vector3f>& points) const;
+  bool isOn(const Plane& plane, const Eigen::Vector3f& point) const;
+
+  Eigen::Vector3f sensor_;
+  float least_area_;
+  std::vector<Plane> planes_;                         ///< normals point up
+  std::vector<std::vector<Eigen::Vector3f>> points_;  ///< of each plane
+};
+
+}  // namespace process_visualizer::objects

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <nodelet/nodelet.h>
+#include <process_visualizer/PlayerState.h>
+#include <ros/ros.h>
+#include <tf2_eigen/tf2_eigen.h>
+#include <tf2_ros/transform_listener.h>
+
+#include <boost/make_shared.hpp>
+#include <memory>
+#include <optional>
+#include <pluginlib/class_list_macros.hpp>
+#include <stdexcept>
+
+#include "process_visualizer/cloud/periods.hpp"
+#include "process_visualizer/cloud/require.hpp"
+#include "process_visualizer/common/frame_name.hpp"
+#include "process_visualizer/objects/cell_models.hpp"
+#include "process_visualizer/objects/cloud_points.hpp"
+#include "process_visualizer/objects/finder_parameters.hpp"
+#include "process_visualizer/objects/object_messages.hpp"
+#include "process_visualizer/objects/object_tracks.hpp"
+
+namespace process_visualizer::objects {
+namespace {
+
+constexpr double kTransformWait = 0.1;  // s: poses of robots arrive a little later than clouds
+constexpr double kRetryPeriod = 1;      // s: of reading models that are not there yet
+constexpr double kRedrawPeriod = 0.25;  // s: while playback is paused, and no clouds come
+
+}  // namespace
+
+/// Nodelet that finds what nobody modelled in the clouds on `~input`: `~objects` (for each cloud),
+/// `~markers` for RViz, and `~unknown`, the points that belong to no model.
+class ObjectFinderNodelet : public nodelet::Nodelet {
+ private:
+  void onInit() override;
+  bool isReady();
+  void load();
+  void process(const sensor_msgs::PointCloud2::ConstPtr& cloud);
+  void find(const sensor_msgs::PointCloud2& cloud);
+  Scene sceneOf(const std_msgs::Header& header) const;
+  Eigen::Isometry3d transform(const std::string& target, const std_msgs::Header& header) const;
+  void follow(const PlayerState& state);
+  void redraw();
+
+  ros::Subscriber cloud_subscriber_, player_subscriber_;
+  ros::Publisher objects_publisher_, marker_publisher_, unknown_publisher_;
+  ros::WallTimer redraw_timer_;
+  tf2_ros::Buffer tf_buffer_;
+  std::unique_ptr<tf2_ros::TransformListener> tf_listener_;
+  FinderParameters parameters_;
+  std::optional<ObjectFinder> finder_;
+  ros::WallTime next_try_;
+  ObjectTracks tracks_;
+  visualization_msgs::MarkerArray markers_;
+  std::optional<std::uint32_t> segment_;  ///< of the recording that is played
+  bool is_paused_ = false;
+};
+
+void ObjectFinderNodelet::onInit() {
+  tf_listener_ = std::make_unique<tf2_ros::TransformListener>(tf_buffer_);
+  ros::NodeHandle& node_handle = getPrivateNodeHandle();
+  objects_publisher_ = node_handle.advertise<DetectedObjects>("objects", 1);
+  marker_publisher_ = node_handle.advertise<visualization_msgs::MarkerArray>("markers", 1);
+  unknown_publisher_ = node_handle.advertise<sensor_msgs::PointCloud2>("unknown", 1);
+  player_subscriber_ =
+      node_handle.subscribe("/bag_player/state", 1, &ObjectFinderNodelet::follow, this);
+  redraw_timer_ = node_handle.createWallTimer(ros::WallDuration(kRedrawPeriod),
+                                              [this](const ros::WallTimerEvent&) { redraw(); });
+  cloud_subscriber_ = node_handle.subscribe("input", 1, &ObjectFinderNodelet::process, this,
+                                            ros::TransportHints().tcpNoDelay());
+}
+
+/// Whether the models have been read. The parts of a cell start in any order, so a model may be
+/// missing for a moment.
+bool ObjectFinderNodelet::isReady() {
+  if (finder_) return true;
+  if (ros::WallTime::now() < next_try_) return false;
+  next_try_ = ros::WallTime::now() + ros::WallDuration(kRetryPeriod);
+  try {
+    load();
+  } catch (const std::invalid_argument& error) {
+    NODELET_WARN_THROTTLE(cloud::kReportPeriod, "No objects are sought in the clouds on %s: %s",
+                          cloud_subscriber_.getTopic().c_str(), error.what());
+  }
+  return finder_.has_value();
+}
+
+void ObjectFinderNodelet::load() {
+  parameters_ = readFinderParameters(getPrivateNodeHandle());
+  const float reach = parameters_.settings.padding + 0.01F;
+  std::vector<KnownBody> bodies;
+  for (const bool is_robot : {true, false}) {
+    for (const std::string& name : is_robot ? parameters_.robots : parameters_.others)
+      for (KnownBody& body : bodiesOf(name, reach, is_robot)) bodies.push_back(std::move(body));
+  }
+  finder_.emplace(std::move(bodies), parameters_.settings);
+  NODELET_INFO("objects are sought in the clouds on %s; %zu links have a model",
+               cloud_subscriber_.getTopic().c_str(), finder_->bodies().size());
+}
+
+void ObjectFinderNodelet::process(const sensor_msgs::PointCloud2::ConstPtr& cloud) {
+  if (!isReady()) return;
+  try {
+    find(*cloud);
+  } catch (const tf2::TransformException& error) {
+    NODELET_WARN_THROTTLE(cloud::kReportPeriod, "No transform for the clouds on %s: %s",
+                          cloud_subscriber_.getTopic().c_str(), error.what());
+  } catch (const std::invalid_argument& error) {
+    NODELET_ERROR_THROTTLE(cloud::kReportPeriod, "Unusable cloud on %s: %s",
+                           cloud_subscriber_.getTopic().c_str(), error.what());
+  }
+}
+
+void ObjectFinderNodelet::find(const sensor_msgs::PointCloud2& cloud) {
+  const Points points = pointsOf(cloud);
+  // A blind sensor must not look like a clear cell.
+  cloud::require(std::any_of(points.places.begin(), points.places.end(),
+                             [](const auto& place) { return place.allFinite(); }),
+                 "it has no points, the sensor sees nothing");
+  const Scene scene = sceneOf(cloud.header);
+  const std::vector<Label> labels = finder_->label(points, scene);
+  if (unknown_publisher_.getNumSubscribers() > 0)
+    unknown_publisher_.publish(
+        boost::make_shared<sensor_msgs::PointCloud2>(freePart(cloud, labels)));
+  std_msgs::Header header = cloud.header;
+  header.frame_id = parameters_.frame;
+  const DetectedObjects objects =
+      messageOf(tracks_.update(header.stamp.toSec(), finder_->find(points, labels, scene)),
+                parameters_.limits, header);
+  objects_publisher_.publish(objects);
+  markers_ = markersOf(objects);
+  marker_publisher_.publish(markers_);
+}
+
+Scene ObjectFinderNodelet::sceneOf(const std_msgs::Header& header) const {
+  Scene scene;
+  const auto insideOf = [&](const FramedBox& it) {
+    return cloud::InsideBox(transform(it.frame, header), it.box);
+  };
+  scene.global_from_cloud = transform(parameters_.frame, header).cast<float>();
+  for (const KnownBody& body : finder_->bodies())
+    scene.cloud_from_body.push_back(transform(body.frame, header).inverse().cast<float>());
+  if (parameters_.region) scene.region = insideOf(*parameters_.region);
+  for (const FramedBox& box : parameters_.expected) scene.expected.push_back(insideOf(box));
+  return scene;
+}
+
+/// From the cloud's frame into another one, at the time of the cloud.
+Eigen::Isometry3d ObjectFinderNodelet::transform(const std::string& target,
+                                                 const std_msgs::Header& header) const {
+  return tf2::transformToEigen(tf_buffer_.lookupTransform(
+      target, withoutLeadingSlash(header.frame_id), header.stamp, ros::Duration(kTransformWait)));
+}
+
+/// A recording's position may jump although the stamps of what is played do not.
+void ObjectFinderNodelet::follow(const PlayerState& state) {
+  is_paused_ = state.paused;
+  if (segment_ && *segment_ != state.segment) tracks_.reset();
+  segment_ = state.segment;
+}
+
+void ObjectFinderNodelet::redraw() {
+  if (is_paused_ && !markers_.markers.empty()) marker_publisher_.publish(markers_);
+}
+
+}  // namespace process_visualizer::objects
+
+PLUGINLIB_EXPORT_CLASS(process_visualizer::objects::ObjectFinderNodelet, nodelet::Nodelet)

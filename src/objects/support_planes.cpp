@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "process_visualizer/objects/support_planes.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <set>
+#include <utility>
+
+namespace process_visualizer::objects {
+namespace {
+
+using Eigen::Vector3f;
+using Plane = Eigen::Hyperplane<float, 3>;
+
+constexpr std::size_t kMostPlanes = 4;
+constexpr float kLeastUpright = 0.985F;  // z of a normal: cosine of 10°
+constexpr float kTile = 0.05F;           // m: areas are counted in tiles of this size
+constexpr int kFewestAround = 10;        // points that tell a surface's height
+constexpr double kMostTrials = 200;
+constexpr double kMissed = 0.01;  // probability that a better plane is missed
+
+/// The area that points cover, seen from above, m².
+float areaOf(const std::vector<Vector3f>& points) {
+  std::set<std::pair<int, int>> tiles;
+  for (const Vector3f& point : points)
+    tiles.emplace(static_cast<int>(std::floor(point.x() / kTile)),
+                  static_cast<int>(std::floor(point.y() / kTile)));
+  return static_cast<float>(tiles.size()) * kTile * kTile;
+}
+
+/// The plane with the least mean square of distances, its normal upwards.
+Plane fitted(const std::vector<Vector3f>& points) {
+  Eigen::Matrix3Xf matrix(3, points.size());
+  for (std::size_t index = 0; index < points.size(); ++index)
+    matrix.col(static_cast<Eigen::Index>(index)) = points[index];
+  const Vector3f center = matrix.rowwise().mean();
+  matrix.colwise() -= center;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> solver(matrix * matrix.transpose());
+  const Vector3f normal = solver.eigenvectors().col(0);
+  return {normal.z() < 0 ? Vector3f(-normal) : normal, center};
+}
+
+/// The mean height of the points of a surface around a place; `fallback` where hardly any is seen.
+float heightAround(const std::vector<Vector3f>& surface, const Vector3f& place, float radius,
+                   float fallback) {
+  float sum = 0;
+  int count = 0;
+  for (const Vector3f& point : surface) {
+    if ((point - place).head<2>().squaredNorm() > radius * radius) continue;
+    sum += point.z();
+    ++count;
+  }
+  return count < kFewestAround ? fallback : sum / static_cast<float>(count);
+}
+
+/// How many trials find a plane with a share of the points (Fischler and Bolles 1981).
+double trialsFor(double share) {
+  const double hit = share * share * share;
+  return hit >= 1 ? 1 : std::log(kMissed) / std::log(1 - hit);
+}
+
+}  // namespace
+
+SupportPlanes::SupportPlanes(std::vector<Vector3f> points, const Vector3f& sensor, float least_area)
+    : sensor_(sensor), least_area_(least_area) {
+  while (planes_.size() < kMostPlanes && findNext(points)) {
+  }
+}
+
+/// Takes the points of the largest plane out of `points`.
+bool SupportPlanes::findNext(std::vector<Vector3f>& points) {
+  if (areaOf(points) < least_area_) return false;
+  const auto on = [this](const Plane& plane) {
+    return [this, plane](const Vector3f& point) { return isOn(plane, point); };
+  };
+  const auto end = std::partition(points.begin(), points.end(), on(largest(points)));
+  const std::vector<Vector3f> inliers(points.begin(), end);
+  if (areaOf(inliers) < least_area_) return false;
+  planes_.push_back(fitted(inliers));
+  const auto begin_rest = std::partition(points.begin(), points.end(), on(planes_.back()));
+  points_.emplace_back(points.begin(), begin_rest);
+  points.erase(points.begin(), begin_rest);
+  return true;
+}
+
+/// The level plane through three of the points that has most of all points (RANSAC). PCL's search
+/// writes an error into the log whenever it draws three points in a line.
+Plane SupportPlanes::largest(const std::vector<Vector3f>& points) const {
+  std::mt19937 random(1);  // always the same: what is found depends on this cloud alone
+  const auto any = [&] { return points[random() % points.size()]; };
+  Plane best(Vector3f::UnitZ(), points.front());
+  std::ptrdiff_t most = 0;
+  double trials = kMostTrials;
+  for (int trial = 0; trial < trials; ++trial) {
+    const Vector3f a = any(), b = any(), c = any();
+    const Vector3f normal = (b - a).cross(c - a).normalized();
+    if (!(std::abs(normal.z()) > kLeastUpright)) continue;
+    const Plane plane(normal.z() < 0 ? Vector3f(-normal) : normal, a);
+    const auto count = std::count_if(points.begin(), points.end(),
+                                     [&](const Vector3f& point) { return isOn(plane, point); });
+    if (count <= most) continue;
+    most = count;
+    best = plane;
+    trials = std::min(kMostTrials,
+                      trialsFor(static_cast<double>(most) / static_cast<double>(points.size())));
+  }
+  return best;
+}
+
+float SupportPlanes::tolerance(const Vector3f& point) const {
+  return 0.015F + 0.005F * (point - sensor_).squaredNorm();
+}
+
+bool SupportPlanes::isOn(const Plane& plane, const Vector3f& point) const {
+  return plane.absDistance(point) < tolerance(point);
+}
+
+bool SupportPlanes::contain(const Vector3f& point) const {
+  return std::any_of(planes_.begin(), planes_.end(),
+                     [&](const Plane& plane) { return isOn(plane, point); });
+}
+
+std::optional<float> SupportPlanes::heightBelow(const Vector3f& place, float radius) const {
+  std::optional<float> height;
+  for (std::size_t number = 0; number < planes_.size(); ++number) {
+    const Vector3f& normal = planes_[number].normal();
+    const float on_plane =
+        -(planes_[number].offset() + normal.head<2>().dot(place.head<2>())) / normal.z();
+    const float here = heightAround(points_[number], place, radius, on_plane);
+    if (here <= place.z() && (!height || here > *height)) height = here;
+  }
+  return height;
+}
+
+}  // namespace process_visualizer::objects

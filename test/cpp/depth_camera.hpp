@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include "process_visualizer/objects/object_finder.hpp"
+#include "process_visualizer/objects/triangle_mesh.hpp"
+
+namespace process_visualizer::objects {
+
+/// A camera that sees triangles as a Kinect does: 640 x 480 px, depths with steps that grow with
+/// the square of the distance, noise, and pixels on edges that see both sides.
+class DepthCamera {
+ public:
+  static constexpr int kWidth = 640, kHeight = 480;
+  static constexpr float kFocal = 525;
+  static constexpr std::int8_t kNothing = -1, kMixed = -2;
+
+  /// \param world_from_camera  z forward, x to the right
+  explicit DepthCamera(const Eigen::Isometry3f& world_from_camera)
+      : camera_from_world_(world_from_camera.inverse()),
+        depths_(kWidth * kHeight, std::numeric_limits<float>::infinity()),
+        things_(kWidth * kHeight, kNothing) {}
+
+  /// Draws a surface; `thing` is what its pixels are said to belong to.
+  void draw(const TriangleMesh& mesh, const Eigen::Isometry3f& world_from_mesh, std::int8_t thing) {
+    const Eigen::Isometry3f transform = camera_from_world_ * world_from_mesh;
+    for (const Triangle& it : mesh)
+      draw({transform * it.a, transform * it.b, transform * it.c}, thing);
+  }
+
+  /// What each pixel belongs to.
+  const std::vector<std::int8_t>& things() const { return things_; }
+
+  /// The cloud that it sees, in its frame; NaN where there is nothing. Half of the pixels on edges
+  /// see both sides, and belong to `kMixed` from then on.
+  Points points(std::mt19937& random) {
+    const std::vector<float> depths = mixed(random);
+    Points points;
+    points.width = kWidth;
+    points.height = kHeight;
+    for (int row = 0; row < kHeight; ++row)
+      for (int column = 0; column < kWidth; ++column)
+        points.places.push_back(ray(row, column) * measured(depths[row * kWidth + column], random));
+    return points;
+  }
+
+ private:
+  static Eigen::Vector3f ray(int row, int column) {
+    return {(static_cast<float>(column) - 319.5F) / kFocal,
+            (static_cast<float>(row) - 239.5F) / kFocal, 1};
+  }
+
+  /// A step of the disparity (1/8 px) is 2.87 mm at 1 m (Khoshelham and Elberink 2012).
+  static float measured(float depth, std::mt19937& random) {
+    if (!std::isfinite(depth)) return std::numeric_limits<float>::quiet_NaN();
+    std::normal_distribution<float> noise(0, 0.35F);
+    return 348 / std::round(348 / depth + noise(random));
+  }
+
+  /// The depths, half of those on edges between both sides.
+  std::vector<float> mixed(std::mt19937& random) {
+    std::vector<float> depths = depths_;
+    std::uniform_real_distribution<float> part(0, 1);
+    for (std::size_t pixel = 0; pixel + 1 < depths_.size(); ++pixel) {
+      const float here = depths_[pixel], beside = depths_[pixel + 1];
+      if (std::abs(here - beside) < 0.05F || !std::isfinite(here) || !std::isfinite(beside) ||
+          part(random) < 0.5F)
+        continue;
+      const std::size_t farther = here > beside ? pixel : pixel + 1;
+      depths[farther] = here + (beside - here) * part(random);
+      things_[farther] = kMixed;
+    }
+    return depths;
+  }
+
+  /// Draws the pixels whose centres lie in a triangle in front of the camera.
+  void draw(const Triangle& triangle, std::int8_t thing) {
+    if (std::min({triangle.a.z(), triangle.b.z(), triangle.c.z()}) < 0.05F) return;
+    const Eigen::Vector3f normal = (triangle.b - triangle.a).cross(triangle.c - triangle.a);
+    Eigen::AlignedBox<float, 2> box;
+    for (const Eigen::Vector3f& corner : {triangle.a, triangle.b, triangle.c})
+      box.extend(Eigen::Vector2f(corner.head<2>() * (kFocal / corner.z())));
+    const int first_row = std::max(0, static_cast<int>(box.min().y() + 239.5F));
+    const int last_row = std::min(kHeight - 1, static_cast<int>(box.max().y() + 240.5F));
+    const int first_column = std::max(0, static_cast<int>(box.min().x() + 319.5F));
+    const int last_column = std::min(kWidth - 1, static_cast<int>(box.max().x() + 320.5F));
+    for (int row = first_row; row <= last_row; ++row) {
+      for (int column = first_column; column <= last_column; ++column) {
+        const Eigen::Vector3f direction = ray(row, column);
+        if (!isInside(triangle, direction)) continue;
+        const float depth = normal.dot(triangle.a) / normal.dot(direction);
+        const std::size_t pixel = static_cast<std::size_t>(row) * kWidth + column;
+        if (!(depth > 0) || depth >= depths_[pixel]) continue;
+        depths_[pixel] = depth;
+        things_[pixel] = thing;
+      }
+    }
+  }
+
+  /// Whether a ray from the origin meets a triangle: it is on one side of all three edges.
+  static bool isInside(const Triangle& triangle, const Eigen::Vector3f& ray) {
+    const float a = ray.dot(triangle.a.cross(triangle.b)),
+                b = ray.dot(triangle.b.cross(triangle.c)),
+                c = ray.dot(triangle.c.cross(triangle.a));
+    return (a >= 0 && b >= 0 && c >= 0) || (a <= 0 && b <= 0 && c <= 0);
+  }
+
+  Eigen::Isometry3f camera_from_world_;
+  std::vector<float> depths_;
+  std::vector<std::int8_t> things_;
+};
+
+/// A camera at a place that looks straight down, the image's upper edge towards y.
+inline Eigen::Isometry3f lookingDown(const Eigen::Vector3f& place) {
+  return Eigen::Translation3f(place) *
+         Eigen::AngleAxisf(static_cast<float>(M_PI), Eigen::Vector3f::UnitX());
+}
+
+}  // namespace process_visualizer::objects

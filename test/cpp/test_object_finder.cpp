@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// From clouds to objects, in a small cell that is seen as by a Kinect.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "depth_camera.hpp"
+#include "process_visualizer/objects/object_finder.hpp"
+#include "process_visualizer/objects/object_tracks.hpp"
+
+namespace process_visualizer::objects {
+namespace {
+
+using Eigen::AngleAxisf;
+using Eigen::Isometry3f;
+using Eigen::Translation3f;
+using Eigen::Vector3f;
+
+enum Thing : std::int8_t { kTable, kRobot, kObject };
+
+const Isometry3f kCamera = lookingDown({0.1F, 0.05F, 1.85F});
+const FinderSettings kSettings;
+
+Isometry3f at(const Vector3f& place, float yaw = 0) {
+  return Translation3f(place) * AngleAxisf(yaw, Vector3f::UnitZ());
+}
+
+/// A robot of two links beside each other, above a table.
+class Cell {
+ public:
+  Cell() {
+    bodies_.emplace_back("upper_arm", boxMesh({0.8F, 0.12F, 0.12F}), 0.04F, true);
+    bodies_.emplace_back("gripper", cylinderMesh(0.04F, 0.3F), 0.04F, true);
+  }
+
+  /// \param yaw  of the robot about the origin
+  void poseRobot(float yaw) {
+    const Isometry3f turned(AngleAxisf(yaw, Vector3f::UnitZ()));
+    robot_ = {turned * at({0.4F, 0, 0.5F}), turned * at({0.8F, 0, 0.35F})};
+  }
+
+  void add(const Vector3f& size, const Isometry3f& pose) { objects_.emplace_back(size, pose); }
+  void clear() { objects_.clear(); }
+
+  DepthCamera picture() const {
+    DepthCamera camera(kCamera);
+    camera.draw(boxMesh({3, 3, 0.1F}), at({0, 0, -0.05F}), kTable);
+    camera.draw(boxMesh({0.8F, 0.12F, 0.12F}), robot_[0], kRobot);
+    camera.draw(cylinderMesh(0.04F, 0.3F), robot_[1], kRobot);
+    for (const auto& [size, pose] : objects_) camera.draw(boxMesh(size), pose, kObject);
+    return camera;
+  }
+
+  Scene scene() const {
+    Scene scene;
+    scene.global_from_cloud = kCamera;
+    for (const Isometry3f& pose : robot_) scene.cloud_from_body.push_back(kCamera.inverse() * pose);
+    return scene;
+  }
+
+  std::vector<FoundObject> find(std::mt19937& random) const {
+    const Points points = picture().points(random);
+    const ObjectFinder finder(bodies_, kSettings);
+    return finder.find(points, finder.label(points, scene()), scene());
+  }
+
+  const std::vector<KnownBody>& bodies() const { return bodies_; }
+
+ private:
+  std::vector<KnownBody> bodies_;
+  std::vector<Isometry3f> robot_;
+  std::vector<std::pair<Vector3f, Isometry3f>> objects_;
+};
+
+class ObjectFinderTest : public testing::Test {
+ protected:
+  ObjectFinderTest() { cell_.poseRobot(0.3F); }
+
+  Cell cell_;
+  std::mt19937 random_{5};
+};
+
+TEST_F(ObjectFinderTest, NothingInAClearCell) {
+  for (const float yaw : {-2.0F, 0.0F, 0.7F, 3.0F}) {
+    cell_.poseRobot(yaw);
+    EXPECT_TRUE(cell_.find(random_).empty()) << yaw;
+  }
+}
+
+TEST_F(ObjectFinderTest, TheRobotAndNothingElseIsKnown) {
+  std::size_t robot = 0, missed = 0, others = 0, taken = 0;
+  for (const float yaw : {-2.0F, 0.0F, 0.7F, 3.0F}) {
+    cell_.poseRobot(yaw);
+    DepthCamera camera = cell_.picture();
+    const auto labels =
+        ObjectFinder(cell_.bodies(), kSettings).label(camera.points(random_), cell_.scene());
+    for (std::size_t pixel = 0; pixel < labels.size(); ++pixel) {
+      if (camera.things()[pixel] < 0) continue;  // nothing, or made up
+      const bool is_known = labels[pixel] != Label::kFree;
+      ++(camera.things()[pixel] == kRobot ? robot : others);
+      if (camera.things()[pixel] == kRobot && !is_known) ++missed;
+      if (camera.things()[pixel] != kRobot && is_known) ++taken;
+    }
+  }
+  EXPECT_GT(robot, 50000U);
+  EXPECT_LE(missed, robot / 200);
+  EXPECT_LE(taken, others / 200);
+}
+
+TEST_F(ObjectFinderTest, AnObjectHasItsSizePlaceAndDistance) {
+  const Vector3f size(0.3F, 0.2F, 0.15F), place(-0.3F, -0.2F, 0.075F);
+  cell_.add(size, at(place, 0.5F));
+  const auto found = cell_.find(random_);
+  ASSERT_EQ(found.size(), 1U);
+  const UprightBox& box = found[0].box;
+  const float longer = std::max(box.size.x(), box.size.y());
+  const float shorter = std::min(box.size.x(), box.size.y());
+  EXPECT_NEAR(longer, size.x(), 0.01);
+  EXPECT_NEAR(shorter, size.y(), 0.01);
+  EXPECT_NEAR(box.size.z(), size.z(), 0.01);
+  EXPECT_LT((box.center - place).norm(), 0.01);
+  ASSERT_TRUE(found[0].robot);
+  EXPECT_EQ(found[0].robot->link, "upper_arm");
+  const auto& [link, distance, on_object, on_robot] = *found[0].robot;
+  EXPECT_NEAR(distance, (on_object - on_robot).norm(), 0.001);
+}
+
+TEST_F(ObjectFinderTest, FiveObjectsAreFive) {
+  const Vector3f hand(0.1F, 0.18F, 0.06F);
+  cell_.add(hand, at({-0.5F, 0.4F, 0.03F}));
+  cell_.add(hand, at({-0.4F, -0.4F, 0.45F}));  // it hovers
+  cell_.add({0.2F, 0.2F, 0.2F}, at({0.4F, -0.35F, 0.1F}, 0.7F));
+  cell_.add({0.08F, 0.08F, 0.3F}, at({0.0F, 0.4F, 0.15F}));
+  cell_.add({0.15F, 0.1F, 0.05F}, at({-0.1F, -0.1F, 0.025F}, 1.2F));
+  EXPECT_EQ(cell_.find(random_).size(), 5U);
+}
+
+TEST_F(ObjectFinderTest, SomethingThatHoversReachesNotDownToTheTable) {
+  cell_.add({0.1F, 0.2F, 0.06F}, at({-0.6F, -0.4F, 0.4F}));
+  const auto found = cell_.find(random_);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_GT(found[0].box.center.z() - found[0].box.size.z() / 2, 0.3F);
+}
+
+TEST_F(ObjectFinderTest, RightBelowTheCameraItReachesDownToTheTable) {
+  cell_.poseRobot(3.0F);
+  cell_.add({0.2F, 0.15F, 0.12F}, at({0.1F, 0.05F, 0.06F}));
+  const auto found = cell_.find(random_);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_NEAR(found[0].box.size.z(), 0.12, 0.01);
+}
+
+TEST_F(ObjectFinderTest, WhatIsExpectedOrOutsideTheRegionIsNoObject) {
+  cell_.add({0.2F, 0.2F, 0.2F}, at({-0.4F, -0.2F, 0.1F}));
+  const Points points = cell_.picture().points(random_);
+  const ObjectFinder finder(cell_.bodies(), kSettings);
+  const auto count = [&](const Scene& scene) {
+    return finder.find(points, finder.label(points, scene), scene).size();
+  };
+  Scene scene = cell_.scene();
+  EXPECT_EQ(count(scene), 1U);
+  const Eigen::Isometry3d from_camera = kCamera.cast<double>();
+  scene.expected.emplace_back(from_camera, cloud::Box({-0.4, -0.2, 0.1}, {0.3, 0.3, 0.3}));
+  EXPECT_EQ(count(scene), 0U);
+  scene.expected.clear();
+  scene.region.emplace(from_camera, cloud::Box({0.5, 0.5, 0.5}, {1, 1, 1}));
+  EXPECT_EQ(count(scene), 0U);
+}
+
+TEST_F(ObjectFinderTest, CloudsWithoutRowsAreTheSame) {
+  cell_.add({0.2F, 0.2F, 0.2F}, at({-0.4F, -0.2F, 0.1F}));
+  const Points rows = cell_.picture().points(random_);
+  Points plain;
+  std::vector<Label> expected;
+  const ObjectFinder finder(cell_.bodies(), kSettings);
+  const auto labels = finder.label(rows, cell_.scene());
+  for (std::size_t index = 0; index < labels.size(); ++index) {
+    if (!rows.places[index].allFinite()) continue;
+    plain.places.push_back(rows.places[index]);
+    expected.push_back(labels[index]);
+  }
+  plain.width = plain.places.size();
+  plain.height = 1;
+  EXPECT_EQ(finder.label(plain, cell_.scene()), expected);
+}
+
+TEST_F(ObjectFinderTest, MixedPixelsAtTheRobotsEdgesAreTakenOut) {
+  int between = 0, left = 0;
+  for (const float yaw : {-2.0F, 0.0F, 0.7F, 3.0F}) {
+    cell_.poseRobot(yaw);
+    const Points points = cell_.picture().points(random_);
+    const auto labels = ObjectFinder(cell_.bodies(), kSettings).label(points, cell_.scene());
+    for (std::size_t pixel = 0; pixel < labels.size(); ++pixel) {
+      const Vector3f place = kCamera * points.places[pixel];
+      if (!(place.z() > 0.06F && place.z() < 0.14F)) continue;  // nothing is there
+      ++between;
+      if (labels[pixel] == Label::kFree) ++left;
+    }
+  }
+  EXPECT_GT(between, 50);
+  EXPECT_LT(left, between / 10);
+}
+
+}  // namespace
+}  // namespace process_visualizer::objects
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  return RUN_ALL_TESTS();
+}

@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// Models as triangles and distance fields, clusters and boxes, against brute force.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "process_visualizer/objects/clusters.hpp"
+#include "process_visualizer/objects/distance_field.hpp"
+#include "process_visualizer/objects/known_bodies.hpp"
+#include "process_visualizer/objects/link_geometry.hpp"
+#include "process_visualizer/objects/robot_distance.hpp"
+#include "process_visualizer/objects/support_planes.hpp"
+#include "process_visualizer/objects/upright_box.hpp"
+
+namespace process_visualizer::objects {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr float kReach = 0.05F;  // m
+
+class Places {
+ public:
+  /// A place in a cube around the origin.
+  Vector3f next(float half) {
+    std::uniform_real_distribution<float> along(-half, half);
+    return {along(random_), along(random_), along(random_)};
+  }
+
+ private:
+  std::mt19937 random_{3};
+};
+
+float bruteDistance(const TriangleMesh& mesh, const Vector3f& place) {
+  float distance = std::numeric_limits<float>::infinity();
+  for (const Triangle& it : mesh)
+    distance = std::min(distance, (closestPoint(it, place) - place).norm());
+  return distance;
+}
+
+/// A box without a lid: its inside is a cavity.
+TriangleMesh openBox() {
+  TriangleMesh mesh;
+  for (const auto& [size, place] :
+       std::vector<std::pair<Vector3f, Vector3f>>{{{0.4F, 0.4F, 0.02F}, {0, 0, -0.2F}},
+                                                  {{0.02F, 0.4F, 0.4F}, {0.2F, 0, 0}},
+                                                  {{0.02F, 0.4F, 0.4F}, {-0.2F, 0, 0}},
+                                                  {{0.4F, 0.02F, 0.4F}, {0, 0.2F, 0}},
+                                                  {{0.4F, 0.02F, 0.4F}, {0, -0.2F, 0}}})
+    append(mesh, boxMesh(size), Eigen::Affine3f(Eigen::Translation3f(place)));
+  return mesh;
+}
+
+TEST(Triangle, ItsClosestPointIsThatOfManySamples) {
+  Places places;
+  for (int round = 0; round < 200; ++round) {
+    const Triangle triangle{places.next(1), places.next(1), places.next(1)};
+    const Vector3f place = places.next(2);
+    float best = std::numeric_limits<float>::infinity();
+    for (const Vector3f& sample : samplesOf({triangle}, 0.02F))
+      best = std::min(best, (sample - place).norm());
+    const float distance = (closestPoint(triangle, place) - place).norm();
+    EXPECT_LE(distance, best + 1e-5F);
+    EXPECT_GE(distance, best - 0.02F);
+  }
+}
+
+TEST(DistanceField, IsThatOfAllTriangles) {
+  for (const TriangleMesh& mesh :
+       {boxMesh({0.3F, 0.2F, 0.1F}), cylinderMesh(0.1F, 0.3F), sphereMesh(0.15F), openBox()}) {
+    const DistanceField field(mesh, kReach);
+    Places places;
+    for (int round = 0; round < 2000; ++round) {
+      const Vector3f place = places.next(0.25F);
+      const float expected = std::min(kReach, bruteDistance(mesh, place));
+      EXPECT_NEAR(std::abs(field.distance(place)), expected, field.step());
+    }
+  }
+}
+
+TEST(DistanceField, WhatIsEnclosedIsInsideButNoCavity) {
+  EXPECT_LT(DistanceField(sphereMesh(0.15F), kReach).distance({0, 0, 0}), 0);
+  const DistanceField open(openBox(), kReach);
+  EXPECT_GE(open.distance({0, 0, 0}), kReach * 0.99F);
+  EXPECT_GT(open.distance({0.15F, 0, 0}), 0.03F);
+  EXPECT_LT(open.distance({0.2F, 0, 0}), 0.001F);
+}
+
+TEST(DistanceField, FarAwayAndNoNumbersAreNotNear) {
+  const DistanceField field(boxMesh({0.1F, 0.1F, 0.1F}), kReach);
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  for (const Vector3f& place : {Vector3f(5, 0, 0), Vector3f(nan, 0, 0), Vector3f(0, 0, -1e30F)})
+    EXPECT_EQ(field.distance(place), kReach);
+}
+
+TEST(PosedBodies, CoverWhatTheirFieldsSay) {
+  std::vector<KnownBody> bodies;
+  std::vector<Eigen::Isometry3f> poses;
+  Places places;
+  for (int number = 0; number < 70; ++number) {  // more than a word of the masks has bits
+    bodies.emplace_back("link", boxMesh({0.3F, 0.05F, 0.1F}), kReach, false);
+    poses.push_back(Eigen::Translation3f(places.next(1.5F)) *
+                    Eigen::AngleAxisf(static_cast<float>(number), places.next(1).normalized()));
+  }
+  const PosedBodies posed(bodies, poses);
+  int covered = 0;
+  for (int round = 0; round < 20000; ++round) {
+    const Vector3f place = places.next(1.8F);
+    bool expected = false;
+    for (std::size_t body = 0; body < bodies.size(); ++body)
+      expected = expected || bodies[body].field.distance(poses[body].inverse() * place) <= 0.03F;
+    EXPECT_EQ(posed.cover(place, 0.03F), expected);
+    covered += expected ? 1 : 0;
+  }
+  EXPECT_GT(covered, 100);
+}
+
+TEST(PosedBodies, WithoutBodiesNothingIsCovered) {
+  EXPECT_FALSE(PosedBodies({}, {}).cover({0, 0, 0}, 1));
+}
+
+TEST(RobotDistance, IsThatOfTheNearestTriangleOfARobot) {
+  std::vector<KnownBody> bodies;
+  bodies.emplace_back("near", boxMesh({0.1F, 0.1F, 0.1F}), kReach, false);
+  bodies.emplace_back("arm", cylinderMesh(0.05F, 0.6F), kReach, true);
+  bodies.emplace_back("base", boxMesh({0.3F, 0.3F, 0.3F}), kReach, true);
+  const std::vector<Eigen::Isometry3f> poses{Eigen::Isometry3f(Eigen::Translation3f(1, 0, 0)),
+                                             Eigen::Isometry3f(Eigen::Translation3f(0, 1, 0)),
+                                             Eigen::Isometry3f(Eigen::Translation3f(0, -1, 0))};
+  Places places;
+  for (int round = 0; round < 100; ++round) {
+    const Vector3f place = places.next(1.5F);
+    const auto found = distanceToRobots({place}, bodies, poses);
+    ASSERT_TRUE(found);
+    const float arm = bruteDistance(cylinderMesh(0.05F, 0.6F), poses[1].inverse() * place);
+    const float base = bruteDistance(boxMesh({0.3F, 0.3F, 0.3F}), poses[2].inverse() * place);
+    EXPECT_NEAR(found->distance, std::min(arm, base), 0.012);
+    if (std::abs(arm - base) > 0.02F) {
+      EXPECT_EQ(found->link, arm < base ? "arm" : "base");
+    }
+  }
+  EXPECT_FALSE(distanceToRobots({{0, 0, 0}}, {}, {}));
+}
+
+TEST(Clusters, AreThoseOfBruteForce) {
+  Places places;
+  for (int round = 0; round < 20; ++round) {
+    std::vector<Vector3f> points;
+    for (int number = 0; number < 150; ++number) points.push_back(places.next(0.3F));
+    const float cube = 0.04F;
+    const auto clusters = clustersOf(points, cube, 1);
+    std::size_t count = 0;
+    for (const Cluster& one : clusters) {
+      count += one.size();
+      for (const Cluster& other : clusters) {
+        if (&one == &other) continue;
+        for (const Vector3f& a : one)
+          for (const Vector3f& b : other) EXPECT_GT((a - b).norm(), cube);
+      }
+    }
+    EXPECT_EQ(count, points.size());
+    EXPECT_GT(clusters.size(), 1U);
+  }
+}
+
+TEST(Clusters, TwoGroupsAreTwo) {
+  std::vector<Vector3f> points;
+  for (int number = 0; number < 100; ++number) {
+    points.emplace_back(0.01F * static_cast<float>(number), 0, 0);
+    points.emplace_back(0.01F * static_cast<float>(number), 0.2F, 0);
+  }
+  points.emplace_back(5, 5, 5);
+  const auto clusters = clustersOf(points, 0.03F, 10);
+  ASSERT_EQ(clusters.size(), 2U);
+  EXPECT_EQ(clusters[0].size(), 100U);
+}
+
+TEST(SupportPlanes, ATiltedTableIsOneAndAWallIsNone) {
+  Places places;
+  std::vector<Vector3f> points;
+  for (int number = 0; number < 3000; ++number) {
+    const Vector3f place = places.next(0.8F);
+    points.emplace_back(place.x(), place.y(), 0.3F + 0.05F * place.x());
+    points.emplace_back(1, place.y(), place.z());
+  }
+  const SupportPlanes planes(points, {0, 0, 2}, 0.5F);
+  EXPECT_TRUE(planes.contain({0.5F, 0, 0.325F}));
+  EXPECT_FALSE(planes.contain({0.5F, 0, 0.4F}));
+  EXPECT_FALSE(planes.contain({1, 0, 0.6F}));
+  EXPECT_NEAR(*planes.heightBelow({-0.4F, 0.2F, 0.5F}, 0.1F), 0.28, 0.005);
+  EXPECT_FALSE(planes.heightBelow({0, 0, 0.1F}, 0.1F));
+  EXPECT_FALSE(SupportPlanes({}, {0, 0, 2}, 0.5F).contain({0, 0, 0}));
+}
+
+TEST(UprightBox, IsTheSmallestWhateverItsYaw) {
+  Places places;
+  for (const float yaw : {0.0F, 0.4F, 1.2F, -0.8F}) {
+    Cluster points;
+    for (int number = 0; number < 4000; ++number) {
+      Vector3f place = places.next(0.5F).cwiseProduct(Vector3f(0.4F, 0.1F, 0.2F));
+      place.z() = 0.1F;
+      points.push_back(Eigen::AngleAxisf(yaw, Vector3f::UnitZ()) * place);
+    }
+    const UprightBox box = standing(boxAround(points), 0, 0.02F, {0, 0, 2});
+    EXPECT_NEAR(std::max(box.size.x(), box.size.y()), 0.4, 0.01);
+    EXPECT_NEAR(std::min(box.size.x(), box.size.y()), 0.1, 0.01);
+    EXPECT_NEAR(box.size.z(), 0.1, 0.01);  // right below the sensor: down to the surface
+  }
+}
+
+TEST(UprightBox, OnePointHasOne) {
+  const UprightBox box = boxAround({{1, 2, 3}});
+  EXPECT_EQ(box.center, Vector3f(1, 2, 3));
+  EXPECT_EQ(box.size, Vector3f(0, 0, 0));
+}
+
+const char kStl[] =
+    "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1000 0 0\nvertex 0 1000 0\n"
+    "endloop\nendfacet\nendsolid a\n";
+
+std::vector<std::uint8_t> readStl(const std::string& url) {
+  if (url != "package://p/a.stl") throw std::runtime_error("no " + url);
+  return {kStl, kStl + sizeof(kStl) - 1};
+}
+
+std::string robot(const std::string& links) { return "<robot name='r'>" + links + "</robot>"; }
+
+TEST(LinkGeometry, IsVisibleOrElseCollision) {
+  const auto links = linkGeometries(
+      robot("<link name='a'><visual><origin xyz='1 0 0' rpy='0 0 1.5707963'/><geometry>"
+            "<mesh filename='package://p/a.stl' scale='0.001 0.001 0.001'/></geometry></visual>"
+            "<collision><geometry><box size='9 9 9'/></geometry></collision></link>"
+            "<joint name='ab' type='fixed'><parent link='a'/><child link='b'/></joint>"
+            "<link name='b'><collision><geometry><sphere radius='0.2'/></geometry></collision>"
+            "<collision><geometry><cylinder radius='0.1' length='1'/></geometry></collision></link>"
+            "<joint name='ac' type='fixed'><parent link='a'/><child link='c'/></joint>"
+            "<link name='c'/>"),
+      readStl);
+  ASSERT_EQ(links.size(), 2U);
+  EXPECT_EQ(links[0].frame, "a");
+  const auto bounds = boundsOf(links[0].mesh);
+  EXPECT_LT((bounds.min() - Vector3f(0, 0, 0)).norm(), 1e-5);
+  EXPECT_LT((bounds.max() - Vector3f(1, 1, 0)).norm(), 1e-5);
+  EXPECT_LT((boundsOf(links[1].mesh).sizes() - Vector3f(0.4F, 0.4F, 1)).norm(), 0.01);
+}
+
+TEST(LinkGeometry, BadDescriptionsAreRefused) {
+  EXPECT_THROW(linkGeometries("no robot", readStl), std::invalid_argument);
+  EXPECT_THROW(readMesh({1, 2, 3}, "a.stl"), std::invalid_argument);
+  EXPECT_THROW(readMesh({}, "a"), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace process_visualizer::objects
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  return RUN_ALL_TESTS();
+}

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// Numbers that stay, through occlusions, and nothing that survives a jump of time.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <random>
+#include <vector>
+
+#include "process_visualizer/objects/object_messages.hpp"
+#include "process_visualizer/objects/object_tracks.hpp"
+
+namespace process_visualizer::objects {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr double kPeriod = 1.0 / 30;  // s
+
+FoundObject object(const Vector3f& place, const Vector3f& size = {0.1F, 0.2F, 0.1F},
+                   float yaw = 0) {
+  return {{place, size, yaw}, 100, RobotDistance{"arm", 0.3F, place, place + Vector3f(0.3F, 0, 0)}};
+}
+
+TEST(ObjectTracks, AnObjectIsSeenThreeTimesFirst) {
+  ObjectTracks tracks;
+  EXPECT_TRUE(tracks.update(0, {}).empty());
+  EXPECT_TRUE(tracks.update(0.03, {object({0, 0, 0})}).empty());
+  EXPECT_TRUE(tracks.update(0.06, {object({0, 0, 0})}).empty());
+  const auto seen = tracks.update(0.09, {object({0, 0, 0})});
+  ASSERT_EQ(seen.size(), 1U);
+  EXPECT_EQ(seen[0].number, 1U);
+  EXPECT_TRUE(seen[0].is_seen);
+}
+
+TEST(ObjectTracks, NoiseIsNoObject) {
+  ObjectTracks tracks;
+  for (int frame = 0; frame < 100; ++frame) {
+    std::vector<FoundObject> found;
+    if (frame % 3 != 0) found.push_back(object({0, 0, 0}));
+    EXPECT_TRUE(tracks.update(frame * kPeriod, found).empty());
+  }
+}
+
+/// Five objects move, and one after the other is hidden for half a second.
+TEST(ObjectTracks, NumbersStayThroughOcclusions) {
+  ObjectTracks tracks;
+  std::mt19937 random(4);
+  std::normal_distribution<float> noise(0, 0.005F);
+  std::map<int, std::uint32_t> numbers;
+  int exchanged = 0, seen = 0;
+  for (int frame = 0; frame < 1000; ++frame) {
+    const double time = frame * kPeriod;
+    std::vector<FoundObject> found;
+    std::vector<Vector3f> places;
+    for (int number = 0; number < 5; ++number) {
+      const auto angle = static_cast<float>(time + 1.3 * number);
+      places.emplace_back(0.5F * static_cast<float>(number) + 0.15F * std::cos(angle),
+                          0.3F * std::sin(angle), 0.1F);
+      const bool is_hidden = frame > 10 && (frame / 20) % 5 == number && frame % 20 < 15;
+      if (!is_hidden)
+        found.push_back(object(places.back() + Vector3f(noise(random), noise(random), 0)));
+    }
+    std::shuffle(found.begin(), found.end(), random);
+    for (const TrackedObject& it : tracks.update(time, found)) {
+      for (int number = 0; number < 5; ++number) {
+        if (!it.is_seen || (places[number] - it.object.box.center).norm() > 0.05F) continue;
+        ++seen;
+        if (numbers.emplace(number, it.number).first->second != it.number) ++exchanged;
+      }
+    }
+  }
+  EXPECT_GT(seen, 4000);
+  EXPECT_LE(exchanged, 1);
+}
+
+TEST(ObjectTracks, WhatIsHiddenIsShownUntilItIsGone) {
+  ObjectTracks tracks;
+  for (int frame = 0; frame < 5; ++frame) tracks.update(frame * kPeriod, {object({0, 0, 0})});
+  const auto hidden = tracks.update(0.5, {});
+  ASSERT_EQ(hidden.size(), 1U);
+  EXPECT_FALSE(hidden[0].is_seen);
+  EXPECT_TRUE(tracks.update(0.9, {}).empty());
+  EXPECT_TRUE(tracks.update(1.0, {object({0, 0, 0})}).empty());
+}
+
+TEST(ObjectTracks, NothingSurvivesAJumpOfTime) {
+  for (const double jump : {-5.0, 60.0}) {
+    ObjectTracks tracks;
+    for (int frame = 0; frame < 5; ++frame)
+      tracks.update(100 + frame * kPeriod, {object({0, 0, 0}), object({1, 0, 0})});
+    const auto seen = tracks.update(100 + jump, {object({0.1F, 0, 0}, {0.3F, 0.3F, 0.3F})});
+    ASSERT_EQ(seen.size(), 1U);  // the other one is not remembered, and this one's size not mixed
+    EXPECT_EQ(seen[0].number, 1U);
+    EXPECT_EQ(seen[0].object.box.size, Vector3f(0.3F, 0.3F, 0.3F));
+  }
+}
+
+TEST(ObjectTracks, ABoxIsNotTurnedByItsFourDescriptions) {
+  ObjectTracks tracks;
+  std::vector<TrackedObject> seen;
+  for (int frame = 0; frame < 20; ++frame) {
+    const bool is_turned = frame % 2 == 1;
+    seen = tracks.update(frame * kPeriod,
+                         {is_turned ? object({0, 0, 0}, {0.2F, 0.1F, 0.1F}, -M_PI_2 + 0.1F)
+                                    : object({0, 0, 0}, {0.1F, 0.2F, 0.1F}, 0.1F)});
+  }
+  EXPECT_NEAR(seen[0].object.box.size.x(), 0.1, 1e-4);
+  EXPECT_NEAR(seen[0].object.box.yaw, 0.1, 1e-4);
+}
+
+TEST(ObjectMessages, TheLineTurnsYellowAndRed) {
+  std_msgs::Header header;
+  header.frame_id = "world";
+  const auto markers = [&](const Limits& limits) {
+    return markersOf(messageOf({{7, object({0, 0, 0}), true}}, limits, header)).markers;
+  };
+  const auto clear = markers({0.2, 0.1}), warned = markers({0.4, 0.1}), near = markers({0.4, 0.35});
+  ASSERT_EQ(clear.size(), 5U);
+  const auto& line = clear.back();
+  EXPECT_EQ(line.type, visualization_msgs::Marker::LINE_LIST);
+  EXPECT_EQ(line.header.frame_id, "world");
+  EXPECT_GT(line.color.b, 0.8F);
+  EXPECT_GT(warned.back().color.g, 0.8F);
+  EXPECT_LT(warned.back().color.b, 0.1F);
+  EXPECT_LT(near.back().color.g, 0.2F);
+  EXPECT_EQ(clear[3].text, "object 7: 10 x 20 x 10 cm\n0.30 m to arm");
+}
+
+TEST(ObjectMessages, AClearCellShowsNothing) {
+  const auto markers = markersOf(messageOf({}, {0.4, 0.2}, {})).markers;
+  ASSERT_EQ(markers.size(), 1U);
+  EXPECT_EQ(markers[0].action, visualization_msgs::Marker::DELETEALL);
+}
+
+}  // namespace
+}  // namespace process_visualizer::objects
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  return RUN_ALL_TESTS();
+}
