@@ -82,7 +82,7 @@ class LauncherApp(QMainWindow):
         self.playback = PlaybackPanel(launcher.playback, launcher.bag, launcher.values,
                                       launcher.bands)
         self.live = LivePanel(launcher.live, launcher.bag.curves.choices, launcher.replay)
-        self.calibration = CalibrationPanel(launcher.calibration)
+        self.calibration = CalibrationPanel(launcher.calibration, launcher.calibrating.fit)
         self.compare = ComparePanel(launcher.compare, launcher.ghost)
         self._drops = DropTarget(self, launcher)
         self._lay_out()
