@@ -34,14 +34,18 @@ const Box kRange({0, 0, 0}, {40, 40, 40});  ///< in which points of a sensor lie
 class Places {
  public:
   Places(const tf2_ros::Buffer& buffer, std::string parent, ros::Time stamp)
-      : buffer_(buffer), parent_(std::move(parent)), stamp_(stamp) {}
+      : buffer_(buffer),
+        parent_(std::move(parent)),
+        stamp_(stamp),
+        deadline_(ros::WallTime::now() + ros::WallDuration(kTransformWait)) {}
 
   /// The place of a frame at the time. While playback stands still the newest one may be a moment
   /// older, and no other comes.
   /// \throws tf2::TransformException
   Eigen::Isometry3d of(const std::string& name) const {
     const std::string frame = withoutLeadingSlash(name);
-    if (buffer_.canTransform(parent_, frame, stamp_, ros::Duration(kTransformWait)))
+    const double left = std::max(0.0, (deadline_ - ros::WallTime::now()).toSec());
+    if (buffer_.canTransform(parent_, frame, stamp_, ros::Duration(left)))
       return tf2::transformToEigen(buffer_.lookupTransform(parent_, frame, stamp_));
     const auto newest = buffer_.lookupTransform(parent_, frame, ros::Time(0));
     const double age = std::abs((newest.header.stamp - stamp_).toSec());
@@ -62,6 +66,7 @@ class Places {
   const tf2_ros::Buffer& buffer_;
   std::string parent_;
   ros::Time stamp_;
+  ros::WallTime deadline_;
 };
 
 /// The valid points of a cloud in the parent frame.

@@ -11,8 +11,8 @@
 namespace process_visualizer::cloud {
 namespace {
 
-constexpr double kSpacingsPerCell = 2.5;  ///< so that a surface has a point in nearly every cell
-constexpr float kDepthPerCell = 3.0;      ///< within a cell a slanting surface gets this deep
+constexpr double kSpacingsPerCell = 3.5;  ///< so that a surface has a point in nearly every cell
+constexpr float kDepthPerCell = 2.0;      ///< within a cell a slanting surface gets this deep
 
 SurfaceCloud facing(const Eigen::Vector3f& place, const SurfaceCloud& points) {
   SurfaceCloud found;
