@@ -118,7 +118,7 @@ def _text(base: _Base) -> str:
 
 
 def _numbers(pose: Pose) -> str:
-    return ' '.join(f'{number:9.{_NUMBERS}f}' for number in (*pose.xyz, *pose.ypr))
+    return ' '.join(f'{round(number, _NUMBERS) + 0.0:9.{_NUMBERS}f}' for number in (*pose.xyz, *pose.ypr))
 
 
 def _apart(one: Optional[Pose], other: Pose) -> str:

@@ -166,15 +166,15 @@ class CalibrationModel(QObject):
 
         Unsaved edits stay: they are tried on another recording.
         """
-        before = {name: self.pose_of(name) for name in self._devices}
+        if recording is self._recording:
+            return
+        before = {name: self._edited.get(name, self._saved(name)) for name in self._devices}
         self._recording = recording
         self._forget_equal()
         for name, pose in before.items():
-            present = self.pose_of(name)
-            if self._is_running and present is not None and pose is not None \
-                    and not _same(pose, present):
-                self._send(name, present)
-        self._update_marker()
+            present = self._edited.get(name, self._saved(name))
+            if not _same(pose, present):
+                self._show_at(name, present)
         self.changed.emit()
 
     def set_running(self, is_running: bool) -> None:
@@ -260,6 +260,12 @@ class CalibrationModel(QObject):
             self._keep(self._device, None if is_files else self.pose)
 
     # How it is done
+
+    def _show_at(self, name: str, pose: Pose) -> None:
+        if self._is_running:
+            self._send(name, pose)
+        if name == self._device:
+            self._update_marker()
 
     def _saved(self, name: str) -> Pose:
         base = self._base(name)
