@@ -164,6 +164,9 @@ bool answerFit(FitSensor::Request& request, FitSensor::Response& response) {
   try {
     fitSensor(request, response);
     response.success = true;
+  } catch (const tf2::TransformException& error) {
+    response.message =
+        "it is not known where the sensor is in " + request.parent + ": " + error.what();
   } catch (const std::exception& error) {
     response.message = error.what();
   }

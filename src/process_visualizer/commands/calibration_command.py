@@ -118,7 +118,8 @@ def _text(base: _Base) -> str:
 
 
 def _numbers(pose: Pose) -> str:
-    return ' '.join(f'{round(number, _NUMBERS) + 0.0:9.{_NUMBERS}f}' for number in (*pose.xyz, *pose.ypr))
+    rounded = (round(number, _NUMBERS) + 0.0 for number in (*pose.xyz, *pose.ypr))  # no -0.0
+    return ' '.join(f'{number:9.{_NUMBERS}f}' for number in rounded)
 
 
 def _apart(one: Optional[Pose], other: Pose) -> str:
