@@ -150,13 +150,6 @@ class CalibrationPanel(QWidget):
         self._marker.setToolTip('Shows arrows and rings at the frame in RViz; drag them '
                                 'with its tool Interact (I)')
         self._marker.clicked.connect(self._model.show_marker)
-        self._fit.setObjectName('calibration_fit')
-        self._fit.setIcon(icon('fit'))
-        self._fit.setIconSize(QSize(18, 18))
-        self._fit.setToolButtonStyle(Qt.ToolButtonTextBesideIcon)
-        self._fit.setToolTip('Moves the sensor to where its cloud lies on the models that it sees; '
-                             'nothing is saved')
-        self._fit.clicked.connect(self._fit_model.fit)
         self._state.setObjectName('calibration_state')
         self._state.setWordWrap(True)
         self._revert.setObjectName('calibration_revert')
@@ -166,7 +159,17 @@ class CalibrationPanel(QWidget):
         self._save.setToolTip('Write the numbers into the file; a backup is kept beside it')
         self._save.clicked.connect(self._model.save)
         colour(self._frame, 'quiet')
+        self._set_up_fit()
         self._set_up_recording()
+
+    def _set_up_fit(self) -> None:
+        self._fit.setObjectName('calibration_fit')
+        self._fit.setIcon(icon('fit'))
+        self._fit.setIconSize(QSize(18, 18))
+        self._fit.setToolButtonStyle(Qt.ToolButtonTextBesideIcon)
+        self._fit.setToolTip('Moves the sensor to where its cloud lies on the models that it sees; '
+                             'nothing is saved')
+        self._fit.clicked.connect(self._fit_model.fit)
 
     def _set_up_recording(self) -> None:
         for button, name, hint, action in (
