@@ -232,8 +232,7 @@ PoseFit fitPose(const pcl::PointCloud<pcl::PointXYZ>& cloud, const Eigen::Vector
   const Contact after = contact(moved, surface, *tree, kRounds.back().reach_m);
   refuseFewPoints(after.surface.size());
   const Determination determination(after.surface);
-  const PoseFit fit{correction, before.rms_m, after.rms_m, after.surface.size(),
-                    determination.weakest()};
+  PoseFit fit{correction, before.rms_m, after.rms_m, after.surface.size(), determination.weakest()};
   const Eigen::Vector3d eye = sensor.cast<double>();
   refuseBadFit(fit, determination, (correction * eye - eye).norm());
   return fit;

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <utility>
 
 namespace process_visualizer::cloud {
 
@@ -11,7 +12,7 @@ class DirectionGrid {
  public:
   /// \param place  of the sensor, m
   /// \param width  of a cell, rad
-  DirectionGrid(const Eigen::Vector3f& place, double width) : place_(place), width_(width) {}
+  DirectionGrid(Eigen::Vector3f place, double width) : place_(std::move(place)), width_(width) {}
 
   /// The number of the cell in which a point is seen.
   std::uint64_t cell(const Eigen::Vector3f& point) const;
