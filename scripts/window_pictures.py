@@ -14,7 +14,14 @@ from xmlrpc.client import ServerProxy
 
 import rosgraph
 from PyQt5.QtCore import QEventLoop, QTimer
-from PyQt5.QtWidgets import QAbstractButton, QApplication, QDialog, QLabel, QWidget
+from PyQt5.QtWidgets import (
+    QAbstractButton,
+    QApplication,
+    QDialog,
+    QLabel,
+    QScrollArea,
+    QWidget,
+)
 
 from process_visualizer.cell.model import Mode, Pose
 from process_visualizer.gui.app.launcher import Launcher
@@ -193,6 +200,9 @@ class Photographer:
         self._pause(2.0)
         self._click('calibration_fit')
         self._until(lambda: not fit.is_fitting, 60.0)
+        column = self.window.centralWidget()
+        assert isinstance(column, QScrollArea)
+        column.ensureWidgetVisible(self._button('calibration_keep'))
         self._pause(2.0)
         self._picture('fit', whole=True)
         model.revert()

@@ -207,7 +207,7 @@ class CalibrationPanel(QWidget):
         layout.addWidget(self._reason)
         layout.addWidget(self._found)
         layout.addWidget(self._state)
-        layout.addWidget(self._then)
         layout.addLayout(back)
         layout.addLayout(save)
+        layout.addWidget(self._then)
         layout.addStretch(1)
