@@ -14,9 +14,16 @@ from xmlrpc.client import ServerProxy
 
 import rosgraph
 from PyQt5.QtCore import QEventLoop, QTimer
-from PyQt5.QtWidgets import QAbstractButton, QApplication, QDialog, QLabel, QWidget
+from PyQt5.QtWidgets import (
+    QAbstractButton,
+    QApplication,
+    QDialog,
+    QLabel,
+    QScrollArea,
+    QWidget,
+)
 
-from process_visualizer.cell.model import Mode
+from process_visualizer.cell.model import Mode, Pose
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.main import make_application
@@ -164,6 +171,7 @@ class Photographer:
         self._until(lambda: not playback.is_playing, 20.0)
         self._pause(2.0)
         self._picture('playback', whole=True)
+        self._fit()
         playback.set_rate(0.5)
         playback.set_loop_begin(10.0)
         playback.set_loop_end(14.0)
@@ -180,6 +188,25 @@ class Photographer:
         self._picture('keys')
         self._close_dialogs()
         self._quit()
+
+    def _fit(self) -> None:
+        """Find the Kinect, which is thought to be 20 mm and 2° beside its place."""
+        model, fit = self.launcher.calibration, self.launcher.calibrating.fit
+        self.window.panels.setCurrentWidget(self.window.calibration)
+        model.choose('kinect')
+        x, y, z = model.pose.xyz
+        yaw, pitch, roll = model.pose.ypr
+        model.set_pose('kinect', Pose((x + 0.012, y - 0.016, z), (yaw, pitch - 0.035, roll)))
+        self._pause(2.0)
+        self._click('calibration_fit')
+        self._until(lambda: not fit.is_fitting, 60.0)
+        column = self.window.centralWidget()
+        assert isinstance(column, QScrollArea)
+        column.ensureWidgetVisible(self._button('calibration_keep'))
+        self._pause(2.0)
+        self._picture('fit', whole=True)
+        model.revert()
+        self.window.panels.setCurrentIndex(0)
 
     def _record_poor_seam(self) -> str:
         """Record until a limit has been left and kept again; returns the path of the bag."""

@@ -7,6 +7,7 @@ PACKAGE = 'process_visualizer'
 CELL_FRAMES = 'cell_frames'  # as in src/recorder/bag_recorder.cpp
 SCENE_WATCH = 'scene_watch'
 GHOST = 'ghost'
+SENSOR_FIT = 'sensor_fit'
 BAG_RECORDER = 'bag_recorder'
 BAG_PLAYER = 'bag_player'
 RVIZ = 'rviz'

@@ -13,7 +13,7 @@ import pytest
 REPOSITORY = Path(__file__).parents[2]
 EXECUTABLES = {
     'process_visualizer': ['cell', 'cell_frames', 'depth_proc', 'robot_proc', 'scene_watch',
-                           'variable_proc', 'view_picture'],
+                           'sensor_fit', 'variable_proc', 'view_picture'],
     'sewing_cell': ['kinect_roi', 'sewing_machine.py', 'simulator'],
 }
 SHARED = {

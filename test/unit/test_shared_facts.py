@@ -9,6 +9,7 @@ from process_visualizer.bags.recorder_topics import CALIBRATION
 from process_visualizer.motion.kinematics import MOVABLE
 from process_visualizer.parameters.joint_offsets import JOINT_OFFSETS
 from process_visualizer.ros_names import (
+    BAG_PLAYER,
     BAG_RECORDER,
     CELL_FRAMES,
     DISPLAY_STATUS_TOPIC,
@@ -17,6 +18,7 @@ from process_visualizer.ros_names import (
     JOINT_STATE,
     OWN_TOPICS,
     RVIZ_PLACE_TOPIC,
+    SENSOR_FIT,
     STATIC_TF_TOPIC,
 )
 
@@ -45,6 +47,10 @@ def test_names_that_the_recorder_knows() -> None:
     assert constant('recorder/recent_messages.cpp', 'kAddingTopic') == f'"{STATIC_TF_TOPIC}"'
 
 
+def test_the_player_that_sensor_fit_asks() -> None:
+    assert constant('cloud/cloud_source.cpp', 'kRepeat') == f'"/{BAG_PLAYER}/repeat"'
+
+
 def test_types_and_parameter_that_joint_proc_reads() -> None:
     file = 'joints/joint_processor.cpp'
     assert constant(file, 'kArray') == f'"{FLOAT_ARRAY}"'
@@ -54,7 +60,8 @@ def test_types_and_parameter_that_joint_proc_reads() -> None:
 
 
 def test_names_that_nodes_give_themselves() -> None:
-    for file, text in (('joints/joint_processor_main.cpp', f'ros::init(argc, argv, "{JOINT_PROC}"'),
+    for file, text in (('cloud/sensor_fit_main.cpp', f'ros::init(argc, argv, "{SENSOR_FIT}"'),
+                       ('joints/joint_processor_main.cpp', f'ros::init(argc, argv, "{JOINT_PROC}"'),
                        ('recorder/main.cpp', f'ros::init(argc, argv, "{BAG_RECORDER}"'),
                        ('displays/display_status.cpp',
                         f'("{DISPLAY_STATUS_TOPIC.rpartition("/")[2]}"'),

@@ -1,13 +1,18 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The static objects in the Kinect's view, as boxes in ``world``, and their picture from above."""
+"""The static objects in the Kinect's view, in ``world``, and their picture from above.
+
+What the cell shows as a model is drawn as the same model, so that cloud and model agree.
+"""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
+import rospkg
 
 from sewing_cell import layout, pinhole
+from sewing_cell.mesh_picture import draw, read_mesh
 
 LIGHT = np.array([0.75, 0.85, 1.0])  # brightness of faces along x, y, z
 _TILE_M, _JOINT_M = 0.5, 0.008
@@ -27,34 +32,22 @@ def _box(x: tuple[float, float], y: tuple[float, float], z: tuple[float, float],
     return Box(ends[:, 0], ends[:, 1], colour)
 
 
-def _machine_box(x: tuple[float, float], y: tuple[float, float], z: tuple[float, float],
-                 colour: tuple[int, int, int]) -> Box:
-    """A box given in sewing_machine/base."""
-    box = _box(x, y, z, colour)
-    return Box(box.lower + layout.MACHINE_BASE, box.upper + layout.MACHINE_BASE, colour)
-
-
-_WOOD, _PAINT, _STEEL = (186, 158, 118), (206, 208, 196), (150, 154, 158)
-_FRAME, _SUPPLY, _DARK = (92, 96, 102), (120, 134, 150), (52, 54, 58)
+_FRAME, _SUPPLY = (92, 96, 102), (120, 134, 150)
 
 FLOOR = _box((-9, 9), (-9, 9), (layout.FLOOR_Z - 0.1, layout.FLOOR_Z), (118, 116, 112))
 
-#: After the collision boxes of sewing_machine.urdf and cell_stand.urdf, with a supply table.
+#: What no model shows: the floor, and a supply table.
 BOXES = (
     FLOOR,
-    _machine_box((-0.72, 0.32), (-0.62, -0.163), (-0.042, -0.012), _WOOD),
-    _machine_box((-0.72, -0.503), (-0.163, 0.03), (-0.042, -0.012), _WOOD),
-    _machine_box((-0.50, 0.0), (-0.16, 0.0), (-0.14, 0.0), _STEEL),
-    _machine_box((-0.49, -0.33), (-0.135, -0.025), (0.0, 0.30), _PAINT),
-    _machine_box((-0.475, -0.025), (-0.135, -0.025), (0.175, 0.305), _PAINT),
-    _machine_box((-0.13, -0.03), (-0.135, -0.025), (0.11, 0.18), _PAINT),
-    _machine_box((-0.52, -0.475), (-0.12, -0.04), (0.20, 0.28), _DARK),
-    _box((-0.12, 0.43), (-0.12, 0.12), (-0.01, 0.01), _STEEL),
-    _box((0.0, 0.60), (-0.30, 0.30), (-1.0, -0.975), _FRAME),
-    _box((0.28, 0.42), (-0.07, 0.07), (-1.0, -0.01), _FRAME),
     _box((-0.80, -0.24), (0.62, 1.50), (0.0, 0.03), _SUPPLY),
     _box((-0.76, -0.70), (0.66, 0.72), (-1.0, 0.0), _FRAME),
     _box((-0.34, -0.28), (0.66, 0.72), (-1.0, 0.0), _FRAME),
+)
+
+#: The models of this package that stand still, and where.
+MESHES = (
+    ("sewing_machine", layout.MACHINE_BASE),
+    ("cell_stand", np.zeros(3)),
 )
 
 
@@ -66,7 +59,17 @@ class Picture(NamedTuple):
 
 
 def trace(camera: np.ndarray = pinhole.POSITION) -> Picture:
-    """The boxes' picture from ``camera`` [m]: for each pixel the nearest face its ray meets."""
+    """The picture of boxes and meshes from ``camera`` [m]: what each pixel's ray meets first."""
+    picture = _boxes(camera)
+    folder = rospkg.RosPack().get_path("sewing_cell")
+    for name, position in MESHES:
+        seen_from_first = np.array(position) + pinhole.POSITION - camera
+        mesh = read_mesh(f"{folder}/meshes/{name}.dae").placed(np.eye(3), seen_from_first)
+        draw(mesh, picture.depth, picture.colour)
+    return picture
+
+
+def _boxes(camera: np.ndarray) -> Picture:
     directions = pinhole.rays()
     directions = np.where(np.abs(directions) < 1e-9, 1e-9, directions)
     depth = np.full(directions.shape[:2], np.inf)

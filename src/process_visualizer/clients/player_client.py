@@ -15,7 +15,8 @@ from process_visualizer.srv import Seek, SetLoop, SetRate, Step
 
 _NODE = f'/{BAG_PLAYER}'
 _SERVICES: Dict[str, Type[Any]] = {
-    'play': Trigger, 'pause': Trigger, 'toggle_paused': Trigger, 'stop': Trigger, 'seek': Seek,
+    'play': Trigger, 'pause': Trigger, 'toggle_paused': Trigger, 'stop': Trigger, 'repeat': Trigger,
+    'seek': Seek,
     'set_rate': SetRate, 'step': Step, 'set_loop': SetLoop}
 _LAST_OFFERED = 'set_loop'
 
@@ -100,6 +101,10 @@ class PlayerClient:
     def stop(self) -> str:
         """Go to the beginning and pause there."""
         return self._call('stop')
+
+    def repeat(self) -> str:
+        """Publish what is shown once more if it stands still, for a cell that has changed."""
+        return self._call('repeat')
 
     def seek(self, position_s: float) -> str:
         """Go to a position [s from the beginning], limited to its ends; keep playing or pausing."""

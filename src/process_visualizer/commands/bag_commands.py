@@ -35,8 +35,13 @@ def execute_bag_command(options: argparse.Namespace) -> int:
     try:
         return _COMMANDS[options.bag_command].run(options)
     except BagUnindexed as error:
-        raise BagError(error.file, f'{error.reason}: '
-                       f'"rosrun process_visualizer cell reindex {error.file}"') from error
+        raise advised(error) from error
+
+
+def advised(error: BagUnindexed) -> BagError:
+    """Return the error with what to do about it."""
+    return BagError(error.file, f'{error.reason}: '
+                    f'"rosrun process_visualizer cell reindex {error.file}"')
 
 
 def _add_bags(command: argparse.ArgumentParser) -> None:

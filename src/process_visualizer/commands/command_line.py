@@ -14,6 +14,10 @@ from process_visualizer.cell.errors import ConfigurationError
 from process_visualizer.cell.model import Cell, Mode
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.commands.bag_commands import add_bag_commands, execute_bag_command
+from process_visualizer.commands.calibration_command import (
+    add_calibration_options,
+    execute_calibration,
+)
 from process_visualizer.commands.check_command import check
 from process_visualizer.commands.compare_command import (
     add_compare_options,
@@ -48,13 +52,15 @@ _COMMANDS = {
     'runs': 'list the runs of recordings: the cycles between the events of the configuration',
     'compare': 'hold runs against good ones: what differed, where, and when first; exit code 0 if '
                'they stay within the band of the good ones, 2 if one leaves it',
+    'calibration': 'say where the devices were when a bag was recorded, and are now; exit code 2 '
+                   'if one is elsewhere now',
     'record': "record the devices' topics, or others, until Ctrl-C, then report",
 }
 
 
 _WITHOUT_CONFIG: Dict[str, Callable[[argparse.ArgumentParser], None]] = {
     'record': add_record_options, 'new': add_new_options, 'runs': add_runs_options,
-    'compare': add_compare_options}
+    'compare': add_compare_options, 'calibration': add_calibration_options}
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
@@ -111,8 +117,8 @@ def _execute(options: argparse.Namespace) -> int:
         return _record(options)
     if options.command == 'new':
         return execute_new(options)
-    if options.command in _OF_RUNS:
-        return _OF_RUNS[options.command](options, _named_values(options.args))
+    if options.command in _OF_RECORDINGS:
+        return _OF_RECORDINGS[options.command](options, _named_values(options.args))
     if options.command == 'check':
         return check(options.config, _named_values(options.args))
     cell = XmlParser(_named_values(options.args)).parse(options.config)
@@ -129,7 +135,8 @@ def _execute(options: argparse.Namespace) -> int:
     return run_plan(plan, options.output, choice)
 
 
-_OF_RUNS = {'runs': execute_runs, 'compare': execute_compare}
+_OF_RECORDINGS = {'runs': execute_runs, 'compare': execute_compare,
+                  'calibration': execute_calibration}
 
 
 def _record(options: argparse.Namespace) -> int:

@@ -46,6 +46,7 @@ from process_visualizer.ros_names import (
     PLAYBACK_RATE,
     RVIZ,
     SCENE_WATCH,
+    SENSOR_FIT,
 )
 
 _BOOLEAN = ('respawn', 'required', 'clear_params', 'subst_value')
@@ -127,6 +128,9 @@ class LaunchFileBuilder:
             PACKAGE, SCENE_WATCH, SCENE_WATCH,
             watch_parameters(self._choice.cell, self._choice.devices).to_parameters(),
             respawn=True))
+        if has_sensor_fit(self._choice):
+            root.comment('finds where a depth sensor is, when the launcher asks')
+            self._processor(root, ProcessorNode(PACKAGE, SENSOR_FIT, SENSOR_FIT))
         if has_ghost(self._choice, self._descriptions):
             root.comment('draws the robots of another run beside those of this one')
             self._processor(root, ProcessorNode(PACKAGE, GHOST, GHOST))
@@ -261,6 +265,12 @@ def has_ghost(choice: Choice, descriptions: Mapping[str, RobotDescription]) -> b
     """
     return not choice.is_replay and any(
         it.type is DeviceType.ROBOT and it.name in descriptions for it in choice.devices)
+
+
+def has_sensor_fit(choice: Choice) -> bool:
+    """Whether there is a depth sensor whose pose could be found."""
+    return not choice.is_replay and any(
+        it.type is DeviceType.DEPTH_SENSOR and it.base is not None for it in choice.devices)
 
 
 def has_recorder(choice: Choice) -> bool:

@@ -63,7 +63,7 @@ class Playback:
         self._steps = StepRequests()
         self._shown = ShownScene(0, timeline.basis.scene)
         self._version = -1  # of the basis for which what was given to the output is due
-        self._repeat = False
+        self._repeat, self._settles = False, True
         self._runs = self._closed = False
 
     @property
@@ -108,6 +108,14 @@ class Playback:
         """Publish the scene once more, for receivers that are new or have thrown it away."""
         self._repeat = True
         self._timeline.interrupt()
+
+    def show_again(self) -> None:
+        """Publish the scene once more, and again when it has been quiet for a while.
+
+        What has changed at the receivers, such as a frame, may reach them after the first time.
+        """
+        self._settles = False
+        self.repeat_scene()
 
     def step(self, step: Step, answer_s: float = ANSWER_S) -> StepTarget:
         """Pause and move by a step; return where it led, or give it up after a time [s].
@@ -171,7 +179,9 @@ class Playback:
             visible = self._shown.visible(self._index, basis, basis.bag_ns)
             self._shown = self._shown.standing(visible, basis.bag_ns)
         self._restore(basis)
-        self._output.settle()
+        if self._settles:
+            self._output.settle()
+        self._settles = True
 
     def _play(self, basis: Basis) -> None:
         """Publish the next message when it is due, unless a command comes before."""

@@ -83,6 +83,13 @@ class PlayerControl:
         """Go to a position [s], at most to the nearer end."""
         return self._timeline.seek(self._bag_ns('the position', position_s)) or self._arrived('at')
 
+    def repeat(self) -> str:
+        """Publish what is shown once more if it stands still: what it is seen by has changed."""
+        if not self._timeline.basis.paused:
+            return self._where('playing on')
+        self._playback.show_again()
+        return self._where('shown again')
+
     def seek_by(self, duration_s_: float) -> str:
         """Go on or (below 0) back by a time [s], at most to the nearer end."""
         return self.seek(self._seconds(self._timeline.position_ns()) + duration_s_)

@@ -29,7 +29,7 @@ class PlayerServices:
         self._after = after
         triggers: Dict[str, Callable[[], str]] = {
             'play': control.play, 'pause': control.pause, 'stop': control.stop,
-            'toggle_paused': control.toggle_paused}
+            'toggle_paused': control.toggle_paused, 'repeat': control.repeat}
         self._services = [self._offer(name, Trigger, TriggerResponse, _without_request(do))
                           for name, do in triggers.items()]
         self._services += [

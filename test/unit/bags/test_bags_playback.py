@@ -349,6 +349,26 @@ def test_the_scene_is_repeated_on_request() -> None:
     assert again.stamp_ns - first.stamp_ns == again.now_ns - first.now_ns == 10 * MS
 
 
+def test_what_is_shown_is_repeated_at_once_and_when_it_has_been_quiet_for_a_while() -> None:
+    stage = Stage(SECOND)
+    stage.clock.at(10, lambda: stage.control.seek(0.5))
+    stage.clock.at(200, stage.control.repeat)
+    stage.clock.at(210, stage.control.repeat)
+    stage.run()
+    assert stage.numbers() == [0, 1, *[49, 50] * 5]
+    times_ms = [(shown.now_ns - stage.clock.begin_ns) / MS
+                for shown in stage.viewer.log if shown.number == 50]
+    assert times_ms == [10, 110, 200, 210, 310]
+
+
+def test_what_plays_on_is_not_repeated() -> None:
+    stage = Stage(SECOND)
+    stage.control.play()
+    stage.clock.at(300, stage.control.repeat)
+    stage.run()
+    assert stage.numbers() == [*range(101), 99, 100]  # it stands at the end
+
+
 def test_the_scene_is_repeated_once_when_it_has_been_quiet_for_a_while() -> None:
     stage = Stage(SECOND)
     for time_ms, position_s in ((10, 0.2), (60, 0.3), (120, 0.5)):

@@ -12,7 +12,7 @@ from recording_stand_in import HERE
 from process_visualizer.cell.editing.pose_edit import PoseEditError, PoseEditor
 from process_visualizer.cell.model import BaseFrame, Device, DeviceType, Pose
 from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.gui.models.cell.calibration_model import CalibrationModel, difference
+from process_visualizer.gui.models.cell.calibration_model import CalibrationModel
 from process_visualizer.gui.toolkit.tasks import Tasks
 
 IN_FILE = Pose((1.0, 2.0, 3.0), (0.1, 0.2, 0.3))
@@ -193,7 +193,3 @@ def test_the_file_gets_the_numbers(model, tmp_path, qtbot):
     assert 'xyz="1.012346 2 3"' in path.read_text() and 'measured in May' in path.read_text()
     model.set_devices(XmlParser().parse(str(path)).devices)
     assert not model.is_unsaved and model.pose.xyz[0] == 1.012346
-
-
-def test_difference():
-    assert difference(Pose((3.0, 4.0, 0.0), (0.1, -0.5, 0.0)), Pose()) == (5.0, 0.5)

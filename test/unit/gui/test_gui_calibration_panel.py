@@ -18,9 +18,15 @@ from PyQt5.QtWidgets import (
 )
 from test_gui_calibration_model import IN_FILE, Frames, device
 
+from process_visualizer.clients.sensor_fit_client import FitError, SensorFit
 from process_visualizer.gui.models.cell.calibration_model import CalibrationModel
+from process_visualizer.gui.models.cell.fit_model import FitModel
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.gui.views.cell.calibration_panel import CalibrationPanel
+
+
+def refused(name: str) -> SensorFit:
+    raise FitError(f'{name} sees nothing')
 
 
 @pytest.fixture
@@ -34,7 +40,7 @@ def model(qtbot) -> Iterator[CalibrationModel]:
 
 @pytest.fixture
 def panel(model: CalibrationModel, qtbot) -> CalibrationPanel:
-    widget = CalibrationPanel(model)
+    widget = CalibrationPanel(model, FitModel(Tasks(model), model, refused))
     qtbot.addWidget(widget)
     model.set_devices([device('a'), device('b')])
     widget.show()

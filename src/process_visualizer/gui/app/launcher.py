@@ -10,17 +10,17 @@ from PyQt5.QtCore import QObject, pyqtSignal
 
 from process_visualizer.cell.editing.changes import changes
 from process_visualizer.cell.errors import ConfigurationError
-from process_visualizer.cell.model import Mode, Pose
+from process_visualizer.cell.model import Mode
 from process_visualizer.clients.ghost_client import follow_ghost, show_ghost
 from process_visualizer.clients.player_client import PlayerError
 from process_visualizer.clients.recording_options import RecorderError
 from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.plan import BAG_PART, FRAMES_PART, PlanError
+from process_visualizer.gui.app.calibration_actions import CalibrationActions
 from process_visualizer.gui.app.event_notes import EventNotes
 from process_visualizer.gui.app.region_control import RegionControl
 from process_visualizer.gui.app.status import player_activity, recorder_activity, status_text
 from process_visualizer.gui.models.cell.alarms_model import AlarmsModel
-from process_visualizer.gui.models.cell.calibration_model import CalibrationModel
 from process_visualizer.gui.models.cell.cell_model import CellModel
 from process_visualizer.gui.models.cell.device_states_model import DeviceStatesModel
 from process_visualizer.gui.models.cell.launch_guard import LaunchGuard
@@ -42,14 +42,13 @@ from process_visualizer.gui.models.recording.live_curves_model import LiveCurves
 from process_visualizer.gui.models.recording.recording_model import RecordingModel
 from process_visualizer.gui.models.recording.replay_model import ReplayModel
 from process_visualizer.gui.ros.replay_link import ReplayLinkError
-from process_visualizer.gui.ros.ros_link import RosLink, RosLinkError
+from process_visualizer.gui.ros.ros_link import RosLink
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.health.device_state import Level, Line
 from process_visualizer.launching.part_report import PartState
 from process_visualizer.launching.ros_master import RosMasterError
 
-_MARKER = 'marker'
 _REPLAY_ERRORS = (RecorderError, ReplayLinkError, ConfigurationError, PlanError, RosMasterError,
                   OSError)
 
@@ -88,9 +87,10 @@ class Launcher(QObject):
         self.live_comparison = LiveComparisonModel(self.compare, self.live, self)
         self.values = ValuesModel(self.tasks, self.playback, parent=self)
         self.view = ViewModel(self.tasks, self.cell, self.launch)
-        self.calibration = CalibrationModel(self.tasks, self.link.move_frame, self)
         self._regions = RegionControl(self.tasks, self)
         self.region = self._regions.model
+        self.calibrating = CalibrationActions(self.tasks, self.link, self)
+        self.calibration = self.calibrating.model
         self.tool = ToolModel(self.tasks, self)
         self.alarms = AlarmsModel(self.launch, self.states)
         self._notes = EventNotes(self.tasks, self.alarms, self.launch, self.recording)
@@ -210,12 +210,8 @@ class Launcher(QObject):
 
     def _connect(self) -> None:
         self.link.player_state.connect(self._take_player)
-        self.link.pose_dragged.connect(self._take_drag)
         self.link.replay.reported.connect(self.replay.take_report)
         self.link.replay.player_state.connect(self.replay.take_state)
-        self.calibration.marker_wanted.connect(self._show_marker)
-        self.calibration.moved.connect(lambda frame, pose: self.tasks.run(
-            _MARKER, lambda: self.link.move_marker(frame, pose)))
         for saved in (self.calibration.saved, self.region.saved, self.tool.saved):
             saved.connect(lambda _device: self.cell.reload())
         self.warnings.changed.connect(self._follow_warnings)
@@ -229,7 +225,7 @@ class Launcher(QObject):
         curves = self.bag.curves
         curves.changed.connect(lambda: self.alarms.set_recorded(curves.alarms))
         for model in (self.master, self.launch, self.recording, self.playback, self.bag,
-                      self.calibration, self.region, self.tool, self.view, self.new, self.compare,
+                      self.calibrating, self.region, self.tool, self.view, self.new, self.compare,
                       self.ghost, self.replay, self.replay.playback):
             model.failed.connect(self.failed)
         for model in (self.guard, self.launch, self.recording, self.playback, self.states,
@@ -258,8 +254,11 @@ class Launcher(QObject):
         self.live.set_running(mode is Mode.REALTIME)
         if mode is not Mode.REALTIME:
             self.replay.stop()
-        self.calibration.set_running(mode is not None)
         self.region.set_running(mode is not None)
+        frames = self.launch.reports.get(FRAMES_PART)  # it may have been restarted
+        self.calibrating.set_mode(mode or self.cell.mode)
+        self.calibration.set_running(
+            mode is not None and (frames is None or frames.state is PartState.RUNNING))
         if mode is Mode.PLAYBACK:
             self._play_other_bag('')
         else:
@@ -285,8 +284,10 @@ class Launcher(QObject):
             self.bag.reopen()
         self.values.set_devices(self.cell.chosen)
         self.compare.set_cell(self.cell.cell)
-        self.calibration.set_devices(self.cell.devices)
         self.region.set_devices(self.cell.devices)
+        self.calibrating.set_cell(self.cell.cell, [it.name for it in self.cell.chosen])
+        running = self.launch.running if self.launch.is_running else None
+        self.calibrating.set_mode(self.cell.mode if running is None else running.mode)
         editor = self.cell.editor
         self.tool.set_devices(self.cell.devices, None if editor is None else editor.save_tool)
         if editor is not None:
@@ -301,6 +302,7 @@ class Launcher(QObject):
         self.playback.set_marks(self.bag.marks)
         self.values.set_recording(self.bag.paths)
         self.compare.set_recording(self.bag.paths)
+        self.calibrating.recording.set_recording(self.bag.paths)
         self.states.set_recording(self.bag.catalogue)
 
     def _play_other_bag(self, _path: str) -> None:
@@ -311,28 +313,11 @@ class Launcher(QObject):
             self.launch.apply(replace(running, bag=paths[0], further_bags=paths[1:],
                                       left_out=self._left_out()))
 
-    def _show_marker(self, is_shown: bool) -> None:
-        cell, base, pose = self.cell.cell, self.calibration.base, self.calibration.pose
-        if is_shown and cell is not None and base is not None:
-            self.tasks.run(_MARKER, lambda: self.link.show_marker(cell.frame, base.frame, pose),
-                           None, self._tell_marker)
-        else:
-            self.tasks.run(_MARKER, self.link.hide_marker)
-
-    def _tell_marker(self, error: Exception) -> None:
-        if not isinstance(error, RosLinkError):
-            raise error
-        self.failed.emit(str(error))
-
-    def _take_drag(self, frame: str, pose: Pose) -> None:
-        base = self.calibration.base
-        if base is not None and frame == base.frame:
-            self.calibration.take_pose(pose.xyz, pose.ypr)
-
     def _take_player(self, player: Optional[PlayerSnapshot]) -> None:
         if player is None and self._player is None:
             return
         self._player = player
+        self.calibrating.take_player(player)
         self.playback.take_state(player)
         if player is not None:
             self.states.take_player(player)

@@ -85,8 +85,9 @@ class LauncherApp(QMainWindow):
                                       launcher.bands)
         self.live = LivePanel(launcher.live, launcher.bag.curves.choices, launcher.replay,
                               launcher.live_comparison)
-        self.calibration = _below_each_other(CalibrationPanel(launcher.calibration),
-                                             RegionPanel(launcher.region))
+        self.calibration = _below_each_other(
+            CalibrationPanel(launcher.calibration, launcher.calibrating.fit),
+            RegionPanel(launcher.region))
         self.compare = ComparePanel(launcher.compare, launcher.ghost, launcher.live_comparison,
                                     lambda: launcher.recording.choices.folder)
         self._drops = DropTarget(self, launcher)

@@ -15,12 +15,9 @@ from visualization_msgs.msg import (
 )
 
 from process_visualizer.cell.model import Pose
+from process_visualizer.clients.pose_messages import pose_of
 from process_visualizer.generate.rviz_config import CALIBRATION_TOPIC
-from process_visualizer.motion.rotations import (
-    matrix_from_quaternion,
-    quaternion_from_ypr,
-    ypr_from_matrix,
-)
+from process_visualizer.motion.rotations import quaternion_from_ypr
 
 SIZE_M = 0.4
 _HALF = 0.5 ** 0.5
@@ -79,7 +76,7 @@ class PoseMarker:
     def _take_feedback(self, feedback: InteractiveMarkerFeedback) -> None:
         """Handle feedback from RViz while the mouse moves the marker; ignore clicks."""
         if feedback.event_type == feedback.POSE_UPDATE and feedback.marker_name == self._frame:
-            self._on_dragged(feedback.marker_name, _pose(feedback.pose))
+            self._on_dragged(feedback.marker_name, pose_of(feedback.pose))
 
 
 def _marker(parent: str, frame: str, pose: Pose) -> InteractiveMarker:
@@ -96,10 +93,3 @@ def _marker(parent: str, frame: str, pose: Pose) -> InteractiveMarker:
 
 def _message(pose: Pose) -> PoseMessage:
     return PoseMessage(Point(*pose.xyz), Quaternion(*quaternion_from_ypr(pose.ypr)))
-
-
-def _pose(message: PoseMessage) -> Pose:
-    position, turned = message.position, message.orientation
-    matrix = matrix_from_quaternion((turned.x, turned.y, turned.z, turned.w))
-    yaw, pitch, roll = ypr_from_matrix(matrix).tolist()
-    return Pose((position.x, position.y, position.z), (yaw, pitch, roll))

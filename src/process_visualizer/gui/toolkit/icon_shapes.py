@@ -189,6 +189,13 @@ def _view() -> Shape:
                   _line((4, 7.5), (12, 12), (20, 7.5)), _line((12, 12), (12, 21)))
 
 
+def _fit() -> Shape:
+    """A point in the middle of cross hairs."""
+    return Shape(_circle(12, 12, 2.2), _path(
+        _circle(12, 12, 6.5), _line((12, 2), (12, 7)), _line((12, 17), (12, 22)),
+        _line((2, 12), (7, 12)), _line((17, 12), (22, 12))))
+
+
 def _save() -> Shape:
     return _lines(_polygon((4, 4), (16.5, 4), (20, 7.5), (20, 20), (4, 20)),
                   _line((8, 4), (8, 8.5), (15, 8.5), (15, 4)),
@@ -243,7 +250,7 @@ _SHAPES: Dict[str, Callable[[], Shape]] = {
     'step_back': _step_back, 'step_forward': _step_forward, 'play_backwards': _play_backwards,
     'loop': _loop, 'loop_begin': _loop_begin, 'loop_end': _loop_end, 'mark': _mark,
     'record': _record, 'restart': _restart, 'reload': _reload, 'folder': _folder, 'open': _open,
-    'new': _new, 'view': _view, 'save': _save, 'revert': _revert, 'help': _help,
+    'new': _new, 'view': _view, 'fit': _fit, 'save': _save, 'revert': _revert, 'help': _help,
     'theme': _theme,
     'list': _list,
     'warning': _warning, 'ok': _ok, 'died': _died, 'waiting': _waiting,

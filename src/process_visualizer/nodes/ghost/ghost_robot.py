@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Dict, List, Mapping, NamedTuple, Optional, Protocol, Sequence
 
-from geometry_msgs.msg import Point, Pose, Quaternion
 from visualization_msgs.msg import Marker
 
-from process_visualizer.descriptions.link_visuals import LinkVisual, ShapeKind, link_visuals
+from process_visualizer.clients.model_markers import set_shape
+from process_visualizer.descriptions.link_visuals import LinkVisual, link_visuals
 from process_visualizer.motion.joint_track import JointTrack
 from process_visualizer.motion.kinematics import Kinematics, Placement
 from process_visualizer.motion.rotations import Triple
@@ -22,8 +22,6 @@ EXAGGERATION = 20.0
 _LEAST_M = 0.0002
 _LONGEST_M = 0.4
 _DIAMETER_M, _TEXT_M, _ABOVE_M = 0.02, 0.06, 0.12
-_KINDS = {ShapeKind.MESH: Marker.MESH_RESOURCE, ShapeKind.BOX: Marker.CUBE,
-          ShapeKind.CYLINDER: Marker.CYLINDER, ShapeKind.SPHERE: Marker.SPHERE}
 
 
 class Deviation(NamedTuple):
@@ -110,10 +108,7 @@ class GhostRobot:
         if link is None:
             return ()
         marker = frame_marker(f'{self.device}/ghost', number, self.root, COLOR)
-        marker.type = _KINDS[visual.kind]
-        marker.mesh_resource = visual.mesh
-        marker.scale.x, marker.scale.y, marker.scale.z = visual.size
-        marker.pose = _pose(link.then(visual.place))
+        set_shape(marker, visual, link.then(visual.place))
         return (marker,)
 
     def _deviation_markers(self, time_s: float) -> List[Marker]:
@@ -128,7 +123,3 @@ class GhostRobot:
         return [arrow, text_marker(namespace, self.root, (x, y, z + _ABOVE_M),
                                    f'Δ {1000.0 * found.length_m:.1f} mm', _TEXT_M,
                                    DEVIATION_COLOR)]
-
-
-def _pose(place: Placement) -> Pose:
-    return Pose(Point(*place.position), Quaternion(*place.quaternion))

@@ -7,6 +7,8 @@ from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
+from process_visualizer.bags.bag_errors import BagError
+from process_visualizer.bags.recording_calibration import RecordingCalibration, save_pose
 from process_visualizer.cell.editing.pose_edit import PoseEditError
 from process_visualizer.cell.model import BaseFrame, Device, Pose, Vector3
 from process_visualizer.gui.models.playback.newest_call import NewestCall
@@ -21,12 +23,17 @@ _SAME = 5e-7  # m or rad: files have six decimals
 
 
 class CalibrationModel(QObject):
-    """The pose of the chosen device's base frame: as in the file, or edited and not yet saved."""
+    """The pose of the chosen device's base frame: as it is saved, or edited and not yet saved.
+
+    While a recording is played, poses that were saved for it count before those of the file.
+    """
 
     changed = pyqtSignal()
     failed = pyqtSignal(str)
     saved = pyqtSignal(str)
     """The file now has the pose of this device."""
+    kept = pyqtSignal()
+    """What is saved beside the recording has changed."""
     marker_wanted = pyqtSignal(bool)
     """Show the interactive marker of the chosen frame in RViz, or hide it."""
     moved = pyqtSignal(str, object)
@@ -39,7 +46,8 @@ class CalibrationModel(QObject):
         self._devices: Dict[str, Device] = {}
         self._edited: Dict[str, Pose] = {}
         self._moves: Dict[str, 'NewestCall[Tuple[str, Pose]]'] = {}
-        self._device = ''
+        self._device, self._parent = '', ''
+        self._recording: Optional[RecordingCalibration] = None
         self._is_running = self._is_saving = self._has_marker = False
 
     # What is shown
@@ -55,23 +63,58 @@ class CalibrationModel(QObject):
         return self._device
 
     @property
+    def chosen(self) -> Optional[Device]:
+        """The chosen device itself."""
+        return self._devices.get(self._device)
+
+    @property
     def base(self) -> Optional[BaseFrame]:
-        """The chosen device's base frame in the file."""
+        """The chosen device's base frame in the configuration's file."""
         return self._base(self._device) if self._device else None
 
     @property
     def pose(self) -> Pose:
         """The present pose: xyz in m, ypr in rad."""
-        return self._edited.get(self._device, self.base.pose if self.base else Pose())
+        return self.pose_of(self._device) or Pose()
+
+    @property
+    def saved_pose(self) -> Optional[Pose]:
+        """Where the chosen frame is without unsaved changes.
+
+        That is where it was saved for the recording that is played, else where the file says.
+        """
+        return self._saved(self._device) if self._device else None
+
+    @property
+    def recording(self) -> str:
+        """The recording that is played, for which poses can be saved; '' in real time."""
+        return '' if self._recording is None else self._recording.bag
+
+    @property
+    def is_for_recording(self) -> bool:
+        """Whether the chosen frame has a pose that was saved for the recording."""
+        return self._recording is not None and self.base is not None \
+            and self.base.frame in self._recording.saved
+
+    @property
+    def recorded_pose(self) -> Optional[Pose]:
+        """Where the chosen frame was when the recording was made; None if that is not known."""
+        if self._recording is None or self.base is None:
+            return None
+        return self._recording.recorded(self.base.frame, self._parent)
+
+    def pose_of(self, name: str) -> Optional[Pose]:
+        """The present pose of a device; None if it has none."""
+        return self._edited.get(name, self._saved(name)) if name in self._devices else None
 
     @property
     def unsaved(self) -> List[str]:
-        """The devices whose pose differs from the file."""
+        """The devices whose pose differs from what is saved."""
         return [name for name in self._devices if name in self._edited]
 
     @property
     def is_unsaved(self) -> bool:
-        """Whether the chosen device's pose differs from the file."""
+        """Whether the chosen device's pose differs from what is saved."""
         return self._device in self._edited
 
     @property
@@ -81,8 +124,14 @@ class CalibrationModel(QObject):
 
     @property
     def can_save(self) -> bool:
-        """Whether there is a pose to save, and a way to save it."""
-        return self.is_unsaved and not self._is_saving and self._save is not None
+        """Whether the pose differs from the file, and can be written there."""
+        return self.base is not None and not _same(self.pose, self.base.pose) \
+            and not self._is_saving and self._save is not None
+
+    @property
+    def can_save_for_recording(self) -> bool:
+        """Whether the pose differs from what is saved, and a recording is played."""
+        return self._recording is not None and self.is_unsaved and not self._is_saving
 
     @property
     def has_marker(self) -> bool:
@@ -103,24 +152,42 @@ class CalibrationModel(QObject):
         self._save = save
         self.changed.emit()
 
-    def set_devices(self, devices: Sequence[Device]) -> None:
-        """Set the devices of the configuration; unsaved edits are kept."""
+    def set_devices(self, devices: Sequence[Device], parent: str = 'world') -> None:
+        """Set the devices of the configuration and its global frame; unsaved edits are kept."""
+        self._parent = parent
         self._devices = {device.name: device for device in devices if device.base is not None}
-        self._edited = {name: pose for name, pose in self._edited.items()
-                        if name in self._devices and not _same(pose, self._base(name).pose)}
+        self._forget_equal()
         if self._device not in self._devices:
             self._device = next(iter(self._devices), '')
         self.changed.emit()
 
+    def set_recording(self, recording: Optional[RecordingCalibration]) -> None:
+        """Set the recording that is played (None: none), whose saved poses count before the file's.
+
+        Unsaved edits stay: they are tried on another recording.
+        """
+        if recording is self._recording:
+            return
+        before = {name: self._edited.get(name, self._saved(name)) for name in self._devices}
+        self._recording = recording
+        self._forget_equal()
+        for name, pose in before.items():
+            present = self._edited.get(name, self._saved(name))
+            if not _same(pose, present):
+                self._show_at(name, present)
+        self.changed.emit()
+
     def set_running(self, is_running: bool) -> None:
-        """Set whether frames are published; starting nodes get unsaved poses."""
+        """Set whether frames are published; starting nodes get what differs from the file."""
         if is_running == self._is_running:
             return
         self._is_running = is_running
         if not is_running:
             self.show_marker(False)
-        for name in self.unsaved if is_running else ():
-            self._send(name, self._edited[name])
+        for name in self._devices if is_running else ():
+            pose = self.pose_of(name)
+            if pose is not None and not _same(pose, self._base(name).pose):
+                self._send(name, pose)
         self.changed.emit()
 
     # Commands
@@ -138,19 +205,35 @@ class CalibrationModel(QObject):
         """Set one number of x y z [m] yaw pitch roll [rad], by its index from 0 to 5."""
         numbers = [*self.pose.xyz, *self.pose.ypr]
         numbers[index] = value
-        self._edit(_pose(numbers))
-        self._update_marker()
+        self.set_pose(self._device, _pose(numbers))
+
+    def set_pose(self, name: str, pose: Pose) -> None:
+        """Move the frame of a device."""
+        if name not in self._devices:
+            return
+        self._edit(name, pose)
+        if name == self._device:
+            self._update_marker()
 
     def take_pose(self, xyz: Vector3, ypr: Vector3) -> None:
         """Accept the pose of the interactive marker, which is not moved again."""
         if self._has_marker:
-            self._edit(Pose(xyz, ypr))
+            self._edit(self._device, Pose(xyz, ypr))
 
     def revert(self) -> None:
-        """Go back to the pose in the file."""
-        if self.base is not None and self.is_unsaved:
-            self._edit(self.base.pose)
-            self._update_marker()
+        """Go back to the pose that is saved."""
+        if self.saved_pose is not None:
+            self.set_pose(self._device, self.saved_pose)
+
+    def take_recorded(self) -> None:
+        """Move the frame to where it was when the recording was made."""
+        if self.recorded_pose is not None:
+            self.set_pose(self._device, self.recorded_pose)
+
+    def take_file(self) -> None:
+        """Move the frame to where the file says."""
+        if self.base is not None:
+            self.set_pose(self._device, self.base.pose)
 
     def show_marker(self, is_shown: bool) -> None:
         """Show or hide the marker for dragging the frame in RViz."""
@@ -170,22 +253,61 @@ class CalibrationModel(QObject):
                         lambda _: self._was_saved(device, pose),
                         lambda error: self._not_saved(device, error))
 
+    def save_for_recording(self) -> None:
+        """Save the chosen device's pose beside the recording; that of the file needs no saving."""
+        if self.can_save_for_recording and self.base is not None:
+            is_files = _same(self.pose, self.base.pose)
+            self._keep(self._device, None if is_files else self.pose)
+
     # How it is done
+
+    def _show_at(self, name: str, pose: Pose) -> None:
+        if self._is_running:
+            self._send(name, pose)
+        if name == self._device:
+            self._update_marker()
+
+    def _saved(self, name: str) -> Pose:
+        base = self._base(name)
+        return base.pose if self._recording is None else self._recording.saved.get(
+            base.frame, base.pose)
+
+    def _forget_equal(self) -> None:
+        """Forget edits of devices that are gone, and those that are saved."""
+        self._edited = {name: pose for name, pose in self._edited.items()
+                        if name in self._devices and not _same(pose, self._saved(name))}
+
+    def _keep(self, name: str, pose: Optional[Pose]) -> None:
+        """Save a pose beside the recording, or forget the one that is there."""
+        recording, frame = self._recording, self._base(name).frame
+        assert recording is not None, 'a recording is played'
+        self._is_saving = True
+        self.changed.emit()
+        self._tasks.run('files', lambda: save_pose(recording.bag, frame, pose),
+                        lambda saved: self._was_kept(recording.bag, saved),
+                        lambda error: self._not_saved(name, error))
+
+    def _was_kept(self, bag: str, saved: Dict[str, Pose]) -> None:
+        self._is_saving = False
+        if self._recording is not None and self._recording.bag == bag:
+            self._recording = self._recording._replace(saved=saved)
+            self._forget_equal()
+        self.changed.emit()
+        self.kept.emit()
 
     def _base(self, name: str) -> BaseFrame:
         base = self._devices[name].base
         assert base is not None  # set_devices accepts no others
         return base
 
-    def _edit(self, pose: Pose) -> None:
-        if not self._device or _same(pose, self.pose):
+    def _edit(self, name: str, pose: Pose) -> None:
+        before = self.pose_of(name)
+        if before is None or _same(pose, before):
             return
-        if _same(pose, self._base(self._device).pose):
-            self._edited.pop(self._device, None)
-        else:
-            self._edited[self._device] = pose
+        self._edited[name] = pose
+        self._forget_equal()
         if self._is_running:
-            self._send(self._device, pose)
+            self._send(name, pose)
         self.changed.emit()
 
     def _send(self, name: str, pose: Pose) -> None:
@@ -204,6 +326,8 @@ class CalibrationModel(QObject):
         if name in self._devices:  # until the file is read again
             known = self._devices[name]
             self._devices[name] = replace(known, base=replace(self._base(name), pose=pose))
+            if self._recording is not None and self._base(name).frame in self._recording.saved:
+                self._keep(name, None)  # else what was saved for the recording would count
         if _same(self._edited.get(name, pose), pose):
             self._edited.pop(name, None)
         self.changed.emit()
@@ -212,7 +336,7 @@ class CalibrationModel(QObject):
     def _not_saved(self, device: str, error: Exception) -> None:
         self._is_saving = False
         self.changed.emit()
-        if not isinstance(error, (OSError, PoseEditError)):
+        if not isinstance(error, (OSError, PoseEditError, BagError)):
             raise error
         self.failed.emit(f'the pose of {device} was not saved: {error}. Your values are still here')
 
@@ -227,9 +351,3 @@ def _pose(numbers: Sequence[float]) -> Pose:
 
 def _same(one: Pose, other: Pose) -> bool:
     return all(abs(a - b) < _SAME for a, b in zip((*one.xyz, *one.ypr), (*other.xyz, *other.ypr)))
-
-
-def difference(one: Pose, other: Pose) -> Tuple[float, float]:
-    """Return the difference of two poses: their distance [m] and largest angle [rad]."""
-    distance = sum((a - b) ** 2 for a, b in zip(one.xyz, other.xyz)) ** 0.5
-    return distance, max(abs(a - b) for a, b in zip(one.ypr, other.ypr))

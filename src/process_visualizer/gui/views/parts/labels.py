@@ -7,6 +7,7 @@ from typing import Callable, Optional
 from PyQt5.QtWidgets import QLabel, QToolButton
 
 from process_visualizer.gui.toolkit.icons import icon
+from process_visualizer.gui.toolkit.theme_following import colour
 
 
 def small(label: QLabel) -> QLabel:
@@ -15,6 +16,22 @@ def small(label: QLabel) -> QLabel:
     font.setPointSizeF(font.pointSizeF() * 0.9)
     label.setFont(font)
     return label
+
+
+def note(name: str) -> QLabel:
+    """Return a quiet label of one or more lines, hidden until ``show_note`` gives it a text."""
+    label = QLabel()
+    label.setObjectName(name)
+    label.setWordWrap(True)
+    label.hide()
+    colour(label, 'quiet')
+    return label
+
+
+def show_note(label: QLabel, text: str) -> None:
+    """Show a text, or nothing where there is none."""
+    label.setText(text)
+    label.setVisible(bool(text))
 
 
 def title(text: str) -> QLabel:

@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# Finding the pose of a sensor: surfaces of models and the fit (no node), and the node sensor_fit.
+
+find_package(PCL REQUIRED COMPONENTS common filters kdtree registration search)
+find_package(assimp REQUIRED)
+
+add_library(process_visualizer_fit
+  src/cloud/determination.cpp
+  src/cloud/direction_grid.cpp
+  src/cloud/pose_fit.cpp
+  src/cloud/surface.cpp
+  src/cloud/surface_file.cpp
+  src/cloud/visible_surface.cpp
+)
+process_visualizer_compile(process_visualizer_fit)
+target_include_directories(process_visualizer_fit SYSTEM PUBLIC ${PCL_INCLUDE_DIRS})
+target_link_libraries(process_visualizer_fit ${PCL_LIBRARIES} assimp)
+
+add_executable(sensor_fit src/cloud/cloud_source.cpp src/cloud/model_surfaces.cpp
+  src/cloud/sensor_fit.cpp src/cloud/sensor_fit_main.cpp)
+process_visualizer_compile(sensor_fit)
+add_dependencies(sensor_fit ${${PROJECT_NAME}_EXPORTED_TARGETS})
+target_link_libraries(sensor_fit process_visualizer_fit roi_filter ${roscpp_LIBRARIES}
+  ${resource_retriever_LIBRARIES} ${tf2_ros_LIBRARIES})
+
+install(TARGETS process_visualizer_fit LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})
+install(TARGETS sensor_fit RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
+
+if(CATKIN_ENABLE_TESTING)
+  catkin_add_gtest(test_pose_fit test/cpp/test_pose_fit.cpp)
+  process_visualizer_compile(test_pose_fit)
+  target_link_libraries(test_pose_fit process_visualizer_fit)
+endif()

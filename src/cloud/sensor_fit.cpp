@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "process_visualizer/cloud/sensor_fit.hpp"
+
+#include <sensor_msgs/point_cloud2_iterator.h>
+#include <tf2_eigen/tf2_eigen.h>
+#include <tf2_ros/transform_listener.h>
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "process_visualizer/cloud/cloud_source.hpp"
+#include "process_visualizer/cloud/model_surfaces.hpp"
+#include "process_visualizer/cloud/pose_fit.hpp"
+#include "process_visualizer/cloud/roi_filter.hpp"
+#include "process_visualizer/common/frame_name.hpp"
+
+namespace process_visualizer::cloud {
+namespace {
+
+using visualization_msgs::Marker;
+
+constexpr double kTransformWait = 0.5;      ///< s
+constexpr double kOldest = 0.5;             ///< of a transform that stands for one at the stamp, s
+constexpr double kSpacingM = 0.005;         ///< of points on models, at least
+constexpr double kMostPoints = 1'000'000;   ///< on models
+const Box kRange({0, 0, 0}, {40, 40, 40});  ///< in which points of a sensor lie, m
+
+/// Where frames were at a time.
+class Places {
+ public:
+  Places(const tf2_ros::Buffer& buffer, std::string parent, ros::Time stamp)
+      : buffer_(buffer),
+        parent_(std::move(parent)),
+        stamp_(stamp),
+        deadline_(ros::WallTime::now() + ros::WallDuration(kTransformWait)) {}
+
+  /// The place of a frame at the time. While playback stands still the newest one may be a moment
+  /// older, and no other comes.
+  /// \throws tf2::TransformException
+  Eigen::Isometry3d of(const std::string& name) const {
+    const std::string frame = withoutLeadingSlash(name);
+    const double left = std::max(0.0, (deadline_ - ros::WallTime::now()).toSec());
+    if (buffer_.canTransform(parent_, frame, stamp_, ros::Duration(left)))
+      return tf2::transformToEigen(buffer_.lookupTransform(parent_, frame, stamp_));
+    const auto newest = buffer_.lookupTransform(parent_, frame, ros::Time(0));
+    const double age = std::abs((newest.header.stamp - stamp_).toSec());
+    if (age > kOldest)
+      throw tf2::ExtrapolationException("its last transform is " + std::to_string(age) +
+                                        " s from the cloud");
+    return tf2::transformToEigen(newest);
+  }
+
+  /// Whether a frame hangs on another one, over any number of others.
+  bool hangsOn(const std::string& name, const std::string& base) const {
+    std::string frame = withoutLeadingSlash(name), next;
+    while (frame != base && buffer_._getParent(frame, ros::Time(0), next)) frame = next;
+    return frame == base;
+  }
+
+ private:
+  const tf2_ros::Buffer& buffer_;
+  std::string parent_;
+  ros::Time stamp_;
+  ros::WallTime deadline_;
+};
+
+/// The valid points of a cloud in the parent frame.
+/// \throws std::invalid_argument that says what is wrong with the cloud's layout
+pcl::PointCloud<pcl::PointXYZ> pointsOf(const sensor_msgs::PointCloud2& cloud,
+                                        const Eigen::Isometry3d& place) {
+  const auto valid = cropToBox(cloud, Eigen::Isometry3d::Identity(), kRange);
+  pcl::PointCloud<pcl::PointXYZ> points;
+  for (sensor_msgs::PointCloud2ConstIterator<float> x(valid, "x"), y(valid, "y"), z(valid, "z");
+       x != x.end(); ++x, ++y, ++z) {
+    const Eigen::Vector3d point = place * Eigen::Vector3d(*x, *y, *z);
+    points.push_back({static_cast<float>(point.x()), static_cast<float>(point.y()),
+                      static_cast<float>(point.z())});
+  }
+  return points;
+}
+
+struct PlacedSurface {
+  Surface surface;
+  Eigen::Affine3d place;
+};
+
+/// The models of which it is known where they were; the frames of others are named.
+std::vector<PlacedSurface> placed(const std::vector<Marker>& models, const Places& places,
+                                  std::vector<std::string>& left_out) {
+  std::vector<PlacedSurface> found;
+  for (const Marker& marker : models) {
+    const std::string& frame = marker.header.frame_id;
+    if (std::find(left_out.begin(), left_out.end(), frame) != left_out.end()) continue;
+    try {
+      Eigen::Isometry3d pose;
+      tf2::fromMsg(marker.pose, pose);
+      found.push_back({surfaceOf(marker), Eigen::Affine3d(places.of(frame) * pose)});
+    } catch (const tf2::TransformException&) {
+      left_out.push_back(frame);
+    }
+  }
+  return found;
+}
+
+double areaOf(const Surface& surface) {
+  double area = 0.0;
+  for (const auto& [a, b, c] : surface) area += 0.5 * (b - a).cross(c - a).norm();
+  return area;
+}
+
+/// Points on models, as dense as memory allows.
+SurfaceCloud pointsOn(const std::vector<PlacedSurface>& surfaces, double spacing_m) {
+  SurfaceCloud points;
+  for (const auto& [surface, place] : surfaces) addPoints(surface, place, spacing_m, points);
+  return points;
+}
+
+double spacingFor(const std::vector<PlacedSurface>& surfaces) {
+  double area = 0.0;
+  for (const PlacedSurface& placed : surfaces) area += areaOf(placed.surface);
+  return std::max(kSpacingM, std::sqrt(area / kMostPoints));
+}
+
+std::string describe(const PoseFit& fit) {
+  const auto tenths = [](double length_m) {
+    const std::string text = std::to_string(std::round(10000.0 * length_m) / 10.0);
+    return text.substr(0, text.find('.') + 2) + " mm";
+  };
+  return tenths(fit.residual_m) + " from the models (before: " + tenths(fit.before_m) + "), " +
+         std::to_string(fit.points) + " points on them";
+}
+
+void fitSensor(const FitSensor::Request& request, FitSensor::Response& response) {
+  tf2_ros::Buffer buffer;
+  const tf2_ros::TransformListener listener(buffer);
+  const auto cloud = nextCloud(request.cloud);
+  const Places places(buffer, request.parent, cloud->header.stamp);
+  const Eigen::Isometry3d camera = places.of(cloud->header.frame_id);
+  if (!places.hangsOn(cloud->header.frame_id, request.base))
+    throw std::invalid_argument("the clouds on " + request.cloud + " are in the frame " +
+                                cloud->header.frame_id + ", which does not hang on " +
+                                request.base);
+  const auto surfaces = placed(request.models, places, response.left_out);
+  if (surfaces.empty())
+    throw std::invalid_argument("there is no model of which it is known where it is");
+  const double spacing_m = spacingFor(surfaces);
+  const PoseFit fit = fitPose(pointsOf(*cloud, camera), camera.translation().cast<float>(),
+                              pointsOn(surfaces, spacing_m), spacing_m);
+  response.pose = tf2::toMsg(fit.correction * places.of(request.base));
+  response.before = fit.before_m;
+  response.residual = fit.residual_m;
+  response.points = fit.points;
+  response.message = describe(fit);
+}
+
+}  // namespace
+
+bool answerFit(FitSensor::Request& request, FitSensor::Response& response) {
+  try {
+    fitSensor(request, response);
+    response.success = true;
+  } catch (const tf2::TransformException& error) {
+    response.message =
+        "it is not known where the sensor is in " + request.parent + ": " + error.what();
+  } catch (const std::exception& error) {
+    response.message = error.what();
+  }
+  return true;
+}
+
+}  // namespace process_visualizer::cloud

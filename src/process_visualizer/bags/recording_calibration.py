@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Where base frames are for one recording: what was stored in it, and what was saved beside it."""
+from __future__ import annotations
+
+import json
+import os
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+
+from process_visualizer.bags.bag_errors import BagError
+from process_visualizer.bags.json_text import finite_number, parsed_json
+from process_visualizer.bags.recorded_frames import RecordedFrame, recorded_frames
+from process_visualizer.bags.recording import Recording
+from process_visualizer.cell.model import Pose, Vector3
+
+
+class RecordingCalibration(NamedTuple):
+    """Of a recording (its first file): frames as they were then, and poses saved for it since.
+
+    Saved poses are those of base frames in the global frame, by the frame's name.
+    """
+
+    bag: str
+    then: Mapping[str, RecordedFrame]
+    saved: Mapping[str, Pose]
+
+    def recorded(self, frame: str, parent: str) -> Optional[Pose]:
+        """Return where a frame was in a parent when it was recorded; None if that is not known."""
+        found = self.then.get(frame)
+        return found.pose if found is not None and found.parent == parent else None
+
+
+def calibration_path(bag: str) -> str:
+    """Return the file beside a bag that holds the poses saved for it."""
+    return f'{bag}.calibration.json'
+
+
+def read_recording_calibration(paths: Sequence[str]) -> RecordingCalibration:
+    """Return what is known of a recording.
+
+    Raises:
+        BagError: a bag, or the file beside it, cannot be read.
+    """
+    with Recording(paths) as recording:
+        return RecordingCalibration(paths[0], recorded_frames(recording), saved_poses(paths[0]))
+
+
+def saved_poses(bag: str) -> Dict[str, Pose]:
+    """Return the poses saved beside a bag, by frame; none if there is no such file.
+
+    Raises:
+        BagError: the file does not hold poses.
+    """
+    path = calibration_path(bag)
+    if not os.path.exists(path):
+        return {}
+    try:
+        with open(path, encoding='utf-8') as file:
+            return {name: _pose(entry) for name, entry in _object(parsed_json(file.read())).items()}
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise BagError(path, f'cannot be read as poses ({error}); repair or remove it') from error
+
+
+def save_pose(bag: str, frame: str, pose: Optional[Pose]) -> Dict[str, Pose]:
+    """Save a pose for a bag, or forget it (None); return all that are saved then.
+
+    The bag itself is not touched, and without poses there is no file.
+
+    Raises:
+        BagError: the file cannot be read or written; then it is as it was.
+    """
+    poses = {name: it for name, it in saved_poses(bag).items() if name != frame}
+    if pose is not None:
+        poses[frame] = pose
+    path = calibration_path(bag)
+    try:
+        _write(path, poses)
+    except OSError as error:
+        raise BagError(path, f'cannot be written: {error.strerror}') from error
+    return poses
+
+
+def _write(path: str, poses: Mapping[str, Pose]) -> None:
+    if not poses:
+        if os.path.exists(path):
+            os.remove(path)
+        return
+    unfinished = f'{path}.unfinished'
+    with open(unfinished, 'w', encoding='utf-8') as file:
+        json.dump({name: {'xyz': pose.xyz, 'ypr': pose.ypr} for name, pose in poses.items()},
+                  file, indent=1, ensure_ascii=False)
+    os.replace(unfinished, path)
+
+
+def _object(value: Any) -> Dict[str, Any]:
+    if not isinstance(value, dict):
+        raise ValueError('it does not begin with "{"')
+    return value
+
+
+def _pose(entry: Any) -> Pose:
+    return Pose(_vector(entry['xyz']), _vector(entry['ypr']))
+
+
+def _vector(values: Any) -> Vector3:
+    """Three numbers of JSON.
+
+    Raises:
+        ValueError: they are none.
+    """
+    numbers: List[float] = [finite_number(it) for it in values]
+    if len(numbers) != 3:
+        raise ValueError('three numbers are expected')
+    found: Tuple[float, float, float] = (numbers[0], numbers[1], numbers[2])
+    return found

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Asks the node sensor_fit where a sensor is."""
+from __future__ import annotations
+
+from typing import NamedTuple, Optional, Sequence, Tuple
+
+import rosgraph
+import rospy
+
+from process_visualizer.cell.model import Device, Pose, TopicFunction
+from process_visualizer.clients.model_markers import models_of
+from process_visualizer.clients.pose_messages import pose_of
+from process_visualizer.clients.service_connection import ServiceConnection, ServiceUnreachable
+from process_visualizer.ros_names import SENSOR_FIT
+from process_visualizer.srv import FitSensor
+
+_TIMEOUT_S = 60.0
+_CLOUD = 'sensor_msgs/PointCloud2'
+
+
+class FitError(Exception):
+    """The pose of a sensor was not found; the text says why."""
+
+
+class SensorFit(NamedTuple):
+    """Where a sensor was found to be, in the global frame; distances in m."""
+
+    pose: Pose
+    before_m: float
+    residual_m: float
+    points: int
+    left_out: Tuple[str, ...]
+
+
+def fit_sensor(device: Device, devices: Sequence[Device], frame: str) -> SensorFit:
+    """Find where a depth sensor is, from its next cloud and the models of other devices.
+
+    ``frame`` is the global frame. Blocks for some seconds.
+
+    Raises:
+        FitError: the pose cannot be found; the sensor stays where it is.
+    """
+    assert device.base is not None, 'a sensor that can be moved has a base'
+    connection = ServiceConnection(f'/{SENSOR_FIT}/fit', FitSensor, _TIMEOUT_S)
+    try:
+        topic = _cloud_topic(device)
+        models = models_of(it for it in devices if it.name != device.name)
+        if not models:
+            raise FitError('no other device that runs has a model; launch robots or machines '
+                           'that the sensor sees')
+        answer = connection.call(topic, device.base.frame, frame, models)
+    except (ServiceUnreachable, rosgraph.MasterException, rospy.ROSException, OSError) as error:
+        raise FitError(f'/{SENSOR_FIT} does not answer ({error})') from error
+    finally:
+        connection.close()
+    if not answer.success:
+        raise FitError(answer.message)
+    return SensorFit(pose_of(answer.pose), answer.before, answer.residual, answer.points,
+                     tuple(answer.left_out))
+
+
+def _cloud_topic(device: Device) -> str:
+    """The whole cloud of a device if it has one: a cropped one shows few models."""
+    published = {name for name, kind in rospy.get_published_topics() if kind == _CLOUD}
+    shown = device.topic_for(TopicFunction.POINTCLOUD)
+    others = [topic.name for topic in device.topics if topic is not shown]
+    names = [*others, *([] if shown is None else [shown.name]), f'/{device.name}/points']
+    topic: Optional[str] = next((name for name in names if name in published), None)
+    if topic is None:
+        raise FitError(f'{device.name} publishes no cloud; launch it first')
+    return topic

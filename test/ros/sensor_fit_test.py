@@ -1,0 +1,100 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""The node sensor_fit finds the sewing cell's Kinect, and refuses what it cannot know."""
+from __future__ import annotations
+
+import math
+import sys
+import unittest
+from dataclasses import replace
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+import rospy
+import rostest
+from sensor_msgs.msg import PointCloud2
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / 'bench'))
+from fit import displaced
+from still_cell import CLOUD, StillCell
+
+from process_visualizer.cell.model import BaseFrame, Device
+from process_visualizer.clients.sensor_fit_client import FitError, fit_sensor
+from process_visualizer.motion.pose_difference import pose_difference
+
+PICTURE = 120  # 4 s: the upper robot brings covers
+TIMEOUT_S = 30.0
+
+
+class SensorFitTest(unittest.TestCase):
+    """With a cell that stands still, its frames and its cloud as of a running one."""
+
+    stage: ClassVar[StillCell]
+
+    @classmethod
+    def setUpClass(cls) -> None:
+        rospy.wait_for_service('/sensor_fit/fit', TIMEOUT_S)
+        cls.stage = StillCell()
+        cls.stage.show(PICTURE)
+
+    def setUp(self) -> None:
+        self.stage.move_sensor(self.stage.truth)
+
+    def lost(self) -> Device:
+        """A device with a model of which it is not known where it is."""
+        rospy.set_param('/simulator/robot_description',
+                        '<robot name="a"><link name="lost"><visual><geometry><box size="1 1 1"/>'
+                        '</geometry></visual></link></robot>')
+        model = self.stage.cell.device('cell_stand').model
+        return replace(self.stage.cell.device('simulator'), model=model)
+
+    def refusal(self, sensor: Device, *names: str) -> str:
+        devices = [it for it in self.stage.cell.devices if not names or it.name in names]
+        with self.assertRaises(FitError) as refused:
+            fit_sensor(sensor, devices, self.stage.cell.frame)
+        return str(refused.exception)
+
+    def test_it_is_found_from_20_mm_and_2_degrees_away(self) -> None:
+        pose = displaced(self.stage.truth, 0.02, math.radians(2.0), np.random.default_rng(7))
+        self.stage.move_sensor(pose)
+        found = fit_sensor(self.stage.sensor, [*self.stage.cell.devices[:-1], self.lost()],
+                           self.stage.cell.frame)
+        rest = pose_difference(found.pose, self.stage.truth)
+        self.assertLess(rest.distance_m, 0.001)
+        self.assertLess(math.degrees(rest.angle_rad), 0.1)
+        self.assertLess(found.residual_m, 0.002)
+        self.assertLess(found.residual_m, found.before_m / 5.0)
+        self.assertEqual(found.left_out, ('lost',))
+
+    def test_one_model_in_a_corner_of_the_picture_is_too_little(self) -> None:
+        self.assertRegex(self.refusal(self.stage.sensor, 'cell_stand'),
+                         'nothing that is in view holds the sensor against|points lie on')
+
+    def test_without_models(self) -> None:
+        self.assertIn('has a model', self.refusal(self.stage.sensor, 'simulator'))
+
+    def test_a_cloud_that_does_not_hang_on_the_frame(self) -> None:
+        base = self.stage.sensor.base
+        assert base is not None
+        other = replace(self.stage.sensor, base=BaseFrame('sewing_machine/base', base.pose,
+                                                          base.location))
+        self.assertIn('does not hang on sewing_machine/base', self.refusal(other))
+
+    def test_a_sensor_without_a_cloud(self) -> None:
+        silent = replace(self.stage.sensor, name='silent', topics=())
+        self.assertIn('publishes no cloud', self.refusal(silent))
+
+    def test_a_broken_cloud(self) -> None:
+        whole = rospy.wait_for_message(CLOUD, PointCloud2, TIMEOUT_S)
+        broken = PointCloud2(header=whole.header, height=480, width=640, point_step=12,
+                             row_step=7680, fields=whole.fields, data=b'short')
+        publisher = rospy.Publisher('/broken', PointCloud2, latch=True, queue_size=1)
+        publisher.publish(broken)
+        topic = replace(self.stage.sensor.topics[0], name='/broken')
+        self.assertIn('cut off', self.refusal(replace(self.stage.sensor, topics=(topic,))))
+
+
+if __name__ == '__main__':
+    rospy.init_node('sensor_fit_test')
+    rostest.rosrun('process_visualizer', 'sensor_fit_test', SensorFitTest)
