@@ -27,7 +27,7 @@ from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 from process_visualizer.gui.toolkit.shown_time import whole
 from process_visualizer.gui.toolkit.style import apply_style
 from process_visualizer.gui.toolkit.tasks import Tasks
-from process_visualizer.gui.views.playback.timeline_lanes import Lane
+from process_visualizer.gui.views.lanes.timeline_lanes import Lane
 from process_visualizer.gui.views.playback.timeline_view import TimelineView
 
 _LENGTH_S, _COLUMNS, _LANES = 3600.0, 72_000, 7

@@ -16,10 +16,10 @@ from timeline_bench import Bench
 
 from process_visualizer.gui.models.playback.lane_choice import LaneChoice, restored_choice
 from process_visualizer.gui.models.playback.lane_choices import LaneChoices
-from process_visualizer.gui.views.playback.curves_dialog import CurvesDialog
-from process_visualizer.gui.views.playback.curves_tree import CurvesTree, is_folded
-from process_visualizer.gui.views.playback.lane_groups import grouped_lanes
-from process_visualizer.gui.views.playback.timeline_lanes import Lane
+from process_visualizer.gui.views.lanes.curves_dialog import CurvesDialog
+from process_visualizer.gui.views.lanes.curves_tree import CurvesTree, is_folded
+from process_visualizer.gui.views.lanes.lane_groups import grouped_lanes
+from process_visualizer.gui.views.lanes.timeline_lanes import Lane
 
 KEYS = tuple(('robot', label, '/topic') for label in 'abcd')
 A, B, C, D = KEYS

@@ -17,11 +17,11 @@ from process_visualizer.gui.models.playback.lane_choice import LaneChoice
 from process_visualizer.gui.toolkit.colours import contrast, readable_colour
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
-from process_visualizer.gui.views.playback.lane_groups import distinct, grouped_lanes
-from process_visualizer.gui.views.playback.lane_look import LaneLook, least_height
-from process_visualizer.gui.views.playback.lane_pictures import LanePictures
-from process_visualizer.gui.views.playback.lane_scale import range_text
-from process_visualizer.gui.views.playback.timeline_lanes import Lane
+from process_visualizer.gui.views.lanes.lane_groups import distinct, grouped_lanes
+from process_visualizer.gui.views.lanes.lane_look import LaneLook, least_height
+from process_visualizer.gui.views.lanes.lane_pictures import LanePictures
+from process_visualizer.gui.views.lanes.lane_scale import range_text
+from process_visualizer.gui.views.lanes.timeline_lanes import Lane
 from process_visualizer.runs.comparison.timeline_bands import TimelineBand
 
 GREEN, RED = (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)

@@ -22,8 +22,8 @@ from process_visualizer.gui.models.playback.bag_model import BagModel
 from process_visualizer.gui.models.playback.marks import PlacedMark
 from process_visualizer.gui.models.playback.values_model import ValuesModel
 from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.gui.views.lanes.timeline_lanes import lane_label
 from process_visualizer.gui.views.playback.playback_panel import PlaybackPanel
-from process_visualizer.gui.views.playback.timeline_lanes import lane_label
 
 HERE = Location('cell.xml', 1)
 MACHINE = Device(DeviceType.OTHER, 'machine', HERE,

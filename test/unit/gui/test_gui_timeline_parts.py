@@ -15,14 +15,14 @@ from pytestqt.qtbot import QtBot
 from process_visualizer.cell.model import WarningLimits
 from process_visualizer.gui.toolkit.colours import contrast, readable_colour
 from process_visualizer.gui.toolkit.time_axis import TimeAxis, tick_label
-from process_visualizer.gui.views.playback.lane_look import LANE_HEIGHT, TEXT_HEIGHT, LaneLook
-from process_visualizer.gui.views.playback.lane_picture import lane_picture
-from process_visualizer.gui.views.playback.lane_scale import (
+from process_visualizer.gui.views.lanes.lane_look import LANE_HEIGHT, TEXT_HEIGHT, LaneLook
+from process_visualizer.gui.views.lanes.lane_picture import lane_picture
+from process_visualizer.gui.views.lanes.lane_scale import (
     VisiblePart,
     visible_part,
     visible_scales,
 )
-from process_visualizer.gui.views.playback.timeline_lanes import (
+from process_visualizer.gui.views.lanes.timeline_lanes import (
     Lane,
     decimals_for,
     lane_of,

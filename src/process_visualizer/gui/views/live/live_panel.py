@@ -17,12 +17,12 @@ from process_visualizer.gui.models.playback.lane_choices import LaneChoices
 from process_visualizer.gui.models.recording.live_curves_model import DURATIONS_S, LiveCurvesModel
 from process_visualizer.gui.models.recording.replay_model import ReplayModel
 from process_visualizer.gui.toolkit.theme_following import colour
+from process_visualizer.gui.views.lanes.curves_dialog import CurvesDialog
+from process_visualizer.gui.views.lanes.lane_groups import grouped_lanes
+from process_visualizer.gui.views.lanes.timeline_lanes import Lane, lane_label, lane_of
 from process_visualizer.gui.views.live.live_timeline import LiveTimeline
 from process_visualizer.gui.views.live.replay_bar import ReplayBar
 from process_visualizer.gui.views.parts.layouts import in_column, in_row
-from process_visualizer.gui.views.playback.curves_dialog import CurvesDialog
-from process_visualizer.gui.views.playback.lane_groups import grouped_lanes
-from process_visualizer.gui.views.playback.timeline_lanes import Lane, lane_label, lane_of
 
 _IDLE = 'Launch the devices: their process variables are drawn here while they run.'
 _CLOCK_MS = 500

@@ -25,15 +25,15 @@ from process_visualizer.gui.models.playback.lane_choices import LaneChoices
 from process_visualizer.gui.models.playback.marks import PlacedMark
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
+from process_visualizer.gui.views.lanes.lane_look import SIDE
+from process_visualizer.gui.views.lanes.lane_stack import LaneStack
+from process_visualizer.gui.views.lanes.timeline_lanes import Lane, LaneTexts, lane_texts
 from process_visualizer.gui.views.playback import timeline_header as header
-from process_visualizer.gui.views.playback.lane_stack import LaneStack
-from process_visualizer.gui.views.playback.timeline_lanes import Lane, LaneTexts, lane_texts
 from process_visualizer.gui.views.playback.timeline_layout import (
     AXIS_HEIGHT,
     AXIS_TOP,
     HEADER_HEIGHT,
     LEFT,
-    SIDE,
 )
 
 _FEWEST_LANES = 2  # that are visible, if there are so many

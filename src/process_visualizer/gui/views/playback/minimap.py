@@ -10,8 +10,8 @@ from PyQt5.QtWidgets import QScrollBar, QWidget
 
 from process_visualizer.gui.toolkit.colours import translucent
 from process_visualizer.gui.toolkit.theme import theme
-from process_visualizer.gui.views.playback.lane_picture import curve_picture
-from process_visualizer.gui.views.playback.timeline_lanes import Lane
+from process_visualizer.gui.views.lanes.lane_picture import curve_picture
+from process_visualizer.gui.views.lanes.timeline_lanes import Lane
 
 HEIGHT = 18
 _LEAST_FRAME = 8.0  # px: it can be grabbed however short the part is

@@ -15,12 +15,12 @@ from process_visualizer.gui.models.playback.bag_model import BagModel
 from process_visualizer.gui.models.playback.playback_model import PlaybackModel
 from process_visualizer.gui.models.playback.values_model import ValuesModel
 from process_visualizer.gui.toolkit.theme_following import set_sheet
+from process_visualizer.gui.views.lanes.curves_dialog import CurvesDialog
+from process_visualizer.gui.views.lanes.lane_groups import grouped_lanes
+from process_visualizer.gui.views.lanes.timeline_lanes import Lane, lane_label, lane_of
 from process_visualizer.gui.views.parts.layouts import in_column
 from process_visualizer.gui.views.playback.bag_view import BagView
-from process_visualizer.gui.views.playback.curves_dialog import CurvesDialog
 from process_visualizer.gui.views.playback.curves_row import CurvesRow
-from process_visualizer.gui.views.playback.lane_groups import grouped_lanes
-from process_visualizer.gui.views.playback.timeline_lanes import Lane, lane_label, lane_of
 from process_visualizer.gui.views.playback.timeline_view import TimelineView
 from process_visualizer.gui.views.playback.transport_view import TransportView
 from process_visualizer.playback.time_text import format_time

@@ -20,6 +20,7 @@ from process_visualizer.gui.models.playback.marks import PlacedMark
 from process_visualizer.gui.toolkit.colours import translucent
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis, tick_label
+from process_visualizer.gui.views.lanes.lane_look import SIDE
 from process_visualizer.gui.views.playback.timeline_layout import (
     AXIS_HEIGHT,
     AXIS_TOP,
@@ -27,7 +28,6 @@ from process_visualizer.gui.views.playback.timeline_layout import (
     FLAGS_HEIGHT,
     FLAGS_TOP,
     HEADER_HEIGHT,
-    SIDE,
     TRACK_TOP,
     track_rect,
 )

@@ -9,9 +9,9 @@ from PyQt5.QtCore import QPointF, QRectF
 from process_visualizer.gui.models.playback.marks import PlacedMark
 from process_visualizer.gui.toolkit.shown_time import ShownTime
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
+from process_visualizer.gui.views.lanes.lane_look import SIDE
 
 LEFT = 46.0  # left of the line, for the scales of the curves
-SIDE = 12.0  # right of the line, so that the knob has room at its end
 FLAGS_TOP, FLAGS_HEIGHT = 2.0, 18.0
 TRACK_TOP, TRACK_HEIGHT = 22.0, 26.0
 AXIS_TOP, AXIS_HEIGHT = 49.0, 17.0

@@ -25,8 +25,10 @@ from process_visualizer.gui.models.playback.lane_choices import LaneChoices
 from process_visualizer.gui.models.playback.playback_model import PlaybackModel
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
+from process_visualizer.gui.views.lanes.lane_look import SIDE
+from process_visualizer.gui.views.lanes.lane_stack import LaneStack
+from process_visualizer.gui.views.lanes.timeline_lanes import Lane, LaneTexts, lane_texts
 from process_visualizer.gui.views.playback import timeline_header as header
-from process_visualizer.gui.views.playback.lane_stack import LaneStack
 from process_visualizer.gui.views.playback.minimap import MapContent
 from process_visualizer.gui.views.playback.moment_ticks import (
     draw_moments,
@@ -34,12 +36,10 @@ from process_visualizer.gui.views.playback.moment_ticks import (
     moment_tip,
     with_dragged,
 )
-from process_visualizer.gui.views.playback.timeline_lanes import Lane, LaneTexts, lane_texts
 from process_visualizer.gui.views.playback.timeline_layout import (
     AXIS_TOP,
     HEADER_HEIGHT,
     LEFT,
-    SIDE,
     TRACK_TOP,
     Target,
     axis_of,

@@ -13,19 +13,19 @@ from process_visualizer.gui.models.playback.lane_choices import LaneChoices
 from process_visualizer.gui.toolkit.colours import readable_colour, translucent
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
-from process_visualizer.gui.views.playback.lane_look import (
+from process_visualizer.gui.views.lanes.lane_look import (
     GROWTH,
     LANE_HEIGHT,
+    SIDE,
     TEXT_HEIGHT,
     LaneLook,
     growth,
     least_height,
 )
-from process_visualizer.gui.views.playback.lane_menu import add_lane_actions
-from process_visualizer.gui.views.playback.lane_pictures import LanePictures
-from process_visualizer.gui.views.playback.lane_scale import range_text
-from process_visualizer.gui.views.playback.timeline_lanes import Lane, LaneTexts
-from process_visualizer.gui.views.playback.timeline_layout import SIDE
+from process_visualizer.gui.views.lanes.lane_menu import add_lane_actions
+from process_visualizer.gui.views.lanes.lane_pictures import LanePictures
+from process_visualizer.gui.views.lanes.lane_scale import range_text
+from process_visualizer.gui.views.lanes.timeline_lanes import Lane, LaneTexts
 
 _LEAST_NAME = 20.0  # px: less of a name is not worth to be shown
 _BETWEEN = 7.0  # px between texts

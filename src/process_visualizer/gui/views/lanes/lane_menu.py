@@ -9,7 +9,7 @@ from PyQt5.QtWidgets import QMenu
 
 from process_visualizer.gui.models.playback.lane_choice import LaneChoice
 from process_visualizer.gui.models.playback.lane_choices import LaneChoices
-from process_visualizer.gui.views.playback.timeline_lanes import Lane
+from process_visualizer.gui.views.lanes.timeline_lanes import Lane
 
 
 def add_lane_actions(menu: QMenu, choices: LaneChoices, lane: Lane, above: Optional[Lane]) -> None:

@@ -13,9 +13,9 @@ from process_visualizer.curves.value_scale import ValueScale, tick_texts
 from process_visualizer.gui.toolkit.colours import readable_colour
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
-from process_visualizer.gui.views.playback.lane_band import draw_band, draw_departures
-from process_visualizer.gui.views.playback.lane_look import BELOW, TEXT_HEIGHT, LaneLook
-from process_visualizer.gui.views.playback.lane_scale import (
+from process_visualizer.gui.views.lanes.lane_band import draw_band, draw_departures
+from process_visualizer.gui.views.lanes.lane_look import BELOW, TEXT_HEIGHT, LaneLook
+from process_visualizer.gui.views.lanes.lane_scale import (
     LINE,
     Scales,
     VisiblePart,
@@ -23,7 +23,7 @@ from process_visualizer.gui.views.playback.lane_scale import (
     visible_part,
     visible_scales,
 )
-from process_visualizer.gui.views.playback.timeline_lanes import Lane
+from process_visualizer.gui.views.lanes.timeline_lanes import Lane
 
 _OPACITIES = 128  # steps of opacity, from transparent to opaque
 _MOST_OPAQUE = _OPACITIES - 1

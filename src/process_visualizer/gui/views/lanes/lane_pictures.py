@@ -9,10 +9,10 @@ from PyQt5.QtGui import QPixmap
 
 from process_visualizer.curves.value_scale import EMPTY_SCALE, ValueScale
 from process_visualizer.gui.toolkit.theme import theme
-from process_visualizer.gui.views.playback.lane_look import LaneLook
-from process_visualizer.gui.views.playback.lane_picture import lane_picture
-from process_visualizer.gui.views.playback.lane_scale import Scales, visible_part, visible_scales
-from process_visualizer.gui.views.playback.timeline_lanes import Lane
+from process_visualizer.gui.views.lanes.lane_look import LaneLook
+from process_visualizer.gui.views.lanes.lane_picture import lane_picture
+from process_visualizer.gui.views.lanes.lane_scale import Scales, visible_part, visible_scales
+from process_visualizer.gui.views.lanes.timeline_lanes import Lane
 
 _TURN_S = 0.008  # half a frame of a screen: no longer are lanes drawn without a break
 

@@ -8,7 +8,7 @@ from typing import List, Mapping, Sequence, Tuple
 
 from process_visualizer.curves.position_values import Key
 from process_visualizer.gui.models.playback.lane_choice import LaneChoice
-from process_visualizer.gui.views.playback.timeline_lanes import Lane
+from process_visualizer.gui.views.lanes.timeline_lanes import Lane
 
 Colour = Tuple[float, float, float]
 

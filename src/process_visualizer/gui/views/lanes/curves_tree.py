@@ -11,8 +11,8 @@ from PyQt5.QtWidgets import QAbstractItemView, QTreeWidget, QTreeWidgetItem
 from process_visualizer.curves.position_values import Key
 from process_visualizer.gui.models.playback.lane_choice import LaneChoice
 from process_visualizer.gui.toolkit.colours import readable_colour
-from process_visualizer.gui.views.playback.lane_groups import distinct
-from process_visualizer.gui.views.playback.timeline_lanes import Lane
+from process_visualizer.gui.views.lanes.lane_groups import distinct
+from process_visualizer.gui.views.lanes.timeline_lanes import Lane
 
 _FOLDED = int(Qt.UserRole) + 1
 

@@ -17,8 +17,8 @@ from PyQt5.QtWidgets import (
 
 from process_visualizer.gui.models.playback.lane_choice import LaneChoice
 from process_visualizer.gui.models.playback.lane_choices import LaneChoices
-from process_visualizer.gui.views.playback.curves_tree import CurvesTree, is_folded, key_of_item
-from process_visualizer.gui.views.playback.timeline_lanes import Lane
+from process_visualizer.gui.views.lanes.curves_tree import CurvesTree, is_folded, key_of_item
+from process_visualizer.gui.views.lanes.timeline_lanes import Lane
 
 _WIDTH, _HEIGHT = 420, 380
 _HINT = ('Tick the curves to be shown. Drag them into their order, or one onto another to draw '

@@ -8,8 +8,8 @@ import numpy as np
 from PyQt5.QtCore import QRectF
 
 from process_visualizer.curves.value_scale import ValueScale, tidy_scale, with_near_limits
-from process_visualizer.gui.views.playback.lane_look import LaneLook
-from process_visualizer.gui.views.playback.timeline_lanes import Lane
+from process_visualizer.gui.views.lanes.lane_look import LaneLook
+from process_visualizer.gui.views.lanes.timeline_lanes import Lane
 
 LINE = 1.3  # px: how thick a curve is at least
 

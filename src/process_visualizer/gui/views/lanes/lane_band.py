@@ -11,9 +11,9 @@ from PyQt5.QtGui import QColor, QPainter, QPen, QPolygonF
 from process_visualizer.curves.value_scale import ValueScale
 from process_visualizer.gui.toolkit.colours import readable_colour
 from process_visualizer.gui.toolkit.theme import theme
-from process_visualizer.gui.views.playback.lane_look import LaneLook
-from process_visualizer.gui.views.playback.lane_scale import extremes, value_y
-from process_visualizer.gui.views.playback.timeline_lanes import Lane
+from process_visualizer.gui.views.lanes.lane_look import LaneLook
+from process_visualizer.gui.views.lanes.lane_scale import extremes, value_y
+from process_visualizer.gui.views.lanes.timeline_lanes import Lane
 
 _DEPARTED_PX = 2.0
 _HALO_PX = 6.0  # a band that is narrower than the curve's line is seen beside it

@@ -8,8 +8,9 @@ from PyQt5.QtCore import QRectF
 from PyQt5.QtGui import QFont
 
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
-from process_visualizer.gui.views.playback.timeline_lanes import Lane
+from process_visualizer.gui.views.lanes.timeline_lanes import Lane
 
+SIDE = 12.0  # px right of the axis, for the scroll bar
 TEXT_HEIGHT = 15  # of a line of text
 BELOW = 5  # px: between a curve and the next lane
 LANE_HEIGHT = 46  # of a lane with one curve, at least
