@@ -30,6 +30,7 @@ class LanePictures:
         self._pictures: Dict[int, QPixmap] = {}
         self._scales: Dict[int, ValueScale] = {}
         self._drawn: Set[int] = set()
+        self._turns: Dict[int, int] = {}  # when each was drawn last, as a count of all
 
     def set_lanes(self, lanes: Sequence[Lane]) -> None:
         """Set new lanes, without pictures yet."""
@@ -50,8 +51,9 @@ class LanePictures:
             self._drawn.clear()
 
     def missing(self, rows: Sequence[int]) -> List[int]:
-        """Return those lanes that do not look as wanted."""
-        return [row for row in rows if self._look is None or row not in self._drawn]
+        """Return those lanes that do not look as wanted, the one drawn longest ago at first."""
+        return sorted((row for row in rows if self._look is None or row not in self._drawn),
+                      key=lambda row: self._turns.get(row, 0))
 
     def draw(self, rows: Sequence[int]) -> List[int]:
         """Draw missing lanes, as many as there is time for, at least one; return which."""
@@ -78,3 +80,4 @@ class LanePictures:
         self._scales[row] = visible_scale(lane, part, self._scales.get(row))
         self._pictures[row] = lane_picture(lane, look, part, self._scales[row])
         self._drawn.add(row)
+        self._turns[row] = max(self._turns.values(), default=0) + 1
