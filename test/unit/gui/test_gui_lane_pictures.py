@@ -61,6 +61,19 @@ def test_what_takes_long_is_drawn_in_turns(pictures: LanePictures) -> None:
     assert pictures.missing(ROWS) == [1, 2]
 
 
+def test_lanes_that_never_were_in_time_come_first_when_there_are_newer_values(
+        pictures: LanePictures) -> None:
+    values = np.linspace(0.0, 1.0, 2_000_000)
+    lanes = [Lane('', 'N', (1.0, 0.0, 0.0), values, values, key=('', str(it), '')) for it in ROWS]
+    pictures.want(LaneLook(AXIS._replace(width=8000.0), 8000, 200, 1.0, QFont(), 10.0))
+    drawn = []
+    for _ in range(4):
+        pictures.update_lanes(lanes)
+        pictures.want(LaneLook(AXIS._replace(width=8000.0), 8000, 200, 1.0, QFont(), 10.0))
+        drawn += pictures.draw(ROWS)
+    assert drawn == [0, 1, 2, 0]
+
+
 def test_only_lanes_in_sight_are_drawn(pictures: LanePictures) -> None:
     want(pictures)
     pictures.draw([1])

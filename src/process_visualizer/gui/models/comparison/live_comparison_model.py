@@ -26,8 +26,8 @@ _SILENT_S = 2.0
 _MOST_TOLD = 2
 _NO_PHASE = ('Not compared: /ghost does not say which moment of {} this is. Restart the nodes if '
              'this stays.')
-_NOTHING = ('Not compared: {} has none of the variables, forces and speeds of the running cell. Is it '
-            'a recording of this cell?')
+_NOTHING = ('Not compared: {} has none of the variables, forces and speeds of the running cell. Is '
+            'it a recording of this cell?')
 _NO_RUN = 'Compared with {} when a run begins'
 
 

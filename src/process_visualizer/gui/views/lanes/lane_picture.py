@@ -13,6 +13,11 @@ from process_visualizer.curves.value_scale import ValueScale, tick_texts
 from process_visualizer.gui.toolkit.colours import readable_colour
 from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.toolkit.time_axis import TimeAxis
+from process_visualizer.gui.views.lanes.covered_dots import (
+    MOST_OPAQUE,
+    OPACITIES,
+    covered_dots,
+)
 from process_visualizer.gui.views.lanes.lane_band import draw_band, draw_departures
 from process_visualizer.gui.views.lanes.lane_look import BELOW, TEXT_HEIGHT, LaneLook
 from process_visualizer.gui.views.lanes.lane_scale import (
@@ -25,8 +30,6 @@ from process_visualizer.gui.views.lanes.lane_scale import (
 )
 from process_visualizer.gui.views.lanes.timeline_lanes import Lane
 
-_OPACITIES = 128  # steps of opacity, from transparent to opaque
-_MOST_OPAQUE = _OPACITIES - 1
 _SOFT = 0.18  # opacity of the area between curve and zero
 _LIMIT_ALPHA = 150
 _NUMBER_PX, _NUMBER_HEIGHT, _BESIDE = 9, 10.0, 4.0
@@ -112,7 +115,7 @@ def _draw_curve(painter: QPainter, curve: Lane, look: LaneLook, part: VisiblePar
     if not dots.size:
         return
     if curve.limits is not None:
-        dots += _OPACITIES * _beyond(part, curve.limits, scale, len(dots))
+        dots += OPACITIES * _beyond(part, curve.limits, scale, len(dots))
     data = dots.tobytes()
     image = QImage(data, dots.shape[1], dots.shape[0], dots.shape[1], QImage.Format_Indexed8)
     image.setColorTable(_colours(curve))
@@ -134,7 +137,7 @@ def _beyond(part: VisiblePart, limits: WarningLimits, scale: ValueScale,
 def _colours(curve: Lane) -> List[int]:
     """The colour of a curve with each opacity, and the one beyond its limits."""
     beyond = curve.colour if curve.limits is None else curve.limits.color
-    opacity = np.rint(np.arange(_OPACITIES) * (255 / _MOST_OPAQUE)).astype(np.uint32) << 24
+    opacity = np.rint(np.arange(OPACITIES) * (255 / MOST_OPAQUE)).astype(np.uint32) << 24
     colours: List[int] = np.concatenate([
         opacity | (readable_colour(colour).rgb() & 0xffffff) for colour in (curve.colour, beyond)
     ]).tolist()
@@ -166,28 +169,13 @@ def _opacity(part: VisiblePart, scale: ValueScale, rows: int, line: float,
     upper = ((scale.high - high) * dots).clip(-1.0, rows).astype(np.float32)
     lower = ((scale.high - low) * dots + line).clip(0.0, rows + 1.0).astype(np.float32)
     lower[~known] = upper[~known]
-    covered = _covered(upper, lower, rows)
+    covered = covered_dots(upper, lower, rows)
     if soft:
         zero = np.float32((scale.high - min(max(0.0, scale.low), scale.high)) * dots)
-        body = _covered(np.where(known, np.minimum(upper, zero), upper),
+        body = covered_dots(np.where(known, np.minimum(upper, zero), upper),
                         np.where(known, np.maximum(lower, zero), upper), rows)
         body *= np.float32(soft)
         np.maximum(covered, body, out=covered)
-    covered *= np.float32(_MOST_OPAQUE)
+    covered *= np.float32(MOST_OPAQUE)
     covered += np.float32(0.5)
     return covered.astype(np.uint8)
-
-
-def _covered(upper: np.ndarray, lower: np.ndarray, rows: int) -> np.ndarray:
-    """How much (0 to 1) of each dot (rows, columns) lies between two curves."""
-    row = np.arange(rows, dtype=np.float32)[:, None]
-    covered = _below(lower, row)
-    covered -= _below(upper, row)
-    return covered
-
-
-def _below(ends: np.ndarray, row: np.ndarray) -> np.ndarray:
-    """How much (0 to 1) of each dot lies above an end."""
-    covered = ends - row
-    np.maximum(covered, np.float32(0.0), out=covered)
-    return np.minimum(covered, np.float32(1.0), out=covered)

@@ -27,6 +27,7 @@ class LanePictures:
         self._pictures: Dict[int, QPixmap] = {}
         self._scales: Dict[int, Scales] = {}
         self._drawn: Set[int] = set()
+        self._turns: Dict[int, int] = {}  # when each was drawn last, as a count of all
 
     def set_lanes(self, lanes: Sequence[Lane]) -> None:
         """Set new lanes, without pictures yet."""
@@ -47,8 +48,9 @@ class LanePictures:
             self._drawn.clear()
 
     def missing(self, rows: Sequence[int]) -> List[int]:
-        """Return those lanes that do not look as wanted."""
-        return [row for row in rows if not self._looks or row not in self._drawn]
+        """Return those lanes that do not look as wanted, the one drawn longest ago at first."""
+        return sorted((row for row in rows if not self._looks or row not in self._drawn),
+                      key=lambda row: self._turns.get(row, 0))
 
     def draw(self, rows: Sequence[int]) -> List[int]:
         """Draw missing lanes, as many as there is time for, at least one; return which."""
@@ -76,3 +78,4 @@ class LanePictures:
         self._scales[row] = visible_scales(lane, parts, self._scales.get(row, {}))
         self._pictures[row] = lane_picture(lane, look, parts, self._scales[row])
         self._drawn.add(row)
+        self._turns[row] = max(self._turns.values(), default=0) + 1
