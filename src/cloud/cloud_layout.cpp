@@ -25,9 +25,9 @@ std::size_t coordinateOffset(const PointCloud2& cloud, const std::string& name) 
                                   [&](const auto& candidate) { return candidate.name == name; });
   require(field != cloud.fields.end(), "the cloud has no field '" + name + "'");
   require(field->datatype == PointField::FLOAT32, "field '" + name + "' is not of type FLOAT32");
-  require(isWithinPoint(*field, cloud),
-          "field '" + name + "' ends behind its point: offset " + std::to_string(field->offset) +
-              ", point_step " + std::to_string(cloud.point_step));
+  require(isWithinPoint(*field, cloud), "field '" + name + "' ends behind its point: offset " +
+                                            std::to_string(field->offset) + ", point_step " +
+                                            std::to_string(cloud.point_step));
   return field->offset;
 }
 

@@ -32,8 +32,7 @@ inline float readFloat(const std::uint8_t* bytes) {
 
 /// The position of a point, m.
 inline Eigen::Vector3f positionAt(const std::uint8_t* point, const CoordinateOffsets& offsets) {
-  return {readFloat(point + offsets.x), readFloat(point + offsets.y),
-          readFloat(point + offsets.z)};
+  return {readFloat(point + offsets.x), readFloat(point + offsets.y), readFloat(point + offsets.z)};
 }
 
 }  // namespace process_visualizer::cloud
