@@ -90,8 +90,9 @@ std::vector<bool> DistanceField::reachableFromOutside() const {
 
 float DistanceField::distance(const Vector3f& place) const {
   const Vector3f position = (place - bounds_.min()) / step_;
-  if (!(position.minCoeff() >= 0) || !((count_.cast<float>() - position).minCoeff() > 1))
-    return reach_;
+  const bool is_in_grid =
+      (position.array() >= 0).all() && (position.array() < count_.cast<float>().array() - 1).all();
+  if (!is_in_grid) return reach_;  // a place that is no number, too
   const Vector3i node = position.cast<int>();
   const Vector3f part = position - node.cast<float>();
   const std::size_t row = count_.x(), layer = row * count_.y();

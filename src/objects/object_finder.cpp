@@ -64,7 +64,7 @@ UprightBox reachingDown(const UprightBox& box, const SupportPlanes& planes,
 }
 
 /// Something too far away for numbers of this kind is nothing that a sensor sees.
-bool isInReach(const Vector3f& point) { return point.cwiseAbs().maxCoeff() < 1e4F; }
+bool isInReach(const Vector3f& point) { return (point.array().abs() < 1e4F).all(); }
 
 }  // namespace
 
