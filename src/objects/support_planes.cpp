@@ -42,9 +42,9 @@ Plane fitted(const std::vector<Vector3f>& points) {
   return {normal.z() < 0 ? Vector3f(-normal) : normal, center};
 }
 
-/// The mean height of the points of a surface around a place; `fallback` where hardly any is seen.
-float heightAround(const std::vector<Vector3f>& surface, const Vector3f& place, float radius,
-                   float fallback) {
+/// The mean height of the points of a surface around a place, if more than a few are seen there.
+std::optional<float> heightAround(const std::vector<Vector3f>& surface, const Vector3f& place,
+                                  float radius) {
   float sum = 0;
   int count = 0;
   for (const Vector3f& point : surface) {
@@ -52,7 +52,8 @@ float heightAround(const std::vector<Vector3f>& surface, const Vector3f& place, 
     sum += point.z();
     ++count;
   }
-  return count < kFewestAround ? fallback : sum / static_cast<float>(count);
+  if (count < kFewestAround) return std::nullopt;
+  return sum / static_cast<float>(count);
 }
 
 /// How many trials find a plane with a share of the points (Fischler and Bolles 1981).
@@ -122,16 +123,19 @@ bool SupportPlanes::contain(const Vector3f& point) const {
                      [&](const Plane& plane) { return isOn(plane, point); });
 }
 
+/// A plane that is seen around the place counts more than one that would be there if it went on.
 std::optional<float> SupportPlanes::heightBelow(const Vector3f& place, float radius) const {
-  std::optional<float> height;
+  std::optional<float> seen, continued;
+  const auto raise = [&](std::optional<float>& height, float here) {
+    if (here <= place.z() && (!height || here > *height)) height = here;
+  };
   for (std::size_t number = 0; number < planes_.size(); ++number) {
     const Vector3f& normal = planes_[number].normal();
-    const float on_plane =
-        -(planes_[number].offset() + normal.head<2>().dot(place.head<2>())) / normal.z();
-    const float here = heightAround(points_[number], place, radius, on_plane);
-    if (here <= place.z() && (!height || here > *height)) height = here;
+    raise(continued,
+          -(planes_[number].offset() + normal.head<2>().dot(place.head<2>())) / normal.z());
+    if (const auto around = heightAround(points_[number], place, radius)) raise(seen, *around);
   }
-  return height;
+  return seen ? seen : continued;
 }
 
 }  // namespace process_visualizer::objects
