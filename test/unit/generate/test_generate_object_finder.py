@@ -2,11 +2,12 @@
 """The nodelet that finds what nobody modelled, as the launch file starts it."""
 from __future__ import annotations
 
-from typing import Callable, Dict
+from typing import Callable, Dict, Optional
 
 from process_visualizer.cell.model import Cell, Mode
 from process_visualizer.descriptions.robot_description import RobotDescription
 from process_visualizer.generate.choice import Choice
+from process_visualizer.generate.nodelet_managers import Manager
 from process_visualizer.generate.object_finder import object_finder_nodes
 from process_visualizer.generate.processor_nodes import ProcessorNode
 from process_visualizer.rviz.displays import device_displays
@@ -20,7 +21,7 @@ CELL = ('<device type="robot" name="arm"/><device type="robot" name="bare"/>'
 MODELS: Dict[str, RobotDescription] = {'arm': MODEL, 'oven': MODEL}
 
 
-def finder(parse: Parse, elements: str, manager: str = '') -> ProcessorNode:
+def finder(parse: Parse, elements: str, manager: Optional[Manager] = None) -> ProcessorNode:
     cell = parse(CELL.format(elements))
     (node,) = object_finder_nodes(Choice(cell, Mode.REALTIME, cell.devices), cell.devices[-1],
                                   MODELS, manager)
@@ -46,7 +47,7 @@ def test_defaults(parse: Parse) -> None:
 def test_everything_given(parse: Parse) -> None:
     node = finder(parse, '<objects warn="1" stop="0.1" padding="0.05" surface="2" topic="b/d" '
                          'xyz="1 2 3" size="4 5 6"><expected frame="/oven" size="1 1 1"/>'
-                         '</objects>', '/m')
+                         '</objects>', Manager('/m'))
     assert node.args == 'load process_visualizer/ObjectFinder /m --no-bond'
     assert node.remaps['~input'] == '/b/d'
     values = node.parameters

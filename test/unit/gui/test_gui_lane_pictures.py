@@ -65,11 +65,11 @@ def test_lanes_that_never_were_in_time_come_first_when_there_are_newer_values(
         pictures: LanePictures) -> None:
     values = np.linspace(0.0, 1.0, 2_000_000)
     lanes = [Lane('', 'N', (1.0, 0.0, 0.0), values, values, key=('', str(it), '')) for it in ROWS]
-    pictures.want(LaneLook(AXIS._replace(width=8000.0), 8000, 200, 1.0, QFont(), 10.0))
+    pictures.want([LaneLook(AXIS._replace(width=8000.0), 8000, 200, 1.0, QFont(), 10.0)] * 3)
     drawn = []
     for _ in range(4):
         pictures.update_lanes(lanes)
-        pictures.want(LaneLook(AXIS._replace(width=8000.0), 8000, 200, 1.0, QFont(), 10.0))
+        pictures.want([LaneLook(AXIS._replace(width=8000.0), 8000, 200, 1.0, QFont(), 10.0)] * 3)
         drawn += pictures.draw(ROWS)
     assert drawn == [0, 1, 2, 0]
 
