@@ -64,8 +64,8 @@ double trialsFor(double share) {
 
 }  // namespace
 
-SupportPlanes::SupportPlanes(std::vector<Vector3f> points, const Vector3f& sensor, float least_area)
-    : sensor_(sensor), least_area_(least_area) {
+SupportPlanes::SupportPlanes(std::vector<Vector3f> points, Vector3f sensor, float least_area)
+    : sensor_(std::move(sensor)), least_area_(least_area) {
   while (planes_.size() < kMostPlanes && findNext(points)) {
   }
 }

@@ -108,8 +108,8 @@ std::vector<Vector3f> samplesOf(const TriangleMesh& mesh, float spacing) {
     const int steps = std::max(1, static_cast<int>(std::ceil(longest / spacing)));
     for (int i = 0; i <= steps; ++i) {
       for (int j = 0; i + j <= steps; ++j)
-        samples.push_back(it.a + (it.b - it.a) * (static_cast<float>(i) / steps) +
-                          (it.c - it.a) * (static_cast<float>(j) / steps));
+        samples.emplace_back(it.a + (it.b - it.a) * (static_cast<float>(i) / steps) +
+                             (it.c - it.a) * (static_cast<float>(j) / steps));
     }
   }
   return samples;

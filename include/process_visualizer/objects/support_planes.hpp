@@ -14,8 +14,7 @@ class SupportPlanes {
   /// \param points  in a frame whose z axis points up, m; more than kMostPoints take time
   /// \param sensor  where they were seen from
   /// \param least_area  of a surface that is seen, m²
-  SupportPlanes(std::vector<Eigen::Vector3f> points, const Eigen::Vector3f& sensor,
-                float least_area);
+  SupportPlanes(std::vector<Eigen::Vector3f> points, Eigen::Vector3f sensor, float least_area);
 
   /// Whether a point lies on one of them, within what a depth sensor is wrong by at this distance.
   bool contain(const Eigen::Vector3f& point) const;
