@@ -18,6 +18,7 @@ from process_visualizer.generate.generator import default_rviz_file
 from process_visualizer.ros_names import RVIZ
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns
 from process_visualizer.runs.comparison.ghost_arrows import ghost_arrows
+from process_visualizer.runs.comparison.ghost_models import robot_models
 from process_visualizer.runs.comparison.ghost_tracks import ghost_tracks
 from process_visualizer.runs.comparison.scene_pair import ScenePair, shown_s
 from process_visualizer.runs.run import Run
@@ -69,9 +70,9 @@ def _good_picture(camera: SceneCamera, reference: Run, poor: Comparison) -> byte
 
 
 def _poor_picture(camera: SceneCamera, cell: Cell, reference: Run, poor: Comparison) -> bytes:
+    wanted = cell, reference, [poor], robot_models(cell)
     return camera.picture(_paths(poor.run), poor.run.begin_s + poor.run_s(_shown_s(poor)),
-                          ghost_tracks(cell, reference, [poor]),
-                          ghost_arrows(cell, reference, [poor]))
+                          ghost_tracks(*wanted), ghost_arrows(*wanted))
 
 
 def _shown_s(poor: Comparison) -> float:

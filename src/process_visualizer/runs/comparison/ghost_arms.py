@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import List, NamedTuple, Optional, Tuple
 
-from process_visualizer.cell.model import Cell, Device, DeviceType, Pose
-from process_visualizer.descriptions.robot_description import ModelError, describe_device
+from process_visualizer.cell.model import Cell, Device, Pose
+from process_visualizer.descriptions.robot_description import RobotDescription
 from process_visualizer.descriptions.tool_frame import tool_frame
 from process_visualizer.motion.kinematics import Kinematics, Placement
 from process_visualizer.motion.rotations import quaternion_from_ypr
+from process_visualizer.runs.comparison.ghost_models import Models
 
 
 class Arm(NamedTuple):
@@ -28,19 +29,12 @@ class Arm(NamedTuple):
         return None if place is None else (link, place)
 
 
-def arms(cell: Cell) -> Tuple[Arm, ...]:
-    """Return the robots whose models can be loaded; the cell itself tells of the others."""
-    found = [_arm(device) for device in cell.devices if device.type is DeviceType.ROBOT]
-    return tuple(it for it in found if it is not None)
+def arms(cell: Cell, models: Models) -> Tuple[Arm, ...]:
+    """Return the robots that have a model."""
+    return tuple(_arm(it, models[it.name]) for it in cell.devices if it.name in models)
 
 
-def _arm(device: Device) -> Optional[Arm]:
-    try:
-        description = describe_device(device)
-    except ModelError:
-        return None
-    if description is None:
-        return None
+def _arm(device: Device, description: RobotDescription) -> Arm:
     kinematics = Kinematics(description.text)
     roots: List[str] = [it for it in kinematics.links if kinematics.joint(it) is None]
     tool = tool_frame(device, description)

@@ -24,6 +24,7 @@ from process_visualizer.parameters.arrow_style import ArrowStyle
 from process_visualizer.parameters.configured_arrow import configured_arrow
 from process_visualizer.runs.comparison.comparison import Comparison
 from process_visualizer.runs.comparison.ghost_arms import Arm, arms
+from process_visualizer.runs.comparison.ghost_models import Models, robot_models
 from process_visualizer.runs.run import Run, ToolForce, ToolMotion
 
 _MOST_ROWS = 20_000
@@ -46,16 +47,16 @@ class GhostArrow(NamedTuple):
     vectors: np.ndarray
 
 
-def ghost_arrows(cell: Cell, reference: Run,
-                 comparisons: Sequence[Comparison]) -> Tuple[GhostArrow, ...]:
-    """Return tool velocity, tool force and variables of the reference; loads robots' models.
+def ghost_arrows(cell: Cell, reference: Run, comparisons: Sequence[Comparison],
+                 models: Optional[Models] = None) -> Tuple[GhostArrow, ...]:
+    """Return tool velocity, force and variables of the reference; without models loads them.
 
     Only what RViz shows of the run itself has an arrow. Between two runs there is a row without
     one.
     """
     if not comparisons:
         return ()
-    known = arms(cell)
+    known = arms(cell, robot_models(cell) if models is None else models)
     found = [it for device in cell.devices for it in (
         *_robot_arrows(device, known, reference), *_variable_arrows(device, known, reference))]
     return tuple(_over_recording(it, comparisons) for it in found)

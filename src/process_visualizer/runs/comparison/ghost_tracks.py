@@ -7,16 +7,13 @@ from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from process_visualizer.cell.model import Cell, Device, DeviceType
+from process_visualizer.cell.model import Cell, Device
 from process_visualizer.curves.tool_on_tf import joint_matching
-from process_visualizer.descriptions.robot_description import (
-    ModelError,
-    RobotDescription,
-    describe_device,
-)
+from process_visualizer.descriptions.robot_description import RobotDescription
 from process_visualizer.descriptions.tool_frame import tool_frame
 from process_visualizer.motion.joint_track import JointTrack
 from process_visualizer.runs.comparison.comparison import Comparison
+from process_visualizer.runs.comparison.ghost_models import Models, robot_models
 from process_visualizer.runs.run import Channel, Run
 
 _MOST_ROWS = 60_000
@@ -35,23 +32,21 @@ class GhostTrack(NamedTuple):
     here: np.ndarray  # (n, k), as ``there.positions``
 
 
-def ghost_tracks(cell: Cell, reference: Run,
-                 comparisons: Sequence[Comparison]) -> Tuple[GhostTrack, ...]:
-    """Return a track of each robot whose joints are in the reference; loads their models.
+def ghost_tracks(cell: Cell, reference: Run, comparisons: Sequence[Comparison],
+                 models: Optional[Models] = None) -> Tuple[GhostTrack, ...]:
+    """Return a track of each robot whose joints are in the reference; without models loads them.
 
     Between two runs there is a row without positions.
     """
-    found = [_track(device, reference, comparisons) for device in cell.devices
-             if device.type is DeviceType.ROBOT]
-    return tuple(it for it in found if it is not None)
+    if not comparisons:
+        return ()
+    return tuple(_track(it, comparisons) for it in _robots(cell, reference, models))
 
 
 def reference_tracks(cell: Cell, reference: Run) -> Tuple[GhostTrack, ...]:
     """Return the same over the time of the reference itself, without any other run."""
-    found = [_robot(device, reference) for device in cell.devices
-             if device.type is DeviceType.ROBOT]
     return tuple(it.track(times_s, it.positions(times_s), np.empty((0, len(it.joints))))
-                 for it in found if it is not None
+                 for it in _robots(cell, reference, None)
                  for times_s in [_times_s(it.channels, 1)])
 
 
@@ -75,10 +70,14 @@ class _Robot(NamedTuple):
                           here + self.offsets)
 
 
-def _robot(device: Device, reference: Run) -> Optional[_Robot]:
-    description = _description(device)
-    if description is None:
-        return None
+def _robots(cell: Cell, reference: Run, models: Optional[Models]) -> Tuple[_Robot, ...]:
+    known = robot_models(cell) if models is None else models
+    found = [_robot(device, reference, known[device.name]) for device in cell.devices
+             if device.name in known]
+    return tuple(it for it in found if it is not None)
+
+
+def _robot(device: Device, reference: Run, description: RobotDescription) -> Optional[_Robot]:
     matching = joint_matching(device, description)
     channels = {joint: reference.by_key.get((device.name, f'joint {joint.rpartition("/")[2]}'))
                 for joint in matching.joints}
@@ -91,11 +90,7 @@ def _robot(device: Device, reference: Run) -> Optional[_Robot]:
                   offsets)
 
 
-def _track(device: Device, reference: Run,
-           comparisons: Sequence[Comparison]) -> Optional[GhostTrack]:
-    robot = _robot(device, reference)
-    if robot is None or not comparisons:
-        return None
+def _track(robot: _Robot, comparisons: Sequence[Comparison]) -> GhostTrack:
     times_s = _times_s(robot.channels, len(comparisons))
     parts = [_part(robot, times_s, it) for it in _in_order(comparisons)]
     columns = [np.concatenate(column) for column in zip(*parts)]
@@ -136,14 +131,6 @@ def _at(channel: Optional[Channel], times_s: np.ndarray) -> np.ndarray:
         return np.full(len(times_s), np.nan)
     found: np.ndarray = np.interp(times_s, channel.times_s, channel.values)
     return found
-
-
-def _description(device: Device) -> Optional[RobotDescription]:
-    """A model that cannot be used has no ghost; the cell itself tells why."""
-    try:
-        return describe_device(device)
-    except ModelError:
-        return None
 
 
 def _tool(device: Device, description: RobotDescription) -> str:

@@ -2,7 +2,6 @@
 """Whether the reference moves as a ghost beside the robots, recorded or live ones."""
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from typing import Callable, Optional, Protocol, Sequence, Tuple
 
 from PyQt5.QtCore import QObject, pyqtSignal
@@ -12,6 +11,7 @@ from process_visualizer.clients.ghost_client import GhostError
 from process_visualizer.gui.models.comparison.compare_model import Compared, CompareModel
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.runs.comparison.ghost_arrows import GhostArrow, ghost_arrows
+from process_visualizer.runs.comparison.ghost_models import robot_models
 from process_visualizer.runs.comparison.ghost_tracks import GhostTrack, ghost_tracks
 from process_visualizer.runs.comparison.live_reference import LiveReference, live_reference
 
@@ -84,10 +84,8 @@ class GhostModel(QObject):
         cell = self._compare.cell
         if compared is None or cell is None:
             return (), ()
-        wanted = cell, compared.good.reference, self._compare.of_recording
-        with ThreadPoolExecutor(2) as pool:  # most of the time xacro reads models, as processes
-            tracks, arrows = pool.submit(ghost_tracks, *wanted), pool.submit(ghost_arrows, *wanted)
-            return tracks.result(), arrows.result()
+        wanted = cell, compared.good.reference, self._compare.of_recording, robot_models(cell)
+        return ghost_tracks(*wanted), ghost_arrows(*wanted)
 
     def _show_live(self, compared: Optional[Compared], is_wanted: bool) -> None:
         """In the line of tasks."""
