@@ -17,6 +17,7 @@ from typing import Callable, Dict, Sequence
 from PyQt5.QtCore import QEventLoop, QTimer
 
 from process_visualizer.bags.recording import Recording
+from process_visualizer.cell.model import Mode
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.clients.ghost_client import ghost_request
 from process_visualizer.gui.app.main import make_application
@@ -37,13 +38,13 @@ class Stand:
         self.tasks = Tasks()
         self.model = CompareModel(self.tasks)
         self.bands = BandsModel(self.tasks, self.model)
-        self.ghost = GhostModel(self.tasks, self.model, self._show)
+        self.ghost = GhostModel(self.tasks, self.model, self._show, lambda *_what: None)
         self.ghost_bytes = 0
         self.model.set_cell(XmlParser().parse(config))
         self.model.set_recording([bag])
         with Recording([bag]) as recording:
             self.bands.set_columns((recording.end_ns - recording.begin_ns) / 1e9, columns)
-        self.ghost.set_running(True)
+        self.ghost.set_running(Mode.PLAYBACK)
 
     def find(self) -> float:
         """Find the runs, and keep the first two; return the time it took [s]."""

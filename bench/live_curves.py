@@ -22,6 +22,8 @@ from roslib.packages import find_node
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.clients.recorder_memory import RecorderMemory
 from process_visualizer.gui.app.main import make_application
+from process_visualizer.gui.models.comparison.compare_model import CompareModel
+from process_visualizer.gui.models.comparison.live_comparison_model import LiveComparisonModel
 from process_visualizer.gui.models.playback.lane_choices import LaneChoices
 from process_visualizer.gui.models.playback.playback_model import PlaybackModel
 from process_visualizer.gui.models.recording.live_curves_model import DURATIONS_S, LiveCurvesModel
@@ -102,7 +104,8 @@ def main() -> None:
             cell = XmlParser().parse(configuration(Path(folder)))
         model = LiveCurvesModel(tasks, RecorderMemory())
         replay = ReplayModel(tasks, PlaybackModel(tasks, cast(Any, Mock())), cast(Any, Mock()), ())
-        panel = LivePanel(model, LaneChoices(), replay)
+        panel = LivePanel(model, LaneChoices(), replay,
+                          LiveComparisonModel(CompareModel(tasks), model))
         panel.resize(1500, 900)
         panel.show()
         model.set_devices(cell.devices)
