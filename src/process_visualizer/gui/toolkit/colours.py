@@ -2,6 +2,7 @@
 """Makes colours that were chosen for RViz readable behind and on those of the launcher."""
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Tuple
 
 from PyQt5.QtGui import QColor
@@ -15,10 +16,16 @@ _STEP = 0.05
 
 def readable_colour(colour: Tuple[float, float, float]) -> QColor:
     """Return a colour (red, green, blue, 0 to 1) that is less saturated, and seen on the paper."""
+    return QColor(_readable(colour, theme().paper))
+
+
+@lru_cache(maxsize=256)
+def _readable(colour: Tuple[float, float, float], paper_name: str) -> QColor:
+    """Curves ask for the same few colours at each picture."""
     chosen = QColor.fromRgbF(*(min(max(part, 0.0), 1.0) for part in colour))
     readable = QColor.fromHsvF(max(chosen.hsvHueF(), 0.0), _SATURATION * chosen.hsvSaturationF(),
                                chosen.valueF())
-    paper = QColor(theme().paper)
+    paper = QColor(paper_name)
     while contrast(readable, paper) < _LEAST_CONTRAST:
         readable = _farther(readable, paper)
     return readable

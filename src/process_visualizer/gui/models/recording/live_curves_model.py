@@ -2,6 +2,7 @@
 """The curves of the running cell, followed in the background."""
 from __future__ import annotations
 
+import time
 from typing import List, Optional, Protocol, Sequence, Tuple
 
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
@@ -10,6 +11,7 @@ from process_visualizer.cell.model import Device
 from process_visualizer.clients.service_connection import ServiceUnreachable
 from process_visualizer.curves.live.live_curves import LiveCurves, LiveWindow
 from process_visualizer.curves.live.recent_part import RecentPart
+from process_visualizer.gui.models.recording.look_pace import LookPace
 from process_visualizer.gui.toolkit.tasks import Tasks
 
 LINE = 'live curves'
@@ -48,6 +50,8 @@ class LiveCurvesModel(QObject):
         self._duration_s = DURATIONS_S[0]
         self._window: Optional[LiveWindow] = None
         self._problem = ''
+        self._pace, self._read_s = LookPace(), 0.0
+        self._taken_s = self._drawn_s = 0.0  # of the last look: when, and this thread's own time
         self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(self._read)
 
@@ -136,11 +140,13 @@ class LiveCurvesModel(QObject):
 
     def _looked(self, durations_s: Sequence[float]) -> List[LiveWindow]:
         """In the line of tasks."""
-        more = True
+        begin_s, more = time.thread_time(), True
         while more:
             part, more = self._memory.read(self._curves.topics)
             self._curves.add(part)
-        return [self._curves.window(it) for it in durations_s]
+        windows = [self._curves.window(it) for it in durations_s]
+        self._read_s = time.thread_time() - begin_s
+        return windows
 
     def _take(self, windows: List[LiveWindow]) -> None:
         self._is_reading, self._problem = False, ''
@@ -150,8 +156,17 @@ class LiveCurvesModel(QObject):
         if not self._is_held:
             self._window = window
             self.changed.emit()
-        self._wait(_PERIOD_MS if judged else next(
-            (it for least_s, it in _LONGER_PERIODS if window.duration_s >= least_s), _PERIOD_MS))
+        wanted_ms = _PERIOD_MS if judged else next(
+            (it for least_s, it in _LONGER_PERIODS if window.duration_s >= least_s), _PERIOD_MS)
+        self._wait(self._paced_ms(wanted_ms))
+
+    def _paced_ms(self, wanted_ms: int) -> int:
+        """What the last look cost decides, with all that its picture took in this thread."""
+        now_s, drawn_s = time.monotonic(), time.thread_time()
+        spent_s = self._read_s + drawn_s - self._drawn_s
+        period_ms = self._pace.period_ms(wanted_ms, spent_s, now_s - self._taken_s)
+        self._taken_s, self._drawn_s = now_s, drawn_s
+        return period_ms
 
     def _fail(self, error: Exception) -> None:
         self._is_reading = False
