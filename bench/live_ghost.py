@@ -82,7 +82,7 @@ class Phases:
 def reference(folder: str) -> Tuple[Run, float]:
     """Return the reference, and when in its cycle [s] it begins."""
     path = write_sewing_bag(os.path.join(folder, 'good.bag'), SewingCycle('good', 3), PERIOD_S)
-    run, = ChosenRuns(XmlParser().parse(CONFIG)).runs([path])
+    run, = ChosenRuns(XmlParser().parse(CONFIG)).runs([str(path)])
     return run, run.begin_s
 
 

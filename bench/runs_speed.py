@@ -31,7 +31,7 @@ def two_runs(folder: str) -> str:
     """Two cycles of 20 s, from the bag to the departures."""
     path = robots_bag(folder, 1.0).path
     begin_s = time.monotonic()
-    first, second = ChosenRuns(XmlParser().parse(str(_CONFIGURATION))).runs([path])[:2]
+    first, second = ChosenRuns(XmlParser().parse(str(_CONFIGURATION))).runs([str(path)])[:2]
     found = GoodRuns(first).compare(second)
     return f'two runs of {second.duration_s:.0f} s, of a bag of a minute: ' \
            f'{time.monotonic() - begin_s:.2f} s, {len(found.columns)} signals'
@@ -41,7 +41,7 @@ def an_hour(folder: str) -> str:
     """Each cycle of an hour against the first."""
     path = robots_bag(folder, 60.0).path
     begin_s = time.monotonic()
-    runs = ChosenRuns(XmlParser().parse(str(_CONFIGURATION))).runs([path])
+    runs = ChosenRuns(XmlParser().parse(str(_CONFIGURATION))).runs([str(path)])
     read_s = time.monotonic() - begin_s
     good = GoodRuns(runs[0])
     departed = sum(bool(good.compare(run).departures) for run in runs)
