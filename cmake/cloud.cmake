@@ -58,9 +58,14 @@ if(CATKIN_ENABLE_TESTING)
   target_include_directories(test_cloud_fusion SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
   target_link_libraries(test_cloud_fusion roi_filter ${PCL_LIBRARIES})
 
-  # Bad images once more where every access to a byte that is not there, and every undefined
-  # operation, ends the test. The sources are compiled into it, so that they are watched as well.
-  catkin_add_gtest(test_bad_images test/cpp/test_bad_images.cpp ${cloud_sources})
+  # The sources once more, watched: every access to a byte that is not there, and every undefined
+  # operation, ends the test.
+  add_library(roi_filter_watched OBJECT EXCLUDE_FROM_ALL ${cloud_sources})
+  process_visualizer_compile(roi_filter_watched)
+  target_compile_options(roi_filter_watched PRIVATE -O1 -g ${sanitizers})
+
+  catkin_add_gtest(test_bad_images test/cpp/test_bad_images.cpp
+    $<TARGET_OBJECTS:roi_filter_watched>)
   process_visualizer_compile(test_bad_images)
   target_compile_options(test_bad_images PRIVATE -O1 -g ${sanitizers})
   target_link_libraries(test_bad_images ${sanitizers}

@@ -54,8 +54,8 @@ if(CATKIN_ENABLE_TESTING)
 
   # Bad clouds where every access to a byte that is not there, and every undefined operation, ends
   # the test. The sources are compiled into it, so that they are watched as well.
-  catkin_add_gtest(test_bad_objects test/cpp/test_bad_objects.cpp ${cloud_sources}
-    ${objects_sources})
+  catkin_add_gtest(test_bad_objects test/cpp/test_bad_objects.cpp ${objects_sources}
+    $<TARGET_OBJECTS:roi_filter_watched>)
   process_visualizer_compile(test_bad_objects)
   target_include_directories(test_bad_objects SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
   target_compile_options(test_bad_objects PRIVATE -O1 -g ${sanitizers})

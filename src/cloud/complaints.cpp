@@ -15,7 +15,7 @@ namespace process_visualizer::cloud {
 namespace {
 
 constexpr std::chrono::seconds kLogPeriod{5};
-constexpr std::chrono::milliseconds kReportPeriod{500};
+constexpr std::chrono::milliseconds kStatusPeriod{500};
 
 }  // namespace
 
@@ -41,7 +41,7 @@ void Complaints::noteGood(const std::string& about) {
 void Complaints::report() {
   const Time now = std::chrono::steady_clock::now();
   if (entries_.empty() || now < next_report_) return;
-  next_report_ = now + kReportPeriod;
+  next_report_ = now + kStatusPeriod;
   diagnostic_msgs::DiagnosticArray report;
   report.header.stamp = ros::Time::now();
   for (auto entry = entries_.begin(); entry != entries_.end();) {

@@ -9,7 +9,7 @@
 namespace process_visualizer::displays {
 namespace {
 
-constexpr float kPeriod = 0.1F;  ///< between two looks, s
+constexpr float kLookPeriod = 0.1F;  ///< between two looks, s
 
 }  // namespace
 
@@ -19,7 +19,7 @@ void CameraReport::advertise() {
 
 void CameraReport::update(float wall_dt, const rviz::ViewManager& views) {
   seconds_since_look_ += wall_dt;
-  if (seconds_since_look_ < kPeriod) return;
+  if (seconds_since_look_ < kLookPeriod) return;
   seconds_since_look_ = 0;
   std::string text = cameraText(views);
   if (text == published_) return;

@@ -19,7 +19,7 @@
 namespace process_visualizer::displays {
 namespace {
 
-constexpr float kPeriod = 0.5;  ///< between two reports, s
+constexpr float kReportPeriod = 0.5;  ///< between two reports, s
 
 template <typename Value>
 diagnostic_msgs::KeyValue keyValue(const std::string& key, Value value) {
@@ -78,7 +78,7 @@ void DisplayStatus::update(float wall_dt, float /*ros_dt*/) {
   if (is_place_new_) goToPlace();
   camera_.update(wall_dt, *context_->getViewManager());
   seconds_since_report_ += wall_dt;
-  if (seconds_since_report_ < kPeriod) return;
+  if (seconds_since_report_ < kReportPeriod) return;
   publishReport();
   frames_at_report_ = context_->getFrameCount();
   seconds_since_report_ = 0;

@@ -11,7 +11,7 @@ const QColor kReplayColor(0xf5, 0xa6, 0x23);
 namespace {
 
 constexpr int kHeight = 34, kTextHeight = 21, kHintHeight = 14;  // px
-constexpr int kGap = 12;                                         ///< between the texts, px
+constexpr int kTextGap = 12;                                     ///< between the texts, px
 constexpr int kPlateInset = 4;                                   ///< of the plate from the band, px
 const char* const kHint = "live goes on; Esc in the launcher returns";
 
@@ -29,7 +29,7 @@ int widthOf(const QString& text, const QPainter& painter) {
 /// Draws the word on its plate at the left; returns where the plate ends.
 int drawWord(const QRect& band, QPainter& painter) {
   const QString word = "REPLAY";
-  const QRect plate(kPlateInset, kPlateInset, widthOf(word, painter) + 2 * kGap,
+  const QRect plate(kPlateInset, kPlateInset, widthOf(word, painter) + 2 * kTextGap,
                     band.height() - 2 * kPlateInset);
   painter.setPen(Qt::NoPen);
   painter.setBrush(Qt::black);
@@ -65,11 +65,11 @@ void ReplayRibbon::paintEvent(QPaintEvent* /*event*/) {
   painter.setRenderHint(QPainter::Antialiasing);
   painter.fillRect(rect(), kReplayColor);
   painter.setFont(fontOf(*this, kTextHeight, QFont::Bold));
-  const int left = drawWord(rect(), painter) + kGap;
+  const int left = drawWord(rect(), painter) + kTextGap;
   const int end = drawText(text_, left, rect(), painter);
   painter.setFont(fontOf(*this, kHintHeight, QFont::Normal));
-  const int hint = width() - widthOf(kHint, painter) - kGap;
-  if (hint > end + kGap) drawText(kHint, hint, rect(), painter);  // the time matters more
+  const int hint = width() - widthOf(kHint, painter) - kTextGap;
+  if (hint > end + kTextGap) drawText(kHint, hint, rect(), painter);  // the time matters more
 }
 
 }  // namespace process_visualizer::displays

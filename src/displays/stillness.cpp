@@ -8,7 +8,7 @@ namespace process_visualizer::displays {
 namespace {
 
 constexpr float kShortestRest = 0.25F;  ///< s
-constexpr float kFarthest = 1.5F;       ///< px; a robot that stands trembles a little
+constexpr float kTremble = 1.5F;        ///< px; a robot that stands trembles a little
 
 }  // namespace
 
@@ -29,7 +29,7 @@ bool Stillness::isAtRest(const std::map<std::string, Point>& points) const {
   return std::equal(
       points.begin(), points.end(), rest_.begin(), rest_.end(), [](const auto& a, const auto& b) {
         return a.first == b.first &&
-               std::hypot(a.second.x - b.second.x, a.second.y - b.second.y) <= kFarthest;
+               std::hypot(a.second.x - b.second.x, a.second.y - b.second.y) <= kTremble;
       });
 }
 
