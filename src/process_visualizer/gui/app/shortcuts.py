@@ -37,16 +37,7 @@ def playback_keys(playback: PlaybackModel, add_mark: Callable[[], None],
     ``zoom_in`` zooms in by so many steps, or (below 0) out.
     """
     return [
-        Shortcut('Space', 'play or pause', playback.toggle),
-        Shortcut('Shift+Space', 'play backwards', playback.toggle_backwards),
-        Shortcut('Left', 'one step back', lambda: playback.step(-1)),
-        Shortcut('Right', 'one step forward', lambda: playback.step(1)),
-        Shortcut(',', 'one step back', lambda: playback.step(-1)),
-        Shortcut('.', 'one step forward', lambda: playback.step(1)),
-        Shortcut('Shift+Left', '1 s back', lambda: playback.jump(-1.0)),
-        Shortcut('Shift+Right', '1 s forward', lambda: playback.jump(1.0)),
-        Shortcut('[', 'slower', playback.slower),
-        Shortcut(']', 'faster', playback.faster),
+        *_transport_keys(playback),
         Shortcut('Home', 'to the beginning', playback.to_start),
         Shortcut('End', 'to the end', playback.to_end),
         Shortcut('A', 'set loop start', playback.set_loop_begin),
@@ -60,19 +51,8 @@ def playback_keys(playback: PlaybackModel, add_mark: Callable[[], None],
     ]
 
 
-def recording_keys(recording: RecordingModel) -> List[Shortcut]:
-    """Return the keys that work in real-time mode."""
+def _transport_keys(playback: PlaybackModel) -> List[Shortcut]:
     return [
-        Shortcut('R', 'start or stop recording', recording.toggle),
-        Shortcut('M', 'mark this moment', recording.mark),
-    ]
-
-
-def replay_keys(replay: ReplayModel) -> List[Shortcut]:
-    """Return the keys that work while the past is shown in real-time mode."""
-    playback = replay.playback
-    return [
-        Shortcut('Esc', 'back to live', replay.leave),
         Shortcut('Space', 'play or pause', playback.toggle),
         Shortcut('Shift+Space', 'play backwards', playback.toggle_backwards),
         Shortcut('Left', 'one step back', lambda: playback.step(-1)),
@@ -84,6 +64,19 @@ def replay_keys(replay: ReplayModel) -> List[Shortcut]:
         Shortcut('[', 'slower', playback.slower),
         Shortcut(']', 'faster', playback.faster),
     ]
+
+
+def recording_keys(recording: RecordingModel) -> List[Shortcut]:
+    """Return the keys that work in real-time mode."""
+    return [
+        Shortcut('R', 'start or stop recording', recording.toggle),
+        Shortcut('M', 'mark this moment', recording.mark),
+    ]
+
+
+def replay_keys(replay: ReplayModel) -> List[Shortcut]:
+    """Return the keys that work while the past is shown in real-time mode."""
+    return [Shortcut('Esc', 'back to live', replay.leave), *_transport_keys(replay.playback)]
 
 
 def general_keys(launcher: Launcher, show_help: Callable[[], None]) -> List[Shortcut]:
