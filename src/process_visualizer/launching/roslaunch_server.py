@@ -94,14 +94,14 @@ def _launch(request: IO[str]) -> int:
         if not rosgraph.is_master_online():
             raise RLException(f'there is no ROS master at {rosgraph.get_master_uri()}')
         run_id = get_or_generate_uuid(None, False)
+        roslaunch.configure_logging(run_id)
+        be_prompt()
         parent = _Parent(run_id, [launch_file], show_summary=False)
-        parent.load()
+        parent.prepare()
         start = request.readline()
         if not start:
             _end(0)  # it was not wanted, and nobody hears what it would say
         _take_environment(json.loads(start))
-        roslaunch.configure_logging(run_id)
-        be_prompt()
         parent.start()
         parent.spin()
     except (RLException, rospkg.ResourceNotFound, ValueError) as error:
@@ -126,12 +126,17 @@ def _end(code: int) -> NoReturn:
 class _Parent(ROSLaunchParent):
     """Loads its file without roscore's: that belongs to the master, which is already running."""
 
-    def load(self) -> None:
-        """Load it, before it is started.
+    def prepare(self) -> None:
+        """Do all that comes before the first node.
 
         Raises:
             RLException: the file is wrong.
         """
+        self._load_config()
+        self._start_pm()
+        self._start_server()
+
+    def _load_config(self) -> None:
         self.config = ROSLaunchConfig()
         loader = XmlLoader()
         loader.ignore_unset_args = False
