@@ -58,11 +58,15 @@ def _result(path: str, mappings: Dict[str, str]) -> Mapping[str, Any]:
 
 
 def _files_read() -> Set[str]:
-    """Return the set of the files that are opened from now on: included ones, YAML files, …"""
+    """Return the set of the files that are opened from now on, other than Python's modules.
+
+    They are those that are included, YAML files, and what says where packages are.
+    """
     files: Set[str] = set()
 
     def take(event: str, values: Sequence[Any]) -> None:
-        if event == 'open' and isinstance(values[0], str):
+        if event == 'open' and isinstance(values[0], str) \
+                and not (values[0].endswith('.py') or '__pycache__' in values[0]):
             files.add(os.path.abspath(values[0]))
 
     sys.addaudithook(take)
