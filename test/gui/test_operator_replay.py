@@ -131,7 +131,8 @@ def look_around(operator: Operator, replay: ReplayModel) -> None:
 def move_the_live_scene(operator: Operator) -> None:
     """The window of the replay stays in front of RViz of the running cell."""
     live, past = operator.beside(rviz_windows)
-    operator.beside(lambda: xdotool('windowsize', live, '900', '500', 'windowmove', live, '120', '90'))
+    operator.beside(lambda: xdotool('windowsize', live, '900', '500',
+                                    'windowmove', live, '120', '90'))
     assert operator.beside(lambda: is_soon(lambda: place_of(past) == place_of(live)
                                            == [120, 90, 900, 500])), place_of(past)
 

@@ -19,7 +19,7 @@ def be_prompt() -> None:
     clock = _Clock()
     pmon.time = nodeprocess.time = clock
 
-    class Monitor(pmon.ProcessMonitor):  # type: ignore[misc]
+    class Monitor(pmon.ProcessMonitor):
         """Wakes the thread that has to see that it is shut down."""
 
         def shutdown(self) -> None:
