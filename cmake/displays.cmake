@@ -36,6 +36,7 @@ add_library(process_visualizer_rviz
   src/displays/screen_projection.cpp
   src/displays/stillness.cpp
   src/displays/visible_labels.cpp
+  src/displays/window_report.cpp
 )
 process_visualizer_compile(process_visualizer_rviz)
 add_dependencies(process_visualizer_rviz process_visualizer_generate_messages_cpp)

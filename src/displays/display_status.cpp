@@ -46,7 +46,14 @@ void DisplayStatus::onInitialize() {
                                                                                 /*latch=*/true);
   subscriber_ = ros::NodeHandle("~").subscribe("place", 1, &DisplayStatus::place, this);
   camera_.advertise();
+  if (QWidget* const own = window()) window_report_ = std::make_unique<WindowReport>(*own);
   stopDrawingAtTheEnd();
+}
+
+QWidget* DisplayStatus::window() const {
+  rviz::WindowManagerInterface* manager = context_->getWindowManager();
+  QWidget* parent = manager ? manager->getParentWindow() : nullptr;
+  return parent ? parent->window() : nullptr;
 }
 
 void DisplayStatus::place(const sensor_msgs::RegionOfInterest& place) {
@@ -55,15 +62,12 @@ void DisplayStatus::place(const sensor_msgs::RegionOfInterest& place) {
 }
 
 void DisplayStatus::goToPlace() {
-  rviz::WindowManagerInterface* manager = context_->getWindowManager();
-  QWidget* parent = manager ? manager->getParentWindow() : nullptr;
-  if (!parent) return;
-  QWidget& window = *parent->window();
-  if (!window.windowHandle() || !window.windowHandle()->isExposed()) return;
+  QWidget* const own = window();
+  if (!own || !own->windowHandle() || !own->windowHandle()->isExposed()) return;
   is_place_new_ = false;
-  const double scale = window.devicePixelRatioF();
-  window.resize(qRound(place_.width / scale), qRound(place_.height / scale));
-  window.move(qRound(place_.x_offset / scale), qRound(place_.y_offset / scale));
+  const double scale = own->devicePixelRatioF();
+  own->resize(qRound(place_.width / scale), qRound(place_.height / scale));
+  own->move(qRound(place_.x_offset / scale), qRound(place_.y_offset / scale));
 }
 
 void DisplayStatus::stopDrawingAtTheEnd() {

@@ -8,8 +8,12 @@
 #include <sensor_msgs/RegionOfInterest.h>
 
 #include <cstdint>
+#include <memory>
 
 #include "camera_report.hpp"
+#include "window_report.hpp"
+
+class QWidget;
 
 namespace process_visualizer::displays {
 
@@ -20,7 +24,8 @@ namespace process_visualizer::displays {
 /// "rviz" with the global status, the count of rendered `frames`, `fps`, and the `width` and
 /// `height` of the 3D view in pixels, then one entry for each display.
 ///
-/// On `~camera` it publishes the present camera (see CameraReport).
+/// On `~camera` it publishes the present camera (see CameraReport), and on `~window` where RViz's
+/// window is (see WindowReport).
 ///
 /// It moves RViz's window to where `~place` (sensor_msgs/RegionOfInterest) says: the corner of its
 /// frame, and its size without the frame, in pixels of the screen, whatever Qt scales by. Only the
@@ -36,6 +41,8 @@ class DisplayStatus : public rviz::Display {
   /// RViz would draw once more after its window is gone, into memory that is no picture's: Mesa
   /// takes a window that it cannot ask for its size to have none. That ended RViz now and then.
   void stopDrawingAtTheEnd();
+  /// RViz's window; none if it is a part of another program.
+  QWidget* window() const;
   void place(const sensor_msgs::RegionOfInterest& place);
   /// Waits until the window is on the screen: before, the size of its frame is not known.
   void goToPlace();
@@ -45,6 +52,7 @@ class DisplayStatus : public rviz::Display {
   ros::Publisher publisher_;
   ros::Subscriber subscriber_;
   CameraReport camera_;
+  std::unique_ptr<WindowReport> window_report_;
   sensor_msgs::RegionOfInterest place_;
   bool is_place_new_ = false;
   float seconds_since_report_ = 0;

@@ -41,6 +41,7 @@ GHOST_PHASE_TOPIC = f'/{GHOST}/phase'
 DISPLAY_STATUS_TOPIC = f'/{RVIZ}/display_status'  # published by src/displays
 RVIZ_PLACE_TOPIC = f'/{RVIZ}/place'  # subscribed there
 RVIZ_CAMERA_TOPIC = f'/{RVIZ}/camera'  # published there
+RVIZ_WINDOW_TOPIC = f'/{RVIZ}/window'  # published there
 
 TF_TOPIC, STATIC_TF_TOPIC = '/tf', '/tf_static'
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import time
 from pathlib import Path
-from typing import Any, Iterator, List
+from typing import Any, Callable, Iterator, List
 
 import pytest
 from operator_at_work import Operator, nodes, processes
@@ -41,6 +41,7 @@ def test_replay(operator: Operator, tmp_path: Path) -> None:
     wait_for_band(operator, str(tmp_path / 'replay.png'), True)
     assert operator.beside(nodes) == before, 'the running cell knows nothing of it'
     look_around(operator, replay)
+    move_the_live_scene(operator)
     play(operator, replay)
     operator.press(Qt.Key_Escape)
     assert replay.is_live
@@ -125,6 +126,44 @@ def look_around(operator: Operator, replay: ReplayModel) -> None:
                       and replay.playback._state.sought is None, 'the moment')
         took.append(time.monotonic() - begin_s)
     print('drag to the answer of the player:', ' '.join(f'{1000 * it:.0f} ms' for it in took))
+
+
+def move_the_live_scene(operator: Operator) -> None:
+    """The window of the replay stays in front of RViz of the running cell."""
+    live, past = operator.beside(rviz_windows)
+    operator.beside(lambda: xdotool('windowsize', live, '900', '500',
+                                    'windowmove', live, '120', '90'))
+    assert operator.beside(lambda: is_soon(lambda: place_of(past) == place_of(live)
+                                           == [120, 90, 900, 500])), place_of(past)
+
+
+def rviz_windows() -> List[str]:
+    """Those of the running cell and of the replay: the older one first."""
+    found = xdotool('search', '--onlyvisible', '--name', 'RViz$').split()
+    started = {it: Path(f'/proc/{xdotool("getwindowpid", it).strip()}/stat').read_text()
+               .rpartition(')')[2].split()[19] for it in found}
+    return sorted(found, key=lambda it: int(started[it]))
+
+
+def place_of(window: str) -> List[int]:
+    """x, y, width and height [px]."""
+    text = xdotool('getwindowgeometry', '--shell', window)
+    values = dict(line.split('=') for line in text.split())
+    return [int(values[name]) for name in ('X', 'Y', 'WIDTH', 'HEIGHT')]
+
+
+def xdotool(*words: str) -> str:
+    return subprocess.run(['xdotool', *words], check=True, stdout=subprocess.PIPE,
+                          universal_newlines=True).stdout
+
+
+def is_soon(condition: Callable[[], bool], timeout_s: float = 20.0) -> bool:
+    end_s = time.monotonic() + timeout_s
+    while not condition():
+        if time.monotonic() > end_s:
+            return False
+        time.sleep(0.05)
+    return True
 
 
 def play(operator: Operator, replay: ReplayModel) -> None:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from functools import partial
 from typing import NamedTuple, Optional
@@ -119,14 +120,17 @@ KINECTS = (
 class KinectDriver:
     """Colour and registered depth images with their camera infos, and the driver's parameters.
 
-    Images are drawn only when somebody listens.
+    Images are drawn only when somebody listens.  The first comes when what stands still in them is
+    drawn; the other drivers, and the infos, do not wait for that.
     """
 
     def __init__(self, cycle: SewingCycle, rate_hz: float, seed: int, kinect: Kinect,
                  intruder: Optional[str] = None) -> None:
         camera = kinect.camera
-        self._camera = Camera(cycle, rate_hz, seed, kinect.place,
-                              None if intruder is None else Intruder(intruder, seed))
+        with_intruder = None if intruder is None else Intruder(intruder, seed)
+        pool = ThreadPoolExecutor(1, "draw")
+        self._camera = pool.submit(Camera, cycle, rate_hz, seed, kinect.place, with_intruder)
+        pool.shutdown(wait=False)
         self._info = camera_messages.camera_info(camera)
         self._colour = camera_messages.image("rgb8", 3, camera)
         self._depth = camera_messages.image("16UC1", 2, camera)
@@ -149,11 +153,11 @@ class KinectDriver:
         for publisher in self._info_publishers:
             publisher.publish(self._info)
         publishers = (self._colour_publisher, self._depth_publisher)
-        if any(publisher.get_num_connections() for publisher in publishers):
+        if self._camera.done() and any(it.get_num_connections() for it in publishers):
             self._publish_images(stamp, tick)
 
     def _publish_images(self, stamp: rospy.Time, tick: int) -> None:
-        frame = self._camera.render(tick)
+        frame = self._camera.result().render(tick)
         for publisher, message, pixels in (
             (self._colour_publisher, self._colour, frame.colour),
             (self._depth_publisher, self._depth, frame.depth),

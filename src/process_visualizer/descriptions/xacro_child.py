@@ -8,12 +8,13 @@ It is a separate process because xacro keeps its state in its module.
 from __future__ import annotations
 
 import json
+import os
 import re
 import sys
 from contextlib import redirect_stdout
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Dict, List, Mapping, Optional
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Set
 from xml.dom import minidom
 from xml.parsers.expat import ExpatError
 
@@ -44,8 +45,9 @@ def _result(path: str, mappings: Dict[str, str]) -> Mapping[str, Any]:
         return {'missing': True}
     result: Dict[str, Any] = {'xacro': xacro_version(xacro)}
     try:
+        files = _files_read()
         document = xacro.process_file(path, mappings=dict(mappings))
-        result.update(text=document.toprettyxml(indent='  '),
+        result.update(files=sorted(files), text=document.toprettyxml(indent='  '),
                       unused=_unused(mappings, [path, *xacro.all_includes]))
     except Exception as error:  # a xacro file evaluates expressions, which can raise anything
         place = _place(xacro, path, error)
@@ -53,6 +55,22 @@ def _result(path: str, mappings: Dict[str, str]) -> Mapping[str, Any]:
                       package=_missing_package(error), argument=_missing_argument(error),
                       file=place.file, line=place.line)
     return result
+
+
+def _files_read() -> Set[str]:
+    """Return the set of the files that are opened from now on, other than Python's modules.
+
+    They are those that are included, YAML files, and what says where packages are.
+    """
+    files: Set[str] = set()
+
+    def take(event: str, values: Sequence[Any]) -> None:
+        if event == 'open' and isinstance(values[0], str) \
+                and not (values[0].endswith('.py') or '__pycache__' in values[0]):
+            files.add(os.path.abspath(values[0]))
+
+    sys.addaudithook(take)
+    return files
 
 
 def _unused(mappings: Mapping[str, str], files: List[str]) -> Dict[str, List[str]]:

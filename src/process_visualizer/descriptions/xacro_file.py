@@ -2,13 +2,16 @@
 """Expands xacro files, with the xacro of ROS 1 or, if there is none, xacro 2."""
 from __future__ import annotations
 
+import functools
 import json
+import os
 import subprocess
 import sys
-from typing import Any, Dict, Mapping, Sequence, Tuple
+from typing import Any, Dict, FrozenSet, List, Mapping, Sequence, Tuple
 
 from process_visualizer.cell.substitution import package_advice
 from process_visualizer.cell.suggestions import advice
+from process_visualizer.descriptions.made_text import MadeText
 
 TIMEOUT_S = 60.0
 
@@ -20,9 +23,23 @@ class XacroError(Exception):
 def expand_xacro(path: str, arguments: Tuple[Tuple[str, str], ...] = ()) -> str:
     """Return the text of the expanded file, given values for its ``<xacro:arg>`` elements.
 
+    It is expanded again only if it, or a file that it reads, has changed.
+
     Raises:
         XacroError: it cannot be expanded.
     """
+    return _text_of(path, arguments, frozenset(os.environ.items())).get()
+
+
+@functools.lru_cache(maxsize=64)
+def _text_of(path: str, arguments: Tuple[Tuple[str, str], ...],
+             _environment: FrozenSet[Tuple[str, str]]) -> MadeText:
+    """The environment says where packages are; files can also read it."""
+    return MadeText(lambda: _expanded(path, arguments))
+
+
+def _expanded(path: str, arguments: Tuple[Tuple[str, str], ...]) -> Tuple[str, List[str]]:
+    """The text of the expanded file, and the files that were read for it."""
     result = _run(path, dict(arguments))
     if result.get('missing'):
         raise XacroError(f'{path}: xacro is not installed for {sys.executable}; install it '
@@ -32,7 +49,7 @@ def expand_xacro(path: str, arguments: Tuple[Tuple[str, str], ...] = ()) -> str:
         raise XacroError(f'{result["file"]}{line}: xacro: {_reason(result)} ({result["xacro"]})')
     for name, known in result['unused'].items():
         raise XacroError(f'{path}: {_unused(name, known)}')
-    return str(result['text'])
+    return str(result['text']), result['files']
 
 
 def _reason(result: Mapping[str, Any]) -> str:

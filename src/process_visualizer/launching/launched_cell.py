@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from typing import Collection, Dict, List, Mapping, Optional, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Collection, Dict, Iterable, Iterator, List, Mapping, Optional, Sequence
 
-from process_visualizer.generate.plan import Plan, write_plan
+from process_visualizer.generate.plan import Part, Plan, write_plan
 from process_visualizer.launching.launched_part import LaunchedPart, OnChange
 from process_visualizer.launching.part_report import PartReport
 from process_visualizer.launching.roslaunch_forks import RoslaunchForks
+from process_visualizer.launching.roslaunch_process import launch_environment
 from process_visualizer.launching.run_record import clean_up_crashed_runs
 
 
@@ -66,12 +69,14 @@ class LaunchedCell:
             PlanError: the files cannot be written; nothing has changed then.
         """
         write_plan(plan, self._folder)
-        self._stop([name for name in self.differing(plan) if name not in keep])
-        started = [name for name in plan.parts if name not in self._parts]
-        for name in started:
-            self._parts[name] = LaunchedPart(name, self._on_change, self._forks.start,
-                                             self._master_uri)
-            self._parts[name].start(plan.parts[name], self._folder)
+        stopped = [name for name in self.differing(plan) if name not in keep]
+        started = [name for name in plan.parts if name not in self._parts or name in stopped]
+        with self._loaded(plan.parts[name] for name in started):
+            self._stop(stopped)
+            for name in started:
+                self._parts[name] = LaunchedPart(name, self._on_change, self._forks.start,
+                                                 self._master_uri)
+                self._parts[name].start(plan.parts[name], self._folder)
         return started
 
     def restart(self, name: str) -> None:
@@ -80,10 +85,11 @@ class LaunchedCell:
         Raises:
             KeyError: there is no such part.
         """
-        launched = self._parts[name]
-        launched.stop()
-        if launched.part is not None:
-            launched.start(launched.part, self._folder)
+        launched, part = self._parts[name], self._parts[name].part
+        with self._loaded([] if part is None else [part]):
+            launched.stop()
+            if part is not None:
+                launched.start(part, self._folder)
 
     def stop(self) -> None:
         """Stop everything at the same time; return when nothing is left."""
@@ -95,6 +101,18 @@ class LaunchedCell:
     def reports(self) -> List[PartReport]:
         """The latest report of each part."""
         return [part.report for part in self._parts.values()]
+
+    @contextmanager
+    def _loaded(self, parts: Iterable[Part]) -> Iterator[None]:
+        """Load the launch files of parts while others are still being stopped."""
+        try:
+            for part in parts:
+                if part.launch_file is not None:
+                    self._forks.load(str(Path(self._folder, part.launch_file)),
+                                     launch_environment(self._master_uri))
+            yield
+        finally:
+            self._forks.discard()
 
     def _stop(self, names: Sequence[str]) -> None:
         parts = [self._parts.pop(name) for name in names]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from dataclasses import replace
 from typing import Callable, Dict, Iterable, List, Optional
 
@@ -17,7 +18,8 @@ from process_visualizer.launching.roslaunch_output import (
     stdout_file_in,
 )
 
-_CHECK_PERIOD_S = 0.25
+_CHECK_PERIODS_S = 0.05, 0.25
+_ASKING_SHARE = 0.1  # of the time, at most, unless the longest period is over
 
 OnReport = Callable[[NodeReport], None]
 OnLine = Callable[[str], None]
@@ -119,10 +121,11 @@ class NodeWatcher:
         return after
 
     def _ask_master(self) -> None:
-        """Ask which of the starting nodes have registered, four times a second."""
+        """Ask which of the starting nodes have registered; seldom if there are many."""
         while not self._ended.is_set():
             self._starting.wait()
             self._starting.clear()  # before looking, so that no start in between is missed
+            begin_s = time.monotonic()
             names = [report.name for report in self.reports()
                      if report.state is NodeState.STARTING]
             if names:
@@ -130,4 +133,10 @@ class NodeWatcher:
             for name in names:
                 if is_registered(name, self._master_uri):
                     self._change(name, lambda report: report.registered())
-            self._ended.wait(_CHECK_PERIOD_S)
+            self._ended.wait(_pause_s(time.monotonic() - begin_s))
+
+
+def _pause_s(asking_s: float) -> float:
+    """How long to wait after asking for so long."""
+    shortest_s, longest_s = _CHECK_PERIODS_S
+    return min(max(asking_s / _ASKING_SHARE, shortest_s), longest_s)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import array
+import contextlib
 import json
 import os
 import socket
 import subprocess
 import sys
-from typing import List, Mapping, Optional
+from typing import Any, Dict, Iterable, List, Mapping, NamedTuple, Optional
 
 from process_visualizer.launching.forked_process import ForkedProcess
 from process_visualizer.launching.process_scan import RUN_VARIABLE, end_processes
@@ -16,6 +17,14 @@ from process_visualizer.launching.run_record import RunRecord
 
 _SERVER = 'process_visualizer.launching.roslaunch_server'
 _END_TIMEOUT_S = 5.0
+
+
+class _Fork(NamedTuple):
+    """Our ends of the pipes of a fork: its request, its output, its status."""
+
+    request: int
+    output: int
+    status: int
 
 
 class RoslaunchForks:
@@ -37,6 +46,7 @@ class RoslaunchForks:
         self._record = RunRecord()
         self._server: Optional['subprocess.Popen[bytes]'] = None
         self._requests: Optional[socket.socket] = None
+        self._loaded: Dict[str, _Fork] = {}
 
     def prepare(self) -> None:
         """Start the server if it is not running; return before it has loaded anything."""
@@ -56,6 +66,23 @@ class RoslaunchForks:
                 start_new_session=True, cwd='/')
         self._requests = ours
 
+    def load(self, launch_file: str, environment: Mapping[str, str]) -> None:
+        """Let a roslaunch load a file, and wait until ``start`` is called with the same file.
+
+        Call ``discard`` after that. What cannot be loaded is told by the process that is started.
+        """
+        self.prepare()
+        fork = self._fork()
+        _write(fork.request, [launch_file, self._all_of({
+            **environment, RUN_VARIABLE: self._record.run_id}), os.getcwd()])
+        self._loaded[launch_file] = fork
+
+    def discard(self) -> None:
+        """End what has loaded a file and was not started."""
+        for fork in self._loaded.values():
+            _close(fork)
+        self._loaded.clear()
+
     def start(self, arguments: List[str], environment: Mapping[str, str]) -> ForkedProcess:
         """Start a roslaunch.
 
@@ -65,10 +92,28 @@ class RoslaunchForks:
             ChildProcessError: it cannot be started.
         """
         self.prepare()
+        launch_file, variables = arguments[-1], self._all_of(environment)
+        fork = self._loaded.pop(launch_file, None)
+        if fork is None:
+            fork = self._fork()
+            _write(fork.request, [launch_file, variables, os.getcwd()])
+        _write(fork.request, variables)
+        os.close(fork.request)
+        return ForkedProcess(fork.output, fork.status)
+
+    def _all_of(self, environment: Mapping[str, str]) -> Dict[str, str]:
+        return {**environment, **self._variables}
+
+    def _fork(self) -> _Fork:
+        """Let the server fork itself.
+
+        Raises:
+            ChildProcessError: the server has ended.
+        """
         assert self._requests is not None
         request, output, status = (os.pipe() for _ in range(3))
         given = [request[0], output[1], status[1]]
-        kept = [request[1], output[0], status[0]]
+        kept = _Fork(request[1], output[0], status[0])
         try:
             _send(self._requests, given)
         except OSError as error:
@@ -76,12 +121,11 @@ class RoslaunchForks:
             raise ChildProcessError(f'roslaunch cannot be started: {error}') from None
         finally:
             _close(given)
-        _write(request[1], json.dumps([arguments[-1], {**environment, **self._variables},
-                                       os.getcwd()]))
-        return ForkedProcess(output[0], status[0])
+        return kept
 
     def close(self) -> None:
         """End the server and everything it has forked."""
+        self.discard()
         if self._server is None or self._requests is None:
             return
         self._requests.close()
@@ -100,15 +144,14 @@ def _send(requests: socket.socket, descriptors: List[int]) -> None:
     requests.sendmsg([b'+'], [(socket.SOL_SOCKET, socket.SCM_RIGHTS, content)])
 
 
-def _close(descriptors: List[int]) -> None:
+def _close(descriptors: Iterable[int]) -> None:
     for descriptor in descriptors:
         os.close(descriptor)
 
 
-def _write(descriptor: int, text: str) -> None:
-    """Write and close; the reader may be gone, which is noticed when its answer is read."""
-    try:
-        with os.fdopen(descriptor, 'w', encoding='utf-8') as file:
-            file.write(text)
-    except BrokenPipeError:
-        return
+def _write(descriptor: int, content: Any) -> None:
+    """Write a line; the reader may be gone, which is noticed when its answer is read."""
+    rest = json.dumps(content).encode() + b'\n'
+    with contextlib.suppress(BrokenPipeError):
+        while rest:
+            rest = rest[os.write(descriptor, rest):]

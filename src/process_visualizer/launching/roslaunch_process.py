@@ -6,7 +6,7 @@ import os
 import shutil
 import signal
 import subprocess
-from typing import IO, Callable, List, Mapping, Optional, Sequence, Union
+from typing import IO, Callable, Dict, List, Mapping, Optional, Sequence, Union
 
 from process_visualizer.launching.forked_process import ForkedProcess
 from process_visualizer.launching.process_scan import RUN_VARIABLE, end_processes
@@ -37,9 +37,7 @@ class RoslaunchProcess:
 
     def __init__(self, arguments: Sequence[str], run_id: str,
                  start: Start = start_roslaunch, master_uri: Optional[str] = None) -> None:
-        environment = {**os.environ, RUN_VARIABLE: run_id, 'PYTHONUNBUFFERED': '1'}
-        if master_uri is not None:
-            environment['ROS_MASTER_URI'] = master_uri
+        environment = {**launch_environment(master_uri), RUN_VARIABLE: run_id}
         self._run_id = run_id
         self._process = start(['--no-summary', '--disable-title', '--skip-log-check', *arguments],
                               environment)
@@ -77,6 +75,14 @@ class RoslaunchProcess:
         except subprocess.TimeoutExpired:
             return False
         return True
+
+
+def launch_environment(master_uri: Optional[str] = None) -> Dict[str, str]:
+    """The environment of a roslaunch, but for the mark of its run; None is the usual master."""
+    environment = {**os.environ, 'PYTHONUNBUFFERED': '1'}
+    if master_uri is not None:
+        environment['ROS_MASTER_URI'] = master_uri
+    return environment
 
 
 def dying_with_parent() -> List[str]:

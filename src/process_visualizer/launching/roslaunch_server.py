@@ -5,19 +5,21 @@ Half of the start of roslaunch is spent on loading its modules; here they are lo
 is spent on two processes that find out versions for the parameters of roscore, which a part of a
 cell does not need.
 Requests come over the socket whose descriptor is the first argument: a byte with three descriptors
-(see ``forked_process``). The program ends when the other end of the socket is closed, and the
-kernel then interrupts every roslaunch that still runs.
+(see ``forked_process``). Over the first of them come two lines: what to load, and then, perhaps
+later, the environment in which to launch it. The program ends when the other end of the socket is
+closed, and the kernel then interrupts every roslaunch that still runs.
 """
 from __future__ import annotations
 
 import array
 import ctypes
 import json
+import logging
 import os
 import signal
 import socket
 import sys
-from typing import List
+from typing import IO, Dict, List, NoReturn
 
 import rosgraph
 import roslaunch
@@ -28,6 +30,8 @@ from roslaunch.loader import LoadException
 from roslaunch.parent import ROSLaunchParent
 from roslaunch.rlutil import get_or_generate_uuid
 from roslaunch.xmlloader import XmlLoader, XmlParseException
+
+from process_visualizer.launching.prompt_roslaunch import be_prompt
 
 _PR_SET_PDEATHSIG = 1
 _DESCRIPTORS = 3
@@ -71,26 +75,33 @@ def _become_roslaunch(request: int, output: int, status: int) -> None:
     os.setsid()
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)
     _end_with_parent()
-    with os.fdopen(request, encoding='utf-8') as file:
-        launch_file, environment, folder = json.load(file)
-    os.chdir(folder)
     os.dup2(output, 1)
     os.dup2(output, 2)
     os.close(output)
-    os.environ.clear()
-    os.environ.update(environment)
     os.write(status, f'{os.getpid()}\n'.encode())
-    os.write(status, f'{_launch(launch_file)}\n'.encode())
+    with os.fdopen(request, encoding='utf-8') as file:
+        code = _launch(file)
+    os.write(status, f'{code}\n'.encode())
+    _end(code)
 
 
-def _launch(launch_file: str) -> int:
+def _launch(request: IO[str]) -> int:
     """Launch a file as the command roslaunch does; return its exit code."""
+    launch_file, environment, folder = json.loads(request.readline())
+    os.chdir(folder)
+    _take_environment(environment)
     try:
         if not rosgraph.is_master_online():
             raise RLException(f'there is no ROS master at {rosgraph.get_master_uri()}')
         run_id = get_or_generate_uuid(None, False)
         roslaunch.configure_logging(run_id)
+        be_prompt()
         parent = _Parent(run_id, [launch_file], show_summary=False)
+        parent.prepare()
+        start = request.readline()
+        if not start:
+            _end(0)  # it was not wanted, and nobody hears what it would say
+        _take_environment(json.loads(start))
         parent.start()
         parent.spin()
     except (RLException, rospkg.ResourceNotFound, ValueError) as error:
@@ -99,8 +110,31 @@ def _launch(launch_file: str) -> int:
     return 0
 
 
+def _take_environment(environment: Dict[str, str]) -> None:
+    os.environ.clear()
+    os.environ.update(environment)
+
+
+def _end(code: int) -> NoReturn:
+    """End at once: rospy and Python's own end, which wait for threads, take a third of a second."""
+    logging.shutdown()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)
+
+
 class _Parent(ROSLaunchParent):
     """Loads its file without roscore's: that belongs to the master, which is already running."""
+
+    def prepare(self) -> None:
+        """Do all that comes before the first node.
+
+        Raises:
+            RLException: the file is wrong.
+        """
+        self._load_config()
+        self._start_pm()
+        self._start_server()
 
     def _load_config(self) -> None:
         self.config = ROSLaunchConfig()

@@ -190,6 +190,53 @@ def test_a_ghost_that_cannot_be_shown_is_told(stand: Stand) -> None:
     assert told == ['The ghost cannot be shown: no model']
 
 
+@pytest.mark.parametrize('then', [Mode.REALTIME, Mode.PLAYBACK])
+def test_what_is_forgotten_while_the_mode_changes_is_no_longer_drawn(
+        stand: Stand, monkeypatch: Any, then: Mode) -> None:
+    """The node stays when the mode is changed by a click."""
+    follow_arm(monkeypatch)
+    stand.ghost.set_running(Mode.REALTIME)
+    stand.find()
+    stand.tick(0, 1)
+    stand.compare()
+    stand.ghost.set_running(None)
+    stand.model.set_recording([])  # another one opens
+    assert len(stand.followed) == 1 and stand.ghosts == []
+    stand.ghost.set_running(then)
+    stand.tasks.end_all()
+    if then is Mode.PLAYBACK:
+        assert (len(stand.followed), stand.ghosts) == (1, [()])
+    else:
+        assert (stand.followed[1:], stand.ghosts) == ([(LiveReference(()), True)], [])
+    stand.ghost.set_running(None)
+    stand.ghost.set_running(then)
+    stand.tasks.end_all()
+    assert len(stand.followed) + len(stand.ghosts) == 2, 'it is told once'
+
+
+def test_a_node_that_has_ended_with_what_it_drew_is_no_problem(stand: Stand) -> None:
+    told: List[str] = []
+    calls: List[int] = []
+
+    def show(tracks: Any, _arrows: Any) -> None:
+        calls.append(len(tracks))
+        if len(calls) > 1:
+            raise GhostError('The ghost cannot be shown: there is no node')
+
+    model = GhostModel(stand.tasks, stand.model, show,  # type: ignore[arg-type]
+                       lambda *_what: None)
+    model.failed.connect(told.append)
+    model.set_running(Mode.PLAYBACK)
+    stand.find()
+    stand.tick(0, 1)
+    stand.compare()
+    model.set_running(None)
+    stand.model.set_recording([])
+    model.set_running(Mode.PLAYBACK)
+    stand.tasks.end_all()
+    assert (len(calls), told) == (2, [])
+
+
 def test_live_robots_that_cannot_be_followed_are_told(stand: Stand) -> None:
     told: List[str] = []
     stand.ghost.failed.connect(told.append)
@@ -201,10 +248,16 @@ def test_live_robots_that_cannot_be_followed_are_told(stand: Stand) -> None:
                     'takes its recorded joints, and a model in the configuration.']
 
 
-def test_live_robots_are_followed_beside_the_reference(stand: Stand, monkeypatch: Any) -> None:
+def follow_arm(monkeypatch: Any) -> LiveReference:
+    """Let there be a robot that can be followed; returns its reference."""
     reference = LiveReference((GhostTrack('arm', '', joint_track(
         ('turn',), np.array([0.0]), np.array([0.0])), np.empty((0, 1))),))
     monkeypatch.setattr(ghost_model, 'live_reference', lambda _cell, _run: reference)
+    return reference
+
+
+def test_live_robots_are_followed_beside_the_reference(stand: Stand, monkeypatch: Any) -> None:
+    reference = follow_arm(monkeypatch)
     stand.ghost.set_running(Mode.REALTIME)
     stand.find()
     stand.tick(0, 1)

@@ -183,6 +183,31 @@ def test_left_while_it_is_prepared_it_stays_live(stand: Stand) -> None:
     assert 'show' not in stand.tools.names()
 
 
+def test_its_window_follows_that_of_the_running_cell(stand: Stand) -> None:
+    stand.replay.follow_window()
+    assert stand.tools.asked == [], 'it is not to be seen'
+    stand.begin()
+    stand.tools.names()
+    for _ in range(3):
+        stand.replay.follow_window()
+    stand.tasks.end_all()
+    assert stand.tools.names() == ['move', 'move'], 'at once, and where it is in the end'
+    stand.replay.leave()
+    stand.replay.follow_window()
+    stand.tasks.end_all()
+    assert stand.tools.names() == ['hide']
+
+
+def test_a_window_that_is_left_does_not_return_by_following(stand: Stand) -> None:
+    stand.begin()
+    stand.tools.names()
+    stand.replay.follow_window()
+    stand.replay.follow_window()
+    stand.replay.leave()
+    stand.tasks.end_all()
+    assert stand.tools.names()[-1] == 'hide'
+
+
 def test_without_a_memory_it_stays_live_and_says_why(stand: Stand) -> None:
     stand.tools.reason = 'there is nothing in memory'
     stand.replay.show(990.0, stand.choice)

@@ -10,7 +10,7 @@ import sys
 import threading
 import time
 from pathlib import Path
-from typing import Any, Dict, Iterator, Tuple
+from typing import Any, Callable, Dict, Iterator, Tuple
 from xmlrpc.server import SimpleXMLRPCServer
 
 import pytest
@@ -118,6 +118,60 @@ def test_file_environment_output_and_exit_code(
     code, output = finished(forks.start(['--option', launch_file], environment))
     assert (code, 'No processes to monitor' in output) == (0, True)
     assert master.parameters['/mark'] == f'{RUN_ID}\n'
+
+
+def test_a_file_that_is_loaded_ahead_is_launched_when_it_is_started(
+        forks: RoslaunchForks, environment: Dict[str, str], tmp_path: Path, master: Master
+        ) -> None:
+    loaded = tmp_path / 'loaded'
+    path = tmp_path / 'ahead.launch'
+    path.write_text(f'<launch><param name="/ahead" command="touch {loaded}"/></launch>')
+    forks.load(str(path), environment)
+    assert is_soon(loaded.exists)
+    path.write_text('<launch/>')  # too late
+    assert '/ahead' not in master.parameters
+    code, output = finished(forks.start(['--option', str(path)], environment))
+    assert (code, 'No processes to monitor' in output) == (0, True)
+    assert '/ahead' in master.parameters
+    assert finished(forks.start([str(path)], environment))[0] == 0, 'loaded anew'
+
+
+def test_what_is_loaded_ahead_and_not_started_ends(
+        forks: RoslaunchForks, environment: Dict[str, str], launch_file: str, endless: str) -> None:
+    for path in (launch_file, endless):
+        forks.load(path, environment)
+    (record,) = records(environment)
+    assert is_soon(lambda: len(processes_of_run(record.stem)) >= 3)
+    assert finished(forks.start([launch_file], environment))[0] == 0
+    forks.discard()
+    forks.close()
+    assert processes_of_run(record.stem) == []
+
+
+def test_loaded_ones_end_when_they_are_discarded(
+        forks: RoslaunchForks, environment: Dict[str, str], launch_file: str) -> None:
+    forks.load(launch_file, environment)
+    (record,) = records(environment)
+    forks.discard()
+    assert is_soon(lambda: len(processes_of_run(record.stem)) == 1), 'only the server is left'
+
+
+def test_errors_of_a_file_that_is_loaded_ahead(
+        forks: RoslaunchForks, environment: Dict[str, str], tmp_path: Path) -> None:
+    path = tmp_path / 'bad.launch'
+    path.write_text('<launch>')
+    forks.load(str(path), environment)
+    code, output = finished(forks.start([str(path)], environment))
+    assert (code, 'RLException: Invalid roslaunch XML syntax' in output) == (1, True)
+
+
+def is_soon(condition: Callable[[], bool], timeout_s: float = 20.0) -> bool:
+    end_s = time.monotonic() + timeout_s
+    while not condition():
+        if time.monotonic() > end_s:
+            return False
+        time.sleep(0.02)
+    return True
 
 
 def test_in_a_process_whose_sockets_have_a_timeout(

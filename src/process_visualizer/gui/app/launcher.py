@@ -211,6 +211,7 @@ class Launcher(QObject):
     def _connect(self) -> None:
         self.link.player_state.connect(self._take_player)
         self.link.replay.reported.connect(self.replay.take_report)
+        self.link.rviz_moved.connect(self.replay.follow_window)
         self.link.replay.player_state.connect(self.replay.take_state)
         for saved in (self.calibration.saved, self.region.saved, self.tool.saved):
             saved.connect(lambda _device: self.cell.reload())

@@ -96,6 +96,14 @@ class ReplayLink(QObject):
         self._show.wait(_START_S, self._stopping)  # a node before it has loaded its displays
         self._call(True, self._camera(), self._place())
 
+    def move(self) -> None:
+        """Let its RViz, which is shown, be again where that of the running cell is.
+
+        Raises:
+            ReplayLinkError: it does not answer.
+        """
+        self._call(True, '', self._place())
+
     def hide(self) -> None:
         """Hide its RViz.
 

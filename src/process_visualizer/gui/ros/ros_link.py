@@ -40,6 +40,7 @@ from process_visualizer.ros_names import (
     GHOST_PHASE_TOPIC,
     RVIZ_CAMERA_TOPIC,
     RVIZ_PLACE_TOPIC,
+    RVIZ_WINDOW_TOPIC,
 )
 from process_visualizer.rviz.window_geometry import Rectangle
 from process_visualizer.srv import SetFrame
@@ -66,6 +67,8 @@ class RosLink(QObject):
     displays = pyqtSignal(object)
     """A tuple of DisplaySnapshot."""
     ghost_phase = pyqtSignal(object)
+    rviz_moved = pyqtSignal()
+    """RViz has been moved or resized, by whomever."""
     pose_dragged = pyqtSignal(str, object)
     """A frame has been dragged in RViz to this Pose in the global frame."""
 
@@ -81,9 +84,10 @@ class RosLink(QObject):
         self._subscribers: List[rospy.Subscriber] = []
         self._marker = PoseMarker(self.pose_dragged.emit)
         self._place: Optional[Rectangle] = None
+        self._window: Optional[Rectangle] = None
         self._camera = ''
         self.replay = ReplayLink(self.recorder.copy_recent, lambda: self._camera,
-                                 lambda: self._place, self)
+                                 lambda: self._window or self._place, self)
         self._place_publisher: Optional[rospy.Publisher] = None
 
     def begin(self) -> None:
@@ -127,11 +131,16 @@ class RosLink(QObject):
             rospy.Subscriber(GHOST_PHASE_TOPIC, GhostPhase,
                              lambda phase: self.ghost_phase.emit(_phase(phase)), queue_size=100),
             rospy.Subscriber(RVIZ_CAMERA_TOPIC, String, self._take_camera, queue_size=1),
+            rospy.Subscriber(RVIZ_WINDOW_TOPIC, RegionOfInterest, self._take_window, queue_size=1),
             rospy.Subscriber('/rosout', Log, self._take_log),
             rospy.Subscriber('/diagnostics', DiagnosticArray, self._take_states)]
 
     def _take_camera(self, camera: String) -> None:
         self._camera = camera.data
+
+    def _take_window(self, place: RegionOfInterest) -> None:
+        self._window = Rectangle(place.x_offset, place.y_offset, place.width, place.height)
+        self.rviz_moved.emit()
 
     def _take_log(self, log: Any) -> None:
         if log.level >= Log.WARN:

@@ -47,6 +47,7 @@ class GhostModel(QObject):
         self._mode: Optional[Mode] = None
         self._is_wanted = True
         self._shown: Tuple[Optional[Compared], bool] = (None, True)
+        self._may_draw = self._is_unsure = False
         compare.changed.connect(self._follow)
 
     @property
@@ -62,18 +63,25 @@ class GhostModel(QObject):
 
     def set_running(self, mode: Optional[Mode]) -> None:
         """Tell in which mode the node that draws runs, beside the player if there is one."""
-        if mode is not self._mode:
-            self._shown = (None, True)  # the node has ended, too, and what it drew
+        if mode is not self._mode:  # the node may have ended, or go on with what it was told before
+            self._shown, self._is_unsure = (None, True), self._may_draw
         self._mode = mode
         self._follow()
 
     def _follow(self) -> None:
         wanted = self._compare.compared, self._is_wanted
-        if self._mode is None or _is_same(wanted, self._shown, self._mode):
+        if self._mode is None:
             return
-        self._shown = wanted
+        if not _is_same(wanted, self._shown, self._mode):
+            self._tell(wanted, self._fail)
+        elif self._is_unsure:
+            self._tell((None, True), _leave)
+
+    def _tell(self, wanted: Tuple[Optional[Compared], bool],
+              on_error: Callable[[Exception], None]) -> None:
+        self._shown, self._may_draw, self._is_unsure = wanted, wanted[0] is not None, False
         task = self._show_recorded if self._mode is Mode.PLAYBACK else self._show_live
-        self._tasks.run(LINE, lambda: task(*wanted), None, self._fail)
+        self._tasks.run(LINE, lambda: task(*wanted), None, on_error)
 
     def _show_recorded(self, compared: Optional[Compared], is_wanted: bool) -> None:
         """In the line of tasks."""
@@ -100,6 +108,12 @@ class GhostModel(QObject):
         if not isinstance(error, GhostError):
             raise error
         self.failed.emit(str(error))
+
+
+def _leave(error: Exception) -> None:
+    """A node that has ended, or just starts, draws nothing."""
+    if not isinstance(error, GhostError):
+        raise error
 
 
 def _is_same(one: Tuple[Optional[Compared], bool], other: Tuple[Optional[Compared], bool],

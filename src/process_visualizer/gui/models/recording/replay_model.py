@@ -11,6 +11,7 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from process_visualizer.cell.model import Mode
 from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.plan import BAG_PART, RVIZ_PART
+from process_visualizer.gui.models.playback.newest_call import NewestCall
 from process_visualizer.gui.models.playback.playback_model import PlaybackModel
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 from process_visualizer.gui.toolkit.tasks import Tasks
@@ -42,6 +43,9 @@ class ReplayTools(Protocol):
 
     def show(self) -> Any:
         """Show its RViz over that of the running cell, with the same camera."""
+
+    def move(self) -> Any:
+        """Let its RViz, which is shown, be again where that of the running cell is."""
 
     def hide(self) -> Any:
         """Hide its RViz."""
@@ -78,6 +82,7 @@ class ReplayModel(QObject):
         self._path = ''
         self._begin_s = self._wanted_s = 0.0
         self._has_state = self._is_opening = self._is_started = False
+        self._moves = NewestCall[bool](tasks, LINE, self._move, lambda: None, self._fail)
 
     @property
     def phase(self) -> ReplayPhase:
@@ -131,6 +136,11 @@ class ReplayModel(QObject):
         if self._is_started:
             self._tools.interrupt()
             self._tasks.run_and_wait(LINE, self._tools.stop, _END_TIMEOUT_S)
+
+    def follow_window(self) -> None:
+        """RViz of the running cell has been moved or resized."""
+        if self._is_opening and not self.is_live:
+            self._moves.request(True)
 
     def take_report(self, report: PartReport) -> None:
         """Take the state of a part of the second cell."""
@@ -204,6 +214,11 @@ class ReplayModel(QObject):
             self.changed.emit()
         else:
             self._run(self._tools.hide)  # the operator has left before
+
+    def _move(self, _is_moved: bool) -> None:
+        """In the line of tasks; by then the operator may have left."""
+        if not self.is_live:
+            self._tools.move()
 
     def _run(self, work: Callable[[], Any]) -> None:
         self._tasks.run(LINE, work, None, self._fail)
