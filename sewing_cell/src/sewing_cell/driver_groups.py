@@ -19,7 +19,7 @@ from sewing_cell.arms import ARMS, Arm
 from sewing_cell.camera import Camera
 from sewing_cell.cycle import SewingCycle
 from sewing_cell.faults import FaultyCycle
-from sewing_cell.intruder import Intruder
+from sewing_cell.intruder import INTRUDERS
 from sewing_cell.lookahead import Lookahead
 
 _QUEUE_SIZE, _IMAGE_QUEUE_SIZE = 50, 3
@@ -126,7 +126,7 @@ class KinectDriver:
                  intruder: Optional[str] = None) -> None:
         camera = kinect.camera
         self._camera = Camera(cycle, rate_hz, seed, kinect.place,
-                              None if intruder is None else Intruder(intruder, seed))
+                              None if intruder is None else INTRUDERS[intruder])
         self._info = camera_messages.camera_info(camera)
         self._colour = camera_messages.image("rgb8", 3, camera)
         self._depth = camera_messages.image("16UC1", 2, camera)
