@@ -14,7 +14,6 @@ import rospy
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from sensor_msgs.msg import PointCloud2, PointField
 from tf2_msgs.msg import TFMessage
-from visualization_msgs.msg import Marker, MarkerArray
 
 from process_visualizer.cell.model import Cell, Device, Pose
 from process_visualizer.cell.xml_parser import XmlParser
@@ -29,7 +28,6 @@ from sewing_cell.cycle import SewingCycle
 RATE_HZ = 30.0
 CLOUD = '/camera/depth_registered/points'
 OPTICAL = 'camera_rgb_optical_frame'
-MACHINE = 'package://sewing_cell/meshes/sewing_machine.dae'
 _HALF_PI = math.pi / 2
 
 
@@ -64,12 +62,10 @@ class StillCell:
         self._transforms: Dict[str, TransformStamped] = {}
         self._frames = rospy.Publisher('/tf_static', TFMessage, latch=True, queue_size=1)
         self._cloud = rospy.Publisher(CLOUD, PointCloud2, latch=True, queue_size=1)
-        self._machine = rospy.Publisher('/sewing_machine/marker_array', MarkerArray, latch=True,
-                                        queue_size=1)
-        self._machine.publish(MarkerArray([_machine()]))
         for robot in self._robots:
             rospy.set_param(f'/ur_rt_{robot.arm.name}/robot_description', robot.urdf)
-        rospy.set_param('/cell_stand/robot_description', _urdf(self.cell, 'cell_stand'))
+        for name in ('cell_stand', 'sewing_machine'):
+            rospy.set_param(f'/{name}/robot_description', _urdf(self.cell, name))
 
     @property
     def truth(self) -> Pose:
@@ -112,14 +108,6 @@ def _robot(arm: Arm, cell: Cell) -> RobotModel:
     description = describe_devices([cell.device(name)])[0][name]
     return RobotModel(arm, description.text, Kinematics(description.text),
                       tuple(description.joints))
-
-
-def _machine() -> Marker:
-    marker = Marker(type=Marker.MESH_RESOURCE, mesh_resource=MACHINE)
-    marker.header.frame_id = 'sewing_machine/base'
-    marker.scale = Vector3(1.0, 1.0, 1.0)
-    marker.pose.orientation.w = 1.0
-    return marker
 
 
 def _cloud(depth_mm: np.ndarray) -> PointCloud2:

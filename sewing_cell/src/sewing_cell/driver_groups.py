@@ -57,7 +57,7 @@ class JointDriver:
     def _rows(cycle: SewingCycle, arm: Arm, times_s: np.ndarray) -> np.ndarray:
         return np.hstack([cycle.joints(arm, times_s), cycle.tool_frame(arm, times_s)])
 
-    def __call__(self, tick: int) -> None:
+    def __call__(self, tick: int, _late_s: float = 0.0) -> None:
         """Publish message number ``tick`` of every topic."""
         for joints, tool_frame, rows in self._robots:
             row = rows(tick)
@@ -76,7 +76,7 @@ class ForceDriver:
             for arm in ARMS
         ]
 
-    def __call__(self, tick: int) -> None:
+    def __call__(self, tick: int, _late_s: float = 0.0) -> None:
         """Publish message number ``tick`` of every topic."""
         for topic, rows in self._sensors:
             topic.publish(rows(tick))
@@ -96,7 +96,7 @@ class MachineDriver:
         self._feed_rate = rospy.Publisher("feed_rate_est", Float32, queue_size=_QUEUE_SIZE)
         self._feed_rates = Lookahead(cycle.feed_rate, rate_hz)
 
-    def __call__(self, tick: int) -> None:
+    def __call__(self, tick: int, _late_s: float = 0.0) -> None:
         """Publish message number ``tick`` of every topic."""
         for publisher, readings in self._edges:
             publisher.publish(readings(tick))
@@ -142,9 +142,9 @@ class KinectDriver:
             f"{driver}/parameter_descriptions", camera_messages.driver_description()
         )
 
-    def __call__(self, tick: int) -> None:
-        """Publish frame number ``tick``: images and infos carry the same stamp."""
-        stamp = rospy.Time.now()
+    def __call__(self, tick: int, late_s: float = 0.0) -> None:
+        """Publish frame number ``tick``: images and infos carry the time at which it was due."""
+        stamp = rospy.Time.now() - rospy.Duration.from_sec(late_s)
         self._info.header.stamp = stamp
         for publisher in self._info_publishers:
             publisher.publish(self._info)

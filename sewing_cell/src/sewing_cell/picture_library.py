@@ -69,10 +69,10 @@ def _address(array: np.ndarray, kind: type) -> int:
 @lru_cache(maxsize=1)
 def _library() -> ctypes.CDLL:
     library = ctypes.CDLL(LIBRARY)
-    address = ctypes.c_void_p
-    for function, arguments in (
-        (library.sewing_cell_draw, [ctypes.POINTER(_Mesh), address, ctypes.POINTER(_Picture)]),
-        (library.sewing_cell_measure, [ctypes.c_int, ctypes.c_int, address, address, address]),
-    ):
-        function.restype, function.argtypes = None, arguments
+    number, address = ctypes.c_int, ctypes.c_void_p
+    for function in (library.sewing_cell_draw, library.sewing_cell_measure):
+        function.restype = None
+    library.sewing_cell_draw.argtypes = [
+        ctypes.POINTER(_Mesh), address, ctypes.POINTER(_Picture)]
+    library.sewing_cell_measure.argtypes = [number, number, address, address, address]
     return library

@@ -42,7 +42,8 @@ def box_depth(size: np.ndarray, rotation: np.ndarray, centre: np.ndarray) -> np.
 @pytest.mark.parametrize("seed", range(8))
 def test_a_turned_box_has_the_depth_that_its_rays_meet(seed: int) -> None:
     random = np.random.default_rng(seed)
-    size, centre = random.uniform(0.05, 0.6, 3), np.array([0, 0, 1.5]) + random.uniform(-0.4, 0.4, 3)
+    size = random.uniform(0.05, 0.6, 3)
+    centre = np.array([0.0, 0.0, 1.5]) + random.uniform(-0.4, 0.4, 3)
     rotation = rotation_matrix(random.normal(size=3))
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = rotation, centre
