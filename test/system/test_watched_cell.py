@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The simulated cell while it sews, with real nodes: where its Kinect is, and what nobody modelled."""
+"""The simulated cell while it sews, with real nodes: its Kinect is found, and what has no model."""
 from __future__ import annotations
 
 import json
