@@ -21,7 +21,7 @@ double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] 
 
 Vector moved(const Pose& pose, const Vector& point) {
   Vector result;
-  for (int row = 0; row < 3; ++row)
+  for (std::size_t row = 0; row < 3; ++row)
     result[row] = pose[4 * row] * point[0] + pose[4 * row + 1] * point[1] +
                   pose[4 * row + 2] * point[2] + pose[4 * row + 3];
   return result;
