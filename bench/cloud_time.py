@@ -27,8 +27,9 @@ from sensor_msgs.msg import PointCloud2
 
 from process_visualizer.clients.player_client import PlayerClient
 from process_visualizer.motion.rotations import matrix_from_quaternion
-from sewing_cell import layout, pinhole, silhouette
-from sewing_cell.arms import UPPER
+from sewing_cell import pinhole
+from sewing_cell.mesh_picture import Picture
+from sewing_cell.robot_picture import draw_robot
 
 CONFIG = Path(__file__).parents[1] / 'sewing_cell' / 'devices' / 'simulated.xml'
 DEVICES = 'ur_rt_upper,kinect,simulator'
@@ -87,7 +88,7 @@ class Watch:
         stamp_s = cloud.header.stamp.to_sec()
         try:
             before, after = self._links(stamp_s - 0.02), self._links(stamp_s + 0.02)
-            speed = float(np.linalg.norm(after[8] - before[8])) / 0.04
+            speed = float(np.linalg.norm(after[8, :3, 3] - before[8, :3, 3])) / 0.04
             if speed < SLOWEST_M_PER_S:
                 return None
             measured = _depth_image(cloud)
@@ -100,24 +101,21 @@ class Watch:
             abs(off_s) * speed, abs(stamp_s + off_s - arrival_s) * speed)
 
     def _links(self, time_s: float) -> np.ndarray:
-        """Origins of the links, the tool and the gripper's tip in the world, (10, 3), m."""
-        points = []
-        for link in LINKS:
+        """Poses of the links and the tool in the world, (9, 4, 4), m."""
+        poses = np.tile(np.eye(4), (len(LINKS), 1, 1))
+        for pose, link in zip(poses, LINKS):
             it = self._buffer.lookup_transform('world', link, rospy.Time.from_sec(time_s)).transform
-            points.append([it.translation.x, it.translation.y, it.translation.z])
-        turned = it.rotation
-        axis = matrix_from_quaternion((turned.x, turned.y, turned.z, turned.w))[:, 2]
-        return np.array([*points, points[-1] + layout.GRIP_HEIGHT * axis])
+            turned = it.rotation
+            pose[:3, :3] = matrix_from_quaternion((turned.x, turned.y, turned.z, turned.w))
+            pose[:3, 3] = it.translation.x, it.translation.y, it.translation.z
+        return poses
 
 
 def _expected(links: np.ndarray) -> np.ndarray:
     """The depth image of the robot, (480, 640), m; inf where it is not."""
-    image = np.full((pinhole.HEIGHT, pinhole.WIDTH), np.inf)
-    for patch in silhouette.robot(UPPER, pinhole.project(links).tolist()):
-        where = (patch.rows, patch.columns)
-        depth = np.where(patch.mask, patch.depth, np.inf)
-        image[where] = np.minimum(image[where], depth)
-    return image
+    picture = Picture.empty()
+    draw_robot(picture, pinhole.camera_from_world() @ links)
+    return picture.depth
 
 
 def _depth_image(cloud: PointCloud2) -> np.ndarray:

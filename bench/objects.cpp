@@ -208,12 +208,13 @@ class Benchmark {
 
   DepthCamera picture(double time) const {
     DepthCamera camera(camera_pose_);
-    camera.draw(boxMesh({4, 4, 0.1F}), Isometry3f(Eigen::Translation3f(0, 0, -0.05F)), kTable);
+    camera.draw(cloud::boxSurface({4, 4, 0.1F}), Isometry3f(Eigen::Translation3f(0, 0, -0.05F)),
+                kTable);
     for (const MovingRobot& robot : robots_)
       for (const LinkGeometry& link : robot.links())
         camera.draw(link.mesh, robot.poseOf(link.frame, angleAt(time)), kRobot);
     for (const MovingObject& object : kObjects)
-      camera.draw(boxMesh(object.size), object.poseAt(time), kObject);
+      camera.draw(cloud::boxSurface(object.size), object.poseAt(time), kObject);
     return camera;
   }
 

@@ -1,10 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The simulated sewing cell at one moment, as the Kinect sees it when all models are true.
+"""The simulated sewing cell at one moment: the simulator's picture, and frames of the same moment.
 
-The simulator draws robots as bars, several cm beside their models in places. Here they are drawn as
-their models, which takes a second for a picture; all else is the simulator's: covers, tables and
-floor, the sensor's depth steps, noise, shadows and holes. Frames, cloud and models are published
-as those of a running cell.
+Frames, cloud and models are published as those of a running cell.
 """
 from __future__ import annotations
 
@@ -17,36 +14,30 @@ import rospy
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from sensor_msgs.msg import PointCloud2, PointField
 from tf2_msgs.msg import TFMessage
-from visualization_msgs.msg import Marker, MarkerArray
 
 from process_visualizer.cell.model import Cell, Device, Pose
 from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.descriptions.link_visuals import LinkVisual, link_visuals
 from process_visualizer.descriptions.robot_description import describe_devices
 from process_visualizer.motion.kinematics import Kinematics, Placement
-from process_visualizer.motion.rotations import matrix_from_quaternion, quaternion_from_ypr
-from sewing_cell import depth_noise, layout, pinhole
+from process_visualizer.motion.rotations import quaternion_from_ypr
+from sewing_cell import layout, pinhole
 from sewing_cell.arms import ARMS, Arm
-from sewing_cell.camera import Camera, Frame
+from sewing_cell.camera import Camera
 from sewing_cell.cycle import SewingCycle
-from sewing_cell.mesh_picture import Mesh, draw, joined, read_mesh
 
 RATE_HZ = 30.0
 CLOUD = '/camera/depth_registered/points'
 OPTICAL = 'camera_rgb_optical_frame'
-MACHINE = 'package://sewing_cell/meshes/sewing_machine.dae'
 _HALF_PI = math.pi / 2
 
 
 class RobotModel(NamedTuple):
-    """A robot's description, its movable joints, and its meshes."""
+    """A robot's description, and its movable joints."""
 
     arm: Arm
     urdf: str
     kinematics: Kinematics
     joints: Tuple[str, ...]
-    visuals: Tuple[LinkVisual, ...]
-    meshes: Dict[str, Mesh]
 
     def links(self, cycle: SewingCycle, time_s: float) -> Dict[str, Placement]:
         """Where its links are in its base, link0."""
@@ -56,56 +47,25 @@ class RobotModel(NamedTuple):
                  for it in self.kinematics.links}
         return {name: place for name, place in found.items() if place is not None}
 
-    def picture(self, links: Dict[str, Placement]) -> Mesh:
-        """Its meshes in the world."""
-        parts = []
-        for visual in self.visuals:
-            place = links[visual.link].then(visual.place)
-            rotation = self.arm.base_rotation @ matrix_from_quaternion(np.array(place.quaternion))
-            parts.append(self.meshes[visual.mesh].placed(
-                rotation, self.arm.base_rotation @ np.array(place.position)))
-        return joined(parts)
-
-
-class MeshCamera(Camera):
-    """A Kinect that sees the robots as their models."""
-
-    def __init__(self, cycle: SewingCycle, robots: List[RobotModel], seed: int = 0) -> None:
-        super().__init__(cycle, RATE_HZ, seed)
-        self._robots = {robot.arm.name: robot for robot in robots}
-        self._random = np.random.default_rng([seed, 5])
-
-    def _draw_robot(self, frame: Frame, arm: Arm, number: int) -> None:
-        robot = self._robots[arm.name]
-        depth = np.full((pinhole.HEIGHT, pinhole.WIDTH), np.inf)
-        colour = np.zeros((*depth.shape, 3))
-        draw(robot.picture(robot.links(self._cycle, number / RATE_HZ)), depth, colour)
-        seen = depth < self._still_depth
-        frame.depth[seen] = depth_noise.measured(depth[seen], self._random)
-        frame.colour[seen] = colour[seen]
-
 
 class StillCell:
     """Publishes the cell of a configuration at moments of the sewing cycle."""
 
     def __init__(self, seed: int = 0) -> None:
         """Needs an initialised rospy node."""
-        packages = rospkg.RosPack()
         self.cell: Cell = XmlParser().parse(
-            packages.get_path('sewing_cell') + '/devices/simulated.xml')
+            rospkg.RosPack().get_path('sewing_cell') + '/devices/simulated.xml')
         self.sensor: Device = self.cell.device('kinect')
         self._cycle = SewingCycle(seed=seed)
-        self._robots = [_robot(arm, self.cell, packages) for arm in ARMS]
-        self._camera = MeshCamera(self._cycle, self._robots, seed)
+        self._robots = [_robot(arm, self.cell) for arm in ARMS]
+        self._camera = Camera(self._cycle, RATE_HZ, seed)
         self._transforms: Dict[str, TransformStamped] = {}
         self._frames = rospy.Publisher('/tf_static', TFMessage, latch=True, queue_size=1)
         self._cloud = rospy.Publisher(CLOUD, PointCloud2, latch=True, queue_size=1)
-        self._machine = rospy.Publisher('/sewing_machine/marker_array', MarkerArray, latch=True,
-                                        queue_size=1)
-        self._machine.publish(MarkerArray([_machine()]))
         for robot in self._robots:
             rospy.set_param(f'/ur_rt_{robot.arm.name}/robot_description', robot.urdf)
-        rospy.set_param('/cell_stand/robot_description', _urdf(self.cell, 'cell_stand'))
+        for name in ('cell_stand', 'sewing_machine'):
+            rospy.set_param(f'/{name}/robot_description', _urdf(self.cell, name))
 
     @property
     def truth(self) -> Pose:
@@ -143,26 +103,11 @@ def _urdf(cell: Cell, name: str) -> str:
     return describe_devices([cell.device(name)])[0][name].text
 
 
-def _robot(arm: Arm, cell: Cell, packages: rospkg.RosPack) -> RobotModel:
+def _robot(arm: Arm, cell: Cell) -> RobotModel:
     name = f'ur_rt_{arm.name}'
     description = describe_devices([cell.device(name)])[0][name]
-    visuals = link_visuals(description.text)
-    meshes = {it.mesh: read_mesh(_path(it.mesh, packages)) for it in visuals}
     return RobotModel(arm, description.text, Kinematics(description.text),
-                      tuple(description.joints), visuals, meshes)
-
-
-def _path(address: str, packages: rospkg.RosPack) -> str:
-    package, _, rest = address[len('package://'):].partition('/')
-    return f'{packages.get_path(package)}/{rest}'
-
-
-def _machine() -> Marker:
-    marker = Marker(type=Marker.MESH_RESOURCE, mesh_resource=MACHINE)
-    marker.header.frame_id = 'sewing_machine/base'
-    marker.scale = Vector3(1.0, 1.0, 1.0)
-    marker.pose.orientation.w = 1.0
-    return marker
+                      tuple(description.joints))
 
 
 def _cloud(depth_mm: np.ndarray) -> PointCloud2:

@@ -1,21 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Finding the pose of a sensor: surfaces of models and the fit (no node), and the node sensor_fit.
+# Finding the pose of a sensor: the fit of a cloud to surfaces (no node), and the node sensor_fit.
 
 find_package(PCL REQUIRED COMPONENTS common filters kdtree registration search)
-find_package(PkgConfig REQUIRED)
-pkg_check_modules(assimp REQUIRED IMPORTED_TARGET assimp)
 
 add_library(process_visualizer_fit
   src/cloud/determination.cpp
   src/cloud/direction_grid.cpp
   src/cloud/pose_fit.cpp
-  src/cloud/surface.cpp
-  src/cloud/surface_file.cpp
   src/cloud/visible_surface.cpp
 )
 process_visualizer_compile(process_visualizer_fit)
 target_include_directories(process_visualizer_fit SYSTEM PUBLIC ${PCL_INCLUDE_DIRS})
-target_link_libraries(process_visualizer_fit ${PCL_LIBRARIES} PkgConfig::assimp)
+target_link_libraries(process_visualizer_fit process_visualizer_surface ${PCL_LIBRARIES})
 
 add_executable(sensor_fit src/cloud/cloud_source.cpp src/cloud/model_surfaces.cpp
   src/cloud/sensor_fit.cpp src/cloud/sensor_fit_main.cpp)

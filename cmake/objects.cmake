@@ -2,8 +2,6 @@
 # What nobody modelled: models taken out of clouds, objects in what remains, and the nodelet.
 
 find_package(PCL REQUIRED COMPONENTS common kdtree)
-find_package(PkgConfig REQUIRED)
-pkg_check_modules(assimp REQUIRED IMPORTED_TARGET assimp)
 
 # Only message classes, PCL and Eigen: no node, no master.
 set(objects_sources
@@ -12,7 +10,6 @@ set(objects_sources
   src/objects/distance_field.cpp
   src/objects/known_bodies.cpp
   src/objects/link_geometry.cpp
-  src/objects/mesh_file.cpp
   src/objects/object_finder.cpp
   src/objects/object_messages.cpp
   src/objects/object_tracks.cpp
@@ -20,17 +17,17 @@ set(objects_sources
   src/objects/stray_points.cpp
   src/objects/support_planes.cpp
   src/objects/surface_samples.cpp
-  src/objects/triangle_mesh.cpp
   src/objects/upright_box.cpp
 )
 set(objects_libraries
-  PkgConfig::assimp ${PCL_LIBRARIES} ${urdf_LIBRARIES} ${roscpp_serialization_LIBRARIES}
+  ${PCL_LIBRARIES} ${urdf_LIBRARIES} ${roscpp_serialization_LIBRARIES}
   ${rostime_LIBRARIES})
 
 add_library(process_visualizer_objects ${objects_sources})
 process_visualizer_compile(process_visualizer_objects)
 target_include_directories(process_visualizer_objects SYSTEM PUBLIC ${PCL_INCLUDE_DIRS})
-target_link_libraries(process_visualizer_objects roi_filter ${objects_libraries})
+target_link_libraries(process_visualizer_objects
+  process_visualizer_surface roi_filter ${objects_libraries})
 add_dependencies(process_visualizer_objects process_visualizer_generate_messages_cpp)
 
 target_sources(process_visualizer_nodelets PRIVATE
@@ -54,12 +51,12 @@ if(CATKIN_ENABLE_TESTING)
 
   # Bad clouds where every access to a byte that is not there, and every undefined operation, ends
   # the test. The sources are compiled into it, so that they are watched as well.
-  catkin_add_gtest(test_bad_objects test/cpp/test_bad_objects.cpp ${objects_sources}
-    $<TARGET_OBJECTS:roi_filter_watched>)
+  catkin_add_gtest(test_bad_objects test/cpp/test_bad_objects.cpp ${surface_sources}
+    ${objects_sources} $<TARGET_OBJECTS:roi_filter_watched>)
   process_visualizer_compile(test_bad_objects)
   target_include_directories(test_bad_objects SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
   target_compile_options(test_bad_objects PRIVATE ${watched})
-  target_link_libraries(test_bad_objects ${sanitizers} ${objects_libraries})
+  target_link_libraries(test_bad_objects ${sanitizers} PkgConfig::assimp ${objects_libraries})
   add_dependencies(test_bad_objects process_visualizer_generate_messages_cpp)
 endif()
 

@@ -3,6 +3,7 @@
 
 #include <resource_retriever/retriever.h>
 
+#include <cstdint>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -12,15 +13,12 @@ namespace {
 
 using visualization_msgs::Marker;
 
-Surface meshSurface(const std::string& address) {
+std::vector<std::uint8_t> contentOf(const std::string& address) {
   try {
     resource_retriever::Retriever retriever;
     const resource_retriever::MemoryResource file = retriever.get(address);
-    const auto* begin = reinterpret_cast<const char*>(file.data.get());
-    const std::size_t dot = address.rfind('.');
-    return readSurface({begin, begin + file.size},
-                       dot == std::string::npos ? "" : address.substr(dot + 1));
-  } catch (const std::exception& error) {
+    return {file.data.get(), file.data.get() + file.size};
+  } catch (const resource_retriever::Exception& error) {
     throw std::invalid_argument(address + ": " + error.what());
   }
 }
@@ -40,9 +38,9 @@ Surface surfaceOf(const Marker& marker) {
     case Marker::SPHERE:
       return sphereSurface(vectorOf(marker.scale));
     case Marker::MESH_RESOURCE: {
-      Surface surface = meshSurface(marker.mesh_resource);
-      for (auto& triangle : surface)
-        for (auto& corner : triangle) corner = corner.cwiseProduct(vectorOf(marker.scale));
+      Surface surface;
+      append(surface, readSurface(contentOf(marker.mesh_resource), marker.mesh_resource),
+             Eigen::Affine3f(Eigen::Scaling(vectorOf(marker.scale))));
       return surface;
     }
     default:

@@ -21,14 +21,14 @@ float stepFor(const Vector3f& size) {
 
 }  // namespace
 
-DistanceField::DistanceField(const TriangleMesh& mesh, float reach) : reach_(reach) {
-  bounds_ = boundsOf(mesh);
+DistanceField::DistanceField(const cloud::Surface& mesh, float reach) : reach_(reach) {
+  bounds_ = cloud::boundsOf(mesh);
   bounds_.min().array() -= reach;
   bounds_.max().array() += reach;
   step_ = stepFor(bounds_.sizes());
   count_ = (bounds_.sizes() / step_).array().ceil().cast<int>() + 1;
   distances_.assign(static_cast<std::size_t>(count_.x()) * count_.y() * count_.z(), reach);
-  for (const Triangle& triangle : mesh) measure(triangle);
+  for (const cloud::Triangle& triangle : mesh) measure(triangle);
   markInside();
 }
 
@@ -37,8 +37,8 @@ std::size_t DistanceField::indexOf(const Node& node) const {
 }
 
 /// Lets the nodes near a triangle know how far it is.
-void DistanceField::measure(const Triangle& triangle) {
-  const Eigen::AlignedBox3f box = boundsOf({triangle});
+void DistanceField::measure(const cloud::Triangle& triangle) {
+  const Eigen::AlignedBox3f box = cloud::boundsOf(cloud::Surface{triangle});
   const Vector3f middle = box.center();
   const float radius = box.sizes().norm() / 2;
   const auto toNode = [this](const Vector3f& place) -> Node {
@@ -54,7 +54,7 @@ void DistanceField::measure(const Triangle& triangle) {
         const float farthest = distance + radius;
         if ((place - middle).squaredNorm() >= farthest * farthest)
           continue;  // no nearer than others
-        distance = std::min(distance, (closestPoint(triangle, place) - place).norm());
+        distance = std::min(distance, (cloud::closestPoint(triangle, place) - place).norm());
       }
     }
   }

@@ -25,23 +25,26 @@ Eigen::Vector3f toEigen(const urdf::Vector3& vector) {
   return Eigen::Vector3d(vector.x, vector.y, vector.z).cast<float>();
 }
 
-TriangleMesh scaledMesh(const urdf::Mesh& mesh, const ReadResource& read) {
-  TriangleMesh scaled;
-  append(scaled, readMesh(read(mesh.filename), mesh.filename),
-         Eigen::Affine3f(Eigen::Scaling(toEigen(mesh.scale))));
+cloud::Surface scaledMesh(const urdf::Mesh& mesh, const ReadResource& read) {
+  cloud::Surface scaled;
+  cloud::append(scaled, cloud::readSurface(read(mesh.filename), mesh.filename),
+                Eigen::Affine3f(Eigen::Scaling(toEigen(mesh.scale))));
   return scaled;
 }
 
-TriangleMesh meshOf(const urdf::Geometry& geometry, const ReadResource& read) {
+cloud::Surface surfaceOf(const urdf::Geometry& geometry, const ReadResource& read) {
   switch (geometry.type) {
     case urdf::Geometry::BOX:
-      return boxMesh(toEigen(dynamic_cast<const urdf::Box&>(geometry).dim));
+      return cloud::boxSurface(toEigen(dynamic_cast<const urdf::Box&>(geometry).dim));
     case urdf::Geometry::CYLINDER: {
       const auto& cylinder = dynamic_cast<const urdf::Cylinder&>(geometry);
-      return cylinderMesh(static_cast<float>(cylinder.radius), static_cast<float>(cylinder.length));
+      const Eigen::Vector3d size(2 * cylinder.radius, 2 * cylinder.radius, cylinder.length);
+      return cloud::cylinderSurface(size.cast<float>());
     }
-    case urdf::Geometry::SPHERE:
-      return sphereMesh(static_cast<float>(dynamic_cast<const urdf::Sphere&>(geometry).radius));
+    case urdf::Geometry::SPHERE: {
+      const double diameter = 2 * dynamic_cast<const urdf::Sphere&>(geometry).radius;
+      return cloud::sphereSurface(Eigen::Vector3f::Constant(static_cast<float>(diameter)));
+    }
     default:
       return scaledMesh(dynamic_cast<const urdf::Mesh&>(geometry), read);
   }
@@ -49,12 +52,12 @@ TriangleMesh meshOf(const urdf::Geometry& geometry, const ReadResource& read) {
 
 /// \param shapes  visuals or collisions
 template <typename Shapes>
-TriangleMesh meshOfAll(const Shapes& shapes, const ReadResource& read) {
-  TriangleMesh mesh;
+cloud::Surface surfaceOfAll(const Shapes& shapes, const ReadResource& read) {
+  cloud::Surface surface;
   for (const auto& shape : shapes)
     if (shape && shape->geometry)
-      append(mesh, meshOf(*shape->geometry, read), toEigen(shape->origin));
-  return mesh;
+      cloud::append(surface, surfaceOf(*shape->geometry, read), toEigen(shape->origin));
+  return surface;
 }
 
 }  // namespace
@@ -64,8 +67,8 @@ std::vector<LinkGeometry> linkGeometries(const std::string& urdf, const ReadReso
   cloud::require(model != nullptr, "it is not a robot description (URDF)");
   std::vector<LinkGeometry> geometries;
   for (const auto& [name, link] : model->links_) {
-    TriangleMesh mesh = meshOfAll(link->visual_array, read);
-    if (mesh.empty()) mesh = meshOfAll(link->collision_array, read);
+    cloud::Surface mesh = surfaceOfAll(link->visual_array, read);
+    if (mesh.empty()) mesh = surfaceOfAll(link->collision_array, read);
     if (!mesh.empty()) geometries.push_back({withoutLeadingSlash(name), std::move(mesh)});
   }
   return geometries;

@@ -34,9 +34,9 @@ class SurfaceSamples::Tree {
 };
 
 /// Samples of many small triangles are thinned: a mesh with fine detail has thousands.
-SurfaceSamples::SurfaceSamples(const TriangleMesh& mesh)
-    : center_(boundsOf(mesh).center()), radius_(0) {
-  const std::vector<Eigen::Vector3f> samples = thinned(samplesOf(mesh, kSpacing), kSpacing);
+SurfaceSamples::SurfaceSamples(const cloud::Surface& mesh)
+    : center_(cloud::boundsOf(mesh).center()), radius_(0) {
+  const std::vector<Eigen::Vector3f> samples = thinned(cloud::samplesOf(mesh, kSpacing), kSpacing);
   for (const Eigen::Vector3f& it : samples) radius_ = std::max(radius_, (it - center_).norm());
   tree_ = std::make_shared<const Tree>(samples);
 }

@@ -8,8 +8,8 @@
 #include <random>
 #include <vector>
 
+#include "process_visualizer/cloud/surface.hpp"
 #include "process_visualizer/objects/object_finder.hpp"
-#include "process_visualizer/objects/triangle_mesh.hpp"
 
 namespace process_visualizer::objects {
 
@@ -28,10 +28,10 @@ class DepthCamera {
         things_(kWidth * kHeight, kNothing) {}
 
   /// Draws a surface; `thing` is what its pixels are said to belong to.
-  void draw(const TriangleMesh& mesh, const Eigen::Isometry3f& world_from_mesh, std::int8_t thing) {
+  void draw(const cloud::Surface& mesh, const Eigen::Isometry3f& world_from_mesh,
+            std::int8_t thing) {
     const Eigen::Isometry3f transform = camera_from_world_ * world_from_mesh;
-    for (const Triangle& it : mesh)
-      draw({transform * it.a, transform * it.b, transform * it.c}, thing);
+    for (const auto& [a, b, c] : mesh) draw({transform * a, transform * b, transform * c}, thing);
   }
 
   /// What each pixel belongs to.
@@ -80,11 +80,12 @@ class DepthCamera {
   }
 
   /// Draws the pixels whose centres lie in a triangle in front of the camera.
-  void draw(const Triangle& triangle, std::int8_t thing) {
-    if (std::min({triangle.a.z(), triangle.b.z(), triangle.c.z()}) < 0.05F) return;
-    const Eigen::Vector3f normal = (triangle.b - triangle.a).cross(triangle.c - triangle.a);
+  void draw(const cloud::Triangle& triangle, std::int8_t thing) {
+    const auto& [a, b, c] = triangle;
+    if (std::min({a.z(), b.z(), c.z()}) < 0.05F) return;
+    const Eigen::Vector3f normal = (b - a).cross(c - a);
     Eigen::AlignedBox<float, 2> box;
-    for (const Eigen::Vector3f& corner : {triangle.a, triangle.b, triangle.c})
+    for (const Eigen::Vector3f& corner : triangle)
       box.extend(Eigen::Vector2f(corner.head<2>() * (kFocal / corner.z())));
     const int first_row = std::max(0, static_cast<int>(box.min().y() + 239.5F));
     const int last_row = std::min(kHeight - 1, static_cast<int>(box.max().y() + 240.5F));
@@ -94,7 +95,7 @@ class DepthCamera {
       for (int column = first_column; column <= last_column; ++column) {
         const Eigen::Vector3f direction = ray(row, column);
         if (!isInside(triangle, direction)) continue;
-        const float depth = normal.dot(triangle.a) / normal.dot(direction);
+        const float depth = normal.dot(a) / normal.dot(direction);
         const std::size_t pixel = static_cast<std::size_t>(row) * kWidth + column;
         if (!(depth > 0) || depth >= depths_[pixel]) continue;
         depths_[pixel] = depth;
@@ -104,11 +105,10 @@ class DepthCamera {
   }
 
   /// Whether a ray from the origin meets a triangle: it is on one side of all three edges.
-  static bool isInside(const Triangle& triangle, const Eigen::Vector3f& ray) {
-    const float a = ray.dot(triangle.a.cross(triangle.b)),
-                b = ray.dot(triangle.b.cross(triangle.c)),
-                c = ray.dot(triangle.c.cross(triangle.a));
-    return (a >= 0 && b >= 0 && c >= 0) || (a <= 0 && b <= 0 && c <= 0);
+  static bool isInside(const cloud::Triangle& triangle, const Eigen::Vector3f& ray) {
+    const auto& [a, b, c] = triangle;
+    const float ab = ray.dot(a.cross(b)), bc = ray.dot(b.cross(c)), ca = ray.dot(c.cross(a));
+    return (ab >= 0 && bc >= 0 && ca >= 0) || (ab <= 0 && bc <= 0 && ca <= 0);
   }
 
   Eigen::Isometry3f camera_from_world_;

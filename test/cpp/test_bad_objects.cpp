@@ -45,7 +45,7 @@ std::size_t countObjects(PointCloud2 cloud) {
   scene.global_from_cloud = Eigen::Translation3f(0, 0, 2) *
                             Eigen::AngleAxisf(static_cast<float>(M_PI), Eigen::Vector3f::UnitX());
   std::vector<KnownBody> bodies;
-  bodies.emplace_back("link", boxMesh({0.2F, 0.1F, 0.1F}), 0.04F, true);
+  bodies.emplace_back("link", cloud::boxSurface({0.2F, 0.1F, 0.1F}), 0.04F, true);
   scene.cloud_from_body.emplace_back(Eigen::Translation3f(-0.4F, 0, 1.9F));
   FinderSettings settings;
   settings.gap = 0.05F;

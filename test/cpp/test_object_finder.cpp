@@ -35,8 +35,8 @@ Isometry3f at(const Vector3f& place, float yaw = 0) {
 class Cell {
  public:
   Cell() {
-    bodies_.emplace_back("upper_arm", boxMesh({0.8F, 0.12F, 0.12F}), 0.04F, true);
-    bodies_.emplace_back("gripper", cylinderMesh(0.04F, 0.3F), 0.04F, true);
+    bodies_.emplace_back("upper_arm", cloud::boxSurface({0.8F, 0.12F, 0.12F}), 0.04F, true);
+    bodies_.emplace_back("gripper", cloud::cylinderSurface({0.08F, 0.08F, 0.3F}), 0.04F, true);
   }
 
   /// \param yaw  of the robot about the origin
@@ -50,10 +50,10 @@ class Cell {
 
   DepthCamera picture() const {
     DepthCamera camera(kCamera);
-    camera.draw(boxMesh({3, 3, 0.1F}), at({0, 0, -0.05F}), kTable);
-    camera.draw(boxMesh({0.8F, 0.12F, 0.12F}), robot_[0], kRobot);
-    camera.draw(cylinderMesh(0.04F, 0.3F), robot_[1], kRobot);
-    for (const auto& [size, pose] : objects_) camera.draw(boxMesh(size), pose, kObject);
+    camera.draw(cloud::boxSurface({3, 3, 0.1F}), at({0, 0, -0.05F}), kTable);
+    camera.draw(cloud::boxSurface({0.8F, 0.12F, 0.12F}), robot_[0], kRobot);
+    camera.draw(cloud::cylinderSurface({0.08F, 0.08F, 0.3F}), robot_[1], kRobot);
+    for (const auto& [size, pose] : objects_) camera.draw(cloud::boxSurface(size), pose, kObject);
     return camera;
   }
 

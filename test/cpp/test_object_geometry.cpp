@@ -37,43 +37,44 @@ class Places {
   std::mt19937 random_{3};
 };
 
-float bruteDistance(const TriangleMesh& mesh, const Vector3f& place) {
+float bruteDistance(const cloud::Surface& mesh, const Vector3f& place) {
   float distance = std::numeric_limits<float>::infinity();
-  for (const Triangle& it : mesh)
-    distance = std::min(distance, (closestPoint(it, place) - place).norm());
+  for (const cloud::Triangle& it : mesh)
+    distance = std::min(distance, (cloud::closestPoint(it, place) - place).norm());
   return distance;
 }
 
 /// A box without a lid: its inside is a cavity.
-TriangleMesh openBox() {
-  TriangleMesh mesh;
+cloud::Surface openBox() {
+  cloud::Surface mesh;
   for (const auto& [size, place] :
        std::vector<std::pair<Vector3f, Vector3f>>{{{0.4F, 0.4F, 0.02F}, {0, 0, -0.2F}},
                                                   {{0.02F, 0.4F, 0.4F}, {0.2F, 0, 0}},
                                                   {{0.02F, 0.4F, 0.4F}, {-0.2F, 0, 0}},
                                                   {{0.4F, 0.02F, 0.4F}, {0, 0.2F, 0}},
                                                   {{0.4F, 0.02F, 0.4F}, {0, -0.2F, 0}}})
-    append(mesh, boxMesh(size), Eigen::Affine3f(Eigen::Translation3f(place)));
+    cloud::append(mesh, cloud::boxSurface(size), Eigen::Affine3f(Eigen::Translation3f(place)));
   return mesh;
 }
 
 TEST(Triangle, ItsClosestPointIsThatOfManySamples) {
   Places places;
   for (int round = 0; round < 200; ++round) {
-    const Triangle triangle{places.next(1), places.next(1), places.next(1)};
+    const cloud::Triangle triangle{places.next(1), places.next(1), places.next(1)};
     const Vector3f place = places.next(2);
     float best = std::numeric_limits<float>::infinity();
-    for (const Vector3f& sample : samplesOf({triangle}, 0.02F))
+    for (const Vector3f& sample : cloud::samplesOf(cloud::Surface{triangle}, 0.02F))
       best = std::min(best, (sample - place).norm());
-    const float distance = (closestPoint(triangle, place) - place).norm();
+    const float distance = (cloud::closestPoint(triangle, place) - place).norm();
     EXPECT_LE(distance, best + 1e-5F);
     EXPECT_GE(distance, best - 0.02F);
   }
 }
 
 TEST(DistanceField, IsThatOfAllTriangles) {
-  for (const TriangleMesh& mesh :
-       {boxMesh({0.3F, 0.2F, 0.1F}), cylinderMesh(0.1F, 0.3F), sphereMesh(0.15F), openBox()}) {
+  for (const cloud::Surface& mesh :
+       {cloud::boxSurface({0.3F, 0.2F, 0.1F}), cloud::cylinderSurface({0.2F, 0.2F, 0.3F}),
+        cloud::sphereSurface({0.3F, 0.3F, 0.3F}), openBox()}) {
     const DistanceField field(mesh, kReach);
     Places places;
     for (int round = 0; round < 2000; ++round) {
@@ -85,7 +86,7 @@ TEST(DistanceField, IsThatOfAllTriangles) {
 }
 
 TEST(DistanceField, WhatIsEnclosedIsInsideButNoCavity) {
-  EXPECT_LT(DistanceField(sphereMesh(0.15F), kReach).distance({0, 0, 0}), 0);
+  EXPECT_LT(DistanceField(cloud::sphereSurface({0.3F, 0.3F, 0.3F}), kReach).distance({0, 0, 0}), 0);
   const DistanceField open(openBox(), kReach);
   EXPECT_GE(open.distance({0, 0, 0}), kReach * 0.99F);
   EXPECT_GT(open.distance({0.15F, 0, 0}), 0.03F);
@@ -93,7 +94,7 @@ TEST(DistanceField, WhatIsEnclosedIsInsideButNoCavity) {
 }
 
 TEST(DistanceField, FarAwayAndNoNumbersAreNotNear) {
-  const DistanceField field(boxMesh({0.1F, 0.1F, 0.1F}), kReach);
+  const DistanceField field(cloud::boxSurface({0.1F, 0.1F, 0.1F}), kReach);
   const float nan = std::numeric_limits<float>::quiet_NaN();
   for (const Vector3f& place : {Vector3f(5, 0, 0), Vector3f(nan, 0, 0), Vector3f(0, 0, -1e30F)})
     EXPECT_EQ(field.distance(place), kReach);
@@ -104,7 +105,7 @@ TEST(PosedBodies, CoverWhatTheirFieldsSay) {
   std::vector<Eigen::Isometry3f> poses;
   Places places;
   for (int number = 0; number < 70; ++number) {  // more than a word of the masks has bits
-    bodies.emplace_back("link", boxMesh({0.3F, 0.05F, 0.1F}), kReach, false);
+    bodies.emplace_back("link", cloud::boxSurface({0.3F, 0.05F, 0.1F}), kReach, false);
     poses.push_back(Eigen::Translation3f(places.next(1.5F)) *
                     Eigen::AngleAxisf(static_cast<float>(number), places.next(1).normalized()));
   }
@@ -127,9 +128,9 @@ TEST(PosedBodies, WithoutBodiesNothingIsCovered) {
 
 TEST(RobotDistance, IsThatOfTheNearestTriangleOfARobot) {
   std::vector<KnownBody> bodies;
-  bodies.emplace_back("near", boxMesh({0.1F, 0.1F, 0.1F}), kReach, false);
-  bodies.emplace_back("arm", cylinderMesh(0.05F, 0.6F), kReach, true);
-  bodies.emplace_back("base", boxMesh({0.3F, 0.3F, 0.3F}), kReach, true);
+  bodies.emplace_back("near", cloud::boxSurface({0.1F, 0.1F, 0.1F}), kReach, false);
+  bodies.emplace_back("arm", cloud::cylinderSurface({0.1F, 0.1F, 0.6F}), kReach, true);
+  bodies.emplace_back("base", cloud::boxSurface({0.3F, 0.3F, 0.3F}), kReach, true);
   const std::vector<Eigen::Isometry3f> poses{Eigen::Isometry3f(Eigen::Translation3f(1, 0, 0)),
                                              Eigen::Isometry3f(Eigen::Translation3f(0, 1, 0)),
                                              Eigen::Isometry3f(Eigen::Translation3f(0, -1, 0))};
@@ -138,8 +139,10 @@ TEST(RobotDistance, IsThatOfTheNearestTriangleOfARobot) {
     const Vector3f place = places.next(1.5F);
     const auto found = distanceToRobots({place}, bodies, poses);
     ASSERT_TRUE(found);
-    const float arm = bruteDistance(cylinderMesh(0.05F, 0.6F), poses[1].inverse() * place);
-    const float base = bruteDistance(boxMesh({0.3F, 0.3F, 0.3F}), poses[2].inverse() * place);
+    const float arm =
+        bruteDistance(cloud::cylinderSurface({0.1F, 0.1F, 0.6F}), poses[1].inverse() * place);
+    const float base =
+        bruteDistance(cloud::boxSurface({0.3F, 0.3F, 0.3F}), poses[2].inverse() * place);
     EXPECT_NEAR(found->distance, std::min(arm, base), 0.012);
     if (std::abs(arm - base) > 0.02F) {
       EXPECT_EQ(found->link, arm < base ? "arm" : "base");
@@ -244,16 +247,16 @@ TEST(LinkGeometry, IsVisibleOrElseCollision) {
       readStl);
   ASSERT_EQ(links.size(), 2U);
   EXPECT_EQ(links[0].frame, "a");
-  const auto bounds = boundsOf(links[0].mesh);
+  const auto bounds = cloud::boundsOf(links[0].mesh);
   EXPECT_LT((bounds.min() - Vector3f(0, 0, 0)).norm(), 1e-5);
   EXPECT_LT((bounds.max() - Vector3f(1, 1, 0)).norm(), 1e-5);
-  EXPECT_LT((boundsOf(links[1].mesh).sizes() - Vector3f(0.4F, 0.4F, 1)).norm(), 0.01);
+  EXPECT_LT((cloud::boundsOf(links[1].mesh).sizes() - Vector3f(0.4F, 0.4F, 1)).norm(), 0.01);
 }
 
 TEST(LinkGeometry, BadDescriptionsAreRefused) {
   EXPECT_THROW(linkGeometries("no robot", readStl), std::invalid_argument);
-  EXPECT_THROW(readMesh({1, 2, 3}, "a.stl"), std::invalid_argument);
-  EXPECT_THROW(readMesh({}, "a"), std::invalid_argument);
+  EXPECT_THROW(cloud::readSurface({1, 2, 3}, "a.stl"), std::invalid_argument);
+  EXPECT_THROW(cloud::readSurface({}, "a"), std::invalid_argument);
 }
 
 }  // namespace

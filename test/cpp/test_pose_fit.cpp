@@ -164,7 +164,7 @@ TEST(SurfaceFile, ReadsStlAndCollada) {
   const std::string stl =
       "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 2 0 0\nvertex 0 3 0\n"
       "endloop\nendfacet\nendsolid a\n";
-  const Surface surface = readSurface({stl.begin(), stl.end()}, "stl");
+  const Surface surface = readSurface({stl.begin(), stl.end()}, "a.stl");
   ASSERT_EQ(surface.size(), 1U);
   EXPECT_EQ(surface[0][1], Eigen::Vector3f(2, 0, 0));
   const std::string text =
@@ -178,7 +178,7 @@ TEST(SurfaceFile, ReadsStlAndCollada) {
       </mesh></geometry></library_geometries><library_visual_scenes><visual_scene id="s"><node id="n">
       <instance_geometry url="#g"/></node></visual_scene></library_visual_scenes><scene>
       <instance_visual_scene url="#s"/></scene></COLLADA>)";
-  const Surface scaled = readSurface({text.begin(), text.end()}, "dae");
+  const Surface scaled = readSurface({text.begin(), text.end()}, "a.dae");
   ASSERT_EQ(scaled.size(), 1U);
   EXPECT_LT((scaled[0][1] - Eigen::Vector3f(1, 0, 0)).norm(), 1e-6F);
   EXPECT_LT((scaled[0][2] - Eigen::Vector3f(0, 0, 2)).norm(), 1e-6F);
@@ -188,7 +188,7 @@ TEST(SurfaceFile, RefusesWhatIsNoMesh) {
   const std::string text = "this is no mesh";
   for (const char* extension : {"dae", "stl", "obj", "xyz", ""})
     EXPECT_THROW(readSurface({text.begin(), text.end()}, extension), std::invalid_argument);
-  EXPECT_THROW(readSurface({}, "stl"), std::invalid_argument);
+  EXPECT_THROW(readSurface({}, "a.stl"), std::invalid_argument);
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / 'bench'))
 from fit import displaced
 from still_cell import CLOUD, StillCell
 
-from process_visualizer.cell.model import BaseFrame, Device
+from process_visualizer.cell.model import BaseFrame, Device, RegionOfInterest
 from process_visualizer.clients.sensor_fit_client import FitError, fit_sensor
 from process_visualizer.motion.pose_difference import pose_difference
 
@@ -84,6 +84,19 @@ class SensorFitTest(unittest.TestCase):
     def test_a_sensor_without_a_cloud(self) -> None:
         silent = replace(self.stage.sensor, name='silent', topics=())
         self.assertIn('publishes no cloud', self.refusal(silent))
+
+    def test_a_cropped_cloud_without_models_says_what_to_do(self) -> None:
+        whole = rospy.wait_for_message(CLOUD, PointCloud2, TIMEOUT_S)
+        corner = PointCloud2(header=whole.header, height=40, width=640, point_step=12,
+                             row_step=7680, fields=whole.fields, data=whole.data[:40 * 7680])
+        publisher = rospy.Publisher('/cropped/points', PointCloud2, latch=True, queue_size=1)
+        publisher.publish(corner)
+        cropped = replace(self.stage.sensor, name='cropped', topics=())
+        advice = 'make the box larger'
+        self.assertNotIn(advice, self.refusal(cropped))
+        here = self.stage.sensor.location
+        box = RegionOfInterest('world', (0.0, 0.0, 0.0), (0.3, 0.3, 0.3), here)
+        self.assertIn(advice, self.refusal(replace(cropped, roi=box)))
 
     def test_a_broken_cloud(self) -> None:
         whole = rospy.wait_for_message(CLOUD, PointCloud2, TIMEOUT_S)

@@ -6,7 +6,7 @@
 
 #include <Eigen/Geometry>
 #include <array>
-#include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -14,8 +14,11 @@ namespace process_visualizer::cloud {
 
 using SurfaceCloud = pcl::PointCloud<pcl::PointNormal>;
 
-/// A surface of triangles, their corners anticlockwise as seen from outside.
-using Surface = std::vector<std::array<Eigen::Vector3f, 3>>;
+/// Its corners, m, anticlockwise as seen from outside.
+using Triangle = std::array<Eigen::Vector3f, 3>;
+
+/// A surface of triangles in any order; those of models are seldom closed.
+using Surface = std::vector<Triangle>;
 
 /// Where a point is, m.
 template <typename Point>
@@ -37,11 +40,24 @@ Surface cylinderSurface(const Eigen::Vector3f& size);
 /// An ellipsoid about the origin. \param size  diameters along x, y and z
 Surface sphereSurface(const Eigen::Vector3f& size);
 
-/// The surface in the contents of a file, whose upper axis and unit are those of RViz.
-/// \param content    of the file
-/// \param extension  of its name, which says what it is: dae, stl, obj
-/// \throws std::invalid_argument that says why it has none
-Surface readSurface(const std::vector<char>& content, const std::string& extension);
+/// The surface in a mesh file, in m, with the transforms of its nodes. As in RViz, the unit of a
+/// COLLADA file counts, and the z axis stays the z axis whatever it says.
+/// \param name  of the file; its ending says what it is: dae, stl, obj
+/// \throws std::invalid_argument that names the file and says what is wrong with it
+Surface readSurface(const std::vector<std::uint8_t>& content, const std::string& name);
+
+/// Adds what `added` is after a transform to a surface.
+void append(Surface& surface, const Surface& added, const Eigen::Affine3f& transform);
+
+/// The point of a triangle that is nearest to `point` (Ericson, Real-Time Collision Detection,
+/// 5.1.5).
+Eigen::Vector3f closestPoint(const Triangle& triangle, const Eigen::Vector3f& point);
+
+/// The smallest box around a surface whose edges are parallel to the axes.
+Eigen::AlignedBox3f boundsOf(const Surface& surface);
+
+/// Points on a surface so that none of it is farther than the spacing from one of them.
+std::vector<Eigen::Vector3f> samplesOf(const Surface& surface, float spacing_m);
 
 /// Adds points of a surface with their normals, one for each square of the spacing on average.
 /// \param spacing_m   how far from each other

@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <vector>
 
-#include "process_visualizer/objects/triangle_mesh.hpp"
+#include "process_visualizer/cloud/surface.hpp"
 
 namespace process_visualizer::objects {
 
@@ -16,7 +16,7 @@ namespace process_visualizer::objects {
 class DistanceField {
  public:
   /// \param reach  up to this distance from the surface it is known, m
-  DistanceField(const TriangleMesh& mesh, float reach);
+  DistanceField(const cloud::Surface& mesh, float reach);
 
   /// The distance of a place from the surface, m, negative inside; at most about `reach`.
   float distance(const Eigen::Vector3f& place) const;
@@ -30,7 +30,7 @@ class DistanceField {
   using Node = Eigen::Vector3i;
 
   std::size_t indexOf(const Node& node) const;
-  void measure(const Triangle& triangle);
+  void measure(const cloud::Triangle& triangle);
   void markInside();
   std::vector<bool> reachableFromOutside() const;
 

@@ -17,7 +17,7 @@ namespace process_visualizer::objects {
 struct KnownBody {
   /// \param reach  how near a place must be for its distance to be known, m
   /// \param is_robot  whether distances to it are wanted, however large
-  KnownBody(std::string name, const TriangleMesh& mesh, float reach, bool is_robot)
+  KnownBody(std::string name, const cloud::Surface& mesh, float reach, bool is_robot)
       : frame(std::move(name)), field(mesh, reach) {
     if (is_robot) samples.emplace(mesh);
   }

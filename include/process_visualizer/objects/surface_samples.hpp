@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <memory>
 
-#include "process_visualizer/objects/triangle_mesh.hpp"
+#include "process_visualizer/cloud/surface.hpp"
 
 namespace process_visualizer::objects {
 
@@ -18,7 +18,7 @@ struct NearestPlace {
 /// to `kSpacing` at the surface itself.
 class SurfaceSamples {
  public:
-  explicit SurfaceSamples(const TriangleMesh& mesh);
+  explicit SurfaceSamples(const cloud::Surface& mesh);
 
   NearestPlace nearest(const Eigen::Vector3f& place) const;
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The Kinect's pictures of the simulated cell: colour and registered depth, 640 x 480.
 
-What stands still is drawn once, in a few variants of sensor noise; a frame copies one of them and
-draws the covers and the robots into it.
+What stands still is drawn once, with a few variants of noise; a frame copies it, and draws the
+covers and the robots into it.
 """
 
 from __future__ import annotations
@@ -12,11 +12,14 @@ from typing import NamedTuple, Optional
 
 import numpy as np
 
-from sewing_cell import depth_noise, layout, pinhole, scene, silhouette
-from sewing_cell.arms import ARMS, LOWER, UPPER, Arm
+from sewing_cell import layout, pinhole, scene
+from sewing_cell.arms import ARMS, Arm
 from sewing_cell.cycle import CoverPair, SewingCycle
+from sewing_cell.depth_noise import DepthNoise
 from sewing_cell.intruder import Intruder
 from sewing_cell.lookahead import Lookahead
+from sewing_cell.mesh_picture import Picture
+from sewing_cell.robot_picture import draw_robot, link_poses
 
 _VARIANTS = 4
 _COLOUR_NOISE = 2.5
@@ -25,8 +28,7 @@ _LOWER_MARGIN_M = 0.012  # how much the lower cover is larger: its rim shows
 _SEAM_INSET = layout.NEEDLE[0] - layout.SEAM_START_XY[0]
 _SEAM_BEGIN = layout.NEEDLE[1] - layout.SEAM_START_XY[1]
 _STITCH_M = 0.012
-_THREAD, _ROBOT = (236, 222, 190), (186, 192, 200)
-_SHADES = 255
+_THREAD = (236, 222, 190)
 _ABOVE_M = 0.01  # what is more than this above a cover hides it
 
 
@@ -54,7 +56,7 @@ class Cover:
         self._camera_y = camera[1]
         depth, self._row_x = pinhole.plane_rows(height_m, camera)
         self._row_y_per_column = depth / pinhole.FOCAL_LENGTH_PX
-        self.plane_depth = np.repeat(depth[:, None], pinhole.WIDTH, axis=1)
+        self.plane_depth = np.repeat(depth[:, None], pinhole.WIDTH, axis=1).astype(np.float32)
 
     def locate(self, x: float, y: float) -> tuple[slice, slice, np.ndarray, np.ndarray]:
         """Image rows and columns of the cover at ``x``, ``y``, and the texels of these pixels.
@@ -85,9 +87,7 @@ class Camera:
                  intruder: Optional[Intruder] = None) -> None:
         self._cycle, self._rate_hz, self._place = cycle, rate_hz, place
         self._intruder = intruder
-        self._skeletons = {
-            arm.name: Lookahead(partial(_skeletons, cycle, arm, place), rate_hz) for arm in ARMS
-        }
+        self._robots = [Lookahead(partial(_poses, cycle, arm, place), rate_hz) for arm in ARMS]
         random = np.random.default_rng([seed, 4])
         height, lower = layout.COVER_THICKNESS, -layout.COVER_THICKNESS
         plane = layout.SEWING_PLANE_Z
@@ -95,47 +95,28 @@ class Camera:
             Cover(plane + height, 0.0, (150, 98, 60), random, place),
             Cover(plane + lower, _LOWER_MARGIN_M, (104, 66, 42), random, place),
         )
-        still = scene.trace(place)
-        hidden = depth_noise.shadow(still.depth)
-        self._colours = [_with_noise(still.colour, random) for _ in range(_VARIANTS)]
-        self._depths = [
-            np.where(hidden, 0, depth_noise.measured(still.depth, random)).astype(np.uint16)
-            for _ in range(_VARIANTS)
-        ]
-        self._cover_depths = [
-            [depth_noise.measured(cover.plane_depth, random) for cover in self._covers]
-            for _ in range(_VARIANTS)
-        ]
-        self._still_depth = still.depth.astype(np.float32)
-        shades = np.arange(_SHADES + 1)[:, None] / _SHADES * np.array(_ROBOT)
-        self._robot_shades = _pixels(shades.astype(np.uint8))
+        still = scene.still_picture(place)
+        self._still_depth = still.depth
+        self._still_colours = [_with_noise(still.colour, random) for _ in range(_VARIANTS)]
+        self._noise = DepthNoise(still.depth.shape, random, _VARIANTS)
         self._free = [still.depth > cover.plane_depth - _ABOVE_M for cover in self._covers]
 
     def render(self, number: int) -> Frame:
         """Picture ``number`` of the cycle, from 0; both arrays belong to the caller."""
         time_s, variant = number / self._rate_hz, number % _VARIANTS
-        frame = Frame(self._colours[variant].copy(), self._depths[variant].copy())
-        self._draw_robot(frame, LOWER, number)
+        picture = Picture(self._still_depth.copy(), self._still_colours[variant].copy())
         for pair in self._cycle.covers(time_s):
             for layer in (1, 0):
-                self._draw_cover(frame, layer, pair, variant)
+                self._draw_cover(picture, layer, pair)
             if pair.sewn > 0:
-                self._draw_seam(frame, pair, time_s)
-        self._draw_robot(frame, UPPER, number)
+                self._draw_seam(picture, pair, time_s)
+        for poses in self._robots:
+            draw_robot(picture, np.array(poses(number)))
         if self._intruder is not None:
-            self._intruder.draw(frame.colour, frame.depth, time_s, self._place)
-        return frame
+            self._intruder.draw(picture, time_s, self._place)
+        return Frame(picture.colour, self._noise.measured(picture.depth, variant))
 
-    def _draw_robot(self, frame: Frame, arm: Arm, number: int) -> None:
-        colour = _pixels(frame.colour)
-        for patch in silhouette.robot(arm, self._skeletons[arm.name](number)):
-            where = (patch.rows, patch.columns)
-            seen = patch.mask & (patch.depth < self._still_depth[where])
-            shades = self._robot_shades.take((_SHADES * patch.light).astype(np.intp))
-            np.copyto(colour[where], shades, where=seen)
-            np.copyto(frame.depth[where], depth_noise.stepped(patch.depth), where=seen)
-
-    def _draw_cover(self, frame: Frame, layer: int, pair: CoverPair, variant: int) -> None:
+    def _draw_cover(self, picture: Picture, layer: int, pair: CoverPair) -> None:
         cover = self._covers[layer]
         rows, columns, across, along = cover.locate(pair.x + pair.steering[layer], pair.y)
         if along.size == 0:
@@ -144,11 +125,10 @@ class Camera:
         on_cover = (along >= 0) & (along < length) & self._free[layer][rows, columns]
         texels = across[:, None] * length + along
         leather = cover.texture.ravel().take(texels, mode="clip")
-        np.copyto(_pixels(frame.colour)[rows, columns], leather, where=on_cover)
-        depth = self._cover_depths[variant][layer][rows, columns]
-        np.copyto(frame.depth[rows, columns], depth, where=on_cover)
+        np.copyto(_pixels(picture.colour)[rows, columns], leather, where=on_cover)
+        np.copyto(picture.depth[rows, columns], cover.plane_depth[rows, columns], where=on_cover)
 
-    def _draw_seam(self, frame: Frame, pair: CoverPair, time_s: float) -> None:
+    def _draw_seam(self, picture: Picture, pair: CoverPair, time_s: float) -> None:
         """The thread on the sewn part of the upper cover, a stitch and a gap in turn."""
         along = np.arange(0.0, pair.sewn, _TEXEL_M)
         along = along[np.mod(along, _STITCH_M) < 0.75 * _STITCH_M]
@@ -161,13 +141,11 @@ class Camera:
         inside = (u >= 0) & (u < pinhole.WIDTH) & (v >= 0) & (v < pinhole.HEIGHT)
         u, v = u[inside], v[inside]
         free = self._free[0][v, u]
-        frame.colour[v[free], u[free]] = _THREAD
+        picture.colour[v[free], u[free]] = _THREAD
 
 
-def _skeletons(
-    cycle: SewingCycle, arm: Arm, place: np.ndarray, times_s: np.ndarray
-) -> np.ndarray:
-    return silhouette.skeleton(arm, cycle.joints(arm, times_s), place)
+def _poses(cycle: SewingCycle, arm: Arm, place: np.ndarray, times_s: np.ndarray) -> np.ndarray:
+    return link_poses(arm, cycle.joints(arm, times_s), place)
 
 
 def _columns(first_m: float, last_m: float, scale: np.ndarray) -> slice:

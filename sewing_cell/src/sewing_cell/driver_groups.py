@@ -20,7 +20,7 @@ from sewing_cell.arms import ARMS, Arm
 from sewing_cell.camera import Camera
 from sewing_cell.cycle import SewingCycle
 from sewing_cell.faults import FaultyCycle
-from sewing_cell.intruder import Intruder
+from sewing_cell.intruder import INTRUDERS
 from sewing_cell.lookahead import Lookahead
 
 _QUEUE_SIZE, _IMAGE_QUEUE_SIZE = 50, 3
@@ -58,7 +58,7 @@ class JointDriver:
     def _rows(cycle: SewingCycle, arm: Arm, times_s: np.ndarray) -> np.ndarray:
         return np.hstack([cycle.joints(arm, times_s), cycle.tool_frame(arm, times_s)])
 
-    def __call__(self, tick: int) -> None:
+    def __call__(self, tick: int, _late_s: float = 0.0) -> None:
         """Publish message number ``tick`` of every topic."""
         for joints, tool_frame, rows in self._robots:
             row = rows(tick)
@@ -77,7 +77,7 @@ class ForceDriver:
             for arm in ARMS
         ]
 
-    def __call__(self, tick: int) -> None:
+    def __call__(self, tick: int, _late_s: float = 0.0) -> None:
         """Publish message number ``tick`` of every topic."""
         for topic, rows in self._sensors:
             topic.publish(rows(tick))
@@ -97,7 +97,7 @@ class MachineDriver:
         self._feed_rate = rospy.Publisher("feed_rate_est", Float32, queue_size=_QUEUE_SIZE)
         self._feed_rates = Lookahead(cycle.feed_rate, rate_hz)
 
-    def __call__(self, tick: int) -> None:
+    def __call__(self, tick: int, _late_s: float = 0.0) -> None:
         """Publish message number ``tick`` of every topic."""
         for publisher, readings in self._edges:
             publisher.publish(readings(tick))
@@ -127,9 +127,9 @@ class KinectDriver:
     def __init__(self, cycle: SewingCycle, rate_hz: float, seed: int, kinect: Kinect,
                  intruder: Optional[str] = None) -> None:
         camera = kinect.camera
-        with_intruder = None if intruder is None else Intruder(intruder, seed)
+        placed = None if intruder is None else INTRUDERS[intruder]
         pool = ThreadPoolExecutor(1, "draw")
-        self._camera = pool.submit(Camera, cycle, rate_hz, seed, kinect.place, with_intruder)
+        self._camera = pool.submit(Camera, cycle, rate_hz, seed, kinect.place, placed)
         pool.shutdown(wait=False)
         self._info = camera_messages.camera_info(camera)
         self._colour = camera_messages.image("rgb8", 3, camera)
@@ -146,9 +146,9 @@ class KinectDriver:
             f"{driver}/parameter_descriptions", camera_messages.driver_description()
         )
 
-    def __call__(self, tick: int) -> None:
-        """Publish frame number ``tick``: images and infos carry the same stamp."""
-        stamp = rospy.Time.now()
+    def __call__(self, tick: int, late_s: float = 0.0) -> None:
+        """Publish frame number ``tick``: images and infos carry the time at which it was due."""
+        stamp = rospy.Time.now() - rospy.Duration.from_sec(late_s)
         self._info.header.stamp = stamp
         for publisher in self._info_publishers:
             publisher.publish(self._info)

@@ -1,43 +1,53 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The Kinect's picture of meshes: our Collada files as triangles, drawn one after the other."""
+"""Meshes, and pictures that the Kinects have of them."""
 
 from __future__ import annotations
 
-from typing import Iterator, NamedTuple
-from xml.etree import ElementTree
+from typing import NamedTuple
 
 import numpy as np
 
-from sewing_cell import pinhole
+from sewing_cell import picture_library, pinhole
 
-_SPACE = "{http://www.collada.org/2005/11/COLLADASchema}"
-_AMBIENT = 0.55
+_BOX_FACES = np.array(
+    [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+)  # corner number: 4 at upper x, 2 at upper y, 1 at upper z; anticlockwise from outside
 
 
 class Mesh(NamedTuple):
-    """Corners (n, 3, 3) [m] of triangles, and a colour (n, 3), 0 to 255, of each."""
+    """Triangles, anticlockwise as seen from outside.
+
+    Corners (n, 3, 3) float32 [m], and a colour (n, 3) uint8 of each.
+    """
 
     corners: np.ndarray
     colours: np.ndarray
 
-    def placed(self, rotation: np.ndarray, position: np.ndarray) -> Mesh:
-        """The mesh elsewhere: turned by a matrix (3, 3), then moved [m]."""
-        return Mesh(self.corners @ np.asarray(rotation).T + position, self.colours)
+    @classmethod
+    def of(cls, corners: np.ndarray, colour: np.ndarray | tuple[int, int, int]) -> Mesh:
+        """Triangles (n, 3, 3) [m] of one colour (3,), 0 to 255."""
+        colours = np.tile(np.array(colour, dtype=np.uint8), (len(corners), 1))
+        return cls(np.ascontiguousarray(corners, dtype=np.float32), colours)
 
 
-def read_mesh(path: str) -> Mesh:
-    """A Collada file as scripts/make_meshes.py writes it: in m, without transforms of nodes."""
-    root = ElementTree.parse(path).getroot()
-    colours = {
-        str(effect.get("id")): _numbers(effect.find(f".//{_SPACE}diffuse/{_SPACE}color"))[:3] * 255
-        for effect in root.iter(f"{_SPACE}effect")
-    }
-    parts = [
-        Mesh(corners, np.tile(colours[f"{material}-effect"], (len(corners), 1)))
-        for mesh in root.iter(f"{_SPACE}mesh")
-        for material, corners in _triangles(mesh)
-    ]
-    return joined(parts)
+class Picture(NamedTuple):
+    """Depth (480, 640) float32 [m], inf where there is nothing, and colour (480, 640, 3) uint8."""
+
+    depth: np.ndarray
+    colour: np.ndarray
+
+    @classmethod
+    def empty(cls) -> Picture:
+        """A picture of nothing."""
+        shape = (pinhole.HEIGHT, pinhole.WIDTH)
+        return cls(np.full(shape, np.inf, np.float32), np.zeros((*shape, 3), np.uint8))
+
+    def draw(self, mesh: Mesh, camera_from_mesh: np.ndarray) -> None:
+        """Draw what is nearer than the picture, given the pose (4, 4) of a mesh in the camera.
+
+        Faces that look away from the camera are not drawn.
+        """
+        picture_library.draw(*mesh, camera_from_mesh, *self)
 
 
 def joined(meshes: list[Mesh]) -> Mesh:
@@ -48,63 +58,8 @@ def joined(meshes: list[Mesh]) -> Mesh:
     )
 
 
-def draw(mesh: Mesh, depth: np.ndarray, colour: np.ndarray) -> None:
-    """Draw what is nearer than a picture's depth [m] (480, 640) into it and its colour.
-
-    The inverse of the depth is linear in the picture, so that planes stay planes.
-    """
-    seen = pinhole.project(mesh.corners)
-    light = _light(mesh.corners)
-    front = (seen[..., 2] > 0.1).all(axis=1) & (_area(seen) > 0.0)
-    low = np.ceil(seen[..., :2].min(axis=1)).astype(int)
-    high = np.floor(seen[..., :2].max(axis=1)).astype(int) + 1
-    low, high = np.maximum(low, 0), np.minimum(high, (pinhole.WIDTH, pinhole.HEIGHT))
-    for number in np.flatnonzero(front & (low < high).all(axis=1)):
-        columns = slice(low[number, 0], high[number, 0])
-        rows = slice(low[number, 1], high[number, 1])
-        inside, found = _depths(seen[number], columns, rows)
-        nearer = inside & (found < depth[rows, columns])
-        depth[rows, columns][nearer] = found[nearer]
-        colour[rows, columns][nearer] = light[number] * mesh.colours[number]
-
-
-def _depths(
-    corners: np.ndarray, columns: slice, rows: slice
-) -> tuple[np.ndarray, np.ndarray]:
-    """Which pixels of a rectangle lie in a triangle, and the depth [m] of each."""
-    u = np.arange(columns.start, columns.stop)[None, :]
-    v = np.arange(rows.start, rows.stop)[:, None]
-    (u_0, v_0, z_0), (u_1, v_1, z_1), (u_2, v_2, z_2) = corners
-    area = (u_1 - u_0) * (v_2 - v_0) - (u_2 - u_0) * (v_1 - v_0)
-    second = ((u - u_0) * (v_2 - v_0) - (u_2 - u_0) * (v - v_0)) / area
-    third = ((u_1 - u_0) * (v - v_0) - (u - u_0) * (v_1 - v_0)) / area
-    first = 1.0 - second - third
-    inside = (first >= 0.0) & (second >= 0.0) & (third >= 0.0)
-    inverse = first / z_0 + second / z_1 + third / z_2
-    return inside, 1.0 / np.where(inside, inverse, 1.0)
-
-
-def _area(seen: np.ndarray) -> np.ndarray:
-    """Twice the area (n,) of triangles in the picture, of both sides."""
-    first, second = seen[:, 1, :2] - seen[:, 0, :2], seen[:, 2, :2] - seen[:, 0, :2]
-    return np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
-
-
-def _light(corners: np.ndarray) -> np.ndarray:
-    """Brightness (n,): the more a triangle looks up or down, the brighter."""
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.maximum(np.linalg.norm(across, axis=1), 1e-12)
-    return _AMBIENT + (1.0 - _AMBIENT) * np.abs(across[:, 2]) / length
-
-
-def _triangles(mesh: ElementTree.Element) -> Iterator[tuple[str, np.ndarray]]:
-    """The material and the corners (n, 3, 3) of each group of triangles."""
-    points = _numbers(mesh.find(f"{_SPACE}source/{_SPACE}float_array")).reshape(-1, 3)
-    for group in mesh.iter(f"{_SPACE}triangles"):
-        numbers = _numbers(group.find(f"{_SPACE}p")).astype(int)
-        yield str(group.get("material")), points[numbers.reshape(-1, 3)]
-
-
-def _numbers(element: ElementTree.Element | None) -> np.ndarray:
-    text = "" if element is None else element.text or ""
-    return np.array(text.split(), dtype=float)
+def box_mesh(lower: np.ndarray, upper: np.ndarray, colour: tuple[int, int, int]) -> Mesh:
+    """A box between two opposite corners (3,) [m]."""
+    corners = np.stack(np.meshgrid(*zip(lower, upper), indexing="ij"), axis=-1).reshape(8, 3)
+    triangles = np.concatenate([_BOX_FACES[:, [0, 1, 2]], _BOX_FACES[:, [0, 2, 3]]])
+    return Mesh.of(corners[triangles], colour)

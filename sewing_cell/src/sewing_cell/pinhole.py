@@ -30,6 +30,20 @@ WORLD_FROM_OPTICAL = _world_from_body() @ _BODY_FROM_OPTICAL
 POSITION = position(layout.CAMERA_XYZ)
 
 
+def camera_from_world(camera: np.ndarray = POSITION) -> np.ndarray:
+    """Pose (4, 4) of ``world`` in the optical frame of a camera at ``camera`` (3,) [m]."""
+    pose = np.eye(4)
+    pose[:3, :3] = WORLD_FROM_OPTICAL.T
+    return pose @ moved_by(-camera)
+
+
+def moved_by(shift: np.ndarray) -> np.ndarray:
+    """A pose (4, 4) that is moved by ``shift`` (3,) [m], and not turned."""
+    pose = np.eye(4)
+    pose[:3, 3] = shift
+    return pose
+
+
 def rays() -> np.ndarray:
     """Direction of each pixel's ray in ``world``, per m of depth, shape (480, 640, 3)."""
     u, v = np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT))

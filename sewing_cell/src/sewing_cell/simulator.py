@@ -50,7 +50,7 @@ class Simulator:
             self._add("image", parameters.image_rate, driver)
 
     def _add(
-        self, name: str, rate_hz: float, driver: Callable[[float], Callable[[int], None]]
+        self, name: str, rate_hz: float, driver: Callable[[float], Callable[[int, float], None]]
     ) -> None:
         """Give a driver its thread, unless its rate is 0."""
         if rate_hz > 0:

@@ -9,17 +9,18 @@ from typing import Callable, Optional
 
 
 class Ticker:
-    """Calls ``action(tick)`` at ``start_s + tick / rate_hz`` (``time.monotonic``), tick 0, 1, ...
+    """Calls ``action(tick, late_s)`` at ``start_s + tick / rate_hz`` (``time.monotonic``).
 
-    Ticks that are over when their turn comes are skipped, and ``on_skip(count)`` is told.  An
-    exception ends the thread and is given to ``on_failure``.
+    ``tick`` is 0, 1, ..., and ``late_s`` says how long ago it was due.  Ticks that are over when
+    their turn comes are skipped, and ``on_skip(count)`` is told.  An exception ends the thread and
+    is given to ``on_failure``.
     """
 
     def __init__(
         self,
         name: str,
         rate_hz: float,
-        action: Callable[[int], None],
+        action: Callable[[int, float], None],
         on_skip: Callable[[int], None],
         on_failure: Callable[[Exception], None],
     ) -> None:
@@ -47,7 +48,7 @@ class Ticker:
             tick = 0
             while self._wait_until(self._start_s + tick / self._rate_hz):
                 tick = self._without_missed(tick)
-                self._action(tick)
+                self._action(tick, time.monotonic() - self._start_s - tick / self._rate_hz)
                 tick += 1
         except Exception as error:
             self._on_failure(error)

@@ -6,11 +6,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sewing_cell import depth_noise, layout, pinhole
+from sewing_cell import layout, pinhole
 from sewing_cell.arms import UPPER
 from sewing_cell.camera import Camera, Frame
 from sewing_cell.cycle import SewingCycle
-from sewing_cell.intruder import INTRUDERS, Intruder
+from sewing_cell.depth_noise import DepthNoise
+from sewing_cell.intruder import INTRUDERS
 
 RATE_HZ = 30.0
 SEWING = 240  # number of a picture while the machine sews
@@ -152,24 +153,32 @@ def test_robot_hides_what_is_below(camera: Camera, cycle: SewingCycle) -> None:
     assert 0.0 < depth - seen < 0.2
 
 
+def measured(depth_m: np.ndarray) -> np.ndarray:
+    noise = DepthNoise(depth_m.shape, np.random.default_rng(0))
+    return noise.measured(depth_m.astype(np.float32))
+
+
 def test_depth_has_the_steps_of_a_kinect() -> None:
-    flat = np.full((200, 200), 1.85)
-    measured = depth_noise.measured(flat, np.random.default_rng(0))
-    levels = np.unique(measured[measured > 0])
+    depth_mm = measured(np.full((200, 200), 1.85))
+    levels = np.unique(depth_mm[depth_mm > 0])
     assert 2 <= levels.size <= 6
     assert np.all(np.diff(levels.astype(int)) >= 9)
     assert np.all(np.diff(levels.astype(int)) <= 11)
-    assert abs(measured[measured > 0].mean() - 1850) < 2
-    assert 0 < (measured == 0).mean() < 0.002
+    assert abs(depth_mm[depth_mm > 0].mean() - 1850) < 2
+    assert 0 < (depth_mm == 0).mean() < 0.002
 
 
 def test_shadow_lies_beside_near_things() -> None:
-    depth = np.full((3, 100), 3.0)
+    depth = np.full((100, 100), 3.0)
     depth[:, 60:] = 1.5
-    hidden = depth_noise.shadow(depth)
-    assert hidden[:, 50:60].all()
-    assert not hidden[:, :40].any()
-    assert not hidden[:, 60:].any()
+    hidden = (measured(depth) == 0).mean(axis=0)
+    assert (hidden[50:60] == 1).all()
+    assert (hidden[:40] < 0.05).all()
+    assert (hidden[60:] < 0.05).all()
+
+
+def test_what_is_out_of_reach_has_a_depth_that_fits() -> None:
+    assert measured(np.full((2, 2), np.inf)).min() > 50000
 
 
 def test_a_second_camera_sees_the_same_cover_from_its_place(cycle: SewingCycle) -> None:
@@ -190,13 +199,14 @@ def test_a_second_camera_sees_the_same_cover_from_its_place(cycle: SewingCycle) 
 def test_an_intruder_is_seen_where_it_is(kind: str, cycle: SewingCycle, camera: Camera) -> None:
     number = 120  # of the picture: the hand is inside
     before = camera.render(number)
-    after = Camera(cycle, RATE_HZ, seed=1, intruder=Intruder(kind)).render(number)
+    intruder = INTRUDERS[kind]
+    after = Camera(cycle, RATE_HZ, seed=1, intruder=intruder).render(number)
     changed = before.depth != after.depth
-    box = Intruder(kind).box(number / RATE_HZ)
-    u, v, _ = pinhole.project((box.lower + box.upper) / 2).astype(int)
+    centre = intruder.centre(number / RATE_HZ)
+    u, v, _ = pinhole.project(centre).astype(int)
     assert changed[v, u] and (before.colour[v, u] != after.colour[v, u]).any()
     depth_m = after.depth[changed & (after.depth > 0)] / 1000
-    top_m = pinhole.POSITION[2] - box.upper[2]
+    top_m = pinhole.POSITION[2] - centre[2] - intruder.size[2] / 2
     assert abs(np.median(depth_m) - top_m) < 0.02
-    area = np.prod(box.upper[:2] - box.lower[:2]) * (pinhole.FOCAL_LENGTH_PX / top_m) ** 2
+    area = np.prod(intruder.size[:2]) * (pinhole.FOCAL_LENGTH_PX / top_m) ** 2
     assert changed.sum() > 0.8 * area

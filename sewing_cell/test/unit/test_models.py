@@ -17,7 +17,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from process_visualizer.descriptions.link_visuals import ShapeKind, link_visuals
 from process_visualizer.descriptions.xacro_file import expand_xacro
+from process_visualizer.motion.kinematics import Placement
+from sewing_cell import robot_picture
 
 SEWING_CELL = Path(__file__).resolve().parents[2]
 URDF = SEWING_CELL / "urdf"
@@ -228,6 +231,18 @@ def test_every_visual_has_a_mesh_and_every_link_a_collision(models: Models) -> N
         for link in model.iter("link"):
             child(link, "visual/geometry/mesh")
             child(link, "collision/geometry/*")
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_the_simulator_draws_the_robots_as_their_models(robots: Models, name: str) -> None:
+    """The mesh of each link, in its frame."""
+    visuals = link_visuals(ElementTree.tostring(robots[name], encoding="unicode"))
+    links = [f"{name}/{link}" for link in (*(f"link{i}" for i in range(8)), "tool")]
+    assert sorted(links) == sorted(it.link for it in visuals)
+    for visual in visuals:
+        mesh = robot_picture.MESHES[links.index(visual.link)]
+        assert visual[1:] == (Placement(), ShapeKind.MESH, (1.0, 1.0, 1.0),
+                              f"package://process_visualizer/meshes/{mesh}.dae")
 
 
 def test_meshes_together_stay_small() -> None:

@@ -22,13 +22,15 @@ class Recorder:
     def __init__(self, wanted: int, then: Optional[Callable[[int], None]] = None) -> None:
         self.ticks: list[int] = []
         self.times_s: list[float] = []
+        self.late_s: list[float] = []
         self.skipped: list[int] = []
         self.failures: list[Exception] = []
         self.done = threading.Event()
         self._wanted, self._then = wanted, then
 
-    def __call__(self, tick: int) -> None:
+    def __call__(self, tick: int, late_s: float) -> None:
         self.ticks.append(tick)
+        self.late_s.append(late_s)
         self.times_s.append(time.monotonic())
         if len(self.ticks) >= self._wanted:
             self.done.set()
@@ -56,6 +58,9 @@ def test_ticks_are_never_early_and_every_one_is_accounted_for() -> None:
     run(recorder, 100.0, start_s)
     due = start_s + np.array(recorder.ticks) / 100.0
     assert np.all(np.array(recorder.times_s) >= due - 1e-4)
+    told = np.array(recorder.times_s) - recorder.late_s
+    np.testing.assert_array_less(-1e-6, told - due)  # the action is called a moment later
+    assert np.median(told - due) < 0.005
     assert len(recorder.ticks) + sum(recorder.skipped) == recorder.ticks[-1] + 1
     assert np.all(np.diff(recorder.ticks) > 0)
 

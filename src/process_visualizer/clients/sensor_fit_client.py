@@ -54,9 +54,22 @@ def fit_sensor(device: Device, devices: Sequence[Device], frame: str) -> SensorF
     finally:
         connection.close()
     if not answer.success:
-        raise FitError(answer.message)
+        raise FitError(answer.message + _advice(device, topic))
     return SensorFit(pose_of(answer.pose), answer.before, answer.residual, answer.points,
                      tuple(answer.left_out))
+
+
+def _advice(device: Device, topic: str) -> str:
+    """What helps a sensor of which only a cropped cloud exists."""
+    if device.roi is None or topic != _points(device):
+        return ''
+    return ('. Its cloud is cropped to the box of its <roi>: make the box larger (tab Calibration) '
+            'until it holds robots or machines, fit, then set the box back')
+
+
+def _points(device: Device) -> str:
+    """What depth_proc shows of a sensor, cropped if it has a box."""
+    return f'/{device.name}/points'
 
 
 def _cloud_topic(device: Device) -> str:
@@ -64,7 +77,7 @@ def _cloud_topic(device: Device) -> str:
     published = {name for name, kind in rospy.get_published_topics() if kind == _CLOUD}
     shown = device.topic_for(TopicFunction.POINTCLOUD)
     others = [topic.name for topic in device.topics if topic is not shown]
-    names = [*others, *([] if shown is None else [shown.name]), f'/{device.name}/points']
+    names = [*others, *([] if shown is None else [shown.name]), _points(device)]
     topic: Optional[str] = next((name for name in names if name in published), None)
     if topic is None:
         raise FitError(f'{device.name} publishes no cloud; launch it first')
