@@ -228,6 +228,8 @@ class Playback:
             passed, count = self._shown.passed, self._index.count_until(basis.bag_ns)
             self._shown = self._shown.standing(count, basis.bag_ns)
             self._show_from(passed, basis)
+            if not basis.forward:
+                self._output.show(self._events.left_backward(count), basis)
 
     def _show_from(self, passed: int, basis: Basis) -> None:
         """Publish one by one what makes the scene of so many messages the one to be shown."""

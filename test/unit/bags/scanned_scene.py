@@ -10,6 +10,7 @@ from playback_stage import (
     MARKERS,
     MOMENT_MS,
     PATH,
+    PICTURE,
     SOURCES,
     STATIC,
     Message,
@@ -44,7 +45,8 @@ def check_seen(stage: Stage, count: int) -> None:
     Numbers of a topic that has nothing yet cannot be taken away from who has seen them.
     """
     shown, viewer = shown_positions(stage.messages, count), stage.viewer
-    numbers = {source: it for source, it in shown.items() if source < STATIC}
+    numbers = {source: it for source, it in shown.items()
+               if source < STATIC or source == PICTURE}
     assert {source: viewer.seen.get(source) for source in numbers} == numbers
     topics: Dict[str, int] = {}
     for source, position in sorted(numbers.items(), key=lambda it: it[1]):

@@ -15,6 +15,7 @@ from process_visualizer.playback.scene.message_loader import (
 )
 from process_visualizer.playback.scene.partial_messages import PartialMessages
 from process_visualizer.playback.scene.scene import Scene
+from process_visualizer.playback.scene.sensor_walk import SensorWalk
 from process_visualizer.playback.scene.static_scene import StaticScene
 
 MOMENT_NS = 200_000_000
@@ -53,6 +54,7 @@ class EventMaker:
         self._loader = loader
         self._scene = Scene(index)
         self._partial = PartialMessages(index, loader, self._scene)
+        self._walk = SensorWalk(index, loader)
         self._moment = index.count_until(begin_ns + MOMENT_NS)
         self._static = {topic: StaticScene(loader, positions)
                         for topic, positions in self._scene.static_topics.items()}
@@ -70,12 +72,17 @@ class EventMaker:
     def backward(self, position: int) -> PlaybackEvent:
         """Return the event of passing the message at a position backwards.
 
-        It comes just before the message's time, at which the message is still visible.
+        It comes just before the message's time, at which the message is still visible. What a
+        sensor's message had taken the place of may become visible later (see SensorWalk).
         """
-        topic = self._connection_of(position).topic
-        messages = (self._static_messages(topic, max(position, self._moment))
-                    if topic in self._static else self._before(topic, position))
+        messages = [it for passed in self._walk.passed_with(position) for it in self._again(passed)]
         return PlaybackEvent(int(self._index.time_ns[position]) - 1, tuple(messages))
+
+    def left_backward(self, count: int) -> PlaybackEvent:
+        """Return what playing backwards has not shown yet of the scene after ``count`` messages."""
+        messages = [it for passed in self._walk.left(count) for it in self._again(passed)]
+        time_ns = int(self._index.time_ns[count - 1]) if count else self._index.begin_ns
+        return PlaybackEvent(time_ns, tuple(messages))
 
     def scene(self, count: int, begins: bool = False) -> PlaybackEvent:
         """Return the event of coming to the scene after ``count`` messages from anywhere.
@@ -99,6 +106,13 @@ class EventMaker:
         return [topic for topic in absent
                 if not can_be_emptied(self._connection_of(self._scene.first_of(topic)))]
 
+    def _again(self, position: int) -> List[LoadedMessage]:
+        """What is to be seen again before the message at a position, instead of it."""
+        topic = self._connection_of(position).topic
+        if topic in self._static:
+            return self._static_messages(topic, max(position, self._moment))
+        return self._before(topic, position)
+
     def _before(self, topic: str, position: int) -> List[LoadedMessage]:
         """What was to be seen of a topic before the message at a position."""
         shown = self._scene.positions_of(topic, position, self._moment)
@@ -107,9 +121,9 @@ class EventMaker:
         if self._connection_of(position).latching:
             gone = set(self._scene.latched_sources(without=shown))
             messages += self._withdrawals(gone.intersection([self._scene.source_of(position)]))
-        return messages + self._loader.load_all(self._again(position, shown, with_markers))
+        return messages + self._loader.load_all(self._replaced(position, shown, with_markers))
 
-    def _again(self, position: int, shown: List[int], with_markers: bool) -> List[int]:
+    def _replaced(self, position: int, shown: List[int], with_markers: bool) -> List[int]:
         """The positions (rising) of what is to be published before the message at a position."""
         if with_markers:
             time_ns = int(self._index.time_ns[position]) - 1
