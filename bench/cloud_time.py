@@ -7,6 +7,10 @@ The simulated cell runs, is recorded, and is played back. From the tf of the upp
 cloud's stamp, and at times around it, the depth image is computed that the simulated Kinect would
 see. The time at which it agrees best with the cloud says how long the stamp is off, and with the
 tool's speed how far the cloud is from the robot. "Arrival": if the stamp were that of the arrival.
+
+At rest (after a seek, a step back, a pause forwards and backwards) the cloud that is shown is held
+against the robot that is shown. Where either was at a time of the recording is known from playing
+forwards.
 """
 from __future__ import annotations
 
@@ -17,7 +21,7 @@ import signal
 import subprocess
 import time
 from pathlib import Path
-from typing import Dict, Iterator, List, NamedTuple, Optional
+from typing import Callable, Dict, Iterator, List, NamedTuple, Optional
 
 import numpy as np
 import rospy
@@ -41,13 +45,21 @@ SLOWEST_M_PER_S = 0.1
 EVERY = 3
 """Of so many clouds one is compared."""
 FARTHEST_M = 0.03
+RATES = (1.0, -1.0, -0.5, -2.0)
+RESTS = 40
+"""How often it is looked at rest in each way."""
+_REST_S = 0.6
+_RUN_UP_S = 0.5
 _TIMEOUT_S = 60.0
 _SETTLING_S = 3.0
-_BUFFER_S = 120.0
+_BUFFER_S = 600.0
 
 
 class Offset(NamedTuple):
-    """How far a cloud is from the robot, m: as stamped, and if it were stamped at its arrival."""
+    """How far a cloud is from the robot, m: as stamped, and if it were stamped at its arrival.
+
+    At rest both are the distance of what is shown.
+    """
 
     stamped_m: float
     at_arrival_m: float
@@ -56,7 +68,8 @@ class Offset(NamedTuple):
 class Watch:
     """Keeps clouds and all transforms, and compares them afterwards."""
 
-    def __init__(self) -> None:
+    def __init__(self, rate: float = 1.0) -> None:
+        self._slowest = SLOWEST_M_PER_S * abs(rate)
         self._clouds_with_arrival: List['tuple[PointCloud2, float]'] = []
         self._count = 0
         self._buffer = tf2_ros.Buffer(rospy.Duration.from_sec(_BUFFER_S))
@@ -79,6 +92,7 @@ class Watch:
 
     def _take(self, cloud: PointCloud2) -> None:
         arrival_s = rospy.get_time()
+        self._newest = cloud
         self._count += 1
         if self._count % EVERY == 0:
             self._clouds_with_arrival.append((cloud, arrival_s))
@@ -86,21 +100,26 @@ class Watch:
     def _compare(self, cloud: PointCloud2, arrival_s: float) -> Optional[Offset]:
         stamp_s = cloud.header.stamp.to_sec()
         try:
-            before, after = self._links(stamp_s - 0.02), self._links(stamp_s + 0.02)
+            before, after = self.links(stamp_s - 0.02), self.links(stamp_s + 0.02)
             speed = float(np.linalg.norm(after[8] - before[8])) / 0.04
-            if speed < SLOWEST_M_PER_S:
+            if speed < self._slowest:
                 return None
             measured = _depth_image(cloud)
-            costs = [_difference(_expected(self._links(stamp_s + shift)), measured)
-                     for shift in SHIFTS_S]
+            off_s = cloud_off_s(measured, lambda shift: self.links(stamp_s + shift))
         except tf2_ros.TransformException:
             return None
-        off_s = _minimum(SHIFTS_S, np.array(costs))
         return None if off_s is None else Offset(
             abs(off_s) * speed, abs(stamp_s + off_s - arrival_s) * speed)
 
-    def _links(self, time_s: float) -> np.ndarray:
-        """Origins of the links, the tool and the gripper's tip in the world, (10, 3), m."""
+    def newest_cloud(self) -> PointCloud2:
+        """The cloud that is shown."""
+        return self._newest
+
+    def links(self, time_s: float) -> np.ndarray:
+        """Origins of the links, the tool and the gripper's tip in the world, (10, 3), m.
+
+        Time 0 is now.
+        """
         points = []
         for link in LINKS:
             it = self._buffer.lookup_transform('world', link, rospy.Time.from_sec(time_s)).transform
@@ -173,19 +192,115 @@ def record(path: str, seconds: float) -> None:
                    stdout=subprocess.DEVNULL, check=True)
 
 
+class Rest:
+    """What is shown at rest, held against the recording as it was played forwards."""
+
+    def __init__(self, client: PlayerClient, forward: Watch, wall_s: float) -> None:
+        """Take the watch over playing forwards, and the wall time of position 0 then."""
+        self._client = client
+        self._forward = forward
+        self._wall_s = wall_s
+
+    def run(self, come: Callable[[PlayerClient, float], object], end_s: float) -> List[Offset]:
+        """Come to random positions and compare what is shown there."""
+        generator = np.random.RandomState(1)
+        with Watch() as shown:
+            found = [self._compare(shown, come, position_s)
+                     for position_s in generator.uniform(2.0, end_s, RESTS)]
+        return [offset for offset in found if offset is not None]
+
+    def _compare(self, shown: Watch, come: Callable[[PlayerClient, float], object],
+                 position_s: float) -> Optional[Offset]:
+        come(self._client, position_s)
+        time.sleep(_REST_S)
+        state = self._client.wait_for(lambda it: it.paused, _TIMEOUT_S)
+        assert state is not None, 'the player pauses'
+        wall_s = self._wall_s + state.position
+        before, after = self._links(wall_s - 0.02), self._links(wall_s + 0.02)
+        speed = float(np.linalg.norm(after[8] - before[8])) / 0.04
+        if speed < SLOWEST_M_PER_S:
+            return None
+        robot_s = self._robot_off_s(wall_s, shown.links(0.0))
+        cloud_s = cloud_off_s(_depth_image(shown.newest_cloud()),
+                              lambda shift: self._links(wall_s + shift))
+        if robot_s is None or cloud_s is None:
+            return None
+        return Offset(abs(cloud_s - robot_s) * speed, abs(cloud_s - robot_s) * speed)
+
+    def _robot_off_s(self, wall_s: float, shown: np.ndarray) -> Optional[float]:
+        """How much later than the position the robot is that is shown."""
+        apart = [float(np.sum((self._links(wall_s + shift)[8] - shown[8]) ** 2))
+                 for shift in SHIFTS_S]
+        return _minimum(SHIFTS_S, np.array(apart))
+
+    def _links(self, wall_s: float) -> np.ndarray:
+        return self._forward.links(wall_s)
+
+
+def cloud_off_s(measured: np.ndarray, links: Callable[[float], np.ndarray]) -> Optional[float]:
+    """After how long the robot is where a depth image has it, given its links by that time."""
+    costs = [_difference(_expected(links(shift)), measured) for shift in SHIFTS_S]
+    return _minimum(SHIFTS_S, np.array(costs))
+
+
+def seek(client: PlayerClient, position_s: float) -> None:
+    """Go to a position while paused."""
+    client.pause()
+    client.seek(position_s)
+
+
+def step_back(client: PlayerClient, position_s: float) -> None:
+    """Go back by one image."""
+    seek(client, position_s)
+    client.step(-1, '/camera/rgb/image_color')
+
+
+def pause(client: PlayerClient, position_s: float, rate: float) -> None:
+    """Come to a position by playing, and pause there."""
+    client.set_rate(rate)
+    client.seek(position_s - rate * _RUN_UP_S)
+    client.play()
+    time.sleep(_RUN_UP_S)
+    client.pause()
+
+
+WAYS: Dict[str, Callable[[PlayerClient, float], object]] = {
+    'at rest: after a seek': seek,
+    'at rest: after a step back': step_back,
+    'at rest: paused forwards': lambda client, position_s: pause(client, position_s, 1.0),
+    'at rest: paused backwards': lambda client, position_s: pause(client, position_s, -1.0),
+}
+
+
 def play(seconds: float) -> Dict[str, List[Offset]]:
-    """Compare forward and backward."""
-    found: Dict[str, List[Offset]] = {}
+    """Compare forwards, backwards and at rest."""
     client = PlayerClient()
     client.wait_until_ready(_TIMEOUT_S)
-    for name, rate, begin_s in (('played', 1.0, 1.0), ('played backwards', -1.0, seconds - 1.0)):
-        client.set_rate(rate)
-        client.seek(begin_s)
-        client.play()
-        with Watch() as watch:
-            found[name] = watch.run(seconds - 3.0)
+    found: Dict[str, List[Offset]] = {}
+    with Watch() as forward:
+        wall_s = start(client, 1.0, 1.0)
+        found['played at 1x'] = forward.run(seconds - 4.0)
+        for rate in RATES[1:]:
+            with Watch(rate) as watch:
+                start(client, rate, seconds - 1.0)
+                found[f'played at {rate:g}x'] = watch.run((seconds - 4.0) / max(1.0, -rate))
+        client.set_rate(1.0)
+        rest = Rest(client, forward, wall_s)
+        for name, come in WAYS.items():
+            found[name] = rest.run(come, seconds - 3.0)
     client.close()
     return found
+
+
+def start(client: PlayerClient, rate: float, begin_s: float) -> float:
+    """Play from a position; return the wall time of position 0 (if the rate is 1)."""
+    client.set_rate(rate)
+    client.seek(begin_s)
+    client.play()
+    time.sleep(_RUN_UP_S)
+    state = client.state
+    assert state is not None, 'the player sends its state ten times a second'
+    return float(state.stamp.to_sec()) - float(state.position)
 
 
 def print_table(found: Dict[str, List[Offset]]) -> None:

@@ -178,7 +178,7 @@ class Playback:
         if basis.paused:
             visible = self._shown.visible(self._index, basis, basis.bag_ns)
             self._shown = self._shown.standing(visible, basis.bag_ns)
-        self._restore(basis)
+        self._restore(basis, rests=basis.paused)
         if self._settles:
             self._output.settle()
         self._settles = True
@@ -227,9 +227,8 @@ class Playback:
         if self._shown.paused_ns != basis.bag_ns:
             passed, count = self._shown.passed, self._index.count_until(basis.bag_ns)
             self._shown = self._shown.standing(count, basis.bag_ns)
+            self._output.unsettle()  # sensors may show something else at rest
             self._show_from(passed, basis)
-            if not basis.forward:
-                self._output.show(self._events.left_backward(count), basis)
 
     def _show_from(self, passed: int, basis: Basis) -> None:
         """Publish one by one what makes the scene of so many messages the one to be shown."""
@@ -261,6 +260,7 @@ class Playback:
         """Go to the target of a step, from the scene at the position or what stays of another."""
         before, target, basis = self._stepped(step)
         self._take_back()
+        self._output.unsettle()
         shown, self._shown = self._shown, ShownScene(target.count, basis.scene, basis.bag_ns)
         jumped = before.scene != shown.scene
         if jumped:  # a command came just before, and nothing is published for it alone
@@ -286,8 +286,9 @@ class Playback:
             return step_by_messages(self._index, basis.end_ns, visible, step.count, step.topic)
         return step_by_time(self._index, basis, bag_ns + step.duration_ns)
 
-    def _restore(self, basis: Basis, begins: bool = False) -> None:
+    def _restore(self, basis: Basis, begins: bool = False, rests: bool = False) -> None:
         """Publish the scene to be shown, unless a newer one is asked for already."""
-        event = self._events.scene(self._shown.passed, begins)
+        rests_ns = basis.bag_ns if rests and self._output.restamps else None
+        event = self._events.scene(self._shown.passed, begins, rests_ns)
         if self._timeline.basis.scene == basis.scene:
             self._output.restore(event, basis)

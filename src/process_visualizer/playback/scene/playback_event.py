@@ -2,7 +2,7 @@
 """What has to be published when the position passes a message, in either direction."""
 from __future__ import annotations
 
-from typing import Dict, Iterable, Iterator, List, NamedTuple, Tuple
+from typing import Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
 
 from process_visualizer.bags.bag_index import BagIndex
 from process_visualizer.messages.connection import Connection
@@ -15,7 +15,7 @@ from process_visualizer.playback.scene.message_loader import (
 )
 from process_visualizer.playback.scene.partial_messages import PartialMessages
 from process_visualizer.playback.scene.scene import Scene
-from process_visualizer.playback.scene.sensor_walk import SensorWalk
+from process_visualizer.playback.scene.sensor_times import SensorTimes
 from process_visualizer.playback.scene.static_scene import StaticScene
 
 MOMENT_NS = 200_000_000
@@ -54,7 +54,7 @@ class EventMaker:
         self._loader = loader
         self._scene = Scene(index)
         self._partial = PartialMessages(index, loader, self._scene)
-        self._walk = SensorWalk(index, loader)
+        self._sensors = SensorTimes(index, loader)
         self._moment = index.count_until(begin_ns + MOMENT_NS)
         self._static = {topic: StaticScene(loader, positions)
                         for topic, positions in self._scene.static_topics.items()}
@@ -73,25 +73,23 @@ class EventMaker:
         """Return the event of passing the message at a position backwards.
 
         It comes just before the message's time, at which the message is still visible. What a
-        sensor's message had taken the place of may become visible later (see SensorWalk).
+        sensor's message had taken the place of may become visible later (see SensorTimes).
         """
-        messages = [it for passed in self._walk.passed_with(position) for it in self._again(passed)]
+        messages = [it for passed in self._sensors.passed_with(position) for it in self._again(passed)]
         return PlaybackEvent(int(self._index.time_ns[position]) - 1, tuple(messages))
 
-    def left_backward(self, count: int) -> PlaybackEvent:
-        """Return what playing backwards has not shown yet of the scene after ``count`` messages."""
-        messages = [it for passed in self._walk.left(count) for it in self._again(passed)]
-        time_ns = int(self._index.time_ns[count - 1]) if count else self._index.begin_ns
-        return PlaybackEvent(time_ns, tuple(messages))
-
-    def scene(self, count: int, begins: bool = False) -> PlaybackEvent:
+    def scene(self, count: int, begins: bool = False,
+              rests_ns: Optional[int] = None) -> PlaybackEvent:
         """Return the event of coming to the scene after ``count`` messages from anywhere.
 
         Where playback only ``begins``, nothing has been published that must not stay in sight.
+        Where it ``rests_ns`` [bag ns], of sensors that is shown which was measured next to it.
         """
         time_ns = int(self._index.time_ns[count - 1]) if count else self._index.begin_ns
         moment = 0 if begins else self._moment
         positions = self._scene.positions(count, moment)
+        if rests_ns is not None:
+            positions = self._sensors.nearest(rests_ns, positions)
         positions = sorted({*positions, *self._partial.beside(positions, time_ns)})
         absent = [] if begins else self._scene.absent_topics(count, moment)
         messages = self._emptied(dict.fromkeys([*self._marker_topics, *absent]))
