@@ -36,15 +36,16 @@ def shown_positions(messages: Sequence[Message], count: int) -> Dict[int, int]:
 def measured_near(stage: Stage, last: int) -> int:
     """The picture that was taken next to the position, or the last one that was recorded.
 
-    It may be as long after the position as it took to be recorded, 20 ms at most.
+    It may be as long after the position as it took to be recorded, 20 ms at most, and not at all
+    if that was less than 5 ms.
     """
     position_ns = stage.timeline.position_ns()
     apart = {last: 1 << 62}
     for number, it in enumerate(stage.messages):
         age_ns = it.time_ns - it.stamp_ns
-        ahead_ns = min(max(age_ns, 0), 20 * MS)
-        if (it.connection == PICTURE and number >= last and age_ns <= 200 * MS
-                and it.stamp_ns <= position_ns + ahead_ns):
+        is_there = it.time_ns <= position_ns or age_ns >= 5 * MS
+        if (it.connection == PICTURE and number >= last and age_ns <= 200 * MS and is_there
+                and it.stamp_ns <= position_ns + min(age_ns, 20 * MS)):
             apart[number] = abs(it.stamp_ns - position_ns)
     return min(apart, key=lambda it: (apart[it], it))
 

@@ -109,15 +109,16 @@ def test_a_sensor_shows_nothing_of_long_after_the_position() -> None:
     assert stage.messages[stage.viewer.seen[PICTURE]].stamp_ms == 300
 
 
-def test_without_delay_nothing_is_seen_of_after_the_position() -> None:
-    stage = Stage(recording(0))
+@pytest.mark.parametrize('age_ms', [0, 4])
+def test_of_a_prompt_sensor_nothing_is_seen_that_was_recorded_later(age_ms: int) -> None:
+    stage = Stage(recording(age_ms))
     stage.clock.at(10, lambda: stage.control.seek(0.511))
     stage.run()
     assert stage.messages[stage.viewer.seen[PICTURE]].stamp_ms == 480
 
 
 def test_recorded_stamps_are_never_of_after_the_position() -> None:
-    stage = Stage(recording(5), restamp=False)
+    stage = Stage(recording(15), restamp=False)
     stage.clock.at(10, lambda: stage.control.seek(0.511))
     stage.run()
     assert stage.messages[stage.viewer.seen[PICTURE]].stamp_ms == 480

@@ -14,7 +14,11 @@ from process_visualizer.ros_names import SENSOR_TYPES
 FARTHEST_NS = 200_000_000
 """How much later [bag ns] a message is passed at most; stamps that are older count for nothing."""
 AHEAD_NS = 20_000_000
-"""How long after a position [bag ns] what is seen there may have been measured, at most."""
+"""How long after a position [bag ns] what is seen there may have been measured.
+
+But no longer than it took to be recorded, and not at all where that was less than PROMPT_NS.
+"""
+PROMPT_NS = 5_000_000
 _NEAR_NS = 25_000_000  # so soon after a moment a message will do for it, else the one before
 _BLOCK = 128  # messages for which it is found together
 _STAMPS_KEPT = 4096
@@ -68,17 +72,13 @@ class SensorTimes:
             bag_ns + AHEAD_NS + FARTHEST_NS))]
 
     def _distance_ns(self, bag_ns: int, position: int) -> int:
-        """How far from a bag time a message was measured; far away, if that is too late.
-
-        It may be as long after the time as the message took to be recorded. So where stamps are
-        the times of recording, nothing is seen that was recorded after the time.
-        """
-        stamp_ns = self._stamp_ns(position)
-        if stamp_ns is None:
+        """How far from a bag time a message was measured; far away, if that is too late."""
+        stamp_ns, recorded_ns = self._stamp_ns(position), int(self._index.time_ns[position])
+        if stamp_ns is None or stamp_ns > bag_ns + min(AHEAD_NS, recorded_ns - stamp_ns):
             return _UNKNOWN_NS
-        age_ns = int(self._index.time_ns[position]) - stamp_ns
-        ahead_ns = min(max(age_ns, 0), AHEAD_NS)
-        return abs(bag_ns - stamp_ns) if stamp_ns <= bag_ns + ahead_ns else _UNKNOWN_NS
+        if recorded_ns > bag_ns and recorded_ns - stamp_ns < PROMPT_NS:
+            return _UNKNOWN_NS
+        return abs(bag_ns - stamp_ns)
 
     def _read_block(self, number: int) -> Dict[int, List[int]]:
         begin, end = number * _BLOCK, min((number + 1) * _BLOCK, len(self._index))
