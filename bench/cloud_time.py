@@ -46,7 +46,7 @@ EVERY = 3
 """Of so many clouds one is compared."""
 FARTHEST_M = 0.03
 RATES = (1.0, -1.0, -0.5, -2.0)
-RESTS = 40
+RESTS = 80
 """How often it is looked at rest in each way."""
 _REST_S = 0.6
 _RUN_UP_S = 0.5

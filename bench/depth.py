@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How much a depth sensor's crop takes, and how soon it is there, beside depth_image_proc and pcl_ros.
 """How much a depth sensor's crop takes and how late it is, beside depth_image_proc and pcl_ros.
+
 usage: bench/run depth [--seconds 15] [--rounds 3] [--busy 0]
 
 A camera in a nodelet manager, as a driver is (camera_manager.cpp), publishes registered images of

@@ -64,6 +64,7 @@ class Playback:
         self._shown = ShownScene(0, timeline.basis.scene)
         self._version = -1  # of the basis for which what was given to the output is due
         self._repeat, self._settles = False, True
+        self._rested = -1, -1  # scene, position [bag ns] for which it was published at rest
         self._runs = self._closed = False
 
     @property
@@ -179,7 +180,10 @@ class Playback:
             visible = self._shown.visible(self._index, basis, basis.bag_ns)
             self._shown = self._shown.standing(visible, basis.bag_ns)
         self._restore(basis, rests=basis.paused)
-        if self._settles:
+        place = basis.scene, basis.bag_ns
+        is_new = self._events.has_sensors and basis.paused and self._rested != place
+        self._rested = place
+        if self._settles and not is_new:  # else it comes once more, as after anything new
             self._output.settle()
         self._settles = True
 

@@ -62,6 +62,11 @@ class EventMaker:
         self._marker_topics = [topic for topic in self._scene.topics
                                if shows_markers(self._connection_of(self._scene.first_of(topic)))]
 
+    @property
+    def has_sensors(self) -> bool:
+        """Return whether the scene at rest may differ from the one on the way (see ``scene``)."""
+        return self._sensors.has_any
+
     def forward(self, position: int) -> PlaybackEvent:
         """Return the event of passing the message at a position forwards."""
         static = self._static.get(self._connection_of(position).topic)

@@ -46,6 +46,11 @@ class SensorTimes:
         self._stamp_ns = lru_cache(maxsize=_STAMPS_KEPT)(self._read_stamp_ns)
         self._block = lru_cache(maxsize=4)(self._read_block)
 
+    @property
+    def has_any(self) -> bool:
+        """Return whether there are messages of sensors."""
+        return bool(self._sensors)
+
     def passed_with(self, position: int) -> List[int]:
         """Return the positions (falling) of what is passed with the message at a position.
 
