@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """How much a depth sensor's crop takes and how late it is, beside depth_image_proc and pcl_ros.
 
-usage: bench/run depth [--seconds 15] [--rounds 3] [--busy 0]
+usage: bench/run depth [--seconds 15] [--rounds 3] [--busy 0] [--only WAY]
 
 A camera in a nodelet manager, as a driver is (camera_manager.cpp), publishes registered images of
 640x480 at 30 Hz. In this manager they become the cloud in a box by one of three ways, and that
@@ -155,12 +155,12 @@ def delays_ms(arrivals: np.ndarray) -> np.ndarray:
     return 1e-6 * (wall_ns - stamp_ns)
 
 
-def measure_all(seconds: float, rounds: int) -> Dict[str, Figures]:
-    """The medians of each way, which take turns, with all delays."""
-    found: Dict[str, List[Figures]] = {name: [] for name in WAYS}
+def measure_all(names: Sequence[str], seconds: float, rounds: int) -> Dict[str, Figures]:
+    """The medians of some ways, which take turns, with all delays."""
+    found: Dict[str, List[Figures]] = {name: [] for name in names}
     for number in range(rounds):
-        for place, (name, way) in enumerate(WAYS.items()):
-            found[name].append(measure(way, f'way_{place}_{number}', seconds))
+        for place, name in enumerate(names):
+            found[name].append(measure(WAYS[name], f'way_{place}_{number}', seconds))
     return {name: _together(figures) for name, figures in found.items()}
 
 
@@ -180,10 +180,11 @@ def print_table(figures: Dict[str, Figures]) -> None:
                                                                          [50, 95, 99]))
         print(f'| {name} | {it.cpu_ms_per_cloud:.1f} ms | {it.frames_per_s:.1f} '
               f'| {it.clouds_per_s:.1f} | {it.points} | {len(it.delays_ms)} | {delays} |')
-    for name in ('pcl/CropBox', 'RoiFilter'):
+    for name in ('pcl/CropBox', 'RoiFilter') if len(figures) == len(WAYS) else ():
         three, one = figures[f'depth_image_proc + 3 {name}'], figures[f'depth_image_proc + {name}']
         alone_ms = (three.cpu_ms_per_cloud - one.cpu_ms_per_cloud) / 2
-        print(f'| {name} alone: half of what two more of it take | {alone_ms:.1f} ms | | | | | | | |')
+        print(f'| {name} alone: half of what two more of it take | {alone_ms:.1f} ms '
+              '| | | | | | | |')
 
 
 @contextlib.contextmanager
@@ -252,13 +253,15 @@ def main() -> None:
     parser.add_argument('--seconds', type=float, default=15, help='of each run')
     parser.add_argument('--rounds', type=int, default=3)
     parser.add_argument('--busy', type=int, default=0, help='processes that keep the machine busy')
+    parser.add_argument('--only', choices=WAYS, help='measure this way only')
     options = parser.parse_args()
     build_recorder()
     build_program(CAMERA)
     run_programs()
     find_pcl_filters()
     with running_frames('bench_depth'), busy_machine(options.busy):
-        figures = measure_all(options.seconds, options.rounds)
+        figures = measure_all([options.only] if options.only else list(WAYS),
+                              options.seconds, options.rounds)
     print_table(figures)
 
 

@@ -80,7 +80,8 @@ class EventMaker:
         It comes just before the message's time, at which the message is still visible. What a
         sensor's message had taken the place of may become visible later (see SensorTimes).
         """
-        messages = [it for passed in self._sensors.passed_with(position) for it in self._again(passed)]
+        passed = self._sensors.passed_with(position)
+        messages = [message for it in passed for message in self._again(it)]
         return PlaybackEvent(int(self._index.time_ns[position]) - 1, tuple(messages))
 
     def scene(self, count: int, begins: bool = False,

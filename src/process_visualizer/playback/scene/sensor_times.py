@@ -94,7 +94,7 @@ class SensorTimes:
         return found
 
     def _places(self, begin: int, until_ns: int) -> Iterator[Tuple[int, int]]:
-        """With which message each of the sensors is passed, from the position ``begin`` on, falling.
+        """With which message each of sensors is passed, from the position ``begin`` on, falling.
 
         Nothing is missing that is passed with a message up to a bag time [ns].
         """
