@@ -77,12 +77,16 @@ class ArrivalRecorder:
 
 def build_recorder() -> None:
     """Build the subscriber in the workspace whose environment this is."""
-    command = ['cmake', '--build', os.path.join(_devel(), '..', 'build'),
-               '--target', 'bench_arrivals']
+    build_program('bench_arrivals')
+
+
+def build_program(name: str) -> None:
+    """Build a program of the benchmarks there."""
+    command = ['cmake', '--build', os.path.join(_devel(), '..', 'build'), '--target', name]
     result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                             check=False)
     if result.returncode != 0:
-        sys.exit(f'{result.stdout}\nthe subscriber of the benchmark could not be built')
+        sys.exit(f'{result.stdout}\n{name}, a program of the benchmark, could not be built')
 
 
 def _program() -> str:

@@ -17,7 +17,7 @@ import signal
 import subprocess
 import time
 from pathlib import Path
-from typing import Dict, Iterator, List, NamedTuple, Optional
+from typing import Callable, Dict, Iterator, List, NamedTuple, Optional
 
 import numpy as np
 import rospy
@@ -42,9 +42,11 @@ SLOWEST_M_PER_S = 0.1
 EVERY = 3
 """Of so many clouds one is compared."""
 FARTHEST_M = 0.03
+RATES = (1.0, -1.0, -0.5, -2.0)
+_RUN_UP_S = 0.5
 _TIMEOUT_S = 60.0
 _SETTLING_S = 3.0
-_BUFFER_S = 120.0
+_BUFFER_S = 600.0
 
 
 class Offset(NamedTuple):
@@ -57,7 +59,8 @@ class Offset(NamedTuple):
 class Watch:
     """Keeps clouds and all transforms, and compares them afterwards."""
 
-    def __init__(self) -> None:
+    def __init__(self, rate: float = 1.0) -> None:
+        self._slowest = SLOWEST_M_PER_S * abs(rate)
         self._clouds_with_arrival: List['tuple[PointCloud2, float]'] = []
         self._count = 0
         self._buffer = tf2_ros.Buffer(rospy.Duration.from_sec(_BUFFER_S))
@@ -89,14 +92,12 @@ class Watch:
         try:
             before, after = self._links(stamp_s - 0.02), self._links(stamp_s + 0.02)
             speed = float(np.linalg.norm(after[8, :3, 3] - before[8, :3, 3])) / 0.04
-            if speed < SLOWEST_M_PER_S:
+            if speed < self._slowest:
                 return None
             measured = _depth_image(cloud)
-            costs = [_difference(_expected(self._links(stamp_s + shift)), measured)
-                     for shift in SHIFTS_S]
+            off_s = _off_s(measured, lambda shift: self._links(stamp_s + shift))
         except tf2_ros.TransformException:
             return None
-        off_s = _minimum(SHIFTS_S, np.array(costs))
         return None if off_s is None else Offset(
             abs(off_s) * speed, abs(stamp_s + off_s - arrival_s) * speed)
 
@@ -171,19 +172,31 @@ def record(path: str, seconds: float) -> None:
                    stdout=subprocess.DEVNULL, check=True)
 
 
+def _off_s(measured: np.ndarray, links: Callable[[float], np.ndarray]) -> Optional[float]:
+    """After how long the robot is where a depth image has it, given its links by that time."""
+    costs = [_difference(_expected(links(shift)), measured) for shift in SHIFTS_S]
+    return _minimum(SHIFTS_S, np.array(costs))
+
+
 def play(seconds: float) -> Dict[str, List[Offset]]:
-    """Compare forward and backward."""
-    found: Dict[str, List[Offset]] = {}
+    """Compare forwards and backwards."""
     client = PlayerClient()
     client.wait_until_ready(_TIMEOUT_S)
-    for name, rate, begin_s in (('played', 1.0, 1.0), ('played backwards', -1.0, seconds - 1.0)):
-        client.set_rate(rate)
-        client.seek(begin_s)
-        client.play()
-        with Watch() as watch:
-            found[name] = watch.run(seconds - 3.0)
+    found: Dict[str, List[Offset]] = {}
+    for rate in RATES:
+        with Watch(rate) as watch:
+            start(client, rate, 1.0 if rate > 0 else seconds - 1.0)
+            found[f'played at {rate:g}x'] = watch.run((seconds - 4.0) / max(1.0, -rate))
     client.close()
     return found
+
+
+def start(client: PlayerClient, rate: float, begin_s: float) -> None:
+    """Play from a position."""
+    client.set_rate(rate)
+    client.seek(begin_s)
+    client.play()
+    time.sleep(_RUN_UP_S)
 
 
 def print_table(found: Dict[str, List[Offset]]) -> None:

@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""CPU time per frame of the crop of a depth sensor, beside depth_image_proc and pcl_ros.
+"""How much a depth sensor's crop takes and how late it is, beside depth_image_proc and pcl_ros.
 
-usage: bench/run depth [--seconds 15] [--rounds 3] [--busy 0]
+usage: bench/run depth [--seconds 15] [--rounds 3] [--busy 0] [--only WAY]
 
-Registered images of 640x480 are published at 30 Hz and reach a nodelet manager through sockets; in
-it they become the cloud in a box by one of three ways. What the manager's process takes is divided
-by the clouds that came out. The cost of one filter alone is the difference between a manager with
-three of it and one with a single one. The box is the same: pcl/CropBox has it in the camera's
-frame, ours transform each point into another frame. Medians of the rounds. With ``--busy`` so many
-other processes compute all the time.
+A camera in a nodelet manager, as a driver is (camera_manager.cpp), publishes registered images of
+640x480 at 30 Hz. In this manager they become the cloud in a box by one of three ways, and that
+goes to a subscriber in another process, as to RViz. What the manager's process takes, the camera
+included, is divided by the clouds that came out. The cost of one filter alone is the difference
+between a manager with three of it and one with a single one. "Delay": from the stamp, when the
+camera publishes an image, to the arrival of the cloud at the subscriber, of all rounds. The box is
+the same: pcl/CropBox has it in the camera's frame, ours transform each point into another frame.
+Medians of the rounds. With ``--busy`` so many other processes compute all the time.
 """
 from __future__ import annotations
 
@@ -20,23 +22,20 @@ import statistics
 import subprocess
 import sys
 import time
-from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
+from typing import Dict, Iterator, List, NamedTuple, Sequence
 
 import numpy as np
 import rospy
-from arrival_recorder import ArrivalRecorder, build_recorder
+from arrival_recorder import ArrivalRecorder, build_program, build_recorder
 from players import ros_master
 from roslib.packages import find_node
-from sensor_msgs.msg import CameraInfo, Image
 
-WIDTH, HEIGHT = 640, 480
-RATE_HZ = 30.0
-FOCAL_PX = 525.0
 CENTER_M = (0.0, 0.0, 2.0)
 SIZE_M = (1.0, 0.8, 1.0)
 SETTLING_S = 2.0
 START_TIMEOUT_S = 60.0
 POINT_BYTES = 32
+CAMERA = 'bench_camera_manager'
 PROGRAMS = ('roi_filter_benchmark', 'registered_crop_benchmark')
 
 
@@ -58,63 +57,22 @@ WAYS: Dict[str, Way] = {
 
 
 class Figures(NamedTuple):
-    """What a manager took."""
+    """What a manager took, and what it gave."""
 
     cpu_ms_per_cloud: float
+    frames_per_s: float
     clouds_per_s: float
     points: int
-
-
-class Camera:
-    """Publishes images at a fixed rate while it is used as a context manager."""
-
-    def __init__(self) -> None:
-        self._publishers = [rospy.Publisher(topic, kind, queue_size=2) for topic, kind in (
-            ('/depth', Image), ('/color', Image), ('/camera_info', CameraInfo))]
-        self._messages = _images()
-        self._timer = rospy.Timer(rospy.Duration.from_sec(1 / RATE_HZ), self._publish)
-
-    def __enter__(self) -> 'Camera':
-        return self
-
-    def __exit__(self, *_exception: object) -> None:
-        self._timer.shutdown()
-
-    def _publish(self, _event: rospy.timer.TimerEvent) -> None:
-        now = rospy.Time.now()
-        for publisher, message in zip(self._publishers, self._messages):
-            message.header.stamp = now
-            publisher.publish(message)
-
-
-def _images() -> Tuple[Image, Image, CameraInfo]:
-    """A plane at 2 m with a Kinect's noise, nothing in a tenth of the pixels."""
-    generator = np.random.RandomState(1)
-    depth_mm = generator.normal(2000, 8, (HEIGHT, WIDTH)).astype('<u2')
-    depth_mm[generator.rand(HEIGHT, WIDTH) < 0.1] = 0
-    colors = generator.randint(0, 256, (HEIGHT, WIDTH, 3)).astype('u1')
-    info = CameraInfo(height=HEIGHT, width=WIDTH, distortion_model='plumb_bob', D=[0.0] * 5)
-    x_px, y_px = (WIDTH - 1) / 2, (HEIGHT - 1) / 2
-    info.K = [FOCAL_PX, 0, x_px, 0, FOCAL_PX, y_px, 0, 0, 1]
-    info.R = [1, 0, 0, 0, 1, 0, 0, 0, 1]
-    info.P = [FOCAL_PX, 0, x_px, 0, 0, FOCAL_PX, y_px, 0, 0, 0, 1, 0]
-    images = (_image('16UC1', depth_mm), _image('rgb8', colors), info)
-    for message in images:
-        message.header.frame_id = 'camera'
-    return images
-
-
-def _image(encoding: str, pixels: np.ndarray) -> Image:
-    return Image(height=HEIGHT, width=WIDTH, encoding=encoding, data=pixels.tobytes(),
-                 step=pixels[0].nbytes)
+    delays_ms: np.ndarray
 
 
 class Manager:
-    """A nodelet manager with the nodelets of a way; a context manager."""
+    """A nodelet manager with the nodelets of a way, and a camera or not; a context manager."""
 
-    def __init__(self, way: Way, name: str) -> None:
+    def __init__(self, way: Way, name: str, has_camera: bool = False) -> None:
         self._name = name
-        self._processes = [_start('manager', f'__name:={name}')]
+        self._processes = [start_camera(name) if has_camera
+                           else _start('manager', f'__name:={name}')]
         points = f'/{name}_cloud/points'
         if way.whole_clouds:
             self.load('depth_image_proc/point_cloud_xyzrgb', f'{name}_cloud', {
@@ -163,12 +121,18 @@ def _start(*arguments: str) -> 'subprocess.Popen[bytes]':
                             stdout=subprocess.DEVNULL)
 
 
+def start_camera(name: str) -> 'subprocess.Popen[bytes]':
+    """Start a manager of some name with a camera in it."""
+    return subprocess.Popen([find_node('process_visualizer', CAMERA)[0], f'__name:={name}'],
+                            stdout=subprocess.DEVNULL)
+
+
 def measure(way: Way, name: str, seconds: float) -> Figures:
     """Run a way and return what it took."""
     outputs = [f'/{name}_crop_{number}/output' for number in range(way.count)]
     path = os.path.join(os.environ['ROS_HOME'], 'arrivals')
-    with ArrivalRecorder(outputs, path) as recorder:
-        with Manager(way, name) as manager:
+    with ArrivalRecorder([*outputs, '/camera_info'], path) as recorder:
+        with Manager(way, name, has_camera=True) as manager:
             for output in outputs:
                 rospy.wait_for_message(output, rospy.AnyMsg, START_TIMEOUT_S)
             time.sleep(SETTLING_S)
@@ -176,33 +140,51 @@ def measure(way: Way, name: str, seconds: float) -> Figures:
             time.sleep(seconds)
             end_ns, cpu_s = time.monotonic_ns(), manager.cpu_s() - begin_cpu_s
         arrivals = recorder.finish()
-    clouds = arrivals[(arrivals['time_ns'] >= begin_ns) & (arrivals['time_ns'] < end_ns)
-                      & (arrivals['topic'] == 0)]
-    return Figures(1e3 * cpu_s / len(clouds), len(clouds) / seconds,
-                   int(np.median(clouds['size'])) // POINT_BYTES)
+    arrivals = arrivals[(arrivals['time_ns'] >= begin_ns) & (arrivals['time_ns'] < end_ns)]
+    clouds = arrivals[arrivals['topic'] == 0]
+    frames = np.count_nonzero(arrivals['topic'] == way.count)
+    return Figures(1e3 * cpu_s / len(clouds), frames / seconds, len(clouds) / seconds,
+                   int(np.median(clouds['size'])) // POINT_BYTES, delays_ms(clouds))
 
 
-def measure_all(seconds: float, rounds: int) -> Dict[str, Figures]:
-    """The medians of each way, which take turns."""
-    found: Dict[str, List[Figures]] = {name: [] for name in WAYS}
+def delays_ms(arrivals: np.ndarray) -> np.ndarray:
+    """From the stamp in the header of a message to its arrival."""
+    words = np.ascontiguousarray(arrivals['front'][:, :12]).view('<u4').astype(np.int64)
+    stamp_ns = words[:, 1] * 1_000_000_000 + words[:, 2]
+    wall_ns = arrivals['time_ns'] + (time.time_ns() - time.monotonic_ns())
+    return 1e-6 * (wall_ns - stamp_ns)
+
+
+def measure_all(names: Sequence[str], seconds: float, rounds: int) -> Dict[str, Figures]:
+    """The medians of some ways, which take turns, with all delays."""
+    found: Dict[str, List[Figures]] = {name: [] for name in names}
     for number in range(rounds):
-        for place, (name, way) in enumerate(WAYS.items()):
-            found[name].append(measure(way, f'way_{place}_{number}', seconds))
-    return {name: Figures(statistics.median(it.cpu_ms_per_cloud for it in figures),
-                          statistics.median(it.clouds_per_s for it in figures), figures[0].points)
-            for name, figures in found.items()}
+        for place, name in enumerate(names):
+            found[name].append(measure(WAYS[name], f'way_{place}_{number}', seconds))
+    return {name: _together(figures) for name, figures in found.items()}
+
+
+def _together(figures: Sequence[Figures]) -> Figures:
+    return Figures(statistics.median(it.cpu_ms_per_cloud for it in figures),
+                   statistics.median(it.frames_per_s for it in figures),
+                   statistics.median(it.clouds_per_s for it in figures), figures[0].points,
+                   np.concatenate([it.delays_ms for it in figures]))
 
 
 def print_table(figures: Dict[str, Figures]) -> None:
     """Print the ways, and what one filter alone costs."""
-    print('| images to cropped cloud, in one manager | CPU per frame | clouds/s | points |')
-    print('|---|---|---|---|')
+    print('| images to cropped cloud, in one manager | CPU per frame | frames/s | clouds/s '
+          '| points | delay: clouds | median | p95 | p99 |\n|---|---|---|---|---|---|---|---|---|')
     for name, it in figures.items():
-        print(f'| {name} | {it.cpu_ms_per_cloud:.1f} ms | {it.clouds_per_s:.1f} | {it.points} |')
-    for name in ('pcl/CropBox', 'RoiFilter'):
+        delays = ' | '.join(f'{value:.1f} ms' for value in np.percentile(it.delays_ms,
+                                                                         [50, 95, 99]))
+        print(f'| {name} | {it.cpu_ms_per_cloud:.1f} ms | {it.frames_per_s:.1f} '
+              f'| {it.clouds_per_s:.1f} | {it.points} | {len(it.delays_ms)} | {delays} |')
+    for name in ('pcl/CropBox', 'RoiFilter') if len(figures) == len(WAYS) else ():
         three, one = figures[f'depth_image_proc + 3 {name}'], figures[f'depth_image_proc + {name}']
         alone_ms = (three.cpu_ms_per_cloud - one.cpu_ms_per_cloud) / 2
-        print(f'| {name} alone: half of what two more of it take | {alone_ms:.1f} ms | | |')
+        print(f'| {name} alone: half of what two more of it take | {alone_ms:.1f} ms '
+              '| | | | | | | |')
 
 
 @contextlib.contextmanager
@@ -219,17 +201,29 @@ def busy_machine(count: int) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def running_camera(node: str) -> Iterator[None]:
-    """A master, this process as a node of it, and a camera that stands in the frame of the box."""
+def running_frames(node: str) -> Iterator[None]:
+    """A master, this process as a node of it, and a camera's frame in the frame of the box."""
     with ros_master():
         rospy.init_node(node, disable_signals=True)
         frames = subprocess.Popen([find_node('tf2_ros', 'static_transform_publisher')[0],
                                    *'0 0 0 0 0 0 box camera'.split()], stdout=subprocess.DEVNULL)
         try:
-            with Camera():
-                yield
+            yield
         finally:
             frames.terminate()
+
+
+@contextlib.contextmanager
+def running_camera(node: str) -> Iterator[None]:
+    """The same, and a camera in a process of its own."""
+    build_program(CAMERA)
+    with running_frames(node):
+        camera = start_camera('camera')
+        try:
+            yield
+        finally:
+            camera.terminate()
+            camera.wait()
 
 
 def find_pcl_filters() -> None:
@@ -259,12 +253,15 @@ def main() -> None:
     parser.add_argument('--seconds', type=float, default=15, help='of each run')
     parser.add_argument('--rounds', type=int, default=3)
     parser.add_argument('--busy', type=int, default=0, help='processes that keep the machine busy')
+    parser.add_argument('--only', choices=WAYS, help='measure this way only')
     options = parser.parse_args()
     build_recorder()
+    build_program(CAMERA)
     run_programs()
     find_pcl_filters()
-    with running_camera('bench_depth'), busy_machine(options.busy):
-        figures = measure_all(options.seconds, options.rounds)
+    with running_frames('bench_depth'), busy_machine(options.busy):
+        figures = measure_all([options.only] if options.only else list(WAYS),
+                              options.seconds, options.rounds)
     print_table(figures)
 
 

@@ -53,5 +53,11 @@ TF_MESSAGE = 'tf2_msgs/TFMessage'
 TF_TYPES = (TF_MESSAGE, 'tf/tfMessage')
 """The second one is that of the old tf, with the same bytes."""
 
+SENSOR_TYPES = frozenset((
+    'sensor_msgs/CameraInfo', 'sensor_msgs/CompressedImage', 'sensor_msgs/Image',
+    'sensor_msgs/LaserScan', 'sensor_msgs/MultiEchoLaserScan', 'sensor_msgs/PointCloud',
+    'sensor_msgs/PointCloud2', 'stereo_msgs/DisparityImage'))
+"""Of messages that show what was at which place at their stamp."""
+
 LIMIT_KEY = 'beyond_limit'
 """Of a status on /diagnostics about a variable beyond its limits: how far it went."""

@@ -23,7 +23,8 @@ class StampMapping:
     intervals divided by the rate. What would lie in the future (stamps after the time of their
     message, and all stamps before it when playing backwards) moves the whole mapping back by a
     common lag. A stamp far from the time of its message (another computer's clock) counts as
-    less far, so that it neither holds up the others nor becomes too old for tf2.
+    less far, so that it neither holds up the others nor becomes too old for tf2. What is shown
+    backwards only when its stamp has been reached needs no lag: its stamp is mapped as it is.
 
     While paused, and for what is restored after a jump, a stamp is now. Stamps that are equal in
     the recording are equal here, until a new scene (a seek, a step back, a turn) publishes the
@@ -59,11 +60,13 @@ class StampMapping:
         now_ns = self._follow(basis)
         if stamp_ns not in self._known:
             near_ns = nearby(basis, stamp_ns, message_ns)
-            near_ns += 0 if shown_ns is None else shown_ns - message_ns
             sent_wall_ns = max(now_ns, sent_ns + self._offset_ns)
-            wall_ns = max(self._mapped(basis, near_ns, sent_wall_ns), self._floor_ns)
-            self._remember(stamp_ns, self._order.fit(near_ns if basis.forward else -near_ns,
-                                                     wall_ns))
+            if shown_ns is not None and shown_ns <= near_ns <= message_ns and not basis.forward:
+                wall_ns = self._reached(basis, near_ns, sent_wall_ns)
+            else:
+                near_ns += 0 if shown_ns is None else shown_ns - message_ns
+                wall_ns = self._moved(basis, near_ns, sent_wall_ns)
+            self._remember(stamp_ns, wall_ns)
         return self._known[stamp_ns]
 
     def present(self, basis: Basis, stamp_ns: int) -> int:
@@ -85,12 +88,20 @@ class StampMapping:
             self._known.popitem()
         self._remembered = remembered
 
-    def _mapped(self, basis: Basis, near_ns: int, sent_ns: int) -> int:
+    def _reached(self, basis: Basis, near_ns: int, sent_ns: int) -> int:
+        """Map what has been reached just as it is: it needs no lag."""
+        return max(min(self._due_wall(basis, near_ns), sent_ns), self._floor_ns)
+
+    def _moved(self, basis: Basis, near_ns: int, sent_ns: int) -> int:
+        wall_ns = self._due_wall(basis, near_ns)
+        self._lag_ns = max(self._lag_ns, wall_ns - sent_ns)
+        return self._order.fit(near_ns if basis.forward else -near_ns,
+                               max(wall_ns - self._lag_ns, self._floor_ns))
+
+    def _due_wall(self, basis: Basis, near_ns: int) -> int:
         due_ns = basis.due_ns(near_ns)
         assert due_ns is not None, 'the basis is not paused'
-        wall_ns = due_ns + self._offset_ns
-        self._lag_ns = max(self._lag_ns, wall_ns - sent_ns)
-        return wall_ns - self._lag_ns
+        return due_ns + self._offset_ns
 
     def _follow(self, basis: Basis) -> int:
         """Take note of commands and of the wall clock; return the wall time [ns]."""

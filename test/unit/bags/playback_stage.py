@@ -36,10 +36,11 @@ CONNECTIONS = (
     Connection('/markers', Marker._type, Marker._md5sum, Marker._full_text, False, '/n'),
     Connection('/path', Path._type, Path._md5sum, Path._full_text, False, '/n'),
     Connection('/tf_static', TFMessage._type, TFMessage._md5sum, TFMessage._full_text, True, '/o'),
+    NUMBERED._replace(topic='/picture', type='sensor_msgs/Image'),
 )
-LATCHED, STATIC, MARKERS, PATH, OTHER_STATIC = 2, 4, 5, 6, 7
+LATCHED, STATIC, MARKERS, PATH, OTHER_STATIC, PICTURE = 2, 4, 5, 6, 7, 8
 LARGE = (1, 3, PATH)  # one of two latched ones among them
-SOURCES = (0, 1, 2, 3, 4, 5, 6, 4)
+SOURCES = (0, 1, 2, 3, 4, 5, 6, 4, 8)
 MOMENT_MS = 200  # what comes first so soon is there from the beginning
 
 

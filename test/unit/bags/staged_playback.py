@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from hypothesis import strategies as st
-from playback_stage import CONNECTIONS, MS, Message, Stage
+from playback_stage import CONNECTIONS, MS, PICTURE, Message, Stage
 from scanned_scene import check_seen
 
 from process_visualizer.playback.step_target import Step
 
 SECOND = [Message(number % 2, 10 * number) for number in range(101)]
 
-messages_of_a_recording = st.lists(
+
+def _picture(time_ms: int, age_ms: int) -> Message:
+    return Message(PICTURE, time_ms, max(time_ms - age_ms, 0))
+
+
+messages_of_a_recording = st.lists(st.one_of(
     st.builds(Message, st.integers(0, len(CONNECTIONS) - 1), st.integers(0, 500), st.just(-1)),
-    min_size=1, max_size=40)
+    st.builds(_picture, st.integers(0, 500), st.integers(-20, 250))), min_size=1, max_size=40)
 steps = st.lists(st.builds(Step, st.integers(-3, 3), st.sampled_from(['', '/a', '/latched']),
                            st.sampled_from([-50 * MS, 1, 20 * MS])), max_size=4)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import Counter
+from struct import Struct
 from typing import Dict, List, NamedTuple, Optional, Set, Tuple
 
 from process_visualizer.bags.bag_errors import BagDamaged
@@ -12,9 +13,10 @@ from process_visualizer.messages.connection import Connection
 from process_visualizer.messages.definition_checksum import definition_checksum
 from process_visualizer.messages.message_definition import DefinitionError
 from process_visualizer.messages.message_layout import Data, MessageDamaged
-from process_visualizer.messages.stamps import StampLocator
+from process_visualizer.messages.stamps import NS_PER_S, StampLocator
 
 STAMP_BYTES = 8
+_STAMP = Struct('<II')  # seconds, nanoseconds
 _MAX_PROBLEMS = 100
 
 
@@ -150,3 +152,11 @@ def first_stamp(message: LoadedMessage) -> Tuple[bytes, ...]:
         stamp = bytes(memoryview(message.data)[offset:offset + STAMP_BYTES])
         return (stamp,) if any(stamp) else ()
     return ()
+
+
+def first_stamp_ns(message: LoadedMessage) -> Optional[int]:
+    """Return the first stamp in a message [bag ns], if it has one that is not zero."""
+    for stamp in first_stamp(message):
+        seconds, nanoseconds = _STAMP.unpack(stamp)
+        return int(seconds) * NS_PER_S + int(nanoseconds)
+    return None

@@ -2,7 +2,7 @@
 """What has to be published when the position passes a message, in either direction."""
 from __future__ import annotations
 
-from typing import Dict, Iterable, Iterator, List, NamedTuple, Tuple
+from typing import Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
 
 from process_visualizer.bags.bag_index import BagIndex
 from process_visualizer.messages.connection import Connection
@@ -15,6 +15,7 @@ from process_visualizer.playback.scene.message_loader import (
 )
 from process_visualizer.playback.scene.partial_messages import PartialMessages
 from process_visualizer.playback.scene.scene import Scene
+from process_visualizer.playback.scene.sensor_times import SensorTimes
 from process_visualizer.playback.scene.static_scene import StaticScene
 
 MOMENT_NS = 200_000_000
@@ -53,12 +54,18 @@ class EventMaker:
         self._loader = loader
         self._scene = Scene(index)
         self._partial = PartialMessages(index, loader, self._scene)
+        self._sensors = SensorTimes(index, loader)
         self._moment = index.count_until(begin_ns + MOMENT_NS)
         self._static = {topic: StaticScene(loader, positions)
                         for topic, positions in self._scene.static_topics.items()}
         self._emptied_topics: Dict[str, List[LoadedMessage]] = {}
         self._marker_topics = [topic for topic in self._scene.topics
                                if shows_markers(self._connection_of(self._scene.first_of(topic)))]
+
+    @property
+    def has_sensors(self) -> bool:
+        """Return whether the scene at rest may differ from the one on the way (see ``scene``)."""
+        return self._sensors.has_any
 
     def forward(self, position: int) -> PlaybackEvent:
         """Return the event of passing the message at a position forwards."""
@@ -70,21 +77,25 @@ class EventMaker:
     def backward(self, position: int) -> PlaybackEvent:
         """Return the event of passing the message at a position backwards.
 
-        It comes just before the message's time, at which the message is still visible.
+        It comes just before the message's time, at which the message is still visible. What a
+        sensor's message had taken the place of may become visible later (see SensorTimes).
         """
-        topic = self._connection_of(position).topic
-        messages = (self._static_messages(topic, max(position, self._moment))
-                    if topic in self._static else self._before(topic, position))
+        passed = self._sensors.passed_with(position)
+        messages = [message for it in passed for message in self._again(it)]
         return PlaybackEvent(int(self._index.time_ns[position]) - 1, tuple(messages))
 
-    def scene(self, count: int, begins: bool = False) -> PlaybackEvent:
+    def scene(self, count: int, begins: bool = False,
+              rests_ns: Optional[int] = None) -> PlaybackEvent:
         """Return the event of coming to the scene after ``count`` messages from anywhere.
 
         Where playback only ``begins``, nothing has been published that must not stay in sight.
+        Where it ``rests_ns`` [bag ns], of sensors that is shown which was measured next to it.
         """
         time_ns = int(self._index.time_ns[count - 1]) if count else self._index.begin_ns
         moment = 0 if begins else self._moment
         positions = self._scene.positions(count, moment)
+        if rests_ns is not None:
+            positions = self._sensors.nearest(rests_ns, positions)
         positions = sorted({*positions, *self._partial.beside(positions, time_ns)})
         absent = [] if begins else self._scene.absent_topics(count, moment)
         messages = self._emptied(dict.fromkeys([*self._marker_topics, *absent]))
@@ -99,6 +110,13 @@ class EventMaker:
         return [topic for topic in absent
                 if not can_be_emptied(self._connection_of(self._scene.first_of(topic)))]
 
+    def _again(self, position: int) -> List[LoadedMessage]:
+        """What is to be seen again before the message at a position, instead of it."""
+        topic = self._connection_of(position).topic
+        if topic in self._static:
+            return self._static_messages(topic, max(position, self._moment))
+        return self._before(topic, position)
+
     def _before(self, topic: str, position: int) -> List[LoadedMessage]:
         """What was to be seen of a topic before the message at a position."""
         shown = self._scene.positions_of(topic, position, self._moment)
@@ -107,9 +125,9 @@ class EventMaker:
         if self._connection_of(position).latching:
             gone = set(self._scene.latched_sources(without=shown))
             messages += self._withdrawals(gone.intersection([self._scene.source_of(position)]))
-        return messages + self._loader.load_all(self._again(position, shown, with_markers))
+        return messages + self._loader.load_all(self._replaced(position, shown, with_markers))
 
-    def _again(self, position: int, shown: List[int], with_markers: bool) -> List[int]:
+    def _replaced(self, position: int, shown: List[int], with_markers: bool) -> List[int]:
         """The positions (rising) of what is to be published before the message at a position."""
         if with_markers:
             time_ns = int(self._index.time_ns[position]) - 1

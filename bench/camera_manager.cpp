@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A nodelet manager with a camera in it, as a Kinect's driver is in its manager.
+//
+// usage: bench_camera_manager [FRAMES]
+//
+// Publishes registered images of 640x480 and their info on /depth, /color and /camera_info, so many
+// a second (30); nodelets in this process get them without a copy. Each frame is stamped when it is
+// published. The picture: a plane at 2 m with a Kinect's noise, nothing in a tenth of the pixels.
+#include <nodelet/loader.h>
+#include <ros/ros.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+#include <sensor_msgs/distortion_models.h>
+
+#include <boost/make_shared.hpp>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <random>
+#include <thread>
+
+namespace {
+
+constexpr std::uint32_t kWidth = 640, kHeight = 480, kQueueSize = 2;
+constexpr double kFocalPx = 525, kCentreX = (kWidth - 1) / 2.0, kCentreY = (kHeight - 1) / 2.0;
+constexpr double kFramesPerSecond = 30;
+
+sensor_msgs::Image image(const char* encoding, std::uint32_t pixel_size) {
+  sensor_msgs::Image image;
+  image.header.frame_id = "camera";
+  image.encoding = encoding;
+  image.width = kWidth;
+  image.height = kHeight;
+  image.step = kWidth * pixel_size;
+  image.data.resize(image.step * kHeight);
+  return image;
+}
+
+sensor_msgs::Image depthImage() {
+  sensor_msgs::Image depth = image("16UC1", 2);
+  std::mt19937 generator(1);
+  std::normal_distribution<float> distance(2000, 8);
+  for (std::size_t pixel = 0; pixel < kWidth * kHeight; ++pixel) {
+    const auto millimetres =
+        static_cast<std::uint16_t>(generator() % 10 == 0 ? 0 : distance(generator));
+    std::memcpy(&depth.data[2 * pixel], &millimetres, sizeof(millimetres));
+  }
+  return depth;
+}
+
+sensor_msgs::Image colorImage() {
+  sensor_msgs::Image color = image("rgb8", 3);
+  std::mt19937 generator(2);
+  for (std::uint8_t& value : color.data) value = static_cast<std::uint8_t>(generator());
+  return color;
+}
+
+sensor_msgs::CameraInfo cameraInfo() {
+  sensor_msgs::CameraInfo info;
+  info.header.frame_id = "camera";
+  info.width = kWidth;
+  info.height = kHeight;
+  info.distortion_model = sensor_msgs::distortion_models::PLUMB_BOB;
+  info.D.assign(5, 0);
+  info.K = {kFocalPx, 0, kCentreX, 0, kFocalPx, kCentreY, 0, 0, 1};
+  info.R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  info.P = {kFocalPx, 0, kCentreX, 0, 0, kFocalPx, kCentreY, 0, 0, 0, 1, 0};
+  return info;
+}
+
+// The driver fills a new message for each frame: what was published belongs to the nodelets too.
+template <typename Message>
+void publish(const ros::Publisher& publisher, const Message& message, const ros::Time& stamp) {
+  const auto frame = boost::make_shared<Message>(message);
+  frame->header.stamp = stamp;
+  publisher.publish(frame);
+}
+
+void runCamera(double frames_per_second) {
+  ros::NodeHandle node;
+  const auto depths = node.advertise<sensor_msgs::Image>("/depth", kQueueSize);
+  const auto colors = node.advertise<sensor_msgs::Image>("/color", kQueueSize);
+  const auto infos = node.advertise<sensor_msgs::CameraInfo>("/camera_info", kQueueSize);
+  const sensor_msgs::Image depth = depthImage(), color = colorImage();
+  const sensor_msgs::CameraInfo info = cameraInfo();
+  for (ros::WallRate rate(frames_per_second); ros::ok(); rate.sleep()) {
+    const ros::Time stamp = ros::Time::now();
+    publish(depths, depth, stamp);
+    publish(colors, color, stamp);
+    publish(infos, info, stamp);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "camera_manager");
+  const nodelet::Loader loader;
+  std::thread camera(runCamera, argc > 1 ? std::atof(argv[1]) : kFramesPerSecond);
+  ros::spin();
+  camera.join();
+}

@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Played backwards, a picture is stamped with the time at which the robot was where it shows it."""
+from __future__ import annotations
+
+from typing import List, Tuple
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from playback_stage import MS, PICTURE, Message, Shown, Stage
+
+ROBOT = 0
+ROBOT_MS, PICTURE_MS, END_MS = 4, 32, 1000
+
+
+def recording(age_ms: int, picture_ms: int = PICTURE_MS) -> List[Message]:
+    """A robot whose states have no delay, and pictures that are recorded when they are so old."""
+    pictures = range(0, END_MS - age_ms, picture_ms)
+    return [*(Message(ROBOT, time_ms) for time_ms in range(0, END_MS, ROBOT_MS)),
+            *(Message(PICTURE, stamp_ms + age_ms, stamp_ms) for stamp_ms in pictures)]
+
+
+class Walk:
+    """A recording played backwards from its end, until it is paused at a time of it."""
+
+    def __init__(self, messages: List[Message], rate: float = 1.0, stop_ms: int = 0) -> None:
+        self.stage = Stage(messages)
+        self.stage.control.set_rate(-rate)
+        self.stage.control.play()
+        self._end_ms = self.stage.messages[-1].time_ms
+        self._rate = rate
+        pause_ms = int((self._end_ms - stop_ms) / rate)
+        self.stage.clock.at(pause_ms, self.stage.control.pause)
+        self.stage.run()
+        self._until_ns = self.stage.clock.begin_ns + pause_ms * MS
+
+    def shown(self, connection: int) -> List[Tuple[Shown, Message]]:
+        """What was published of a connection after the first scene and before the pause."""
+        return [(it, self.stage.messages[it.number]) for it in self.stage.viewer.log
+                if it.connection == connection
+                and self.stage.clock.begin_ns < it.now_ns < self._until_ns]
+
+    def wall_ns(self, shown: Shown) -> int:
+        """When it was published."""
+        return shown.now_ns + self.stage.clock.wall_offset_ns
+
+    def place_ms(self, shown: Shown) -> float:
+        """The position in the recording when something was published."""
+        return self._end_ms - (shown.now_ns - self.stage.clock.begin_ns) / MS * self._rate
+
+
+def robot_ms_at(walk: Walk, wall_ns: int) -> float:
+    """Which place of the recording [ms] the robot had come to at a wall time, as received."""
+    return next(float(message.time_ms) for shown, message in reversed(walk.shown(ROBOT))
+                if walk.wall_ns(shown) <= wall_ns)
+
+
+@pytest.mark.parametrize('age_ms', [0, 15, 60])
+@pytest.mark.parametrize('rate', [0.25, 1.0, 4.0])
+def test_at_the_stamp_of_a_picture_the_robot_is_where_it_was_taken(age_ms: int,
+                                                                   rate: float) -> None:
+    walk = Walk(recording(age_ms), rate, stop_ms=200)
+    pictures = walk.shown(PICTURE)[1:]
+    assert len(pictures) > 15
+    for shown, message in pictures:
+        assert abs(robot_ms_at(walk, shown.stamp_ns) - message.stamp_ms) <= 2 * ROBOT_MS
+        assert shown.stamp_ns <= walk.wall_ns(shown)
+
+
+@pytest.mark.parametrize('picture_ms', [300, 450])
+def test_a_slow_sensor_is_not_behind_for_long(picture_ms: int) -> None:
+    walk = Walk(recording(15, picture_ms))
+    for shown, message in walk.shown(PICTURE):
+        behind_ms = message.time_ms + picture_ms - walk.place_ms(shown)
+        assert 200 <= behind_ms <= 200 + 2 * ROBOT_MS
+
+
+def test_pictures_alone_are_not_shown_later_than_one_picture() -> None:
+    walk = Walk([it for it in recording(15) if it.connection == PICTURE], stop_ms=200)
+    shown = walk.shown(PICTURE)
+    assert len(shown) > 15
+    assert all(abs(walk.place_ms(it) - message.stamp_ms) <= PICTURE_MS for it, message in shown)
+
+
+@given(st.lists(st.tuples(st.integers(0, 500), st.integers(-50, 250)), min_size=2, max_size=30))
+def test_whatever_the_stamps_pictures_keep_their_order(pictures: List[Tuple[int, int]]) -> None:
+    robot = [Message(ROBOT, time_ms) for time_ms in range(0, 600, ROBOT_MS)]
+    messages = [Message(PICTURE, time_ms, max(time_ms - age_ms, 0)) for time_ms, age_ms in pictures]
+    numbers = [shown.number for shown, _ in Walk([*robot, *messages]).shown(PICTURE)]
+    assert numbers == sorted(numbers, reverse=True)
+
+
+@pytest.mark.parametrize('seek_ms, stamp_ms', [(500, 512), (490, 480), (496, 480), (497, 512)])
+def test_at_rest_the_picture_is_seen_that_was_taken_next_to_the_position(seek_ms: int,
+                                                                         stamp_ms: int) -> None:
+    """At once it is the last one recorded; of 512 ms, that is at 552 ms only.
+
+    Twice, as receivers that match stamps take a pair only when the next one has come.
+    """
+    stage = Stage(recording(40))
+    stage.clock.at(10, lambda: stage.control.seek(1e-3 * seek_ms))
+    stage.run()
+    shown = [stage.messages[it.number].stamp_ms for it in stage.viewer.log
+             if it.connection == PICTURE]
+    assert shown[-3:] == [448, stamp_ms, stamp_ms]
+
+
+def test_a_sensor_shows_nothing_of_long_after_the_position() -> None:
+    stage = Stage(recording(15, 300))
+    stage.clock.at(10, lambda: stage.control.seek(0.560))
+    stage.run()
+    assert stage.messages[stage.viewer.seen[PICTURE]].stamp_ms == 300
+
+
+@pytest.mark.parametrize('age_ms', [0, 4])
+def test_of_a_prompt_sensor_nothing_is_seen_that_was_recorded_later(age_ms: int) -> None:
+    stage = Stage(recording(age_ms))
+    stage.clock.at(10, lambda: stage.control.seek(0.511))
+    stage.run()
+    assert stage.messages[stage.viewer.seen[PICTURE]].stamp_ms == 480
+
+
+def test_recorded_stamps_are_never_of_after_the_position() -> None:
+    stage = Stage(recording(15), restamp=False)
+    stage.clock.at(10, lambda: stage.control.seek(0.511))
+    stage.run()
+    assert stage.messages[stage.viewer.seen[PICTURE]].stamp_ms == 480
+
+
+def test_a_pause_backwards_shows_no_other_picture_before_it_rests() -> None:
+    walk = Walk(recording(40), stop_ms=500)
+    stamps_ms = [walk.stage.messages[it.number].stamp_ms for it in walk.stage.viewer.log
+                 if it.connection == PICTURE]
+    assert stamps_ms[-4:] == [544, 512, 512, 512]
