@@ -74,7 +74,8 @@ def test_text(arguments, text):
 def test_every_number_has_a_short_text(value, offset, scale):
     text = variable_text('', value, '', offset, scale)
     assert 0 < len(text) < 70
-    assert float(text.split()[0].rstrip(',')) == pytest.approx(value, rel=5e-2, abs=1e-3)  # two digits
+    number = float(text.split()[0].rstrip(','))
+    assert number == pytest.approx(value, rel=5e-2, abs=1e-3)  # two digits
 
 
 @pytest.mark.parametrize('vectors, height', [

@@ -85,7 +85,9 @@ def edge_text(style: ArrowStyle, value: float, setpoint: float, age_s: float,
               stale_after_s: float) -> str:
     """Return, for instance, 'upper edge 263, 8 above 255': the value beside its setpoint."""
     text = value_text(style, value, age_s, stale_after_s)
-    return text if age_s > stale_after_s else f'{text}, {offset_words(value - setpoint, setpoint, 0)}'
+    if age_s > stale_after_s:
+        return text
+    return f'{text}, {offset_words(value - setpoint, setpoint, 0)}'
 
 
 @dataclass(frozen=True)

@@ -74,10 +74,11 @@ class SewingMachineTest(unittest.TestCase):
                              (Marker.ARROW, Marker.ADD, 'sewing_machine/needle'))
 
     def test_setpoints_are_read_live(self) -> None:
-        wait_until(lambda: '30 below 255' in self.markers.text('edge_lower'), 'the default setpoint',
-                   self.send)
+        wait_until(lambda: '30 below 255' in self.markers.text('edge_lower'),
+                   'the default setpoint', self.send)
         rospy.set_param('/sewing_machine/setpoint_lower', 225.0)
-        wait_until(lambda: 'at 225' in self.markers.text('edge_lower'), 'the new setpoint', self.send)
+        wait_until(lambda: 'at 225' in self.markers.text('edge_lower'), 'the new setpoint',
+                   self.send)
         self.assertEqual(self.markers.known['edge_lower', 0].action, Marker.DELETE)
         rospy.delete_param('/sewing_machine/setpoint_lower')
         wait_until(lambda: '30 below 255' in self.markers.text('edge_lower'), 'the default again',
