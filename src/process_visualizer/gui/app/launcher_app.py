@@ -262,7 +262,7 @@ class LauncherApp(QMainWindow):
             self.devices.set_state(device.name, self._launcher.states.state(device))
 
     def _show_status(self) -> None:
-        self.launch.status.setText(self._launcher.status())
+        self.launch.show_status(self._launcher.status())
 
     def _show_views(self) -> None:
         self.launch.rviz.show_views(self._launcher.view.names, self._launcher.view.chosen)
