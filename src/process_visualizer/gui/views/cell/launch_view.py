@@ -69,8 +69,7 @@ class LaunchView(QWidget):
         (self.realtime if mode is Mode.REALTIME else self.playback).setChecked(True)
 
     def show_status(self, text: str) -> None:
-        """Show what the system does; of a long line the begin, so that the buttons keep their place.
-        """
+        """Show what the system does; long lines are cut, so that the buttons keep their place."""
         brief = '\n'.join(_brief(line) for line in text.split('\n'))
         self.status.setText(brief)
         self.status.setToolTip(text if text != brief else '')

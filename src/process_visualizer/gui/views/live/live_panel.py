@@ -6,7 +6,7 @@ import time
 from dataclasses import replace
 from typing import Dict, Optional, Sequence
 
-from PyQt5.QtCore import QTimer, pyqtSignal
+from PyQt5.QtCore import Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QHideEvent, QShowEvent
 from PyQt5.QtWidgets import QComboBox, QFrame, QLabel, QToolButton, QVBoxLayout, QWidget
 
@@ -22,6 +22,7 @@ from process_visualizer.gui.views.lanes.lane_groups import grouped_lanes
 from process_visualizer.gui.views.lanes.timeline_lanes import Lane, lane_label, lane_of
 from process_visualizer.gui.views.live.live_timeline import LiveTimeline
 from process_visualizer.gui.views.live.replay_bar import ReplayBar
+from process_visualizer.gui.views.parts.elided_label import ElidedLabel
 from process_visualizer.gui.views.parts.layouts import in_column, in_row
 from process_visualizer.health.object_spans import Span
 
@@ -44,7 +45,8 @@ class LivePanel(QWidget):
         self._lanes: Dict[Key, Lane] = {}
         self._near: Sequence[Span] = ()
         self.setObjectName('live_panel')
-        self.state = QLabel(_IDLE)
+        self.state = ElidedLabel(Qt.ElideRight)
+        self.state.setText(_IDLE)
         self.state.setObjectName('live_state')
         colour(self.state, 'quiet')
         self.durations = QComboBox()
