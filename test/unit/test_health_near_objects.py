@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, List, Tuple
 
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from process_visualizer.health.alarm_board import Action, AlarmBoard
@@ -63,6 +63,7 @@ def test_noise_at_a_limit_does_not_flicker() -> None:
     assert levels(watch, 11.0 + HOLD_S) == []
 
 
+@example([(0.3, []), (0.011718750000000215, []), (0.25000000000000017, [0.0])])
 @given(st.lists(st.tuples(st.floats(0.01, 0.3), st.lists(st.floats(0.0, 1.0), max_size=3))))
 def test_nothing_near_is_left_out_and_nothing_far_stays(steps: Any) -> None:
     watch, now_s = ObjectWatch(WARN_M, STOP_M), 0.0

@@ -48,7 +48,7 @@ class _Followed(NamedTuple):
     since_s: float
 
     def level(self, now_s: float) -> Level:
-        held = [it for it, at_s in self.reached_s.items() if now_s - at_s < HOLD_S]
+        held = [it for it, at_s in self.reached_s.items() if now_s < at_s + HOLD_S]
         return max([self.latest, *held])
 
 
