@@ -61,8 +61,10 @@ def operator(qtbot: Any) -> Iterator[Operator]:
 
 
 def chips(operator: Operator) -> List[str]:
-    return [it.text.text().split('  ')[1] for it in operator.window.findChildren(AlarmChip)
-            if it.isVisible()]
+    """What is told of objects; on a busy machine there may be other alarms."""
+    texts = [it.text.text().split('  ')[1] for it in operator.window.findChildren(AlarmChip)
+             if it.isVisible()]
+    return [text for text in texts if 'object' in text]
 
 
 def await_chips(operator: Operator, is_right: Callable[[List[str]], bool], what: str) -> None:
@@ -90,7 +92,7 @@ def it_is_told(operator: Operator, finder: Finder) -> None:
     await_chips(operator, lambda it: it == [
         "kinect: object 3 is 0.31 m from arm's hand: 24 × 18 × 30 cm"], 'an alarm')
     finder.see(0.12, DetectedObject.STOP)
-    await_chips(operator, lambda it: 'object 3 is 0.12 m' in it[0], 'it is nearer')
+    await_chips(operator, lambda it: 'object 3 is 0.12 m' in ''.join(it), 'it is nearer')
     assert operator.launcher.alarms.alarms[0].condition.level is Level.BAD
     assert operator.widget('alarm_replay').isVisible()
 
@@ -98,7 +100,6 @@ def it_is_told(operator: Operator, finder: Finder) -> None:
 def it_goes_away(operator: Operator, finder: Finder) -> None:
     finder.objects = []
     await_chips(operator, lambda it: not it, 'nothing is near')
-    assert operator.text('no_alarms') == 'No alarms'
     operator.click('show_events')
     events = operator.widget('events_text', QPlainTextEdit).toPlainText()
     assert [line.split('  ')[1][:24] for line in events.splitlines() if 'object' in line] == [
