@@ -60,14 +60,23 @@ class BenchWindow:
         until(button.isEnabled, 60.0)
         button.click()
 
-    def launch(self) -> None:
-        """Launch, until every display of RViz is OK."""
+    def launch(self) -> float:
+        """Launch, until every display of RViz is OK; return how long that took [s]."""
         displays: List[bool] = []
         connection = self.launcher.link.displays.connect(
             lambda found: displays.append(all(it.level == 0 for it in found)))
+        until(self.window.launch.launch.isEnabled, 60.0)
+        begin_s = time.monotonic()
         self.click('launch')
         until(lambda: bool(displays) and displays[-1], 120.0)
+        taken_s = time.monotonic() - begin_s
         self.launcher.link.displays.disconnect(connection)
+        return taken_s
+
+    def quit(self) -> None:
+        """Quit all nodes."""
+        self.launcher.launch.quit()
+        until(lambda: self.launcher.launch.is_idle, 90.0)
 
     def record(self, seconds: float) -> str:
         """Record for a time; return the path of the bag."""

@@ -45,7 +45,8 @@ process_visualizer_compile(record_load)
 target_link_libraries(record_load ${roscpp_LIBRARIES})
 
 if(CATKIN_ENABLE_TESTING)
-  foreach(test test_recorder test_recorder_figures test_recorder_intake test_recorder_publishers)
+  foreach(test test_recorder test_recorder_figures test_recorder_intake test_recorder_memory
+          test_recorder_publishers)
     catkin_add_gtest(${test} test/cpp/${test}.cpp)
     process_visualizer_compile(${test})
     target_link_libraries(${test} process_visualizer_recorder)

@@ -60,6 +60,7 @@ class Photographer:
         self._problems()
         self._playback(bag)
         self._play_poor_seam(self._record_poor_seam())
+        self._near_object()
 
     def close(self) -> None:
         """End everything that was started."""
@@ -247,6 +248,43 @@ class Photographer:
         self._pause(3.0)
         self._picture('poor_seam', whole=True)
         self._quit()
+
+    def _near_object(self) -> None:
+        """A hand comes near a robot: now, and in a recording of it."""
+        launcher, before = self.launcher, self.launcher.cell.devices
+        launcher.cell.open(self._config, {'objects': 'true', 'intruder': 'hand'})
+        self._until(lambda: launcher.cell.devices is not before, 20.0)
+        launcher.cell.tick('kinect', True)
+        launcher.cell.set_mode(Mode.REALTIME)
+        self._until(self.window.launch.launch.isEnabled, 60.0)
+        self._click('launch')
+        self._until(self._is_something_near, 120.0)
+        self._click('record')
+        self._until(lambda: launcher.recording.elapsed_s > _RECORDED_S / 4, 60.0)
+        self._until(self._is_something_near, 120.0)
+        self._picture('object', whole=True)
+        path = launcher.recording.state.path
+        self._click('record')
+        self._until(lambda: not launcher.recording.is_recording, 30.0)
+        self._quit()
+        self._play_near_object(path)
+
+    def _play_near_object(self, bag: str) -> None:
+        launcher, playback = self.launcher, self.launcher.playback
+        launcher.cell.set_mode(Mode.PLAYBACK)
+        launcher.bag.open([bag])
+        self._until(lambda: launcher.bag.path == bag, 60.0)
+        self._click('launch')
+        self._until(lambda: playback.is_available and launcher.launch.is_running, 120.0)
+        self._until(self._is_something_near, 120.0)
+        self._pause(1.0)
+        playback.pause()
+        self._pause(3.0)
+        self._picture('object_played', whole=True)
+        self._quit()
+
+    def _is_something_near(self) -> bool:
+        return bool(self.launcher.objects.model.conditions)
 
     # How it is done
 

@@ -84,7 +84,7 @@ class VariableProcessorTest(unittest.TestCase):
         def send() -> None:
             temperature.publish(Temperature(temperature=45.5))
             levels.publish(UInt8MultiArray(data=b'\x01\x02\xfa'))
-        self.wait_for_text('oven', 'oven 45.5 °C (+25.5)', send)
+        self.wait_for_text('oven', 'oven 45.5 °C, 25.5 above 20', send)
         self.wait_for_text('level', 'level 250', send)
         oven, level = self.arrow('oven'), self.arrow('level')
         self.assertEqual((oven.type, oven.header.frame_id, oven.frame_locked),
@@ -97,12 +97,12 @@ class VariableProcessorTest(unittest.TestCase):
 
     def test_below_the_offset_it_points_the_other_way(self) -> None:
         temperature = publisher('/oven/temperature', Temperature)
-        self.wait_for_text('oven', 'oven -5.0 °C (-25.0)',
+        self.wait_for_text('oven', 'oven -5.0 °C, 25.0 below 20',
                            lambda: temperature.publish(Temperature(temperature=-5.0)))
         turn = self.arrow('oven').pose.orientation  # x onto -z: a quarter about y
         for part, expected in zip((turn.x, turn.y, turn.z, turn.w), (0.0, 0.5**0.5, 0.0, 0.5**0.5)):
             self.assertAlmostEqual(part, expected, places=5)
-        self.wait_for_text('oven', 'oven 20.0 °C (+0.0)',
+        self.wait_for_text('oven', 'oven 20.0 °C, at 20',
                            lambda: temperature.publish(Temperature(temperature=20.0)))
         wait_until(lambda: self.arrow('oven').action == Marker.DELETE, 'no arrow at the offset')
 

@@ -138,7 +138,7 @@ def test_killed_node_with_the_end_of_its_log(output: str, observed: Observed, wr
     (dead,) = report.dead_nodes
     assert (dead.name, dead.state, dead.exit_code) == ('/box/n', NodeState.EXITED, -9)
     assert {'last words', 'complaint'} <= set(dead.log_tail)
-    assert report.reason == 'all nodes have ended: /box/n: killed by signal 9 (SIGKILL)'
+    assert report.reason == 'all nodes have ended: /box/n: killed by SIGKILL'
     observed.cell.restart('box')
     observed.wait_until_up(plan)
 

@@ -167,7 +167,7 @@ def test_arrow_and_text(shown):
     assert (arrow.color.r, arrow.color.g, arrow.color.b) == (1.0, 0.0, 0.0)
     turn = arrow.pose.orientation
     assert (turn.x, turn.y, turn.z, turn.w) == pytest.approx((0, 0, 0.5 ** 0.5, 0.5 ** 0.5))
-    assert (text.ns, text.text) == ('variable/v', 'v 1.50 m/s (+0.50)')
+    assert (text.ns, text.text) == ('variable/v', 'v 1.50 m/s, 0.50 above 1')
 
 
 def test_negative_value_points_the_other_way(shown):
@@ -269,7 +269,7 @@ def test_offset_is_read_live(shown, monkeypatch):
     source, markers = shown(offset=1.0, offset_param='setpoint')
     source.last = raw(Float32(data=1.25), 10.0)
     made = markers(10.0)
-    assert (made[0].scale.x, made[1].text) == (pytest.approx(0.5), 'v 1.25 m/s (+1.00)')
+    assert (made[0].scale.x, made[1].text) == (pytest.approx(0.5), 'v 1.25 m/s, 1.00 above 0.25')
     setpoints['setpoint'] = 0.75
     made = markers(10.2)
-    assert (made[0].scale.x, made[1].text) == (pytest.approx(0.25), 'v 1.25 m/s (+0.50)')
+    assert (made[0].scale.x, made[1].text) == (pytest.approx(0.25), 'v 1.25 m/s, 0.50 above 0.75')

@@ -12,6 +12,7 @@ from std_msgs.msg import Float32, UInt16
 from visualization_msgs.msg import Marker, MarkerArray
 
 from process_visualizer.clients.player_clock import PlaybackFollower
+from process_visualizer.motion.variables import offset_words
 from process_visualizer.nodes.common.live_number import LiveNumber
 from process_visualizer.nodes.common.markers import VectorSample, mesh_marker, value_text
 from process_visualizer.nodes.common.private_parameters import private_parameters
@@ -82,9 +83,11 @@ def edge_vector(value: float, setpoint: float) -> np.ndarray:
 
 def edge_text(style: ArrowStyle, value: float, setpoint: float, age_s: float,
               stale_after_s: float) -> str:
-    """Return, for instance, 'upper edge 263 (+8)': the value and its distance from the setpoint."""
+    """Return, for instance, 'upper edge 263, 8 above 255': the value beside its setpoint."""
     text = value_text(style, value, age_s, stale_after_s)
-    return text if age_s > stale_after_s else f'{text} ({value - setpoint:+.0f})'
+    if age_s > stale_after_s:
+        return text
+    return f'{text}, {offset_words(value - setpoint, setpoint, 0)}'
 
 
 @dataclass(frozen=True)

@@ -58,8 +58,8 @@ class SewingMachineTest(unittest.TestCase):
             publisher.publish(value)
 
     def test_model_arrows_and_numbers(self) -> None:
-        texts = {'feed_rate': 'feed 0.063 m/s', 'edge_upper': 'upper edge 310 (+10)',
-                 'edge_lower': 'lower edge 225 (-30)'}
+        texts = {'feed_rate': 'feed 0.063 m/s', 'edge_upper': 'upper edge 310, 10 above 300',
+                 'edge_lower': 'lower edge 225, 30 below 255'}
         wait_until(lambda: all(self.markers.text(name).startswith(text[:9])
                                for name, text in texts.items()), 'all texts', self.send)
         for name, text in texts.items():
@@ -74,13 +74,14 @@ class SewingMachineTest(unittest.TestCase):
                              (Marker.ARROW, Marker.ADD, 'sewing_machine/needle'))
 
     def test_setpoints_are_read_live(self) -> None:
-        wait_until(lambda: '(-30)' in self.markers.text('edge_lower'), 'the default setpoint',
-                   self.send)
+        wait_until(lambda: '30 below 255' in self.markers.text('edge_lower'),
+                   'the default setpoint', self.send)
         rospy.set_param('/sewing_machine/setpoint_lower', 225.0)
-        wait_until(lambda: '(+0)' in self.markers.text('edge_lower'), 'the new setpoint', self.send)
+        wait_until(lambda: 'at 225' in self.markers.text('edge_lower'), 'the new setpoint',
+                   self.send)
         self.assertEqual(self.markers.known['edge_lower', 0].action, Marker.DELETE)
         rospy.delete_param('/sewing_machine/setpoint_lower')
-        wait_until(lambda: '(-30)' in self.markers.text('edge_lower'), 'the default again',
+        wait_until(lambda: '30 below 255' in self.markers.text('edge_lower'), 'the default again',
                    self.send)
 
     def test_a_sensor_that_stopped_is_shown(self) -> None:

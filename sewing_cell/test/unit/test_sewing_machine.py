@@ -33,8 +33,8 @@ def test_edge_points_to_where_the_workpiece_is(value, setpoint, expected):
 
 
 def test_edge_text_has_value_and_distance():
-    assert edge_text(UPPER_ARROW, 263.0, 255.0, 0.1, 1.0) == 'upper edge 263 (+8)'
-    assert edge_text(UPPER_ARROW, 249.0, 255.0, 0.1, 1.0) == 'upper edge 249 (-6)'
+    assert edge_text(UPPER_ARROW, 263.0, 255.0, 0.1, 1.0) == 'upper edge 263, 8 above 255'
+    assert edge_text(UPPER_ARROW, 249.0, 255.0, 0.1, 1.0) == 'upper edge 249, 6 below 255'
     assert edge_text(UPPER_ARROW, 249.0, 255.0, 3.2, 1.0) == 'upper edge no data for 3.2 s'
 
 

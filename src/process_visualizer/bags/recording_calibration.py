@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import os
+from dataclasses import replace
 from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from process_visualizer.bags.bag_errors import BagError
 from process_visualizer.bags.json_text import finite_number, parsed_json
 from process_visualizer.bags.recorded_frames import RecordedFrame, recorded_frames
 from process_visualizer.bags.recording import Recording
-from process_visualizer.cell.model import Pose, Vector3
+from process_visualizer.cell.model import Cell, Device, Pose, Vector3
 
 
 class RecordingCalibration(NamedTuple):
@@ -58,6 +59,18 @@ def saved_poses(bag: str) -> Dict[str, Pose]:
             return {name: _pose(entry) for name, entry in _object(parsed_json(file.read())).items()}
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise BagError(path, f'cannot be read as poses ({error}); repair or remove it') from error
+
+
+def with_saved_poses(cell: Cell, poses: Mapping[str, Pose]) -> Cell:
+    """Return a cell with base frames where they were saved to be, and the others as they are."""
+    return replace(cell, devices=tuple(_moved(it, poses) for it in cell.devices))
+
+
+def _moved(device: Device, poses: Mapping[str, Pose]) -> Device:
+    base = device.base
+    if base is None or base.frame not in poses:
+        return device
+    return replace(device, base=replace(base, pose=poses[base.frame]))
 
 
 def save_pose(bag: str, frame: str, pose: Optional[Pose]) -> Dict[str, Pose]:

@@ -320,8 +320,8 @@ _DRAWN: Dict[str, Tag] = {
          'scale': _optional('number', 'length in m per unit of the value', '1'),
          'max': _optional('positive', 'longest length in m; the number beside it is not limited'),
          'offset': _optional('number', 'setpoint, in the unit of the value: the arrow shows how '
-                                       'far the value is above or below it, and so does the number '
-                                       'in brackets after the value; with 0 there are no brackets',
+                                       'far the value is above or below it; unless it is 0, words '
+                                       'after the value say so too: `263, 8 above 255`',
                              '0'),
          'offset_param': _optional('resource', 'parameter that holds the offset, in the unit of '
                                                'the value, and may change at any time; `offset` '

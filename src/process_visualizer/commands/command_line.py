@@ -9,6 +9,11 @@ import sys
 from typing import Callable, Dict, List, Optional, Sequence
 
 from process_visualizer.bags.bag_errors import BagError
+from process_visualizer.bags.recording_calibration import (
+    calibration_path,
+    saved_poses,
+    with_saved_poses,
+)
 from process_visualizer.cell.environment import check_environment
 from process_visualizer.cell.errors import ConfigurationError
 from process_visualizer.cell.model import Cell, Mode
@@ -172,8 +177,18 @@ def _choice(cell: Cell, options: argparse.Namespace) -> Choice:
         bag = os.path.abspath(bag)
         if '$(' in bag or not bag.isprintable():
             raise ValueError(f'roslaunch cannot pass on the path {bag!a}; rename it')
+        cell = _calibrated(cell, bag)
     rviz = RvizStart.NONE if options.no_rviz else RvizStart.REQUIRED
     return Choice(cell, mode, choose_devices(cell, _names(options.devices)), rviz, bag)
+
+
+def _calibrated(cell: Cell, bag: str) -> Cell:
+    """The cell with the base frames where they were saved to be for the recording."""
+    poses = saved_poses(bag)
+    moved = [it.base.frame for it in cell.devices if it.base and it.base.frame in poses]
+    if moved:
+        print(f'as saved in {calibration_path(bag)}: {", ".join(moved)}')
+    return with_saved_poses(cell, poses)
 
 
 def _plan(choice: Choice) -> Plan:

@@ -18,6 +18,7 @@ class Action(Enum):
     RESTART_RVIZ = 'Restart RViz'
     SHOW_LOG = 'Show log'
     GO_THERE = 'Go there'
+    REPLAY = 'Replay'
 
 
 class Condition(NamedTuple):
@@ -63,7 +64,8 @@ class AlarmBoard(NamedTuple):
     def seen(self, conditions: Iterable[Condition], now_s: float) -> AlarmBoard:
         """Return the board when this is all that is wrong now; what changed becomes events.
 
-        Alarms of a recording are no events: they come and go with the position.
+        So does an alarm that becomes worse. Alarms of a recording are no events: they come and go
+        with the position.
         """
         before = {_key(alarm.condition): alarm for alarm in self.alarms}
         present: Dict[Tuple[object, ...], Alarm] = {}
@@ -73,8 +75,8 @@ class AlarmBoard(NamedTuple):
             known = before.get(key)
             since_s = known.since_s if known is not None else \
                 now_s if condition.since_s is None else condition.since_s
-            if known is None and key not in present:
-                events.append(Event(since_s, _begun(condition)))
+            if key not in present and (known is None or condition.level > known.condition.level):
+                events.append(Event(since_s if known is None else now_s, _begun(condition)))
             present[key] = Alarm(condition._replace(since_s=since_s), since_s)
         events += [Event(now_s, _ended(alarm, now_s)) for key, alarm in before.items()
                    if key not in present]

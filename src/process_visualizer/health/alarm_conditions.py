@@ -2,11 +2,13 @@
 """What is wrong with a running cell: dead nodes, silent topics, values beyond limits, losses."""
 from __future__ import annotations
 
-from typing import Iterable, List, Mapping, Sequence, Tuple
+from typing import Iterable, List, Mapping, Optional, Sequence, Tuple
 
 from process_visualizer.health.alarm_board import Action, Condition
 from process_visualizer.health.device_state import Level, Line, node_line
+from process_visualizer.health.near_objects import NearObject
 from process_visualizer.health.node_warnings import NodeWarning
+from process_visualizer.health.object_spans import ObjectSpans
 from process_visualizer.launching.part_report import PartReport, PartState
 from process_visualizer.ros_names import LIMIT_KEY
 
@@ -51,6 +53,29 @@ def limit_conditions(device: str, warnings: Iterable[NodeWarning],
     return [Condition(device, it.text, f'{it.text}, {it.values[LIMIT_KEY]}', Level.BAD,
                       since_s=it.since_s + epoch_s)
             for it in warnings if LIMIT_KEY in it.values]
+
+
+def object_conditions(device: str, near: Iterable[NearObject],
+                      played: Optional[ObjectSpans] = None) -> List[Condition]:
+    """Return which objects that nobody modelled a sensor sees near a robot.
+
+    Args:
+        device: the sensor's name.
+        near: what it sees, since when [s since the epoch].
+        played: where in a recording that began; None if it is the running cell.
+    """
+    found = []
+    for it in near:
+        number = it.seen.number
+        condition = Condition(device, f'object {number}', f'object {number} is {it.seen.place()}',
+                              it.level, (Action.REPLAY,), since_s=it.since_s)
+        if played is not None:
+            begun_s = played.begun_s(device, number)
+            if begun_s is None:
+                continue
+            condition = condition._replace(actions=(Action.GO_THERE,), position_s=begun_s)
+        found.append(condition)
+    return found
 
 
 def departure_conditions(departed: Iterable[Tuple[str, str, str, float]]) -> List[Condition]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 _THIN = '\u2009'
 """A thin space: between thousands, and between a figure and its unit."""
 _MOST_DAYS = 4
+_OFTEN_HZ = 2.0  # a latched topic that sends less often tells what has changed
 _UNITS = ('B', 'kB', 'MB', 'GB', 'TB')
 
 
@@ -58,6 +59,8 @@ def live_rate_text(rate_hz: float, silence_s: float, is_latched: bool = False) -
 
     A latched topic sends when something changes; its last message holds, however old it is.
     """
+    if is_latched and rate_hz < _OFTEN_HZ:
+        return 'latched'
     if rate_hz > 0.0:
         return rate_text(rate_hz)
-    return 'latched' if is_latched else f'last {long_time_text(silence_s)} ago'
+    return f'last {long_time_text(silence_s)} ago'

@@ -15,6 +15,6 @@ def exit_words(code: Optional[int]) -> str:
 
 def _signal_words(number: int) -> str:
     try:
-        return f'signal {number} ({signal.Signals(number).name})'
+        return signal.Signals(number).name
     except ValueError:  # one that has no name
         return f'signal {number}'

@@ -37,16 +37,25 @@ def variable_vector(value: Number, offset: float, scale_m: float, axis: Vector,
 
 
 def variable_text(label: str, value: Number, unit: str, offset: float, scale_m: float) -> str:
-    """Return, for instance, 'upper edge 263 (+8)' or 'oven 351.2 K (+1.2)'.
+    """Return, for instance, 'upper edge 263, 8 above 255' or 'oven 351.2 K, 1.2 above 350'.
 
-    The difference from the offset is left out where the offset is 0.
+    Where the offset is 0 the value says everything.
     """
     parts = [label, _written(value, _decimals(value, scale_m)), unit]
-    if offset:
-        difference = value - int(offset) if offset.is_integer() else value - offset
-        decimals = _decimals(difference if isinstance(value, int) else value, scale_m)
-        parts.append(f'({_written(difference, decimals, "+")})')
-    return ' '.join(part for part in parts if part)
+    text = ' '.join(part for part in parts if part)
+    if not offset:
+        return text
+    difference = value - int(offset) if offset.is_integer() else value - offset
+    decimals = _decimals(difference if isinstance(value, int) else value, scale_m)
+    return f'{text}, {offset_words(difference, offset, decimals)}'
+
+
+def offset_words(difference: Number, offset: float, decimals: int) -> str:
+    """Return how far a value is from its offset: '8 above 255', '6 below 255', 'at 255'."""
+    distance = _written(abs(difference), decimals)
+    if float(distance) == 0.0:
+        return f'at {offset:.10g}'
+    return f'{distance} {"above" if difference > 0 else "below"} {offset:.10g}'
 
 
 def arrow_feet(arrows: Sequence[Tuple[str, Vector]], distance_m: float) -> List[Triple]:
@@ -115,9 +124,9 @@ def _decimals(value: Number, scale_m: float) -> int:
     return min(max(to_first_digit + 1, finest, 0), _MOST_DECIMALS)
 
 
-def _written(value: Number, decimals: int, sign: str = '') -> str:
+def _written(value: Number, decimals: int) -> str:
     if isinstance(value, int):
-        return f'{value:{sign}d}'
+        return f'{value:d}'
     if abs(value) >= _LARGEST_WRITTEN_OUT:
-        return f'{value:{sign}.4g}'
-    return f'{round(value, decimals) + 0.0:{sign}.{decimals}f}'  # -0.0 + 0.0 is 0.0
+        return f'{value:.4g}'
+    return f'{round(value, decimals) + 0.0:.{decimals}f}'  # -0.0 + 0.0 is 0.0

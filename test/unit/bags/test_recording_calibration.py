@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
-from typing import Any, List, Tuple
+from typing import Any, Dict, List, Tuple
+from xml.etree import ElementTree
 
 import pytest
 import rosbag
+import yaml
 from genpy import Time
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from std_msgs.msg import String
@@ -62,6 +64,29 @@ def bag(tmp_path: Path) -> str:
     """The sensor was moved while it was recorded: the last pose counts."""
     return write_bag(tmp_path, TFMessage([frame('camera_link', Pose()), frame('/table', Pose(
         (0.0, 0.0, 1.0)))]), TFMessage([frame('camera_link', POSE)]))
+
+
+def launched_frames(folder: Path) -> Dict[str, List[float]]:
+    """Where the launch file says that frames are."""
+    launch = ElementTree.parse(folder / 'cell.launch')
+    (node,) = [it for it in launch.iter('node') if it.get('name') == 'cell_frames']
+    text = node.find('rosparam').text  # type: ignore[union-attr]
+    return {it['child']: it['xyz'] for it in yaml.safe_load(text or '')['frames']}
+
+
+def test_a_recording_is_played_with_the_poses_saved_for_it(bag: str, tmp_path: Path,
+                                                           capsys: Any) -> None:
+    save_pose(bag, 'camera_link', Pose((7.5, 2.0, 3.0)))
+    save_pose(bag, 'gone', Pose())  # it is in the configuration no more
+    assert main(['generate', str(tmp_path / 'cell.xml'), '--mode', 'playback', '--bag', bag,
+                 '--output', str(tmp_path / 'made')]) == 0
+    assert f'as saved in {calibration_path(bag)}: camera_link\n' in capsys.readouterr().out
+    frames = launched_frames(tmp_path / 'made')
+    assert (frames['camera_link'], frames['table']) == ([7.5, 2.0, 3.0], [0.0, 0.0, 1.0])
+    save_pose(bag, 'camera_link', None)
+    Path(calibration_path(bag)).write_text('[')
+    assert main(['generate', str(tmp_path / 'cell.xml'), '--mode', 'playback', '--bag', bag]) == 1
+    assert 'cannot be read as poses' in capsys.readouterr().err
 
 
 def said(arguments: List[str], capsys: Any) -> Tuple[int, str, str]:

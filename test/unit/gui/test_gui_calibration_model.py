@@ -136,7 +136,8 @@ def test_a_move_that_fails_is_told(model, frames, qtbot):
     frames.error = RuntimeError('/cell_frames does not answer')
     with qtbot.waitSignal(model.failed) as signal:
         model.set_value(0, 5.0)
-    assert signal.args == ['a could not be moved: /cell_frames does not answer']
+    assert signal.args == [
+        'the base frame of a was not moved: /cell_frames does not answer']
 
 
 def test_nothing_runs(model, frames, qtbot):

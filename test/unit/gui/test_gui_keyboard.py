@@ -10,6 +10,7 @@ from PyQt5.QtCore import QPoint, QRect, QSettings, Qt
 from PyQt5.QtWidgets import (
     QAbstractButton,
     QApplication,
+    QDialog,
     QLabel,
     QShortcut,
     QTreeWidgetItem,
@@ -20,6 +21,8 @@ from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.settings import Settings
+from process_visualizer.gui.views.cell.events_view import EventsView
+from process_visualizer.gui.views.cell.warnings_view import WarningsView
 
 
 @pytest.fixture
@@ -103,3 +106,19 @@ def test_the_space_bar_ticks_topics_though_it_is_a_shortcut(window: LauncherApp,
     qtbot.waitUntil(topics.hasFocus)
     qtbot.keyClick(topics, Qt.Key_Space)
     assert (topics.topLevelItem(0).checkState(0), pressed) == (Qt.Checked, [])
+
+
+def test_what_can_have_the_focus_in_dialogs_has_a_name(window: LauncherApp) -> None:
+    window._keys.show()
+    EventsView(window._launcher.alarms, window).show()
+    WarningsView('arm', window._launcher.states, window).show()
+    window.playback.ask_for_curves()
+    window.playback.ask_for_mark(1.0)
+    window._save_view()
+    dialogs = [it for it in window.findChildren(QDialog) if it.isVisible()]
+    nameless = [(dialog.objectName(), type(it).__name__, it.objectName()) for dialog in dialogs
+                for it in dialog.findChildren(QWidget)
+                if it.focusPolicy() != Qt.NoFocus and it.focusProxy() is None and not words(it)
+                and not it.objectName().startswith('qt_') and not isinstance(it, QLabel)
+                and it not in [label.buddy() for label in dialog.findChildren(QLabel)]]
+    assert len(dialogs) == 6 and nameless == []

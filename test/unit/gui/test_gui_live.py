@@ -16,6 +16,7 @@ from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 from recent_parts import part_of, parts_of
+from timeline_bench import TRACK_Y
 
 from process_visualizer.bags.recorder_topics import MARKS
 from process_visualizer.cell.xml_parser import XmlParser
@@ -26,7 +27,10 @@ from process_visualizer.gui.models.comparison.live_comparison_model import LiveC
 from process_visualizer.gui.models.playback.lane_choices import LaneChoices
 from process_visualizer.gui.models.recording.live_curves_model import LiveCurvesModel
 from process_visualizer.gui.models.recording.replay_model import ReplayPhase
+from process_visualizer.gui.toolkit.theme import theme
 from process_visualizer.gui.views.live.live_panel import LivePanel
+from process_visualizer.health.device_state import Level
+from process_visualizer.health.object_spans import Span
 from process_visualizer.messages.connection import Connection
 
 MARK = Connection(MARKS, 'std_msgs/String', '', 'string data', False, '/recorder')
@@ -251,3 +255,16 @@ def test_without_a_cell_there_is_no_replay(stand: Stand) -> None:
     stand.model.set_running(False)
     QTest.mousePress(stand.timeline, Qt.LeftButton, pos=QPoint(300, 40))
     assert stand.wanted == [] and not stand.model.is_held
+
+def test_objects_near_robots_are_bars_below_the_slider(stand: Stand) -> None:
+    stand.come(*stand.parts)
+    end_s = stand.panel._end_s()
+    stand.panel.set_near([Span('kinect', Level.WARNING, end_s - 3.0, end_s - 1.0),
+                          Span('kinect', Level.BAD, end_s - 2.0, end_s - 1.5)])
+    assert [(it.level, round(it.begin_s, 3)) for it in stand.timeline.near] == [
+        (Level.WARNING, -3.0), (Level.BAD, -2.0)]
+    picture, below = stand.timeline.grab().toImage(), TRACK_Y + 9
+    colours = [picture.pixelColor(round(stand.timeline.axis.x(at_s)), below).name()
+               for at_s in (-3.5, -2.5, -1.7, -1.2)]
+    assert colours[1:] == [theme().warning, theme().bad, theme().warning]
+    assert colours[0] not in (theme().warning, theme().bad)

@@ -133,12 +133,23 @@ def test_revert_goes_back_to_the_file(model, nodes, panel, qtbot):
     assert not model.is_unsaved
 
 
+def test_starting_nodes_get_every_unsaved_box(model, nodes, panel, qtbot):
+    model.set_value(0, 1.5)
+    model.choose('b')
+    model.set_value(0, 2.5)
+    combo = panel.findChild(QComboBox, 'region_device')
+    assert [combo.itemText(index) for index in range(2)] == ['a  (unsaved)', 'b  (unsaved)']
+    model.set_running(True)
+    qtbot.waitUntil(lambda: len(nodes.moves) == 2)
+    assert {name: it.center[0] for name, it in nodes.moves} == {'a': 1.5, 'b': 2.5}
+
+
 def test_another_sensor_takes_the_marker_along(model, panel):
     model.set_running(True)
     model.show_marker(True)
     wanted = []
     model.marker_wanted.connect(wanted.append)
-    panel.findChild(QComboBox, 'region_device').activated[str].emit('b')
+    panel.findChild(QComboBox, 'region_device').activated.emit(1)
     assert model.device == 'b' and wanted == [False, True]
 
 

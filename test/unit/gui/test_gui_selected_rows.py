@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 from typing import Tuple
 
+import numpy as np
 import pytest
 from PyQt5.QtGui import QImage
 from PyQt5.QtWidgets import QApplication
@@ -12,9 +14,14 @@ from pytestqt.qtbot import QtBot
 
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Topic
+from process_visualizer.curves.position_values import key_of
+from process_visualizer.gui.models.playback.lane_choice import LaneChoice
+from process_visualizer.gui.toolkit.colours import readable_colour
 from process_visualizer.gui.toolkit.style import apply_style
 from process_visualizer.gui.toolkit.theme import LIGHT
 from process_visualizer.gui.views.cell.devices_view import DevicesView
+from process_visualizer.gui.views.lanes.curves_tree import CurvesTree
+from process_visualizer.gui.views.lanes.timeline_lanes import lane_of
 from process_visualizer.health.device_state import DeviceState, Level, Line
 
 HERE = Location('cell.xml', 1)
@@ -60,3 +67,19 @@ def test_every_name_has_a_tooltip(devices: DevicesView) -> None:
     row = devices.topLevelItem(0)
     assert row.toolTip(0) == 'oven (other)'
     assert row.child(0).toolTip(0) == LONG
+
+
+def test_a_selected_curve_keeps_its_colour(qtbot: QtBot, qapp: QApplication) -> None:
+    apply_style(qapp)
+    tree = CurvesTree()
+    qtbot.addWidget(tree)
+    curve = lane_of('oven  heat', '°C', (1.0, 0.0, 0.0), np.zeros(2), np.ones(2), 0.1)
+    tree.fill([replace(curve, key=key_of('oven', 'heat', '/heat'))], LaneChoice())
+    tree.resize(300, 60)
+    tree.show()
+    tree.topLevelItem(0).setSelected(True)
+    image = tree.viewport().grab(tree.visualItemRect(tree.topLevelItem(0))).toImage()
+    found = Counter(image.pixelColor(x, y).name() for x in range(image.width())
+                    for y in range(image.height()))
+    assert found[readable_colour((1.0, 0.0, 0.0)).name()] > 20
+    assert tree.topLevelItem(0).toolTip(0) == 'oven  heat  [°C]'

@@ -2,6 +2,8 @@
 """The status line."""
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from process_visualizer.cell.model import Mode
@@ -9,6 +11,7 @@ from process_visualizer.gui.app.status import player_activity, recorder_activity
 from process_visualizer.gui.models.cell.launch_model import Phase
 from process_visualizer.gui.models.recording.recording_types import Phase as RecordingPhase
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
+from process_visualizer.gui.views.cell.launch_view import LaunchView
 from process_visualizer.health.device_state import Level, Line
 
 GOOD = Line(Level.GOOD, 'arm: running')
@@ -40,3 +43,16 @@ def test_what_recorder_and_player_do() -> None:
     assert player_activity(player(0.5)) == 'Playing at 0.5×'
     assert player_activity(player(-2.0)) == 'Playing backwards at 2×'
     assert player_activity(player(1.0, paused=True)) == 'Paused'
+
+
+def test_a_long_line_does_not_move_the_buttons(qtbot: Any) -> None:
+    view = LaunchView()
+    qtbot.addWidget(view)
+    text = f'In real-time mode.\nkinect: 1 warning: {40 * "no transform "}'
+    view.show_status(text)
+    first, second = view.status.text().split('\n')
+    assert first == 'In real-time mode.'
+    assert second.startswith('kinect: 1 warning: no') and second.endswith('…') and len(second) < 121
+    assert view.status.toolTip() == text
+    view.show_status('Idle')
+    assert (view.status.text(), view.status.toolTip()) == ('Idle', '')

@@ -12,6 +12,7 @@ from timeline_bench import FLAGS_Y, HANDLES_Y, LANES_Y, TRACK_Y, WIDTH, Bench, l
 from process_visualizer.gui.models.playback.marks import PlacedMark
 from process_visualizer.gui.toolkit.theme import LIGHT
 from process_visualizer.gui.views.playback.moment_ticks import moment_at, moment_tip
+from process_visualizer.gui.views.playback.timeline_header import Alarms
 from process_visualizer.gui.views.playback.timeline_layout import HEADER_HEIGHT, TRACK_TOP
 from process_visualizer.gui.views.playback.timeline_zoom import BAR_HEIGHT
 from process_visualizer.runs.comparison.timeline_moments import Moment, MomentKind
@@ -231,12 +232,13 @@ class TestKeysAndMenu:
         assert wanted.args == [7.5]
 
 
-def test_alarms_are_red_bars_below_the_groove(qtbot: QtBot) -> None:
+def test_alarms_are_bars_below_the_groove(qtbot: QtBot) -> None:
     bench = Bench(qtbot)
     below = TRACK_Y + 9
     assert bench.pixel(x_of(12.0), below) != LIGHT.bad
-    bench.view.alarms = ((11.0, 14.0), (16.0, 16.0))
+    bench.view.alarms = Alarms(((11.0, 14.0), (16.0, 16.0)), ((5.0, 6.0),))
     bench.view.set_lanes([lane()])
+    assert bench.pixel(x_of(5.5), below) == LIGHT.warning
     assert [bench.pixel(x_of(time_s), below) == LIGHT.bad
             for time_s in (10.8, 11.1, 12.5, 13.9, 14.2, 16.05, 16.5)] == [
         False, True, True, True, False, True, False]

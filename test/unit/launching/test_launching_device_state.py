@@ -43,14 +43,14 @@ def summary(state: PartState, *nodes: NodeReport, topic: Optional[TopicActivity]
 @pytest.mark.parametrize('line, level, text', [
     (summary(PartState.RUNNING, UP, topic=FLOWING), Level.GOOD, 'running'),
     (summary(PartState.STARTING, UP, STARTING), Level.WAITING, 'starting, 1 of 2 nodes up'),
-    (summary(PartState.RUNNING, DIED), Level.BAD, 'driver killed by signal 9 (SIGKILL)'),
+    (summary(PartState.RUNNING, DIED), Level.BAD, 'driver killed by SIGKILL'),
     (summary(PartState.RUNNING, ENDED, UP), Level.WARNING, 'driver ended with code 0'),
     (summary(PartState.RUNNING, REFUSED, ENDED), Level.BAD,
      'driver cannot be started: no such executable (and 1 more)'),
     (summary(PartState.FAILED, reason='no such file'), Level.BAD, 'no such file'),
     (summary(PartState.RUNNING, UP, topic=SILENT), Level.WARNING, '/arm/q silent for 3.2 s'),
     (summary(PartState.RUNNING, DIED, topic=SILENT), Level.BAD,
-     'driver killed by signal 9 (SIGKILL)'),
+     'driver killed by SIGKILL'),
     (summary(PartState.STOPPING, UP), Level.WAITING, 'stopping'),
 ])
 def test_summary(line: Line, level: Level, text: str) -> None:

@@ -7,6 +7,7 @@ import pytest
 from process_visualizer.health.figures import (
     clock_text,
     count_text,
+    live_rate_text,
     long_time_text,
     rate_text,
     size_text,
@@ -24,6 +25,9 @@ from process_visualizer.health.figures import (
     (long_time_text(5 * 3600 + 12 * 60 + 5), '5 h 12 min'), (long_time_text(72 * 3600), '3 days'),
     (long_time_text(1e9), 'more than 4 days'),
     (rate_text(125.2), '125 Hz'), (rate_text(0.5), '0.5 Hz'), (rate_text(0.0), '0 Hz'),
+    (live_rate_text(0.0, 3.0), 'last 3 s ago'), (live_rate_text(1.0, 0.5), '1.0 Hz'),
+    (live_rate_text(1.0, 0.5, True), 'latched'), (live_rate_text(0.0, 9.0, True), 'latched'),
+    (live_rate_text(10.0, 0.1, True), '10 Hz'),
     (rate_text(1.0), '1.0 Hz'), (rate_text(0.987), '0.99 Hz'), (rate_text(0.0123), '0.012 Hz'),
 ])
 def test_text(text: str, expected: str):

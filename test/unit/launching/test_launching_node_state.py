@@ -31,7 +31,7 @@ def after(*names: str) -> NodeReport:
     ([], '/n: starting'), (['started'], '/n: starting'),
     (['started', 'registered'], '/n: running'),
     (['started', 'registered', 'exited'], '/n: ended with code 0'),
-    (['started', 'died'], '/n: killed by signal 11 (SIGSEGV)'),
+    (['started', 'died'], '/n: killed by SIGSEGV'),
     (['started', 'died', 'started'], '/n: starting (restarted 1 time)'),
     (['started', 'died', 'started', 'died', 'started', 'registered'],
      '/n: running (restarted 2 times)'),

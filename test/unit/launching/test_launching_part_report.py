@@ -67,7 +67,7 @@ def test_part_whose_work_is_done() -> None:
     (UP, 0, (), exited('/a', 0), 'the required node /a: ended with code 0'),
     (UP.node_changed(exited('/a', 0)).node_changed(exited('/b', 5)), 0, (), None,
      'all nodes have ended: /b: ended with code 5'),
-    (UP, -9, (), None, 'roslaunch: killed by signal 9 (SIGKILL)'),
+    (UP, -9, (), None, 'roslaunch: killed by SIGKILL'),
     (STARTING, 1, ('some text',), None, 'roslaunch: ended with code 1'),
     (STARTING, 0, (), None, 'roslaunch: ended with code 0')])
 def test_roslaunch_has_ended_by_itself(before: PartReport, code: int, tail: 'tuple[str, ...]',

@@ -18,6 +18,7 @@ from process_visualizer.generate.choice import Choice, RvizStart
 from process_visualizer.generate.plan import BAG_PART, FRAMES_PART, PlanError
 from process_visualizer.gui.app.calibration_actions import CalibrationActions
 from process_visualizer.gui.app.event_notes import EventNotes
+from process_visualizer.gui.app.object_alarms import ObjectAlarms
 from process_visualizer.gui.app.region_control import RegionControl
 from process_visualizer.gui.app.status import player_activity, recorder_activity, status_text
 from process_visualizer.gui.models.cell.alarms_model import AlarmsModel
@@ -93,6 +94,7 @@ class Launcher(QObject):
         self.calibration = self.calibrating.model
         self.tool = ToolModel(self.tasks, self)
         self.alarms = AlarmsModel(self.launch, self.states)
+        self.objects = ObjectAlarms(self.tasks, self.launch, self.alarms)
         self._notes = EventNotes(self.tasks, self.alarms, self.launch, self.recording)
         self._player: Optional[PlayerSnapshot] = None
         self._devices_when_ready: Optional[Sequence[str]] = None
@@ -318,6 +320,7 @@ class Launcher(QObject):
         if player is None and self._player is None:
             return
         self._player = player
+        self.objects.model.take_player(player)
         self.calibrating.take_player(player)
         self.playback.take_state(player)
         if player is not None:

@@ -210,6 +210,7 @@ class LauncherApp(QMainWindow):
         self._launcher.compare.changed.connect(
             lambda: self.playback.timeline.set_moments(self._launcher.compare.moments))
         self.playback.timeline.anchor_wanted.connect(self._launcher.compare.anchor)
+        self._launcher.objects.model.changed.connect(self._show_near)
         self.live.replay_wanted.connect(self._launcher.show_replay)
         self.recording.play_wanted.connect(lambda path: self._after_quit.play((path,)))
         self._drops.play_wanted.connect(self._after_quit.play)
@@ -261,10 +262,15 @@ class LauncherApp(QMainWindow):
             self.devices.set_state(device.name, self._launcher.states.state(device))
 
     def _show_status(self) -> None:
-        self.launch.status.setText(self._launcher.status())
+        self.launch.show_status(self._launcher.status())
 
     def _show_views(self) -> None:
         self.launch.rviz.show_views(self._launcher.view.names, self._launcher.view.chosen)
+
+    def _show_near(self) -> None:
+        objects = self._launcher.objects.model
+        self.live.set_near(objects.live)
+        self.playback.set_near(objects.played)
 
     def _show_log(self, device: str, node: str) -> None:
         report = self._launcher.launch.reports.get(device)

@@ -15,4 +15,4 @@ def player_snapshot(state: PlayerState) -> PlayerSnapshot:
         segment=state.segment, published=state.published, dropped=state.dropped,
         gaps=tuple(state.gaps), files=tuple(state.files), mark=state.mark,
         topics=tuple((topic.name, topic.published) for topic in state.topics),
-        others=tuple(state.others))
+        others=tuple(state.others), since_s=state.since.to_sec())

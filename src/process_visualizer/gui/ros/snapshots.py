@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from typing import NamedTuple, Optional, Tuple
 
+from process_visualizer.health.near_objects import SeenObject
+
 
 class PlayerSnapshot(NamedTuple):
     """The player's state; positions in s from the beginning of the recording.
 
     ``stamp_s`` is the wall time (since the epoch) for which ``position_s`` holds, ``begin_s`` the
     bag time of the beginning. ``loop`` is (begin, end) or None; ``topics`` are names, each with
-    how many of its messages were published; ``others`` say who else publishes them. See
-    PlayerState.msg.
+    how many of its messages were published; ``others`` say who else publishes them; ``since_s`` is
+    the wall time since which position and rate run evenly. See PlayerState.msg.
     """
 
     stamp_s: float
@@ -30,6 +32,7 @@ class PlayerSnapshot(NamedTuple):
     mark: str = ''
     topics: Tuple[Tuple[str, int], ...] = ()
     others: Tuple[str, ...] = ()
+    since_s: float = 0.0
 
 
 class TopicSnapshot(NamedTuple):
@@ -78,6 +81,17 @@ class PhaseSnapshot(NamedTuple):
     stamp_s: float
     reference_s: Optional[float]
     behind_s: Optional[float] = None
+
+
+class ObjectsSnapshot(NamedTuple):
+    """All objects that a depth sensor (its device) sees; ``stamp_s`` is that of its cloud.
+
+    See DetectedObjects.msg.
+    """
+
+    device: str
+    stamp_s: float
+    objects: Tuple[SeenObject, ...]
 
 
 class DisplaySnapshot(NamedTuple):

@@ -43,7 +43,9 @@ class AlarmsModel(QObject):
         self._board = AlarmBoard()
         self._losses: List[Condition] = []
         self._departed: Departed = ()
+        self._objects: Tuple[Condition, ...] = ()
         self._recorded: RecordedAlarms = ()
+        self._played: RecordedAlarms = ()
         self._position_s = 0.0
         states.changed.connect(self.look)
         launch.changed.connect(self._follow_mode)
@@ -60,16 +62,16 @@ class AlarmsModel(QObject):
 
     @property
     def recorded(self) -> RecordedAlarms:
-        """The alarms of the recording that is open."""
-        return self._recorded
+        """The alarms of the recording that is open, in the order of time."""
+        return sorted((*self._recorded, *self._played), key=lambda it: it[2])
 
     @property
     def summary(self) -> str:
         """What there is to say where there are no alarms."""
-        running, count = self._launch.running, len(self._recorded)
+        running, count = self._launch.running, len(self.recorded)
         if running is None or running.mode is not Mode.PLAYBACK or not count:
             return 'No alarms'
-        return f'No alarms here; the recording has {count}, red on the timeline'
+        return f'No alarms here; the recording has {count}, in colour on the timeline'
 
     def events_since(self, time_s: float) -> Tuple[Event, ...]:
         """Return what happened from a time [s since the epoch] on."""
@@ -90,6 +92,14 @@ class AlarmsModel(QObject):
         if tuple(departed) != self._departed:
             self._departed = tuple(departed)
             self.look()
+
+    def set_objects(self, conditions: Sequence[Condition], played: RecordedAlarms) -> None:
+        """Set which objects are near robots, and where they were as far as it has been played."""
+        is_other = len(played) != len(self._played)
+        self._objects, self._played = tuple(conditions), played
+        self.look()
+        if is_other:
+            self.changed.emit()
 
     def set_recorded(self, alarms: RecordedAlarms) -> None:
         """Set the alarms of the recording that is open."""
@@ -134,8 +144,9 @@ class AlarmsModel(QObject):
             if part in self._launch.reports:
                 found += part_conditions(title, self._launch.reports[part], restart)
         if running.mode is Mode.PLAYBACK:
-            return found + recorded_conditions(self._recorded, self._position_s)
+            return [*found, *recorded_conditions(self._recorded, self._position_s),
+                    *self._objects]
         epoch_s = self._wall_s() - self._clock_s()
         for device in running.devices:
             found += limit_conditions(device.name, self._states.warnings(device.name), epoch_s)
-        return found + departure_conditions(self._departed) + self._losses
+        return [*found, *departure_conditions(self._departed), *self._losses, *self._objects]

@@ -72,7 +72,7 @@ class FitModel(QObject):
 
     def _take(self, name: str, found: SensorFit) -> None:
         self._fitting = ''
-        before = self._calibration.pose_of(name)
+        before = self._calibration.value_of(name)
         if before is not None and not self._calibration.blocked_reason:
             self._results[name] = _described(found, before)
             self._calibration.set_pose(name, found.pose)

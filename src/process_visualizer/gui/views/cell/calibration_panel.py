@@ -5,26 +5,17 @@ from __future__ import annotations
 import os
 from typing import Optional
 
-from PyQt5.QtCore import QSize, Qt
-from PyQt5.QtWidgets import (
-    QComboBox,
-    QHBoxLayout,
-    QLabel,
-    QPushButton,
-    QToolButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PyQt5.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from process_visualizer.gui.models.cell.calibration_model import CalibrationModel
 from process_visualizer.gui.models.cell.fit_model import FitModel
 from process_visualizer.gui.toolkit.icons import icon
 from process_visualizer.gui.toolkit.theme_following import colour
+from process_visualizer.gui.views.cell.edited_parts import EditedParts, icon_button
 from process_visualizer.gui.views.parts.labels import note, show_note
 from process_visualizer.gui.views.parts.pose_fields import PoseFields
 from process_visualizer.motion.pose_difference import pose_difference
 
-_UNSAVED = '  (unsaved)'
 _SAME_M, _SAME_RAD = 5e-5, 5e-5  # what the text shows
 
 
@@ -35,20 +26,20 @@ class CalibrationPanel(QWidget):
                  parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
         self._model, self._fit_model = model, fit
-        self._device = QComboBox()
+        self._parts = EditedParts(
+            model, 'calibration', 'The device whose base frame is moved', 'Shows arrows and rings '
+            'at the frame in RViz; drag them with its tool Interact (I)')
         self._frame = QLabel()
         self._fields = PoseFields()
-        self._marker = QToolButton()
         self._reason = note('calibration_reason')
         self._found = note('calibration_found')
         self._then = note('calibration_then')
-        self._fit = QToolButton()
+        self._fit = icon_button('calibration_fit', 'fit', 'Fit', 'Moves the sensor to where its '
+                                'cloud lies on the models that it sees; nothing is saved')
         self._as_recorded = QPushButton('As recorded')
         self._as_file = QPushButton('As in the file')
         self._keep = QPushButton(icon('save'), 'Save for this recording')
         self._state = QLabel()
-        self._revert = QPushButton(icon('revert'), 'Revert')
-        self._save = QPushButton(icon('save'), 'Save')
         self._set_up()
         self._lay_out()
         fit.changed.connect(self.refresh)  # it follows the other model
@@ -57,31 +48,13 @@ class CalibrationPanel(QWidget):
     def refresh(self) -> None:
         """Show the model."""
         model = self._model
-        self._show_devices()
+        self._parts.refresh('' if model.base is None else model.base.location.file)
         self._frame.setText('' if model.base is None else model.base.frame)
         self._fields.show_pose(model.pose)
-        can_move = not model.blocked_reason
-        self._fields.setEnabled(can_move)
-        self._marker.setEnabled(can_move)
-        self._marker.setChecked(model.has_marker)
-        self._revert.setEnabled(model.is_unsaved)
-        self._save.setEnabled(model.can_save)
-        self._save.setText('Saving…' if model.is_saving else f'Save into {self._file_name()}')
+        self._fields.setEnabled(model.can_move)
         self._show_fit()
         self._show_recording()
         self._show_state()
-
-    def _show_devices(self) -> None:
-        names = self._model.devices
-        texts = [name + _UNSAVED * (name in self._model.unsaved) for name in names]
-        shown = [self._device.itemText(index) for index in range(self._device.count())]
-        if texts != shown:
-            self._device.clear()
-            for name, text in zip(names, texts):
-                self._device.addItem(text, name)
-        if self._model.device:
-            self._device.setCurrentIndex(names.index(self._model.device))
-        self._device.setEnabled(bool(names))
 
     def _show_state(self) -> None:
         model = self._model
@@ -108,9 +81,8 @@ class CalibrationPanel(QWidget):
         is_played = model.recording != ''
         for button in (self._as_recorded, self._as_file, self._keep):
             button.setVisible(is_played)
-        can_move = not model.blocked_reason
-        self._as_recorded.setEnabled(can_move and model.recorded_pose is not None)
-        self._as_file.setEnabled(can_move and model.can_save)
+        self._as_recorded.setEnabled(model.can_move and model.recorded_pose is not None)
+        self._as_file.setEnabled(model.can_move and model.can_save)
         self._keep.setEnabled(model.can_save_for_recording)
 
     def _recorded_text(self) -> str:
@@ -128,48 +100,17 @@ class CalibrationPanel(QWidget):
     def _place(self) -> str:
         if self._model.is_for_recording:
             return f'what is saved for {os.path.basename(self._model.recording)}'
-        return f'{self._file_name()}:{self._model.base.location.line}' if self._model.base else ''
-
-    def _file_name(self) -> str:
         base = self._model.base
-        return os.path.basename(base.location.file) if base is not None else 'the file'
+        return '' if base is None else \
+            f'{os.path.basename(base.location.file)}:{base.location.line}'
 
     def _set_up(self) -> None:
-        self._device.setObjectName('calibration_device')
-        self._device.setAccessibleName('Device')
-        self._device.setToolTip('The device whose base frame is moved')
-        self._device.activated.connect(
-            lambda index: self._model.choose(str(self._device.itemData(index))))
         self._fields.edited.connect(self._model.set_value)
-        self._marker.setObjectName('calibration_marker')
-        self._marker.setText('Drag in RViz')
-        self._marker.setIcon(icon('view'))
-        self._marker.setIconSize(QSize(18, 18))
-        self._marker.setToolButtonStyle(Qt.ToolButtonTextBesideIcon)
-        self._marker.setCheckable(True)
-        self._marker.setToolTip('Shows arrows and rings at the frame in RViz; drag them '
-                                'with its tool Interact (I)')
-        self._marker.clicked.connect(self._model.show_marker)
         self._state.setObjectName('calibration_state')
         self._state.setWordWrap(True)
-        self._revert.setObjectName('calibration_revert')
-        self._revert.setToolTip('Go back to what is saved')
-        self._revert.clicked.connect(self._model.revert)
-        self._save.setObjectName('calibration_save')
-        self._save.setToolTip('Write the numbers into the file; a backup is kept beside it')
-        self._save.clicked.connect(self._model.save)
         colour(self._frame, 'quiet')
-        self._set_up_fit()
-        self._set_up_recording()
-
-    def _set_up_fit(self) -> None:
-        self._fit.setObjectName('calibration_fit')
-        self._fit.setIcon(icon('fit'))
-        self._fit.setIconSize(QSize(18, 18))
-        self._fit.setToolButtonStyle(Qt.ToolButtonTextBesideIcon)
-        self._fit.setToolTip('Moves the sensor to where its cloud lies on the models that it sees; '
-                             'nothing is saved')
         self._fit.clicked.connect(self._fit_model.fit)
+        self._set_up_recording()
 
     def _set_up_recording(self) -> None:
         for button, name, hint, action in (
@@ -186,17 +127,17 @@ class CalibrationPanel(QWidget):
     def _lay_out(self) -> None:
         device = QHBoxLayout()
         device.addWidget(QLabel('Device:'))
-        device.addWidget(self._device, 1)
+        device.addWidget(self._parts.device, 1)
         frame = QHBoxLayout()
         frame.addWidget(QLabel('Base frame:'))
         frame.addWidget(self._frame, 1)
         frame.addWidget(self._fit)
-        frame.addWidget(self._marker)
+        frame.addWidget(self._parts.marker)
         back, save = QHBoxLayout(), QHBoxLayout()
-        for button in (self._revert, self._as_recorded, self._as_file):
+        for button in (self._parts.revert, self._as_recorded, self._as_file):
             back.addWidget(button)
         back.addStretch(1)
-        save.addWidget(self._save, 1)
+        save.addWidget(self._parts.save, 1)
         save.addWidget(self._keep, 1)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 6, 0, 4)

@@ -25,6 +25,7 @@ from process_visualizer.gui.views.parts.labels import title
 
 _LAUNCH_TEXT = {Phase.IDLE: 'Launch nodes', Phase.LAUNCHING: 'Quit all nodes',
                 Phase.RUNNING: 'Quit all nodes', Phase.QUITTING: 'Quitting…'}
+_LONGEST_STATUS = 120
 
 
 class LaunchView(QWidget):
@@ -66,6 +67,12 @@ class LaunchView(QWidget):
     def show_mode(self, mode: Mode) -> None:
         """Check the button of a mode."""
         (self.realtime if mode is Mode.REALTIME else self.playback).setChecked(True)
+
+    def show_status(self, text: str) -> None:
+        """Show what the system does; long lines are cut, so that the buttons keep their place."""
+        brief = '\n'.join(_brief(line) for line in text.split('\n'))
+        self.status.setText(brief)
+        self.status.setToolTip(text if text != brief else '')
 
     def show_phase(self, phase: Phase, can_launch: bool, reason: str) -> None:
         """Enable what can be done; ``reason`` says why nothing can be launched."""
@@ -119,3 +126,7 @@ class LaunchView(QWidget):
         layout.addWidget(self.status, 1, 1)
         layout.addWidget(self.apply, 2, 0, 1, 2)
         layout.addLayout(buttons, 3, 0, 1, 2)
+
+
+def _brief(line: str) -> str:
+    return line if len(line) <= _LONGEST_STATUS else f'{line[:_LONGEST_STATUS - 1].rstrip()}…'

@@ -2,23 +2,13 @@
 """The box that a depth sensor's cloud is cropped to, moved at once, saved when it is right."""
 from __future__ import annotations
 
-import os
-from typing import List, Optional
+from typing import Optional
 
-from PyQt5.QtWidgets import (
-    QComboBox,
-    QGridLayout,
-    QHBoxLayout,
-    QLabel,
-    QPushButton,
-    QToolButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PyQt5.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from process_visualizer.gui.models.cell.region_model import RegionModel
-from process_visualizer.gui.toolkit.icons import icon
 from process_visualizer.gui.toolkit.theme_following import colour
+from process_visualizer.gui.views.cell.edited_parts import EditedParts
 from process_visualizer.gui.views.parts.pose_fields import NumberField
 
 _CENTER, _SIZE = ('centre x', 'centre y', 'centre z'), ('size x', 'size y', 'size z')
@@ -32,13 +22,12 @@ class RegionPanel(QWidget):
     def __init__(self, model: RegionModel, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
         self._model = model
-        self._device = QComboBox()
+        self._parts = EditedParts(
+            model, 'region', 'The depth sensor whose cloud is cropped', 'Shows arrows at the '
+            'middle of the box and a cube on each face; drag them with the tool Interact (I)')
         self._frame = QLabel()
+        colour(self._frame, 'quiet')
         self._fields = [self._field(index, name) for index, name in enumerate(_CENTER + _SIZE)]
-        self._marker = QToolButton()
-        self._revert = QPushButton(icon('revert'), 'Revert')
-        self._save = QPushButton(icon('save'), 'Save')
-        self._set_up()
         self._lay_out()
         model.changed.connect(self.refresh)
         self.refresh()
@@ -49,22 +38,11 @@ class RegionPanel(QWidget):
         self.setVisible(region is not None)
         if region is None:
             return
-        self._show_devices(model.devices)
+        self._parts.refresh(region.location.file)
         self._frame.setText(f'aligned with {region.frame}')
         for field, value in zip(self._fields, (*region.center, *region.size)):
             field.show_value(value)
             field.setEnabled(model.can_move)
-        self._marker.setEnabled(model.can_move)
-        self._marker.setChecked(model.has_marker)
-        self._revert.setEnabled(model.is_unsaved)
-        self._save.setEnabled(model.can_save)
-        self._save.setText(f'Save into {os.path.basename(region.location.file)}')
-
-    def _show_devices(self, names: List[str]) -> None:
-        if names != [self._device.itemText(index) for index in range(self._device.count())]:
-            self._device.clear()
-            self._device.addItems(names)
-        self._device.setCurrentText(self._model.device)
 
     def _field(self, index: int, name: str) -> NumberField:
         field = NumberField(name)
@@ -76,31 +54,12 @@ class RegionPanel(QWidget):
         field.valueChanged.connect(lambda value: self._model.set_value(index, value))
         return field
 
-    def _set_up(self) -> None:
-        self._device.setObjectName('region_device')
-        self._device.setAccessibleName('Depth sensor')
-        self._device.setToolTip("The depth sensor whose cloud is cropped")
-        self._device.activated[str].connect(self._model.choose)
-        self._marker.setObjectName('region_marker')
-        self._marker.setText('Drag in RViz')
-        self._marker.setCheckable(True)
-        self._marker.setToolTip('Shows arrows at the middle of the box and a cube on each face; '
-                                'drag them with the tool Interact (I)')
-        self._marker.clicked.connect(self._model.show_marker)
-        self._revert.setObjectName('region_revert')
-        self._revert.setToolTip('Go back to the values in the file')
-        self._revert.clicked.connect(self._model.revert)
-        self._save.setObjectName('region_save')
-        self._save.setToolTip('Write the numbers into the file; a backup is kept beside it')
-        self._save.clicked.connect(self._model.save)
-        colour(self._frame, 'quiet')
-
     def _lay_out(self) -> None:
         top = QHBoxLayout()
         top.addWidget(QLabel('Box of:'))
-        top.addWidget(self._device)
+        top.addWidget(self._parts.device)
         top.addWidget(self._frame, 1)
-        top.addWidget(self._marker)
+        top.addWidget(self._parts.marker)
         numbers = QGridLayout()
         for index, field in enumerate(self._fields):
             column, row = 2 * (index // 3), index % 3
@@ -109,8 +68,8 @@ class RegionPanel(QWidget):
         numbers.setColumnStretch(1, 1)
         numbers.setColumnStretch(3, 1)
         buttons = QHBoxLayout()
-        buttons.addWidget(self._revert)
-        buttons.addWidget(self._save, 1)
+        buttons.addWidget(self._parts.revert)
+        buttons.addWidget(self._parts.save, 1)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 6, 0, 4)
         layout.setSpacing(8)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Callable, List, Optional, Sequence
 
 from PyQt5.QtCore import Qt, pyqtSignal
-from PyQt5.QtGui import QColor
 from PyQt5.QtWidgets import (
     QCheckBox,
     QFileDialog,
@@ -21,9 +20,9 @@ from PyQt5.QtWidgets import (
 from process_visualizer.gui.models.comparison.compare_model import Compared, CompareModel, ListedRun
 from process_visualizer.gui.models.comparison.ghost_model import GhostModel
 from process_visualizer.gui.models.comparison.live_comparison_model import LiveComparisonModel
-from process_visualizer.gui.toolkit.theme import theme
-from process_visualizer.gui.toolkit.theme_following import ThemeFollower, colour
+from process_visualizer.gui.toolkit.theme_following import colour
 from process_visualizer.gui.views.parts.layouts import in_column, in_row
+from process_visualizer.gui.views.parts.row_delegate import RowDelegate, colour_row
 from process_visualizer.runs.comparison.comparison import Comparison
 from process_visualizer.runs.comparison.live_comparison import beyond_text, since_text
 from process_visualizer.runs.comparison.verdict import band_text, verdict
@@ -86,7 +85,6 @@ class ComparePanel(QWidget):
         self.departures.itemActivated.connect(self._seek)
         model.changed.connect(self._show)
         live.changed.connect(self._show_live)
-        ThemeFollower(self, self._show_runs)
         self._show()
 
     def set_live(self, is_live: bool) -> None:
@@ -164,7 +162,7 @@ class ComparePanel(QWidget):
         found = None if compared is None else compared.comparisons[number]
         is_poor = found is None or bool(found.departures)
         item.setText(2, '' if compared is None else _short_verdict(found))
-        item.setForeground(2, QColor(theme().bad if is_poor else theme().good))
+        colour_row(item, 2, 'bad' if is_poor else 'good')
         item.setToolTip(2, '' if found is None else '\n'.join((verdict(found), *found.notes)))
 
     @property
@@ -185,8 +183,8 @@ class ComparePanel(QWidget):
         self.departures.setVisible(chosen is not None)
         self.reset.setVisible(not self._is_live and bool(self._model.anchors(self._row)))
         if self._live.text and self._is_live:
-            self.departures.addTopLevelItems([QTreeWidgetItem(
-                [it.signal.name, since_text(it, self._live.now_s), beyond_text(it)])
+            self.departures.addTopLevelItems([_live_row(
+                it.signal.name, since_text(it, self._live.now_s), beyond_text(it))
                 for it in self._live.departures])
         elif chosen is not None:
             self.departures.addTopLevelItems([_row(chosen, it) for it in chosen.departures])
@@ -222,6 +220,13 @@ def _row(comparison: Comparison, departure: Departure) -> QTreeWidgetItem:
     return item
 
 
+def _live_row(*texts: str) -> QTreeWidgetItem:
+    item = QTreeWidgetItem(list(texts))
+    for column, text in enumerate(texts):
+        item.setToolTip(column, text)
+    return item
+
+
 def _short_verdict(found: Optional[Comparison]) -> str:
     if found is None:
         return 'nothing in common with the reference'
@@ -247,6 +252,7 @@ def _button(name: str, text: str, action: Callable[[], None]) -> QPushButton:
 
 def _tree(name: str, head: Sequence[str], least_px: int) -> QTreeWidget:
     tree = QTreeWidget()
+    tree.setItemDelegate(RowDelegate(tree))
     tree.setMinimumHeight(least_px)
     tree.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Ignored)
     tree.setObjectName(name)

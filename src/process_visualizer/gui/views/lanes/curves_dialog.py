@@ -40,14 +40,15 @@ class CurvesDialog(QDialog):
         self.tree.currentItemChanged.connect(self._name_buttons)
         self.tree.rearranged.connect(self._choose)
         self.tree.fill(self._curves, choices.choice)
+        self._name_buttons()
         self.resize(_WIDTH, _HEIGHT)
 
     def _lay_out(self) -> None:
         row = QHBoxLayout()
         self.up = _button('curves_up', 'Up', lambda: self.tree.move(-1))
         self.down = _button('curves_down', 'Down', lambda: self.tree.move(1))
-        self.join = _button('curves_join', '', self.tree.join)
-        self.fold = _button('curves_fold', '', self.tree.fold)
+        self.join = _button('curves_join', 'Overlay on the one above', self.tree.join)
+        self.fold = _button('curves_fold', 'Fold', self.tree.fold)
         for button in (self.up, self.down, self.join, self.fold):
             row.addWidget(button)
         buttons = QDialogButtonBox(QDialogButtonBox.Close)

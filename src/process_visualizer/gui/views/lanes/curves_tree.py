@@ -13,6 +13,7 @@ from process_visualizer.gui.models.playback.lane_choice import LaneChoice
 from process_visualizer.gui.toolkit.colours import readable_colour
 from process_visualizer.gui.views.lanes.lane_groups import distinct
 from process_visualizer.gui.views.lanes.timeline_lanes import Lane
+from process_visualizer.gui.views.parts.row_delegate import RowDelegate
 
 _FOLDED = int(Qt.UserRole) + 1
 
@@ -26,6 +27,7 @@ class CurvesTree(QTreeWidget):
     def __init__(self) -> None:
         super().__init__()
         self._curves: Dict[Key, Lane] = {}
+        self.setItemDelegate(RowDelegate(self))
         self.setObjectName('curves_list')
         self.setAccessibleName('Lanes and their curves')
         self.setHeaderHidden(True)
@@ -144,7 +146,9 @@ def _set_folded(item: QTreeWidgetItem, folded: bool) -> None:
 
 
 def _item(curve: Lane, is_shown: bool) -> QTreeWidgetItem:
-    item = QTreeWidgetItem([f'{curve.label}  [{curve.unit}]' if curve.unit else curve.label])
+    text = f'{curve.label}  [{curve.unit}]' if curve.unit else curve.label
+    item = QTreeWidgetItem([text])
+    item.setToolTip(0, text)
     item.setData(0, Qt.UserRole, curve.key)
     item.setFlags(Qt.ItemIsEnabled | Qt.ItemIsSelectable | Qt.ItemIsUserCheckable
                   | Qt.ItemIsDragEnabled | Qt.ItemIsDropEnabled)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
-from typing import Dict, Optional
+from typing import Dict, Optional, Sequence
 
-from PyQt5.QtCore import QTimer, pyqtSignal
+from PyQt5.QtCore import Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QHideEvent, QShowEvent
 from PyQt5.QtWidgets import QComboBox, QFrame, QLabel, QToolButton, QVBoxLayout, QWidget
 
@@ -22,7 +22,9 @@ from process_visualizer.gui.views.lanes.lane_groups import grouped_lanes
 from process_visualizer.gui.views.lanes.timeline_lanes import Lane, lane_label, lane_of
 from process_visualizer.gui.views.live.live_timeline import LiveTimeline
 from process_visualizer.gui.views.live.replay_bar import ReplayBar
+from process_visualizer.gui.views.parts.elided_label import ElidedLabel
 from process_visualizer.gui.views.parts.layouts import in_column, in_row
+from process_visualizer.health.object_spans import Span
 
 _IDLE = 'Launch the devices: their process variables are drawn here while they run.'
 _CLOCK_MS = 500
@@ -41,8 +43,10 @@ class LivePanel(QWidget):
         self._curves, self._choices, self._replay = curves, choices, replay
         self._comparison = comparison
         self._lanes: Dict[Key, Lane] = {}
+        self._near: Sequence[Span] = ()
         self.setObjectName('live_panel')
-        self.state = QLabel(_IDLE)
+        self.state = ElidedLabel(Qt.ElideRight)
+        self.state.setText(_IDLE)
         self.state.setObjectName('live_state')
         colour(self.state, 'quiet')
         self.durations = QComboBox()
@@ -93,6 +97,16 @@ class LivePanel(QWidget):
         """Nobody looks: nothing is read."""
         self._curves.set_shown(False)
 
+    def set_near(self, spans: Sequence[Span]) -> None:
+        """Set when [s since the epoch] objects were near robots."""
+        self._near = spans
+        self._show_near()
+
+    def _show_near(self) -> None:
+        end_s = self._end_s()
+        self.timeline.show_near([
+            it._replace(begin_s=it.begin_s - end_s, end_s=it.end_s - end_s) for it in self._near])
+
     def _show(self) -> None:
         curves, window = self._curves, self._curves.window
         self.durations.setCurrentIndex(self.durations.findData(curves.duration_s))
@@ -130,6 +144,7 @@ class LivePanel(QWidget):
             window.duration_s, grouped_lanes(self._lanes, self._choices.choice),
             {_key(curve): curve.value for curve in window.curves}, window.marks,
             window.begin_s + window.duration_s)
+        self._show_near()
         self._show_moment()
 
     def _want_replay(self, time_s: float) -> None:

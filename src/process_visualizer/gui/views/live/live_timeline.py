@@ -35,6 +35,8 @@ from process_visualizer.gui.views.playback.timeline_layout import (
     HEADER_HEIGHT,
     LEFT,
 )
+from process_visualizer.health.device_state import Level
+from process_visualizer.health.object_spans import Span, times
 
 _FEWEST_LANES = 2  # that are visible, if there are so many
 _FONT_PX = 11
@@ -59,6 +61,7 @@ class LiveTimeline(QWidget):
         self._choices = choices
         self._duration_s = 0.0
         self._replay_s: Optional[float] = None
+        self.near: Tuple[Span, ...] = ()  # [s, below 0]: when objects were near robots
         self._age_s = 0.0
         self._values: Mapping[Key, float] = {}
         self._marks: Tuple[PlacedMark, ...] = ()
@@ -87,6 +90,12 @@ class LiveTimeline(QWidget):
             self._fit()
             self.updateGeometry()
         self.update()
+
+    def show_near(self, spans: Sequence[Span]) -> None:
+        """Show when [s, below 0] objects were near robots."""
+        if tuple(spans) != self.near:
+            self.near = tuple(spans)
+            self.update(0, 0, self.width(), int(HEADER_HEIGHT))
 
     def show_replay(self, time_s: Optional[float]) -> None:
         """Show which moment is in the scene [s, below 0]; None: the present."""
@@ -156,7 +165,8 @@ class LiveTimeline(QWidget):
 
     def _draw_header(self, painter: QPainter, axis: TimeAxis) -> None:
         header.draw_groove(painter, axis)
-        header.draw_alarms(painter, axis, self.alarms())
+        header.draw_alarms(painter, axis, header.Alarms(
+            (*self.alarms(), *times(self.near, Level.BAD)), times(self.near, Level.WARNING)))
         for time_s in axis.ticks(_TICK_PX):
             x = axis.x(time_s)
             painter.setPen(QColor(theme().tick))

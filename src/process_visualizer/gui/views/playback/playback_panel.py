@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Dict, Optional, Tuple
+from typing import Dict, Optional, Sequence, Tuple
 
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QFrame, QInputDialog, QLabel, QVBoxLayout, QWidget
@@ -21,8 +21,11 @@ from process_visualizer.gui.views.lanes.timeline_lanes import Lane, lane_label, 
 from process_visualizer.gui.views.parts.layouts import in_column
 from process_visualizer.gui.views.playback.bag_view import BagView
 from process_visualizer.gui.views.playback.curves_row import CurvesRow
+from process_visualizer.gui.views.playback.timeline_header import Alarms
 from process_visualizer.gui.views.playback.timeline_view import TimelineView
 from process_visualizer.gui.views.playback.transport_view import TransportView
+from process_visualizer.health.device_state import Level
+from process_visualizer.health.object_spans import Span, times
 from process_visualizer.playback.time_text import format_time
 
 
@@ -43,6 +46,7 @@ class PlaybackPanel(QWidget):
         self.curves = CurvesRow(bag.curves)
         self._lanes: Dict[Key, Lane] = {}
         self._bands = bands
+        self._near: Tuple[Span, ...] = ()
         self.notes = QLabel()
         self.notes.setObjectName('playback_notes')
         self.notes.setWordWrap(True)
@@ -95,6 +99,18 @@ class PlaybackPanel(QWidget):
         """Ask which curves are shown, and in which order."""
         CurvesDialog(tuple(self._lanes.values()), self._bag.curves.choices, self).open()
 
+    def set_near(self, spans: Sequence[Span]) -> None:
+        """Set where in the recording objects were near robots."""
+        if tuple(spans) != self._near:
+            self._near = tuple(spans)
+            self._show_alarms()
+
+    def _show_alarms(self) -> None:
+        beyond = tuple((it.begin_s, it.end_s) for it in self._bag.curves.alarms)
+        self.timeline.alarms = Alarms(beyond + times(self._near, Level.BAD),
+                                      times(self._near, Level.WARNING))
+        self.timeline.update()
+
     def _show_bag(self) -> None:
         found = self._bag.catalogue
         self.timeline.set_recording(0.0 if found is None else found.duration_s, self._bag.gaps)
@@ -112,7 +128,7 @@ class PlaybackPanel(QWidget):
 
     def _show_curves(self) -> None:
         found = self._bag.catalogue
-        self.timeline.alarms = tuple((it.begin_s, it.end_s) for it in self._bag.curves.alarms)
+        self._show_alarms()
         lanes = [] if found is None else [
             _lane(curve, found.duration_s) for curve in self._bag.curves.curves]
         self._lanes = {lane.key: lane for lane in lanes}

@@ -50,9 +50,16 @@ class Loop(NamedTuple):
         return self.begin_s, self.end_s
 
 
+class Alarms(NamedTuple):
+    """When something was wrong, each from its begin to its end [s]: in red, and in amber."""
+
+    bad: Tuple[Tuple[float, float], ...] = ()
+    warnings: Tuple[Tuple[float, float], ...] = ()
+
+
 def header_picture(axis: TimeAxis, marks: Sequence[PlacedMark], hovered: int, scale: float,
-                   font: QFont, alarms: Sequence[Tuple[float, float]] = ()) -> QPixmap:
-    """Return groove, ticks, flags and alarms (begin and end [s] each).
+                   font: QFont, alarms: Alarms) -> QPixmap:
+    """Return groove, ticks, flags and alarms.
 
     ``scale`` is how many dots a pixel of the screen has.
     """
@@ -93,15 +100,20 @@ def draw_groove(painter: QPainter, axis: TimeAxis) -> None:
     painter.drawRoundedRect(track_rect(axis), 3, 3)
 
 
-def draw_alarms(painter: QPainter, axis: TimeAxis,
-                alarms: Sequence[Tuple[float, float]]) -> None:
-    """Draw a red bar below the groove where a variable was beyond its limits."""
+def draw_alarms(painter: QPainter, axis: TimeAxis, alarms: Alarms) -> None:
+    """Draw bars below the groove where something was wrong."""
+    _draw_bars(painter, axis, alarms.warnings, theme().warning)
+    _draw_bars(painter, axis, alarms.bad, theme().bad)
+
+
+def _draw_bars(painter: QPainter, axis: TimeAxis, bars: Sequence[Tuple[float, float]],
+               color: str) -> None:
     top = track_rect(axis).bottom() + 3
-    for begin_s, end_s in alarms:
+    for begin_s, end_s in bars:
         left, right = _on_line(axis, begin_s), _on_line(axis, end_s)
         if right > left or axis.left < left < axis.right:
             painter.fillRect(QRectF(left, top, max(right - left, _SHORTEST_ALARM), 4),
-                             QColor(theme().bad))
+                             QColor(color))
 
 
 def draw_gaps(painter: QPainter, axis: TimeAxis, gaps: Sequence[Tuple[float, float]],

@@ -79,7 +79,7 @@ class TimelineView(QWidget):
         self._playback, self._value_of, self._choices = playback, value_of, choices
         self._length_s = 0.0
         self._gaps: Tuple[Tuple[float, float], ...] = ()
-        self.alarms: Tuple[Tuple[float, float], ...] = ()  # [s, s], shown when lanes are set
+        self.alarms = header.Alarms()  # when something was wrong
         self._moments: Tuple[Moment, ...] = ()
         self._header: Optional[Tuple[Any, QPixmap]] = None
         self._font = QFont(self.font())

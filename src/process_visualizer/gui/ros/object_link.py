@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the depth sensors of the running cell see of objects that nobody modelled."""
+from __future__ import annotations
+
+from typing import Dict, Iterable, List, Optional
+
+import rosgraph
+import rospy
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from process_visualizer.gui.ros.ros_link import RosLinkError
+from process_visualizer.gui.ros.snapshots import ObjectsSnapshot
+from process_visualizer.health.device_state import Level
+from process_visualizer.health.near_objects import SeenObject
+from process_visualizer.msg import DetectedObject, DetectedObjects
+from process_visualizer.ros_names import OBJECTS
+
+_LEVELS = {DetectedObject.CLEAR: Level.GOOD, DetectedObject.WARN: Level.WARNING,
+           DetectedObject.STOP: Level.BAD}
+
+
+class ObjectLink(QObject):
+    """Follows the sensors that it is told to; a clear cell costs the window nothing."""
+
+    seen = pyqtSignal(object)
+    """An ObjectsSnapshot with something near a robot, or the first one without."""
+
+    def __init__(self, parent: Optional[QObject] = None) -> None:
+        super().__init__(parent)
+        self._subscribers: Dict[str, rospy.Subscriber] = {}
+        self._was_near: Dict[str, bool] = {}  # each written by the thread of its subscriber
+
+    def follow(self, devices: Iterable[str]) -> None:
+        """Follow these depth sensors (their names), and no others; blocks for a moment.
+
+        Raises:
+            RosLinkError: the master does not answer.
+        """
+        try:
+            self._follow(devices)
+        except (rospy.ROSException, rosgraph.MasterException, OSError) as error:
+            raise RosLinkError('objects near robots are no alarms: the ROS master does not answer '
+                               f'({error})') from error
+
+    def _follow(self, devices: Iterable[str]) -> None:
+        wanted = set(devices)
+        for device in set(self._subscribers) - wanted:
+            self._subscribers.pop(device).unregister()
+        for device in wanted - set(self._subscribers):
+            self._subscribers[device] = rospy.Subscriber(
+                f'/{device}/{OBJECTS}', DetectedObjects, self._take, device, queue_size=2)
+
+    def _take(self, message: DetectedObjects, device: str) -> None:
+        is_near = any(it.level != DetectedObject.CLEAR for it in message.objects)
+        if is_near or self._was_near.get(device, False):
+            self.seen.emit(ObjectsSnapshot(device, message.header.stamp.to_sec(),
+                                           tuple(_objects(message))))
+        self._was_near[device] = is_near
+
+
+def _objects(message: DetectedObjects) -> List[SeenObject]:
+    return [SeenObject(it.number, it.link, it.distance, (it.size.x, it.size.y, it.size.z),
+                       _LEVELS.get(it.level, Level.BAD)) for it in message.objects]

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Objects that nobody modelled and that are too near to a robot, as a sensor reports them."""
+from __future__ import annotations
+
+from typing import Dict, Iterable, NamedTuple, Optional, Tuple
+
+from process_visualizer.health.device_state import Level
+
+HOLD_S = 0.5
+"""An object is near for so long after it was so last: what is hidden at times does not flicker."""
+MARGIN_M = 0.03
+"""So much farther than its limit an object is near no more: noise at the limit changes nothing."""
+_ALARMS = Level.WARNING, Level.BAD
+
+
+class SeenObject(NamedTuple):
+    """An object as a sensor sees it: edge lengths of its box and distance to a robot's link, m.
+
+    ``level`` is WARNING or BAD if it is nearer than the distance ``warn`` or ``stop``, else GOOD.
+    """
+
+    number: int
+    link: str
+    distance_m: float
+    size_m: Tuple[float, float, float]
+    level: Level
+
+    def place(self) -> str:
+        """Return where it is, and its size: '0.31 m from arm's hand: 24 × 18 × 30 cm'."""
+        robot, _, link = self.link.rpartition('/')
+        whose = f"{robot}'s " if robot else ''
+        size = ' × '.join(f'{100.0 * it:.0f}' for it in self.size_m)
+        return f'{self.distance_m:.2f} m from {whose}{link}: {size} cm'
+
+
+class NearObject(NamedTuple):
+    """An object as it was seen last, how near it is held to be, and since when [s] it is near."""
+
+    seen: SeenObject
+    level: Level
+    since_s: float
+
+
+class _Followed(NamedTuple):
+    seen: SeenObject
+    latest: Level
+    reached_s: Dict[Level, float]
+    since_s: float
+
+    def level(self, now_s: float) -> Level:
+        held = [it for it, at_s in self.reached_s.items() if now_s < at_s + HOLD_S]
+        return max([self.latest, *held])
+
+
+class ObjectWatch:
+    """Judges the objects of one sensor as its messages come; times [s] must not decrease."""
+
+    def __init__(self, warn_m: float, stop_m: float) -> None:
+        """Take the distances within which an object is near, and too near."""
+        self._limits_m = {Level.WARNING: warn_m, Level.BAD: stop_m}
+        self._followed: Dict[int, _Followed] = {}
+
+    def take(self, objects: Iterable[SeenObject], now_s: float) -> None:
+        """Take all objects that are seen now."""
+        before = {number: it._replace(latest=Level.GOOD) for number, it in self._followed.items()
+                  if it.level(now_s) in _ALARMS}
+        self._followed = before
+        for seen in objects:
+            self._follow(seen, before.get(seen.number), now_s)
+
+    def present(self, now_s: float) -> Tuple[NearObject, ...]:
+        """Return the objects that are near, the worst first, then the nearest."""
+        near = [NearObject(it.seen, it.level(now_s), it.since_s)
+                for it in self._followed.values() if it.level(now_s) in _ALARMS]
+        return tuple(sorted(near, key=lambda it: (-it.level, it.seen.distance_m)))
+
+    def ends_s(self, now_s: float) -> Optional[float]:
+        """Return when an alarm ends or becomes less, if nothing else is seen; None: not at all."""
+        ends = [at_s + HOLD_S for it in self._followed.values()
+                for level, at_s in it.reached_s.items() if level > it.latest]
+        return min((it for it in ends if it > now_s), default=None)
+
+    def _follow(self, seen: SeenObject, before: Optional[_Followed], now_s: float) -> None:
+        latest = self._judged(seen, Level.GOOD if before is None else before.level(now_s))
+        if before is None and latest not in _ALARMS:
+            return
+        reached_s = {} if before is None else before.reached_s
+        self._followed[seen.number] = _Followed(
+            seen, latest, {**reached_s, **{it: now_s for it in _ALARMS if it <= latest}},
+            now_s if before is None else before.since_s)
+
+    def _judged(self, seen: SeenObject, held: Level) -> Level:
+        """The level of an object, which is kept until it is clearly farther away."""
+        kept = [level for level, limit_m in self._limits_m.items()
+                if level <= held and seen.distance_m < limit_m + MARGIN_M]
+        return max([seen.level, *kept])

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the recorder has in memory: the last seconds, and latched messages.
+#include <gtest/gtest.h>
+
+#include <set>
+#include <string>
+#include <vector>
+
+#include "process_visualizer/recorder/recent_messages.hpp"
+#include "recorder_messages.hpp"
+
+namespace process_visualizer::recorder {
+namespace {
+
+TEST(Recent, IsBoundedInTimeAndBytes) {
+  RecentMessages recent(10, 1000);
+  const auto connection = connectionWith("");
+  for (int i = 1; i <= 30; ++i) recent.add(messageAt(i, connection, 50));
+  EXPECT_DOUBLE_EQ(recent.duration(), 10);
+  EXPECT_EQ(recent.bytes(), 11u * 50);
+  EXPECT_EQ(recent.last(ros::Time(30), 3).messages.size(), 4u);
+  EXPECT_TRUE(recent.last(ros::Time(30), 0).messages.empty());
+  recent.add(messageAt(31, connection, 900));
+  EXPECT_LE(recent.bytes(), 1000u);
+  recent.add(messageAt(32, connection, 2000));
+  EXPECT_EQ(recent.bytes(), 0u);
+}
+
+TEST(Recent, BeginsWithWhatWasLatchedThen) {
+  RecentMessages recent(10, 1000);
+  const auto connection = connectionWith("", "1");
+  const auto sizeOfLatched = [&recent](double duration_s) {
+    const auto latched = recent.last(ros::Time(20), duration_s).latched.at(ros::Time(20));
+    return latched.empty() ? 0u : latched.at(0).size();
+  };
+  recent.add(messageAt(1, connection, 11));
+  recent.add(messageAt(12, connection, 12));
+  recent.add(messageAt(18, connection, 18));
+  EXPECT_EQ(sizeOfLatched(10), 11u);
+  EXPECT_EQ(sizeOfLatched(5), 12u);
+  EXPECT_EQ(sizeOfLatched(0), 18u);
+  recent.pass(messageAt(19, connection, 19));
+  EXPECT_EQ(sizeOfLatched(10), 19u);
+  recent.clear();
+  EXPECT_EQ(sizeOfLatched(10), 18u);
+  recent.forget();
+  EXPECT_EQ(sizeOfLatched(10), 0u);
+}
+
+TEST(Recent, GivesAllOfItWhateverARecordingHas) {
+  RecentMessages recent(10, 1 << 20);
+  const auto latching = connectionWith("", "1"), other = connectionWith("");
+  const auto sizes = [&recent](double duration_s) {
+    const Past past = recent.all(ros::Time(20), duration_s);
+    std::vector<std::size_t> all;
+    for (const Message& message : past.latched.at(ros::Time(20))) all.push_back(message.size());
+    for (const Message& message : past.messages) all.push_back(message.size());
+    return all;
+  };
+  using Sizes = std::vector<std::size_t>;
+  recent.add(messageAt(1, latching, 11));
+  EXPECT_EQ(sizes(100), Sizes({11}));
+  recent.add(messageAt(12, other, 12));  // the one before is latched only from here on
+  recent.setRecorded();
+  recent.add(messageAt(18, latching, 18));
+  recent.add(messageAt(19, other, 19));
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(sizes(100), Sizes({11, 12, 18, 19}));
+    EXPECT_EQ(sizes(5), Sizes({11, 18, 19}));
+    EXPECT_EQ(sizes(1), Sizes({18, 19}));
+    EXPECT_EQ(sizes(0), Sizes({18}));
+    EXPECT_EQ(recent.last(ros::Time(20), 100).messages.size(), i == 0 ? 2u : 0u);
+    recent.setRecorded();
+  }
+  EXPECT_EQ(recent.wished({0, {"/a"}}).messages.front().size(), 11u);
+  recent.add(messageAt(29, other, 29));  // 12 and 18 leave the memory
+  EXPECT_EQ(sizes(100), Sizes({18, 19, 29}));
+  recent.add(messageAt(40, other, 40));
+  EXPECT_EQ(sizes(100), Sizes({18, 40}));
+  recent.clear();
+  EXPECT_EQ(sizes(100), Sizes({18}));
+  recent.forget();
+  EXPECT_EQ(sizes(100), Sizes());
+}
+
+TEST(Recent, IsReadPartByPart) {
+  RecentMessages recent(10, 1 << 20);
+  const std::set<std::string> wanted = {"/a"};
+  const auto latched = latchedBy("/n"), other = latchedBy("/n", "/b");
+  recent.add(messageAt(1, latched, 11));
+  EXPECT_EQ(recent.wished({0, wanted}).messages.size(), 1u);
+  for (int i = 2; i <= 30; ++i) recent.add(messageAt(i, connectionWith(""), 100));
+  recent.add(messageAt(30, other, 100));
+  const NumberedMessages all = recent.wished({0, wanted});
+  ASSERT_EQ(all.messages.size(), 12u);  // the latched one, and eleven of ten seconds
+  EXPECT_EQ(all.messages[0].size(), 11u);
+  EXPECT_LT(all.messages[0].time, all.messages[1].time);
+  EXPECT_EQ(all.next, 32u);
+  EXPECT_FALSE(all.is_cut);
+  recent.add(messageAt(31, connectionWith(""), 100));
+  const NumberedMessages new_ones = recent.wished({all.next, wanted});
+  ASSERT_EQ(new_ones.messages.size(), 1u);
+  EXPECT_EQ(new_ones.messages[0].time, ros::Time(31));
+  EXPECT_TRUE(recent.wished({new_ones.next, wanted}).messages.empty());
+  EXPECT_EQ(recent.wished({1, wanted}).messages.size(), 11u);  // the others are forgotten
+  const NumberedMessages some = recent.wished({1, wanted, 0, 250});
+  EXPECT_EQ(some.messages.size(), 3u);
+  EXPECT_TRUE(some.is_cut);
+  EXPECT_EQ(recent.wished({some.next, wanted}).messages.size(), 8u);
+  EXPECT_TRUE(recent.wished({1, wanted, 99}).messages.empty());  // these are larger
+  recent.clear();
+  EXPECT_EQ(recent.wished({1, wanted}).next, 33u);
+  EXPECT_EQ(recent.wished({99, wanted}).next, 33u);  // of a recorder that ran before
+}
+
+TEST(Latched, KeepsTheNewestOfEachPublisher) {
+  LatchedMessages latched;
+  const auto connection = connectionWith("", "1");
+  latched.add(messageAt(1, connection, 10));
+  latched.add(messageAt(2, connection, 20));
+  latched.add(messageAt(3, connectionWith(""), 30));
+  const auto messages = latched.at(ros::Time(5));
+  ASSERT_EQ(messages.size(), 1u);
+  EXPECT_EQ(messages[0].size(), 20u);
+  EXPECT_EQ(messages[0].time, ros::Time(4, 999999999));
+}
+
+TEST(Latched, ComeInTheOrderInWhichTheyCame) {
+  LatchedMessages latched;
+  for (const auto& [node, size] : {std::pair{"/z", 1}, {"/b", 2}, {"/a", 3}, {"/z", 4}})
+    latched.add(messageAt(1, latchedBy(node), size));
+  std::vector<std::size_t> sizes;
+  ros::Time last;
+  for (const Message& message : latched.at(ros::Time(5))) {
+    sizes.push_back(message.size());
+    EXPECT_LT(last, message.time);
+    last = message.time;
+  }
+  EXPECT_EQ(sizes, (std::vector<std::size_t>{2, 3, 4}));
+  EXPECT_LT(last, ros::Time(5));
+}
+
+TEST(Latched, OfPublishersThatAreGoneAreForgottenWhenTheyAreReplaced) {
+  LatchedMessages latched;
+  const auto isGone = [](const Message& message) { return message.size() != 2; };
+  latched.add(messageAt(1, latchedBy("/old"), 1));
+  latched.forgetReplaced(isGone);
+  EXPECT_EQ(latched.at(ros::Time(5)).size(), 1u);
+  latched.add(messageAt(1, latchedBy("/new"), 2));
+  latched.add(messageAt(1, latchedBy("/old", "/tf_static"), 3));
+  latched.add(messageAt(1, latchedBy("/new", "/tf_static"), 2));
+  latched.forgetReplaced(isGone);
+  std::vector<std::size_t> sizes;
+  for (const Message& message : latched.at(ros::Time(5))) sizes.push_back(message.size());
+  EXPECT_EQ(sizes, (std::vector<std::size_t>{2, 3, 2}));
+}
+
+}  // namespace
+}  // namespace process_visualizer::recorder
+
+int main(int argc, char** argv) {
+  ros::Time::init();
+  testing::InitGoogleTest(&argc, argv);
+  return RUN_ALL_TESTS();
+}

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Objects that nobody modelled, in the window's models and its timelines."""
+from __future__ import annotations
+
+from typing import Any, List, Tuple
+
+import pytest
+
+from process_visualizer.cell.errors import Location
+from process_visualizer.cell.model import Cell, Device, DeviceType, Mode, SoughtObjects
+from process_visualizer.generate.choice import Choice
+from process_visualizer.gui.models.cell.objects_model import SILENT_S, ObjectsModel
+from process_visualizer.gui.ros.snapshots import ObjectsSnapshot, PlayerSnapshot
+from process_visualizer.health.device_state import Level
+from process_visualizer.health.near_objects import HOLD_S, SeenObject
+from process_visualizer.health.object_spans import times
+
+HERE = Location('cell.xml', 1)
+KINECT = Device(DeviceType.DEPTH_SENSOR, 'kinect', HERE,
+                objects=SoughtObjects(0.5, 0.2, 0.03, 0.5, None, None, (), HERE))
+ARM = Device(DeviceType.ROBOT, 'arm', HERE)
+CELL = Cell('cell.xml', 'world', (KINECT, ARM))
+NEAR, TOO_NEAR = (
+    SeenObject(1, 'arm/hand', distance_m, (0.2, 0.2, 0.2), level)
+    for distance_m, level in ((0.4, Level.WARNING), (0.1, Level.BAD)))
+
+
+class Stand:
+    """The model of a cell with a depth sensor; its clock is set by hand."""
+
+    def __init__(self, qtbot: Any) -> None:
+        self.now_s = 1000.0
+        self.model = ObjectsModel(wall_s=lambda: self.now_s)
+        self.followed: List[Tuple[str, ...]] = []
+        self.model.sensors_wanted.connect(self.followed.append)
+        self._qtbot = qtbot
+
+    def run(self, mode: Mode, bag: str = '') -> None:
+        self.model.set_running(Choice(CELL, mode, CELL.devices, bag=bag or None))
+
+    def see(self, *objects: SeenObject) -> None:
+        self.model.take(ObjectsSnapshot('kinect', self.now_s, objects))
+
+    def play(self, position_s: float, segment: int = 1, rate: float = 1.0) -> None:
+        self.model.take_player(PlayerSnapshot(self.now_s, 0.0, 60.0, position_s, rate, rate,
+                                              False, segment=segment, since_s=self.now_s))
+
+    def texts(self) -> List[str]:
+        return [it.text.split(' m ')[0] for it in self.model.conditions]
+
+    def let_the_timer_end(self, after_s: float) -> None:
+        """The clock goes on, the timer with it."""
+        assert self.model._timer.isActive()
+        self.now_s += after_s
+        self.model._timer.timeout.emit()
+
+
+@pytest.fixture
+def stand(qtbot: Any) -> Stand:
+    made = Stand(qtbot)
+    made.run(Mode.REALTIME)
+    return made
+
+
+def test_sensors_are_followed_while_they_run(stand: Stand) -> None:
+    assert stand.followed == [('kinect',)]
+    stand.run(Mode.PLAYBACK)
+    stand.model.set_running(None)
+    assert stand.followed == [('kinect',), ()]
+
+
+def test_an_object_is_told_at_once_and_its_distance_calmly(stand: Stand) -> None:
+    stand.see(NEAR)
+    assert stand.texts() == ['object 1 is 0.40']
+    stand.now_s += 0.05
+    stand.see(NEAR._replace(distance_m=0.39))
+    assert stand.texts() == ['object 1 is 0.40']
+    stand.let_the_timer_end(0.2)
+    assert stand.texts() == ['object 1 is 0.39']
+    stand.see(TOO_NEAR)
+    assert (stand.texts(), stand.model.conditions[0].level) == (['object 1 is 0.10'], Level.BAD)
+
+
+def test_it_goes_away(stand: Stand) -> None:
+    stand.see(NEAR)
+    stand.now_s += 0.1
+    stand.see()
+    assert len(stand.model.conditions) == 1
+    stand.let_the_timer_end(HOLD_S)
+    assert stand.model.conditions == () and not stand.model._timer.isActive()
+    assert times(stand.model.live, Level.WARNING) == ((1000.0, 1000.0),)
+
+
+def test_a_sensor_that_is_silent_does_not_know(stand: Stand) -> None:
+    stand.see(NEAR)
+    stand.let_the_timer_end(SILENT_S)
+    stand.let_the_timer_end(HOLD_S) if stand.model.conditions else None
+    assert stand.model.conditions == ()
+
+
+def test_quitting_ends_it(stand: Stand) -> None:
+    stand.see(NEAR)
+    stand.model.set_running(None)
+    assert stand.model.conditions == ()
+    stand.see(NEAR)  # a message that was under way
+    assert stand.model.conditions == ()
+
+
+def test_in_a_recording_that_stands_it_stays(stand: Stand) -> None:
+    stand.run(Mode.PLAYBACK, 'a.bag')
+    stand.play(10.0)
+    stand.now_s += 2.0
+    stand.see(NEAR)
+    (condition,) = stand.model.conditions
+    assert condition.position_s == 12.0
+    stand.now_s += 3600.0
+    stand.see(NEAR)
+    assert len(stand.model.conditions) == 1
+
+
+def test_where_in_the_recording(stand: Stand) -> None:
+    stand.run(Mode.PLAYBACK, 'a.bag')
+    stand.play(10.0)
+    for _ in range(3):
+        stand.now_s += 1.0
+        stand.see(NEAR)
+    stand.play(30.0, segment=2)
+    stand.see(TOO_NEAR)
+    assert times(stand.model.played, Level.WARNING) == ((11.0, 13.0), (30.0, 30.0))
+    assert times(stand.model.played, Level.BAD) == ((30.0, 30.0),)
+    stand.run(Mode.PLAYBACK, 'b.bag')
+    assert stand.model.played == ()
