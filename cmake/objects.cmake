@@ -7,15 +7,22 @@ pkg_check_modules(assimp REQUIRED IMPORTED_TARGET assimp)
 
 # Only message classes, PCL and Eigen: no node, no master.
 set(objects_sources
+  src/objects/assignment.cpp
   src/objects/cloud_points.cpp
   src/objects/clusters.cpp
   src/objects/distance_field.cpp
+  src/objects/hidden_place.cpp
   src/objects/known_bodies.cpp
   src/objects/link_geometry.cpp
   src/objects/mesh_file.cpp
+  src/objects/motion.cpp
   src/objects/object_finder.cpp
   src/objects/object_messages.cpp
   src/objects/object_tracks.cpp
+  src/objects/occlusions.cpp
+  src/objects/partly_hidden.cpp
+  src/objects/pieces.cpp
+  src/objects/point_image.cpp
   src/objects/robot_distance.cpp
   src/objects/stray_points.cpp
   src/objects/support_planes.cpp
