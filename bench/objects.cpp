@@ -156,6 +156,7 @@ std::vector<KnownBody> bodiesOf(const std::vector<MovingRobot>& robots) {
   for (const MovingRobot& robot : robots)
     for (const LinkGeometry& link : robot.links())
       bodies.emplace_back(link.frame, link.mesh, FinderSettings().padding + 0.01F, true);
+  bodies.emplace_back("board", boxMesh(Board().size), FinderSettings().padding + 0.01F, true);
   std::printf("| %zu links prepared in | %.1f s |\n", bodies.size(), since(begin));
   return bodies;
 }
@@ -207,6 +208,7 @@ class Benchmark {
     for (const MovingRobot& robot : robots_)
       for (const LinkGeometry& link : robot.links())
         camera.draw(link.mesh, robot.poseOf(link.frame, speed_ * time), kRobot);
+    camera.draw(boxMesh(Board().size), Board().poseAt(time), kRobot);
     for (const MovingObject& object : objects_)
       camera.draw(boxMesh(object.size), object.poseAt(time), kObject);
     return camera;
@@ -219,6 +221,7 @@ class Benchmark {
       for (const LinkGeometry& link : robot.links())
         scene.cloud_from_body.push_back(camera_pose_.inverse() *
                                         robot.poseOf(link.frame, speed_ * (time - delay_)));
+    scene.cloud_from_body.push_back(camera_pose_.inverse() * Board().poseAt(time - delay_));
     return scene;
   }
 

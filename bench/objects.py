@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: BSD-3-Clause
+#SPDX - License - Identifier : BSD - 3 - Clause
 """How well robots are taken out of clouds, and objects found in the rest, and the time it takes.
 
 usage: bench/run objects [--frames 1000]

@@ -63,6 +63,17 @@ class MovingRobot {
   Eigen::Isometry3f base_;
 };
 
+/// A board that a robot carries to and fro over the whole table, 1.3 m below the camera. It hides
+/// each object for about 0.5 to 1 s.
+struct Board {
+  Eigen::Vector3f size{0.36F, 1.2F, 0.02F};
+
+  Eigen::Isometry3f poseAt(double time) const {
+    const double way = std::asin(std::sin(0.3 * time)) / M_PI_2;  // from -1 to 1
+    return Eigen::Isometry3f(Eigen::Translation3f(0.1F + 1.1F * static_cast<float>(way), 0, 0.9F));
+  }
+};
+
 /// Something in the cell that moves on a circle, m.
 struct MovingObject {
   Eigen::Vector3f size, center;

@@ -50,9 +50,10 @@ FreePoints freePoints(const Points& points, const std::vector<Label>& labels,
   return free;
 }
 
-/// A thing, and those of its points beside something that may hide what follows.
+/// The parts of a FoundObject that are known before it is measured.
 struct Thing {
-  Cluster places, cuts;
+  Cluster places;
+  std::vector<Rim> rim;
 };
 
 Cluster chosen(const Cluster& places, const Indices& indices) {
@@ -79,8 +80,16 @@ std::vector<Indices> inCloud(const std::vector<Indices>& groups, const Indices& 
   return result;
 }
 
-void append(Cluster& cluster, const Cluster& more) {
-  cluster.insert(cluster.end(), more.begin(), more.end());
+template <typename Item>
+void append(std::vector<Item>& items, const std::vector<Item>& more) {
+  items.insert(items.end(), more.begin(), more.end());
+}
+
+/// A point and, to tell the direction, what is seen beside it, as if it were as far away.
+Rim rimOf(const RimPoint& it, const Points& points, const Isometry3f& global_from_cloud) {
+  const Vector3f &place = points.places[it.point], &beside = points.places[it.beside];
+  const Vector3f outwards = beside.normalized() * place.norm() - place;
+  return {global_from_cloud * place, global_from_cloud.linear() * outwards.normalized(), it.is_cut};
 }
 
 std::vector<Isometry3f> inGlobalFrame(const Scene& scene) {
@@ -99,15 +108,15 @@ std::vector<Thing> thingsOf(const std::vector<Indices>& groups, const Cluster& f
   std::vector<std::optional<std::size_t>> owners;
   for (std::size_t group = 0; group < groups.size(); ++group) {
     things[group].places = chosen(free, groups[group]);
-    for (const std::uint32_t cut : occlusions.cuts[group])
-      things[group].cuts.push_back(global_from_cloud * points.places[cut]);
+    for (const RimPoint& it : occlusions.rims[group])
+      things[group].rim.push_back(rimOf(it, points, global_from_cloud));
     owners.push_back(ownerOf(things[group].places, expected));
   }
   const std::vector<std::uint32_t> firsts = wholes(owners, expected, occlusions.bridges);
   for (std::size_t group = 0; group < groups.size(); ++group) {
     if (firsts[group] == group) continue;
     append(things[firsts[group]].places, things[group].places);
-    append(things[firsts[group]].cuts, things[group].cuts);
+    append(things[firsts[group]].rim, things[group].rim);
     things[group] = {};
   }
   const auto end = std::remove_if(things.begin(), things.end(),
@@ -173,7 +182,7 @@ std::vector<FoundObject> ObjectFinder::find(const Points& points, const std::vec
     if (isSliver(box)) continue;
     objects.push_back({reachingDown(box, planes, sensor), thing.places.size(),
                        distanceToRobots(thing.places, bodies_, from_body), std::move(thing.places),
-                       std::move(thing.cuts)});
+                       std::move(thing.rim)});
   }
   return objects;
 }

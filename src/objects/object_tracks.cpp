@@ -49,13 +49,13 @@ UprightBox ObjectTracks::Track::expectedAt(double stamp) const {
 /// The box that a found object would have as this one.
 UprightBox ObjectTracks::Track::measured(const UprightBox& expected,
                                          const FoundObject& found) const {
-  if (is_whole && !found.cuts.empty()) return completed(expected, found);
+  if (is_whole && found.isCut()) return completed(expected, found);
   return turnedTowards(found.box, expected.yaw);
 }
 
 void ObjectTracks::Track::follow(double stamp, const FoundObject& found) {
   const UprightBox expected = expectedAt(stamp), box = measured(expected, found);
-  const bool was_whole = is_whole, is_cut = !found.cuts.empty();
+  const bool was_whole = is_whole, is_cut = found.isCut();
   motion.add(stamp, box.center, box.yaw);
   object = {was_whole && !is_cut ? smoothed(expected, box) : box, found.points, found.robot};
   seen = hidden = stamp;
@@ -131,7 +131,7 @@ void ObjectTracks::follow(Track& track, double stamp, const FoundObject& found) 
 
 /// Whether it is no new object, but may be a part of a known one that something divides.
 bool ObjectTracks::isPart(double stamp, const FoundObject& found) const {
-  if (found.cuts.empty()) return false;
+  if (!found.isCut()) return false;
   return std::any_of(tracks_.begin(), tracks_.end(), [&](const Track& track) {
     return track.number && distanceTo(track.expectedAt(stamp), found.box.center) < kPartReach;
   });

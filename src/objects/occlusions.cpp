@@ -41,7 +41,7 @@ class Search {
         labels_(labels),
         image_(imageOf(points)),
         groups_(points.places.size(), kNoGroup) {
-    result_.cuts.resize(groups.size());
+    result_.rims.resize(groups.size());
     for (std::size_t group = 0; group < groups.size(); ++group)
       for (const std::uint32_t point : groups[group])
         groups_[point] = static_cast<std::int32_t>(group);
@@ -94,7 +94,8 @@ class Search {
     if (span.first > span.last) return;
     readLine(start, step, span.first - std::min(span.first, kBeside),
              std::min(span.last + kBeside, count));
-    for (std::size_t place = 1; place < line_.size(); ++place) cut(line_[place - 1], line_[place]);
+    for (std::size_t place = 1; place < line_.size(); ++place)
+      endBetween(line_[place - 1], line_[place]);
     findBridges();
     std::reverse(line_.begin(), line_.end());
     findBridges();
@@ -111,14 +112,15 @@ class Search {
     }
   }
 
-  void cut(const Sight& one, const Sight& other) {
+  /// Notes where groups end between two pixels that follow each other.
+  void endBetween(const Sight& one, const Sight& other) {
     if (one.group == other.group) return;
     const bool touch =
         one.group != kNoGroup && other.group != kNoGroup && distance(one, other) < kTouching;
-    if (one.group != kNoGroup && (touch || hides(other, one)))
-      result_.cuts[one.group].push_back(one.point);
-    if (other.group != kNoGroup && (touch || hides(one, other)))
-      result_.cuts[other.group].push_back(other.point);
+    if (one.group != kNoGroup)
+      result_.rims[one.group].push_back({one.point, other.point, touch || hides(other, one)});
+    if (other.group != kNoGroup)
+      result_.rims[other.group].push_back({other.point, one.point, touch || hides(one, other)});
   }
 
   /// For each pixel, the last one before it that does not hide what continues it is on top of a

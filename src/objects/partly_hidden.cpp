@@ -10,18 +10,19 @@ namespace {
 using Eigen::Vector2f;
 using Eigen::Vector3f;
 
-constexpr float kAtSide = 0.02F;  // m: so near to a side a cut hides where it really is
-constexpr int kFewestCuts = 3;    // that hide a side
-constexpr float kGrown = 0.02F;   // m: an object that reaches farther is larger than it was
+constexpr float kAtSide = 0.02F;   // m: the points so near to a side tell whether it is hidden
+constexpr float kOutwards = 0.6F;  // cosine: of directions that lead out of a side
+constexpr float kGrown = 0.02F;    // m: an object that reaches farther is larger than it was
 
-/// Along one direction: what is seen, and whether either end is hidden.
+/// Along one direction: what is seen, and whether either end is hidden, as more of its rim there is
+/// cut than not.
 struct Extent {
   float least, most;
-  int cuts_at_least = 0, cuts_at_most = 0;
+  int hidden_at_least = 0, hidden_at_most = 0;
 
-  void add(float cut) {
-    if (cut < least + kAtSide) ++cuts_at_least;
-    if (cut > most - kAtSide) ++cuts_at_most;
+  void add(float place, float outwards, bool is_cut) {
+    if (place < least + kAtSide && outwards < -kOutwards) hidden_at_least += is_cut ? 1 : -1;
+    if (place > most - kAtSide && outwards > kOutwards) hidden_at_most += is_cut ? 1 : -1;
   }
 };
 
@@ -30,8 +31,7 @@ struct Extent {
 Extent whole(const Extent& seen, float size, float expected_center) {
   const float length = seen.most - seen.least, half = size / 2;
   if (length > size + kGrown) return seen;
-  const bool has_least = seen.cuts_at_least < kFewestCuts,
-             has_most = seen.cuts_at_most < kFewestCuts;
+  const bool has_least = seen.hidden_at_least <= 0, has_most = seen.hidden_at_most <= 0;
   float center = (seen.least + seen.most) / 2;
   if (has_least != has_most)
     center = has_least ? seen.least + half : seen.most - half;
@@ -54,10 +54,11 @@ UprightBox completed(const UprightBox& expected, const FoundObject& found) {
   const Eigen::Rotation2Df turned(-expected.yaw);
   const Eigen::AlignedBox2f seen = footprint(found.places, expected.yaw);
   Extent along{seen.min().x(), seen.max().x()}, across{seen.min().y(), seen.max().y()};
-  for (const Vector3f& cut : found.cuts) {
-    const Vector2f place = turned * Vector2f(cut.head<2>());
-    along.add(place.x());
-    across.add(place.y());
+  for (const Rim& it : found.rim) {
+    const Vector2f place = turned * Vector2f(it.place.head<2>());
+    const Vector2f outwards = turned * Vector2f(it.outwards.head<2>());
+    along.add(place.x(), outwards.x(), it.is_cut);
+    across.add(place.y(), outwards.y(), it.is_cut);
   }
   const Vector2f center = turned * Vector2f(expected.center.head<2>());
   along = whole(along, expected.size.x(), center.x());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -31,13 +32,25 @@ struct Scene {
   std::vector<cloud::InsideBox> expected;  ///< what is in these is known
 };
 
+/// A place where an object ends, in the global frame.
+struct Rim {
+  Eigen::Vector3f place;
+  Eigen::Vector3f outwards;  ///< the direction in which it ends, of length 1
+  bool is_cut;               ///< whether it may go on behind something
+};
+
 /// Something that nobody modelled, in the global frame.
 struct FoundObject {
   UprightBox box;  ///< around what is seen of it
   std::size_t points;
   std::optional<RobotDistance> robot;  ///< the nearest one, if there are any
   Cluster places = {};                 ///< of its points
-  Cluster cuts = {};  ///< of those beside something that may hide what follows, if there is any
+  std::vector<Rim> rim = {};           ///< where it ends, as the sensor sees it
+
+  /// Whether something may hide a part of it.
+  bool isCut() const {
+    return std::any_of(rim.begin(), rim.end(), [](const Rim& it) { return it.is_cut; });
+  }
 };
 
 /// Takes what is known out of clouds, and divides the rest into objects.

@@ -16,11 +16,16 @@ struct Bridge {
   bool continues;            ///< whether the surfaces may be one: near, and about as far away
 };
 
+/// Where a group ends in the image.
+struct RimPoint {
+  std::uint32_t point;   ///< of the group
+  std::uint32_t beside;  ///< the point that follows it beyond the end
+  bool is_cut;           ///< whether that one hides what may follow, or touches
+};
+
 /// What hides parts of groups of points, as the sensor sees them.
 struct Occlusions {
-  /// For each group its points beside something nearer, behind which it may go on, or beside
-  /// another group that touches it.
-  std::vector<Indices> cuts;
+  std::vector<std::vector<RimPoint>> rims;  ///< of each group
   std::vector<Bridge> bridges;
 };
 
