@@ -53,7 +53,7 @@ install(TARGETS process_visualizer_objects
 )
 
 if(CATKIN_ENABLE_TESTING)
-  foreach(test test_object_finder test_object_geometry test_object_tracks)
+  foreach(test test_object_finder test_object_geometry test_object_occlusions test_object_tracks)
     catkin_add_gtest(${test} test/cpp/${test}.cpp)
     process_visualizer_compile(${test})
     target_link_libraries(${test} process_visualizer_objects)

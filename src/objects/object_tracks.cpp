@@ -18,6 +18,7 @@ constexpr float kFarthest = 0.25F;    // m: an object is not farther from where 
 constexpr float kSizeWeight = 0.5F;   // of a difference in size, beside one in place
 constexpr float kNewestShare = 0.2F;  // of the newest value in the mean
 constexpr float kPartReach = 0.04F;   // m: so far beside an object a part of it may seem to be
+constexpr float kWhole = 0.015F;      // m: what differs less from the whole is not a part of it
 constexpr double kJump = 2.0;         // s
 
 float mean(float old, float newest) { return old + kNewestShare * (newest - old); }
@@ -46,20 +47,27 @@ UprightBox ObjectTracks::Track::expectedAt(double stamp) const {
   return box;
 }
 
+/// Whether less than the whole of this object can be measured.
+bool ObjectTracks::Track::isPartOf(const UprightBox& expected, const FoundObject& found) const {
+  if (!is_whole || !found.isCut()) return false;
+  const Vector3f seen = turnedTowards(found.box, expected.yaw).size - expected.size;
+  return seen.head<2>().cwiseAbs().maxCoeff() > kWhole;
+}
+
 /// The box that a found object would have as this one.
 UprightBox ObjectTracks::Track::measured(const UprightBox& expected,
                                          const FoundObject& found) const {
-  if (is_whole && found.isCut()) return completed(expected, found);
+  if (isPartOf(expected, found)) return completed(expected, found);
   return turnedTowards(found.box, expected.yaw);
 }
 
 void ObjectTracks::Track::follow(double stamp, const FoundObject& found) {
   const UprightBox expected = expectedAt(stamp), box = measured(expected, found);
-  const bool was_whole = is_whole, is_cut = found.isCut();
+  const bool is_smoothed = is_whole && !isPartOf(expected, found);
   motion.add(stamp, box.center, box.yaw);
-  object = {was_whole && !is_cut ? smoothed(expected, box) : box, found.points, found.robot};
+  object = {is_smoothed ? smoothed(expected, box) : box, found.points, found.robot};
   seen = hidden = stamp;
-  is_whole = was_whole || !is_cut;
+  is_whole = is_whole || !found.isCut();
   ++times;
 }
 

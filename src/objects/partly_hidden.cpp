@@ -12,17 +12,18 @@ using Eigen::Vector3f;
 
 constexpr float kAtSide = 0.02F;   // m: the points so near to a side tell whether it is hidden
 constexpr float kOutwards = 0.6F;  // cosine: of directions that lead out of a side
+constexpr int kFewestEnds = 3;     // that show a side
 constexpr float kGrown = 0.02F;    // m: an object that reaches farther is larger than it was
 
-/// Along one direction: what is seen, and whether either end is hidden, as more of its rim there is
-/// cut than not.
+/// Along one direction: what is seen, and how much more of its rim at either end is a real end than
+/// is cut.
 struct Extent {
   float least, most;
-  int hidden_at_least = 0, hidden_at_most = 0;
+  int ends_at_least = 0, ends_at_most = 0;
 
   void add(float place, float outwards, bool is_cut) {
-    if (place < least + kAtSide && outwards < -kOutwards) hidden_at_least += is_cut ? 1 : -1;
-    if (place > most - kAtSide && outwards > kOutwards) hidden_at_most += is_cut ? 1 : -1;
+    if (place < least + kAtSide && outwards < -kOutwards) ends_at_least += is_cut ? -1 : 1;
+    if (place > most - kAtSide && outwards > kOutwards) ends_at_most += is_cut ? -1 : 1;
   }
 };
 
@@ -31,11 +32,12 @@ struct Extent {
 Extent whole(const Extent& seen, float size, float expected_center) {
   const float length = seen.most - seen.least, half = size / 2;
   if (length > size + kGrown) return seen;
-  const bool has_least = seen.hidden_at_least <= 0, has_most = seen.hidden_at_most <= 0;
+  const bool has_least = seen.ends_at_least >= kFewestEnds,
+             has_most = seen.ends_at_most >= kFewestEnds;
   float center = (seen.least + seen.most) / 2;
   if (has_least != has_most)
     center = has_least ? seen.least + half : seen.most - half;
-  else if (length < size - kGrown)
+  else if (!has_least && length < size)
     center = std::clamp(expected_center, seen.most - half, seen.least + half);
   return {center - half, center + half};
 }

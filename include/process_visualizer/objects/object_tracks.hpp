@@ -56,6 +56,7 @@ class ObjectTracks {
     int times = 0;          ///< how often it was seen
 
     UprightBox expectedAt(double stamp) const;
+    bool isPartOf(const UprightBox& expected, const FoundObject& found) const;
     UprightBox measured(const UprightBox& expected, const FoundObject& found) const;
     void follow(double stamp, const FoundObject& found);
   };
