@@ -51,7 +51,7 @@ UprightBox ObjectTracks::Track::expectedAt(double stamp) const {
 bool ObjectTracks::Track::isPartOf(const UprightBox& expected, const FoundObject& found) const {
   if (!is_whole || !found.isCut()) return false;
   const Vector3f seen = turnedTowards(found.box, expected.yaw).size - expected.size;
-  return seen.head<2>().cwiseAbs().maxCoeff() > kWhole;
+  return seen.cwiseAbs().maxCoeff() > kWhole;
 }
 
 /// The box that a found object would have as this one.
@@ -92,11 +92,8 @@ std::vector<TrackedObject> ObjectTracks::update(double stamp, const std::vector<
   last_ = stamp;
   forget(stamp, is_hidden);
   std::vector<TrackedObject> objects;
-  for (const Track& track : tracks_) {
-    if (!track.number) continue;
-    objects.push_back({*track.number, track.object, track.seen == stamp});
-    objects.back().object.box = track.expectedAt(stamp);
-  }
+  for (const Track& track : tracks_)
+    if (track.number) objects.push_back({*track.number, track.object, track.seen == stamp});
   std::sort(objects.begin(), objects.end(),
             [](const auto& one, const auto& other) { return one.number < other.number; });
   return objects;

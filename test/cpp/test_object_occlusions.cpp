@@ -35,17 +35,17 @@ TEST_F(OcclusionTest, AnArmThatPassesDividesNoObject) {
   const Vector3f size(0.36F, 0.3F, 0.1F), place(0.45F, 0.3F, 0.05F);
   cell_.add(size, at(place, 0.3F));
   Follower follower(cell_);
-  std::size_t divided = 0;
   for (int frame = 0; frame < 60; ++frame) {
     cell_.poseRobot(-0.1F + 0.03F * static_cast<float>(frame));
-    divided += cell_.find(random_).empty() ? 0 : cell_.find(random_).size() - 1;
+    if (frame % 5 == 0) {  // even if nothing is known of earlier clouds
+      EXPECT_EQ(cell_.find(random_).size(), 1U) << frame;
+    }
     const auto tracked = follower.next(random_);
     ASSERT_EQ(tracked.size(), 1U) << frame;
     EXPECT_EQ(tracked[0].number, 1U);
     EXPECT_LT((tracked[0].object.box.center - place).norm(), 0.02) << frame;
     expectSize(tracked[0].object.box, size);
   }
-  EXPECT_EQ(divided, 0U);  // not even if nothing is known of earlier clouds
 }
 
 /// The gap between them is below the arm when it comes; before, they are seen as two.
@@ -88,27 +88,28 @@ TEST_F(OcclusionTest, WhatARobotHidesIsRemembered) {
 /// One passes the other one so near that the sensor sees them as one thing.
 TEST_F(OcclusionTest, ObjectsThatPassEachOtherKeepTheirNumbers) {
   const Vector3f small(0.12F, 0.12F, 0.12F), large(0.25F, 0.2F, 0.15F);
-  const Vector3f place(-0.3F, -0.2F, 0.075F);
-  cell_.poseRobot(2);
+  const Vector3f place(-0.55F, -0.2F, 0.075F);
+  cell_.poseRobot(0.5F);
   std::set<std::uint32_t> of_small, of_large;
   std::size_t touching = 0;
   Follower follower(cell_);
-  for (int frame = 0; frame < 90; ++frame) {
-    const float x = -0.75F + 0.01F * static_cast<float>(frame);
+  for (int frame = 0; frame < 70; ++frame) {
+    const float x = -0.9F + 0.01F * static_cast<float>(frame);
     const Vector3f passing(x, -0.02F, 0.06F);
     cell_.clear();
     cell_.add(large, at(place));
     cell_.add(small, at(passing));
-    touching += cell_.find(random_).size() == 1 ? 1 : 0;
+    if (frame % 5 == 0 && cell_.find(random_).size() == 1) ++touching;
     const auto tracked = follower.next(random_);
     ASSERT_EQ(tracked.size(), 2U) << frame;
+    SCOPED_TRACE(frame);
     for (const TrackedObject& it : tracked) {
       const bool is_large = (it.object.box.center - place).norm() < 0.03;
       (is_large ? of_large : of_small).insert(it.number);
       expectSize(it.object.box, is_large ? large : small);
     }
   }
-  EXPECT_GT(touching, 10U);
+  EXPECT_GT(touching, 2U);  // of the clouds, seen without those before
   EXPECT_EQ(of_small.size(), 1U);
   EXPECT_EQ(of_large.size(), 1U);
 }
