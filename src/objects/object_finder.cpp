@@ -99,30 +99,34 @@ std::vector<Isometry3f> inGlobalFrame(const Scene& scene) {
   return from_body;
 }
 
-/// The groups, those of one thing joined.
-std::vector<Thing> thingsOf(const std::vector<Indices>& groups, const Cluster& free,
-                            const Points& points, const Isometry3f& global_from_cloud,
-                            const Occlusions& occlusions,
+/// The things, those joined that have the same first one.
+std::vector<Thing> joined(std::vector<Thing> things, const std::vector<std::uint32_t>& firsts) {
+  std::vector<Thing> result;
+  for (std::uint32_t number = 0; number < things.size(); ++number) {
+    if (firsts[number] == number) continue;
+    append(things[firsts[number]].places, things[number].places);
+    append(things[firsts[number]].rim, things[number].rim);
+  }
+  for (std::uint32_t number = 0; number < things.size(); ++number)
+    if (firsts[number] == number) result.push_back(std::move(things[number]));
+  return result;
+}
+
+/// The things that groups of free points are.
+std::vector<Thing> thingsOf(const std::vector<Indices>& groups, const FreePoints& free,
+                            const Points& points, const std::vector<Label>& labels,
+                            const Isometry3f& global_from_cloud,
                             const std::vector<ExpectedObject>& expected) {
+  const Occlusions occlusions = occlusionsOf(points, labels, inCloud(groups, free.indices));
   std::vector<Thing> things(groups.size());
   std::vector<std::optional<std::size_t>> owners;
   for (std::size_t group = 0; group < groups.size(); ++group) {
-    things[group].places = chosen(free, groups[group]);
+    things[group].places = chosen(free.places, groups[group]);
     for (const RimPoint& it : occlusions.rims[group])
       things[group].rim.push_back(rimOf(it, points, global_from_cloud));
     owners.push_back(ownerOf(things[group].places, expected));
   }
-  const std::vector<std::uint32_t> firsts = wholes(owners, expected, occlusions.bridges);
-  for (std::size_t group = 0; group < groups.size(); ++group) {
-    if (firsts[group] == group) continue;
-    append(things[firsts[group]].places, things[group].places);
-    append(things[firsts[group]].rim, things[group].rim);
-    things[group] = {};
-  }
-  const auto end = std::remove_if(things.begin(), things.end(),
-                                  [](const Thing& thing) { return thing.places.empty(); });
-  things.erase(end, things.end());
-  return things;
+  return joined(std::move(things), wholes(owners, expected, occlusions.bridges));
 }
 
 /// The edge of a table, seen from the side, or what noise leaves of a surface.
@@ -173,11 +177,9 @@ std::vector<FoundObject> ObjectFinder::find(const Points& points, const std::vec
   const std::vector<Indices> groups =
       divided(largest(clustersOf(free.places, settings_.gap, settings_.fewest), kMostObjects),
               free.places, expected, settings_.fewest);
-  const Occlusions occlusions = occlusionsOf(points, labels, inCloud(groups, free.indices));
   const std::vector<Isometry3f> from_body = inGlobalFrame(scene);
   std::vector<FoundObject> objects;
-  for (Thing& thing :
-       thingsOf(groups, free.places, points, scene.global_from_cloud, occlusions, expected)) {
+  for (Thing& thing : thingsOf(groups, free, points, labels, scene.global_from_cloud, expected)) {
     const UprightBox box = boxAround(thing.places);
     if (isSliver(box)) continue;
     objects.push_back({reachingDown(box, planes, sensor), thing.places.size(),
