@@ -5,14 +5,21 @@ find_package(PCL REQUIRED COMPONENTS common kdtree)
 
 # Only message classes, PCL and Eigen: no node, no master.
 set(objects_sources
+  src/objects/assignment.cpp
   src/objects/cloud_points.cpp
   src/objects/clusters.cpp
   src/objects/distance_field.cpp
+  src/objects/hidden_place.cpp
   src/objects/known_bodies.cpp
   src/objects/link_geometry.cpp
+  src/objects/motion.cpp
   src/objects/object_finder.cpp
   src/objects/object_messages.cpp
   src/objects/object_tracks.cpp
+  src/objects/occlusions.cpp
+  src/objects/partly_hidden.cpp
+  src/objects/pieces.cpp
+  src/objects/point_image.cpp
   src/objects/robot_distance.cpp
   src/objects/stray_points.cpp
   src/objects/support_planes.cpp
@@ -43,7 +50,7 @@ install(TARGETS process_visualizer_objects
 )
 
 if(CATKIN_ENABLE_TESTING)
-  foreach(test test_object_finder test_object_geometry test_object_tracks)
+  foreach(test test_object_finder test_object_geometry test_object_occlusions test_object_tracks)
     catkin_add_gtest(${test} test/cpp/${test}.cpp)
     process_visualizer_compile(${test})
     target_link_libraries(${test} process_visualizer_objects)

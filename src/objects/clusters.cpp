@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
 #include <utility>
+
+#include "process_visualizer/objects/disjoint_sets.hpp"
 
 namespace process_visualizer::objects {
 namespace {
@@ -47,30 +48,9 @@ Sorted sorted(const std::vector<Vector3f>& points, float cube) {
   return result;
 }
 
-/// Sets that grow together (union-find); the first member stands for all of its set.
-class Sets {
- public:
-  explicit Sets(std::size_t count) : parents_(count) {
-    std::iota(parents_.begin(), parents_.end(), 0);
-  }
-
-  std::uint32_t first(std::uint32_t member) {
-    while (parents_[member] != member) member = parents_[member] = parents_[parents_[member]];
-    return member;
-  }
-
-  void join(std::uint32_t one, std::uint32_t other) {
-    const std::uint32_t a = first(one), b = first(other);
-    parents_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::uint32_t> parents_;
-};
-
 /// Joins cubes that touch. The three neighbours along x follow each other in the order of cubes.
-Sets joined(const std::vector<std::int64_t>& cubes) {
-  Sets sets(cubes.size());
+DisjointSets joined(const std::vector<std::int64_t>& cubes) {
+  DisjointSets sets(cubes.size());
   for (std::uint32_t number = 0; number < cubes.size(); ++number) {
     for (const std::int64_t row :
          {std::int64_t{0}, kAlongY, kAlongZ - kAlongY, kAlongZ, kAlongZ + kAlongY}) {
@@ -85,18 +65,18 @@ Sets joined(const std::vector<std::int64_t>& cubes) {
 
 }  // namespace
 
-std::vector<Cluster> clustersOf(const std::vector<Vector3f>& points, float cube,
+std::vector<Indices> clustersOf(const std::vector<Vector3f>& points, float cube,
                                 std::size_t fewest) {
   const Sorted order = sorted(points, cube);
-  Sets sets = joined(order.cubes);
-  std::vector<Cluster> by_first(order.cubes.size());
+  DisjointSets sets = joined(order.cubes);
+  std::vector<Indices> by_first(order.cubes.size());
   for (std::uint32_t number = 0; number < order.cubes.size(); ++number) {
-    Cluster& cluster = by_first[sets.first(number)];
+    Indices& cluster = by_first[sets.first(number)];
     for (std::uint32_t place = order.begins[number]; place < order.begins[number + 1]; ++place)
-      cluster.push_back(points[order.points[place].second]);
+      cluster.push_back(order.points[place].second);
   }
   const auto end = std::remove_if(by_first.begin(), by_first.end(),
-                                  [&](const Cluster& it) { return it.size() < fewest; });
+                                  [&](const Indices& it) { return it.size() < fewest; });
   by_first.erase(end, by_first.end());
   return by_first;
 }

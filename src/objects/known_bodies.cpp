@@ -70,8 +70,8 @@ void PosedBodies::insert(std::size_t body) {
   }
 }
 
-bool PosedBodies::cover(const Vector3f& place, float padding) const {
-  if (masks_.empty() || !bounds_.contains(place)) return false;
+const KnownBody* PosedBodies::covering(const Vector3f& place, float padding) const {
+  if (masks_.empty() || !bounds_.contains(place)) return nullptr;
   const Vector3i at = ((place - bounds_.min()) / cell_)
                           .cast<int>()
                           .cwiseMin(count_.array().matrix() - Vector3i::Ones());
@@ -79,10 +79,11 @@ bool PosedBodies::cover(const Vector3f& place, float padding) const {
   for (std::size_t word = 0; word < words_; ++word) {
     for (Word mask = masks_[cell * words_ + word]; mask != 0; mask &= mask - 1) {
       const std::size_t body = word * kWordBits + __builtin_ctzll(mask);
-      if (bodies_[body].field.distance(body_from_cloud_[body] * place) <= padding) return true;
+      if (bodies_[body].field.distance(body_from_cloud_[body] * place) <= padding)
+        return &bodies_[body];
     }
   }
-  return false;
+  return nullptr;
 }
 
 }  // namespace process_visualizer::objects

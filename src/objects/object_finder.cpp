@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
+#include <utility>
 
 #include "process_visualizer/objects/support_planes.hpp"
 
@@ -29,16 +30,66 @@ std::vector<Vector3f> surroundings(const Points& points, const std::vector<Label
   return chosen;
 }
 
-/// The free points that are on none of the planes, in the global frame.
-std::vector<Vector3f> freePoints(const Points& points, const std::vector<Label>& labels,
-                                 const Isometry3f& global_from_cloud, const SupportPlanes& planes) {
-  std::vector<Vector3f> free;
-  for (std::size_t index = 0; index < labels.size(); ++index) {
+/// Free points in the global frame, and their indices in the cloud.
+struct FreePoints {
+  Cluster places;
+  Indices indices;
+};
+
+/// Those that are on none of the planes.
+FreePoints freePoints(const Points& points, const std::vector<Label>& labels,
+                      const Isometry3f& global_from_cloud, const SupportPlanes& planes) {
+  FreePoints free;
+  for (std::uint32_t index = 0; index < labels.size(); ++index) {
     if (labels[index] != Label::kFree) continue;
     const Vector3f place = global_from_cloud * points.places[index];
-    if (!planes.contain(place)) free.push_back(place);
+    if (planes.contain(place)) continue;
+    free.places.push_back(place);
+    free.indices.push_back(index);
   }
   return free;
+}
+
+/// The parts of a FoundObject that are known before it is measured.
+struct Thing {
+  Cluster places;
+  std::vector<Rim> rim;
+};
+
+Cluster chosen(const Cluster& places, const Indices& indices) {
+  Cluster cluster;
+  cluster.reserve(indices.size());
+  for (const std::uint32_t index : indices) cluster.push_back(places[index]);
+  return cluster;
+}
+
+std::vector<Indices> largest(std::vector<Indices> groups, std::size_t count) {
+  if (groups.size() <= count) return groups;
+  std::stable_sort(groups.begin(), groups.end(), [](const Indices& one, const Indices& other) {
+    return one.size() > other.size();
+  });
+  groups.resize(count);
+  return groups;
+}
+
+/// The indices in the cloud of groups of free points.
+std::vector<Indices> inCloud(const std::vector<Indices>& groups, const Indices& indices) {
+  std::vector<Indices> result = groups;
+  for (Indices& group : result)
+    for (std::uint32_t& point : group) point = indices[point];
+  return result;
+}
+
+template <typename Item>
+void append(std::vector<Item>& items, const std::vector<Item>& more) {
+  items.insert(items.end(), more.begin(), more.end());
+}
+
+/// A point and, to tell the direction, what is seen beside it, as if it were as far away.
+Rim rimOf(const RimPoint& it, const Points& points, const Isometry3f& global_from_cloud) {
+  const Vector3f &place = points.places[it.point], &beside = points.places[it.beside];
+  const Vector3f outwards = beside.normalized() * place.norm() - place;
+  return {global_from_cloud * place, global_from_cloud.linear() * outwards.normalized(), it.is_cut};
 }
 
 std::vector<Isometry3f> inGlobalFrame(const Scene& scene) {
@@ -46,6 +97,36 @@ std::vector<Isometry3f> inGlobalFrame(const Scene& scene) {
   for (const Isometry3f& transform : scene.cloud_from_body)
     from_body.push_back(scene.global_from_cloud * transform);
   return from_body;
+}
+
+/// The things, those joined that have the same first one.
+std::vector<Thing> joined(std::vector<Thing> things, const std::vector<std::uint32_t>& firsts) {
+  std::vector<Thing> result;
+  for (std::uint32_t number = 0; number < things.size(); ++number) {
+    if (firsts[number] == number) continue;
+    append(things[firsts[number]].places, things[number].places);
+    append(things[firsts[number]].rim, things[number].rim);
+  }
+  for (std::uint32_t number = 0; number < things.size(); ++number)
+    if (firsts[number] == number) result.push_back(std::move(things[number]));
+  return result;
+}
+
+/// The things that groups of free points are.
+std::vector<Thing> thingsOf(const std::vector<Indices>& groups, const FreePoints& free,
+                            const Points& points, const std::vector<Label>& labels,
+                            const Isometry3f& global_from_cloud,
+                            const std::vector<ExpectedObject>& expected) {
+  const Occlusions occlusions = occlusionsOf(points, labels, inCloud(groups, free.indices));
+  std::vector<Thing> things(groups.size());
+  std::vector<std::optional<std::size_t>> owners;
+  for (std::size_t group = 0; group < groups.size(); ++group) {
+    things[group].places = chosen(free.places, groups[group]);
+    for (const RimPoint& it : occlusions.rims[group])
+      things[group].rim.push_back(rimOf(it, points, global_from_cloud));
+    owners.push_back(ownerOf(things[group].places, expected));
+  }
+  return joined(std::move(things), wholes(owners, expected, occlusions.bridges));
 }
 
 /// The edge of a table, seen from the side, or what noise leaves of a surface.
@@ -73,7 +154,8 @@ std::vector<Label> ObjectFinder::label(const Points& points, const Scene& scene)
   const auto labelOf = [&](const Vector3f& point) {
     if (!isInReach(point)) return Label::kNowhere;
     if (scene.region && !(*scene.region)(point)) return Label::kOutside;
-    if (known.cover(point, settings_.padding)) return Label::kKnown;
+    if (const KnownBody* body = known.covering(point, settings_.padding))
+      return body->samples ? Label::kRobot : Label::kKnown;
     const bool is_expected = std::any_of(scene.expected.begin(), scene.expected.end(),
                                          [&](const auto& box) { return box(point); });
     return is_expected ? Label::kExpected : Label::kFree;
@@ -86,18 +168,23 @@ std::vector<Label> ObjectFinder::label(const Points& points, const Scene& scene)
 }
 
 std::vector<FoundObject> ObjectFinder::find(const Points& points, const std::vector<Label>& labels,
-                                            const Scene& scene) const {
+                                            const Scene& scene,
+                                            const std::vector<ExpectedObject>& expected) const {
   const Vector3f sensor = scene.global_from_cloud.translation();
   const SupportPlanes planes(surroundings(points, labels, scene.global_from_cloud), sensor,
                              settings_.surface);
-  const std::vector<Vector3f> free = freePoints(points, labels, scene.global_from_cloud, planes);
+  const FreePoints free = freePoints(points, labels, scene.global_from_cloud, planes);
+  const std::vector<Indices> groups =
+      divided(largest(clustersOf(free.places, settings_.gap, settings_.fewest), kMostObjects),
+              free.places, expected, settings_.fewest);
   const std::vector<Isometry3f> from_body = inGlobalFrame(scene);
   std::vector<FoundObject> objects;
-  for (const Cluster& cluster : clustersOf(free, settings_.gap, settings_.fewest)) {
-    const UprightBox box = boxAround(cluster);
-    if (!isSliver(box))
-      objects.push_back({reachingDown(box, planes, sensor), cluster.size(),
-                         distanceToRobots(cluster, bodies_, from_body)});
+  for (Thing& thing : thingsOf(groups, free, points, labels, scene.global_from_cloud, expected)) {
+    const UprightBox box = boxAround(thing.places);
+    if (isSliver(box)) continue;
+    objects.push_back({reachingDown(box, planes, sensor), thing.places.size(),
+                       distanceToRobots(thing.places, bodies_, from_body), std::move(thing.places),
+                       std::move(thing.rim)});
   }
   return objects;
 }

@@ -17,6 +17,7 @@
 #include "process_visualizer/objects/cell_models.hpp"
 #include "process_visualizer/objects/cloud_points.hpp"
 #include "process_visualizer/objects/finder_parameters.hpp"
+#include "process_visualizer/objects/hidden_place.hpp"
 #include "process_visualizer/objects/object_messages.hpp"
 #include "process_visualizer/objects/object_tracks.hpp"
 
@@ -125,9 +126,12 @@ void ObjectFinderNodelet::find(const sensor_msgs::PointCloud2& cloud) {
         boost::make_shared<sensor_msgs::PointCloud2>(freePart(cloud, labels)));
   std_msgs::Header header = cloud.header;
   header.frame_id = parameters_.frame;
-  const DetectedObjects objects =
-      messageOf(tracks_.update(header.stamp.toSec(), finder_->find(points, labels, scene)),
-                parameters_.limits, header);
+  const double stamp = header.stamp.toSec();
+  const auto found = finder_->find(points, labels, scene, tracks_.expectedAt(stamp));
+  const auto tracked = tracks_.update(stamp, found, [&](const UprightBox& box) {
+    return isHidden(box, points, labels, scene.global_from_cloud);
+  });
+  const DetectedObjects objects = messageOf(tracked, parameters_.limits, header);
   objects_publisher_.publish(objects);
   markers_ = markersOf(objects);
   marker_publisher_.publish(markers_);

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 #include <utility>
+
+#include "process_visualizer/objects/assignment.hpp"
+#include "process_visualizer/objects/partly_hidden.hpp"
 
 namespace process_visualizer::objects {
 namespace {
@@ -12,14 +14,14 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr int kTimesUntilSure = 3;
-constexpr float kFarthest = 0.25F;      // m: an object is not farther from where it is expected
-constexpr float kSizeWeight = 0.5F;     // of a difference in size, beside one in place
-constexpr float kVelocityShare = 0.3F;  // of the newest value in the mean
-constexpr float kSizeShare = 0.2F;
-constexpr double kCoasting = 0.3;  // s: how long a hidden object is thought to move on
-constexpr double kJump = 2.0;      // s
+constexpr float kFarthest = 0.25F;    // m: an object is not farther from where it is expected
+constexpr float kSizeWeight = 0.5F;   // of a difference in size, beside one in place
+constexpr float kNewestShare = 0.2F;  // of the newest value in the mean
+constexpr float kPartReach = 0.04F;   // m: so far beside an object a part of it may seem to be
+constexpr float kWhole = 0.015F;      // m: what differs less from the whole is not a part of it
+constexpr double kJump = 2.0;         // s
 
-float mean(float old, float newest, float share) { return old + share * (newest - old); }
+float mean(float old, float newest) { return old + kNewestShare * (newest - old); }
 
 /// The same box with that of its four descriptions whose first edge is nearest to a direction.
 UprightBox turnedTowards(UprightBox box, float yaw) {
@@ -30,29 +32,65 @@ UprightBox turnedTowards(UprightBox box, float yaw) {
 }
 
 UprightBox smoothed(const UprightBox& old, const UprightBox& newest) {
-  UprightBox box = turnedTowards(newest, old.yaw);
-  box.yaw = mean(old.yaw, box.yaw, kSizeShare);
-  box.size = old.size + kSizeShare * (box.size - old.size);
+  UprightBox box = newest;
+  box.yaw = mean(old.yaw, newest.yaw);
+  box.size = old.size + kNewestShare * (newest.size - old.size);
   return box;
 }
 
-/// Diagonals do not change when the edges of a box are taken in another order.
-float sizeOf(const UprightBox& box) { return box.size.norm(); }
-
 }  // namespace
 
-Vector3f ObjectTracks::Track::expectedAt(double stamp) const {
-  return object.box.center + velocity * static_cast<float>(std::min(stamp - seen, kCoasting));
+UprightBox ObjectTracks::Track::expectedAt(double stamp) const {
+  UprightBox box = object.box;
+  box.center += motion.shiftAt(stamp);
+  box.yaw += motion.turnAt(stamp);
+  return box;
+}
+
+/// Whether less than the whole of this object can be measured.
+bool ObjectTracks::Track::isPartOf(const UprightBox& expected, const FoundObject& found) const {
+  if (!is_whole || !found.isCut()) return false;
+  const Vector3f seen = turnedTowards(found.box, expected.yaw).size - expected.size;
+  return seen.cwiseAbs().maxCoeff() > kWhole;
+}
+
+/// The box that a found object would have as this one.
+UprightBox ObjectTracks::Track::measured(const UprightBox& expected,
+                                         const FoundObject& found) const {
+  if (isPartOf(expected, found)) return completed(expected, found);
+  return turnedTowards(found.box, expected.yaw);
+}
+
+void ObjectTracks::Track::follow(double stamp, const FoundObject& found) {
+  const UprightBox expected = expectedAt(stamp), box = measured(expected, found);
+  const bool is_smoothed = is_whole && !isPartOf(expected, found);
+  motion.add(stamp, box.center, box.yaw);
+  object = {is_smoothed ? smoothed(expected, box) : box, found.points, found.robot};
+  seen = hidden = stamp;
+  is_whole = is_whole || !found.isCut();
+  ++times;
 }
 
 void ObjectTracks::reset() { *this = {}; }
 
-std::vector<TrackedObject> ObjectTracks::update(double stamp,
-                                                const std::vector<FoundObject>& found) {
-  if (last_ && (stamp < *last_ || stamp - *last_ > kJump)) reset();
+bool ObjectTracks::isJump(double stamp) const {
+  return last_ && (stamp < *last_ || stamp - *last_ > kJump);
+}
+
+std::vector<ExpectedObject> ObjectTracks::expectedAt(double stamp) const {
+  std::vector<ExpectedObject> expected;
+  if (isJump(stamp)) return expected;
+  for (const Track& track : tracks_)
+    if (track.number) expected.push_back({track.expectedAt(stamp), track.is_whole});
+  return expected;
+}
+
+std::vector<TrackedObject> ObjectTracks::update(double stamp, const std::vector<FoundObject>& found,
+                                                const IsHidden& is_hidden) {
+  if (isJump(stamp)) reset();
   assign(stamp, found);
   last_ = stamp;
-  forget(stamp);
+  forget(stamp, is_hidden);
   std::vector<TrackedObject> objects;
   for (const Track& track : tracks_)
     if (track.number) objects.push_back({*track.number, track.object, track.seen == stamp});
@@ -61,51 +99,64 @@ std::vector<TrackedObject> ObjectTracks::update(double stamp,
   return objects;
 }
 
-/// The pairs that fit best come first; what is left over is new.
-void ObjectTracks::assign(double stamp, const std::vector<FoundObject>& found) {
-  std::vector<std::tuple<float, std::size_t, std::size_t>> pairs;
+/// Of each track (row) with each found object: how far away it is, and how much larger or smaller.
+Eigen::MatrixXf ObjectTracks::costs(double stamp, const std::vector<FoundObject>& found) const {
+  Eigen::MatrixXf costs(tracks_.size(), found.size());
   for (std::size_t track = 0; track < tracks_.size(); ++track) {
+    const UprightBox expected = tracks_[track].expectedAt(stamp);
     for (std::size_t object = 0; object < found.size(); ++object) {
-      const float away = (tracks_[track].expectedAt(stamp) - found[object].box.center).norm();
-      const float other = std::abs(sizeOf(tracks_[track].object.box) - sizeOf(found[object].box));
-      if (away < kFarthest) pairs.emplace_back(away + kSizeWeight * other, track, object);
+      costs(track, object) = kForbidden;
+      if (distanceTo(expected, found[object].box.center) > kFarthest) continue;
+      const UprightBox box = tracks_[track].measured(expected, found[object]);
+      const float away = (box.center - expected.center).norm();
+      if (away < kFarthest)
+        costs(track, object) = away + kSizeWeight * (box.size - expected.size).norm();
     }
   }
-  std::sort(pairs.begin(), pairs.end());
-  std::vector<bool> has_object(tracks_.size()), has_track(found.size());
-  for (const auto& [cost, track, object] : pairs) {
-    if (has_object[track] || has_track[object]) continue;
-    has_object[track] = has_track[object] = true;
-    follow(tracks_[track], stamp, found[object]);
+  return costs;
+}
+
+/// What is left over is new.
+void ObjectTracks::assign(double stamp, const std::vector<FoundObject>& found) {
+  std::vector<bool> is_new(found.size(), true);
+  const auto pairs = bestPairs(costs(stamp, found));
+  for (std::size_t track = 0; track < pairs.size(); ++track) {
+    if (!pairs[track]) continue;
+    follow(tracks_[track], stamp, found[*pairs[track]]);
+    is_new[*pairs[track]] = false;
   }
   for (std::size_t object = 0; object < found.size(); ++object)
-    if (!has_track[object]) begin(stamp, found[object]);
+    if (is_new[object] && !isPart(stamp, found[object])) begin(stamp, found[object]);
+}
+
+void ObjectTracks::follow(Track& track, double stamp, const FoundObject& found) {
+  track.follow(stamp, found);
+  if (track.times >= kTimesUntilSure && !track.number) track.number = ++count_;
+}
+
+/// Whether it is no new object, but may be a part of a known one that something divides.
+bool ObjectTracks::isPart(double stamp, const FoundObject& found) const {
+  if (!found.isCut()) return false;
+  return std::any_of(tracks_.begin(), tracks_.end(), [&](const Track& track) {
+    return track.number && distanceTo(track.expectedAt(stamp), found.box.center) < kPartReach;
+  });
 }
 
 /// There is nothing to compare the first cloud with, such as that at a position in a recording at
 /// which the player stands: all that it shows is believed.
 void ObjectTracks::begin(double stamp, const FoundObject& found) {
-  tracks_.push_back({std::nullopt, found, {0, 0, 0}, stamp});
+  tracks_.push_back({std::nullopt, {found.box, found.points, found.robot}, {}, stamp, stamp});
+  tracks_.back().follow(stamp, found);
   if (!last_) tracks_.back().number = ++count_;
 }
 
-void ObjectTracks::follow(Track& track, double stamp, const FoundObject& found) {
-  const auto passed = static_cast<float>(stamp - track.seen);
-  if (passed > 0) {
-    const Vector3f velocity = (found.box.center - track.object.box.center) / passed;
-    track.velocity += kVelocityShare * (velocity - track.velocity);
-  }
-  const UprightBox box = smoothed(track.object.box, found.box);
-  track.object = found;
-  track.object.box = box;
-  track.seen = stamp;
-  if (++track.times >= kTimesUntilSure && !track.number) track.number = ++count_;
-}
-
 /// What has no number yet must be seen in every cloud.
-void ObjectTracks::forget(double stamp) {
-  const auto isGone = [stamp](const Track& track) {
-    return track.seen != stamp && (!track.number || stamp - track.seen > kLongestOcclusion);
+void ObjectTracks::forget(double stamp, const IsHidden& is_hidden) {
+  const auto isGone = [&](Track& track) {
+    if (track.seen == stamp) return false;
+    if (!track.number) return true;
+    if (is_hidden(track.expectedAt(stamp))) track.hidden = stamp;
+    return stamp - track.hidden > kLongestOcclusion;
   };
   tracks_.erase(std::remove_if(tracks_.begin(), tracks_.end(), isGone), tracks_.end());
 }

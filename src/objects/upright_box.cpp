@@ -100,6 +100,27 @@ bool seesSide(const UprightBox& box, float surface, const Vector3f& sensor) {
 
 }  // namespace
 
+Vector3f inBox(const UprightBox& box, const Vector3f& place) {
+  return Eigen::AngleAxisf(-box.yaw, Vector3f::UnitZ()) * (place - box.center);
+}
+
+float distanceTo(const UprightBox& box, const Vector3f& place) {
+  return (inBox(box, place).cwiseAbs() - box.size / 2).cwiseMax(0).norm();
+}
+
+Eigen::AlignedBox2f footprint(const Cluster& points, float yaw) {
+  const Eigen::Rotation2Df turned(-yaw);
+  std::vector<float> along, across;
+  for (const Vector3f& point : points) {
+    const Vector2f place = turned * Vector2f(point.head<2>());
+    along.push_back(place.x());
+    across.push_back(place.y());
+  }
+  const auto [front, back] = rangeOf(std::move(along));
+  const auto [right, left] = rangeOf(std::move(across));
+  return {Vector2f(front, right), Vector2f(back, left)};
+}
+
 UprightBox boxAround(const Cluster& points) {
   std::vector<Vector2f> base;
   std::vector<float> heights;
@@ -108,21 +129,13 @@ UprightBox boxAround(const Cluster& points) {
     heights.push_back(point.z());
   }
   UprightBox box;
-  box.yaw = yawOfSmallest(hullOf(base));
-  const Eigen::Rotation2Df turned(-box.yaw);
-  std::vector<float> along, across;
-  for (const Vector2f& point : base) {
-    const Vector2f place = turned * point;
-    along.push_back(place.x());
-    across.push_back(place.y());
-  }
-  const auto [front, back] = rangeOf(std::move(along));
-  const auto [right, left] = rangeOf(std::move(across));
+  box.yaw = yawOfSmallest(hullOf(std::move(base)));
+  const Eigen::AlignedBox2f range = footprint(points, box.yaw);
   auto [bottom, top] = rangeOf(std::move(heights));
   top = std::max(bottom, topOf(points, top));
-  const Vector2f center = turned.inverse() * Vector2f((front + back) / 2, (right + left) / 2);
+  const Vector2f center = Eigen::Rotation2Df(box.yaw) * range.center();
   box.center = {center.x(), center.y(), (bottom + top) / 2};
-  box.size = {back - front, left - right, top - bottom};
+  box.size = {range.sizes().x(), range.sizes().y(), top - bottom};
   return box;
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "process_visualizer/objects/cloud_points.hpp"
+#include "process_visualizer/objects/hidden_place.hpp"
 #include "process_visualizer/objects/object_tracks.hpp"
 
 namespace process_visualizer::objects {
@@ -53,8 +54,14 @@ std::size_t countObjects(PointCloud2 cloud) {
   const Points points = pointsOf(cloud);
   const std::vector<Label> labels = finder.label(points, scene);
   freePart(cloud, labels);
-  const auto objects = finder.find(points, labels, scene);
-  ObjectTracks().update(0, objects);
+  ObjectTracks tracks;
+  tracks.update(0, finder.find(points, labels, scene));
+  const auto objects = finder.find(points, labels, scene, tracks.expectedAt(0.03));
+  const auto isHiddenHere = [&](const UprightBox& box) {
+    return isHidden(box, points, labels, scene.global_from_cloud);
+  };
+  tracks.update(0.03, objects, isHiddenHere);
+  tracks.update(0.06, {}, isHiddenHere);
   return objects.size();
 }
 

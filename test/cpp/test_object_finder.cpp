@@ -4,79 +4,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <random>
-#include <string>
-#include <utility>
 #include <vector>
 
-#include "depth_camera.hpp"
 #include "process_visualizer/objects/object_finder.hpp"
-#include "process_visualizer/objects/object_tracks.hpp"
+#include "small_cell.hpp"
 
 namespace process_visualizer::objects {
 namespace {
 
-using Eigen::AngleAxisf;
 using Eigen::Isometry3f;
-using Eigen::Translation3f;
 using Eigen::Vector3f;
 
-enum Thing : std::int8_t { kTable, kRobot, kObject };
-
-const Isometry3f kCamera = lookingDown({0.1F, 0.05F, 1.85F});
+const Isometry3f kCamera = Cell::camera();
 const FinderSettings kSettings;
-
-Isometry3f at(const Vector3f& place, float yaw = 0) {
-  return Translation3f(place) * AngleAxisf(yaw, Vector3f::UnitZ());
-}
-
-/// A robot of two links beside each other, above a table.
-class Cell {
- public:
-  Cell() {
-    bodies_.emplace_back("upper_arm", cloud::boxSurface({0.8F, 0.12F, 0.12F}), 0.04F, true);
-    bodies_.emplace_back("gripper", cloud::cylinderSurface({0.08F, 0.08F, 0.3F}), 0.04F, true);
-  }
-
-  /// \param yaw  of the robot about the origin
-  void poseRobot(float yaw) {
-    const Isometry3f turned(AngleAxisf(yaw, Vector3f::UnitZ()));
-    robot_ = {turned * at({0.4F, 0, 0.5F}), turned * at({0.8F, 0, 0.35F})};
-  }
-
-  void add(const Vector3f& size, const Isometry3f& pose) { objects_.emplace_back(size, pose); }
-  void clear() { objects_.clear(); }
-
-  DepthCamera picture() const {
-    DepthCamera camera(kCamera);
-    camera.draw(cloud::boxSurface({3, 3, 0.1F}), at({0, 0, -0.05F}), kTable);
-    camera.draw(cloud::boxSurface({0.8F, 0.12F, 0.12F}), robot_[0], kRobot);
-    camera.draw(cloud::cylinderSurface({0.08F, 0.08F, 0.3F}), robot_[1], kRobot);
-    for (const auto& [size, pose] : objects_) camera.draw(cloud::boxSurface(size), pose, kObject);
-    return camera;
-  }
-
-  Scene scene() const {
-    Scene scene;
-    scene.global_from_cloud = kCamera;
-    for (const Isometry3f& pose : robot_) scene.cloud_from_body.push_back(kCamera.inverse() * pose);
-    return scene;
-  }
-
-  std::vector<FoundObject> find(std::mt19937& random) const {
-    const Points points = picture().points(random);
-    const ObjectFinder finder(bodies_, kSettings);
-    return finder.find(points, finder.label(points, scene()), scene());
-  }
-
-  const std::vector<KnownBody>& bodies() const { return bodies_; }
-
- private:
-  std::vector<KnownBody> bodies_;
-  std::vector<Isometry3f> robot_;
-  std::vector<std::pair<Vector3f, Isometry3f>> objects_;
-};
 
 class ObjectFinderTest : public testing::Test {
  protected:

@@ -113,17 +113,18 @@ TEST(PosedBodies, CoverWhatTheirFieldsSay) {
   int covered = 0;
   for (int round = 0; round < 20000; ++round) {
     const Vector3f place = places.next(1.8F);
-    bool expected = false;
-    for (std::size_t body = 0; body < bodies.size(); ++body)
-      expected = expected || bodies[body].field.distance(poses[body].inverse() * place) <= 0.03F;
-    EXPECT_EQ(posed.cover(place, 0.03F), expected);
-    covered += expected ? 1 : 0;
+    const KnownBody* expected = nullptr;
+    for (std::size_t body = 0; body < bodies.size() && expected == nullptr; ++body)
+      if (bodies[body].field.distance(poses[body].inverse() * place) <= 0.03F)
+        expected = &bodies[body];
+    EXPECT_EQ(posed.covering(place, 0.03F), expected);
+    covered += expected == nullptr ? 0 : 1;
   }
   EXPECT_GT(covered, 100);
 }
 
 TEST(PosedBodies, WithoutBodiesNothingIsCovered) {
-  EXPECT_FALSE(PosedBodies({}, {}).cover({0, 0, 0}, 1));
+  EXPECT_EQ(PosedBodies({}, {}).covering({0, 0, 0}, 1), nullptr);
 }
 
 TEST(RobotDistance, IsThatOfTheNearestTriangleOfARobot) {
@@ -159,12 +160,12 @@ TEST(Clusters, AreThoseOfBruteForce) {
     const float cube = 0.04F;
     const auto clusters = clustersOf(points, cube, 1);
     std::size_t count = 0;
-    for (const Cluster& one : clusters) {
+    for (const Indices& one : clusters) {
       count += one.size();
-      for (const Cluster& other : clusters) {
+      for (const Indices& other : clusters) {
         if (&one == &other) continue;
-        for (const Vector3f& a : one)
-          for (const Vector3f& b : other) EXPECT_GT((a - b).norm(), cube);
+        for (const std::uint32_t a : one)
+          for (const std::uint32_t b : other) EXPECT_GT((points[a] - points[b]).norm(), cube);
       }
     }
     EXPECT_EQ(count, points.size());

@@ -2,11 +2,14 @@
 /// Numbers that stay, through occlusions, and nothing that survives a jump of time.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <random>
 #include <vector>
 
+#include "process_visualizer/objects/assignment.hpp"
 #include "process_visualizer/objects/object_messages.hpp"
 #include "process_visualizer/objects/object_tracks.hpp"
 
@@ -82,6 +85,83 @@ TEST(ObjectTracks, WhatIsHiddenIsShownUntilItIsGone) {
   EXPECT_FALSE(hidden[0].is_seen);
   EXPECT_TRUE(tracks.update(0.9, {}).empty());
   EXPECT_TRUE(tracks.update(1.0, {object({0, 0, 0})}).empty());
+}
+
+TEST(ObjectTracks, WhatIsHiddenIsRememberedAsLongAsItsPlaceIs) {
+  ObjectTracks tracks;
+  const auto always = [](const UprightBox&) { return true; };
+  for (int frame = 0; frame < 5; ++frame) tracks.update(frame * kPeriod, {object({0, 0, 0})});
+  for (double time = 0.2; time < 20; time += kPeriod) tracks.update(time, {}, always);
+  const auto seen = tracks.update(20.05, {object({0, 0, 0})});
+  ASSERT_EQ(seen.size(), 1U);
+  EXPECT_EQ(seen[0].number, 1U);
+  EXPECT_TRUE(seen[0].is_seen);
+}
+
+/// An object on a circle is where it is expected after half a second.
+TEST(ObjectTracks, WhatMovesOnACircleIsExpectedThere) {
+  std::mt19937 random(6);
+  std::normal_distribution<float> noise(0, 0.002F);
+  const auto placeAt = [](double time) {
+    return Vector3f(0.15F * std::cos(static_cast<float>(time)),
+                    0.15F * std::sin(static_cast<float>(time)), 0.1F);
+  };
+  for (double begin = 0; begin < 6; begin += 0.5) {
+    ObjectTracks tracks;
+    for (int frame = 0; frame < 30; ++frame) {
+      const double time = begin + frame * kPeriod;
+      tracks.update(time, {object(placeAt(time) + Vector3f(noise(random), noise(random), 0))});
+    }
+    const double later = begin + 29 * kPeriod + 0.5;
+    const auto expected = tracks.expectedAt(later);
+    ASSERT_EQ(expected.size(), 1U);
+    EXPECT_LT((expected[0].box.center - placeAt(later)).norm(), 0.03);
+  }
+}
+
+/// Near to a known one, beside something that may hide the rest of it.
+TEST(ObjectTracks, APartIsNoNewObject) {
+  ObjectTracks tracks;
+  for (int frame = 0; frame < 5; ++frame)
+    tracks.update(frame * kPeriod, {object({0, 0, 0}, {0.3F, 0.1F, 0.1F})});
+  FoundObject part = object({0.1F, 0, 0}, {0.1F, 0.1F, 0.1F});
+  part.places = {{0.05F, -0.05F, 0}, {0.15F, 0.05F, 0}};
+  part.rim.push_back({{0.05F, 0, 0}, {-1, 0, 0}, true});
+  FoundObject other = object({-0.1F, 0, 0}, {0.1F, 0.1F, 0.1F});
+  other.places = {{-0.15F, -0.05F, 0}, {-0.05F, 0.05F, 0}};
+  other.rim.push_back({{-0.05F, 0, 0}, {1, 0, 0}, true});
+  for (int frame = 5; frame < 15; ++frame) {
+    const auto seen = tracks.update(frame * kPeriod, {part, other});
+    ASSERT_EQ(seen.size(), 1U);
+    EXPECT_EQ(seen[0].number, 1U);
+    EXPECT_NEAR(seen[0].object.box.size.x(), 0.3, 0.01);
+  }
+}
+
+TEST(BestPairs, AreThoseOfBruteForce) {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<float> any(0, 1);
+  for (int round = 0; round < 300; ++round) {
+    const int rows = 1 + round % 4, columns = 1 + (round / 4) % 4;
+    Eigen::MatrixXf costs(rows, columns);
+    for (int place = 0; place < costs.size(); ++place)
+      costs(place) = any(random) < 0.3F ? kForbidden : any(random);
+    float found = 0;
+    const auto pairs = bestPairs(costs);
+    for (int row = 0; row < rows; ++row)
+      found += pairs[row] ? costs(row, static_cast<int>(*pairs[row])) : kForbidden;
+    // Without partner: columns of its own for each row.
+    std::vector<int> order(columns + rows);
+    std::iota(order.begin(), order.end(), 0);
+    float best = kForbidden * 10;
+    do {
+      float sum = 0;
+      for (int row = 0; row < rows; ++row)
+        sum += order[row] < columns ? costs(row, order[row]) : kForbidden;
+      best = std::min(best, sum);
+    } while (std::next_permutation(order.begin(), order.end()));
+    EXPECT_NEAR(found, best, 1e-2);
+  }
 }
 
 TEST(ObjectTracks, NothingSurvivesAJumpOfTime) {

@@ -36,8 +36,9 @@ class PosedBodies {
   PosedBodies(const std::vector<KnownBody>& bodies,
               const std::vector<Eigen::Isometry3f>& cloud_from_body);
 
-  /// Whether a place lies in a body or nearer than `padding` (m, at most the bodies' reach) to one.
-  bool cover(const Eigen::Vector3f& place, float padding) const;
+  /// The first of the bodies in which a place lies, or to which it is nearer than `padding` (m, at
+  /// most the bodies' reach); null if there is none.
+  const KnownBody* covering(const Eigen::Vector3f& place, float padding) const;
 
  private:
   using Word = std::uint64_t;

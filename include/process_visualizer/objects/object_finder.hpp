@@ -2,12 +2,14 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <optional>
 #include <vector>
 
 #include "process_visualizer/cloud/box.hpp"
 #include "process_visualizer/objects/clusters.hpp"
 #include "process_visualizer/objects/known_bodies.hpp"
+#include "process_visualizer/objects/pieces.hpp"
 #include "process_visualizer/objects/robot_distance.hpp"
 #include "process_visualizer/objects/stray_points.hpp"
 #include "process_visualizer/objects/upright_box.hpp"
@@ -30,15 +32,28 @@ struct Scene {
   std::vector<cloud::InsideBox> expected;  ///< what is in these is known
 };
 
-/// Something that nobody modelled, in the global frame.
-struct FoundObject {
-  UprightBox box;
-  std::size_t points;
-  std::optional<RobotDistance> robot;  ///< the nearest one, if there are any
+/// A place where an object ends, in the global frame.
+struct Rim {
+  Eigen::Vector3f place;
+  Eigen::Vector3f outwards;  ///< the direction in which it ends, of length 1
+  bool is_cut;               ///< whether it may go on behind something
 };
 
-/// Takes what is known out of clouds, and divides the rest into objects. Each cloud is judged by
-/// itself alone.
+/// Something that nobody modelled, in the global frame.
+struct FoundObject {
+  UprightBox box;  ///< around what is seen of it
+  std::size_t points;
+  std::optional<RobotDistance> robot;  ///< the nearest one, if there are any
+  Cluster places = {};                 ///< of its points
+  std::vector<Rim> rim = {};           ///< where it ends, as the sensor sees it
+
+  /// Whether something may hide a part of it.
+  bool isCut() const {
+    return std::any_of(rim.begin(), rim.end(), [](const Rim& it) { return it.is_cut; });
+  }
+};
+
+/// Takes what is known out of clouds, and divides the rest into objects.
 class ObjectFinder {
  public:
   ObjectFinder(std::vector<KnownBody> bodies, const FinderSettings& settings)
@@ -49,9 +64,15 @@ class ObjectFinder {
   /// What is known about each point.
   std::vector<Label> label(const Points& points, const Scene& scene) const;
 
-  /// The objects among the points that are free.
+  /// The objects among the points that are free, at most the `kMostObjects` largest.
+  /// \param expected  objects of earlier clouds, where they are thought to be now. They tell what
+  /// belongs together where objects touch, or something hides a part of one; the rest is judged by
+  /// this cloud alone
   std::vector<FoundObject> find(const Points& points, const std::vector<Label>& labels,
-                                const Scene& scene) const;
+                                const Scene& scene,
+                                const std::vector<ExpectedObject>& expected = {}) const;
+
+  static constexpr std::size_t kMostObjects = 100;
 
  private:
   std::vector<KnownBody> bodies_;

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
+#include "process_visualizer/objects/motion.hpp"
 #include "process_visualizer/objects/object_finder.hpp"
 
 namespace process_visualizer::objects {
@@ -16,36 +19,55 @@ struct TrackedObject {
   bool is_seen;          ///< in the last cloud; if not, something may hide it
 };
 
-/// Gives objects steady numbers, through occlusions of `kLongestOcclusion`.
+/// Gives objects steady numbers, also while something hides them or a part of them.
 ///
-/// What is new and seen in three clouds in a row is an object; until then it may be noise. Nothing
-/// is remembered across a jump of time: a cloud that is older than the last one, or much younger.
+/// What is new and seen in three clouds in a row is an object; until then it may be noise. One that
+/// is not seen is remembered for `kLongestOcclusion`, and as long as its place is hidden. A part of
+/// an object beside something that hides the rest is no new one. Nothing is remembered across a
+/// jump of time: a cloud that is older than the last one, or much younger.
 class ObjectTracks {
  public:
+  /// Tells whether a place is hidden from the sensor.
+  using IsHidden = std::function<bool(const UprightBox&)>;
+
+  /// The objects that have a number, where they are thought to be.
+  /// \param stamp  of the next cloud, s
+  std::vector<ExpectedObject> expectedAt(double stamp) const;
+
   /// \param stamp  of the cloud, s
   /// \return all objects that have a number, in its order
-  std::vector<TrackedObject> update(double stamp, const std::vector<FoundObject>& found);
+  std::vector<TrackedObject> update(
+      double stamp, const std::vector<FoundObject>& found,
+      const IsHidden& is_hidden = [](const UprightBox&) { return false; });
 
   /// Forgets everything; numbers begin with 1 again.
   void reset();
 
-  static constexpr double kLongestOcclusion = 0.6;  ///< s
+  static constexpr double kLongestOcclusion = 0.6;  ///< s, while its place is seen
 
  private:
   struct Track {
     std::optional<std::uint32_t> number;
     FoundObject object;
-    Eigen::Vector3f velocity = Eigen::Vector3f::Zero();  ///< m/s
-    double seen;                                         ///< s
-    int times = 1;                                       ///< how often it was seen
+    Motion motion;
+    double seen;            ///< s
+    double hidden;          ///< when its place was hidden, or it was seen, last, s
+    bool is_whole = false;  ///< whether nothing has hidden a part of it, once at least
+    int times = 0;          ///< how often it was seen
 
-    Eigen::Vector3f expectedAt(double stamp) const;
+    UprightBox expectedAt(double stamp) const;
+    bool isPartOf(const UprightBox& expected, const FoundObject& found) const;
+    UprightBox measured(const UprightBox& expected, const FoundObject& found) const;
+    void follow(double stamp, const FoundObject& found);
   };
 
+  bool isJump(double stamp) const;
+  Eigen::MatrixXf costs(double stamp, const std::vector<FoundObject>& found) const;
   void assign(double stamp, const std::vector<FoundObject>& found);
-  void begin(double stamp, const FoundObject& found);
   void follow(Track& track, double stamp, const FoundObject& found);
-  void forget(double stamp);
+  bool isPart(double stamp, const FoundObject& found) const;
+  void begin(double stamp, const FoundObject& found);
+  void forget(double stamp, const IsHidden& is_hidden);
 
   std::vector<Track> tracks_;
   std::optional<double> last_;  ///< stamp, s

@@ -14,6 +14,16 @@ struct UprightBox {
   float yaw;               ///< of its first edge from the x axis, rad
 };
 
+/// A place as it is seen from a box: from its centre, along its edges, m.
+Eigen::Vector3f inBox(const UprightBox& box, const Eigen::Vector3f& place);
+
+/// How far a place is from a box, m; 0 in it.
+float distanceTo(const UprightBox& box, const Eigen::Vector3f& place);
+
+/// The range of points along the edges of a box that is turned by `yaw` (rad), from the origin, m.
+/// The few strays at both ends are left out.
+Eigen::AlignedBox2f footprint(const Cluster& points, float yaw);
+
 /// The box around what is seen of an object: of all with its height the one with the smallest base.
 /// \param points  of the object, at least one, m
 UprightBox boxAround(const Cluster& points);
