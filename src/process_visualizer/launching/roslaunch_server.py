@@ -31,8 +31,6 @@ from roslaunch.parent import ROSLaunchParent
 from roslaunch.rlutil import get_or_generate_uuid
 from roslaunch.xmlloader import XmlLoader, XmlParseException
 
-from process_visualizer.launching.prompt_roslaunch import be_prompt
-
 _PR_SET_PDEATHSIG = 1
 _DESCRIPTORS = 3
 
@@ -95,7 +93,6 @@ def _launch(request: IO[str]) -> int:
             raise RLException(f'there is no ROS master at {rosgraph.get_master_uri()}')
         run_id = get_or_generate_uuid(None, False)
         roslaunch.configure_logging(run_id)
-        be_prompt()
         parent = _Parent(run_id, [launch_file], show_summary=False)
         parent.prepare()
         start = request.readline()
