@@ -23,7 +23,7 @@ Command = Dict[str, str]
 
 
 def sources(commands: List[Command]) -> Dict[Path, Dict[str, Command]]:
-    """A command for each source file, by folder; the first, as a source may be in several targets."""
+    """A command for each source file, by folder; a source may be in several targets."""
     folders: Dict[Path, Dict[str, Command]] = defaultdict(dict)
     for command in commands:
         path = Path(os.path.realpath(command['file']))

@@ -64,7 +64,6 @@ class Playback:
         self._shown = ShownScene(0, timeline.basis.scene)
         self._version = -1  # of the basis for which what was given to the output is due
         self._repeat, self._settles = False, True
-        self._rested = -1, -1  # scene, position [bag ns] for which it was published at rest
         self._runs = self._closed = False
 
     @property
@@ -179,11 +178,8 @@ class Playback:
         if basis.paused:
             visible = self._shown.visible(self._index, basis, basis.bag_ns)
             self._shown = self._shown.standing(visible, basis.bag_ns)
-        self._restore(basis, rests=basis.paused)
-        place = basis.scene, basis.bag_ns
-        is_new = self._events.has_sensors and basis.paused and self._rested != place
-        self._rested = place
-        if self._settles and not is_new:  # else it comes once more, as after anything new
+        self._restore(basis)
+        if self._settles:
             self._output.settle()
         self._settles = True
 
@@ -231,7 +227,6 @@ class Playback:
         if self._shown.paused_ns != basis.bag_ns:
             passed, count = self._shown.passed, self._index.count_until(basis.bag_ns)
             self._shown = self._shown.standing(count, basis.bag_ns)
-            self._output.unsettle()  # sensors may show something else at rest
             self._show_from(passed, basis)
 
     def _show_from(self, passed: int, basis: Basis) -> None:
@@ -264,7 +259,6 @@ class Playback:
         """Go to the target of a step, from the scene at the position or what stays of another."""
         before, target, basis = self._stepped(step)
         self._take_back()
-        self._output.unsettle()
         shown, self._shown = self._shown, ShownScene(target.count, basis.scene, basis.bag_ns)
         jumped = before.scene != shown.scene
         if jumped:  # a command came just before, and nothing is published for it alone
@@ -290,9 +284,8 @@ class Playback:
             return step_by_messages(self._index, basis.end_ns, visible, step.count, step.topic)
         return step_by_time(self._index, basis, bag_ns + step.duration_ns)
 
-    def _restore(self, basis: Basis, begins: bool = False, rests: bool = False) -> None:
+    def _restore(self, basis: Basis, begins: bool = False) -> None:
         """Publish the scene to be shown, unless a newer one is asked for already."""
-        rests_ns = basis.bag_ns if rests and self._output.restamps else None
-        event = self._events.scene(self._shown.passed, begins, rests_ns)
+        event = self._events.scene(self._shown.passed, begins)
         if self._timeline.basis.scene == basis.scene:
             self._output.restore(event, basis)

@@ -41,11 +41,6 @@ class ScheduledOutput:
         self._settled_ns: Optional[int] = None
 
     @property
-    def restamps(self) -> bool:
-        """Return whether stamps are moved to the present."""
-        return self._mapping is not None
-
-    @property
     def published(self) -> int:
         """How many messages were published, with those that will be within the next moment."""
         return self._published
@@ -99,10 +94,6 @@ class ScheduledOutput:
         """Stamp anew what is published again."""
         if self._mapping is not None:
             self._mapping.forget()
-
-    def unsettle(self) -> None:
-        """Take note that the scene is to be published once more when it has been quiet."""
-        self._settled_ns = max(self._settled_ns or 0, self._clock.monotonic_ns() + SETTLING_NS)
 
     def settle(self) -> None:
         """Take note that nothing needs to be repeated."""

@@ -9,7 +9,6 @@ from playback_stage import (
     LATCHED,
     MARKERS,
     MOMENT_MS,
-    MS,
     PATH,
     PICTURE,
     SOURCES,
@@ -33,23 +32,6 @@ def shown_positions(messages: Sequence[Message], count: int) -> Dict[int, int]:
     return newest
 
 
-def measured_near(stage: Stage, last: int) -> int:
-    """The picture that was taken next to the position, or the last one that was recorded.
-
-    It may be as long after the position as it took to be recorded, 20 ms at most, and not at all
-    if that was less than 5 ms.
-    """
-    position_ns = stage.timeline.position_ns()
-    apart = {last: 1 << 62}
-    for number, it in enumerate(stage.messages):
-        age_ns = it.time_ns - it.stamp_ns
-        is_there = it.time_ns <= position_ns or age_ns >= 5 * MS
-        if (it.connection == PICTURE and number >= last and age_ns <= 200 * MS and is_there
-                and it.stamp_ns <= position_ns + min(age_ns, 20 * MS)):
-            apart[number] = abs(it.stamp_ns - position_ns)
-    return min(apart, key=lambda it: (apart[it], it))
-
-
 def static_positions(messages: Sequence[Message], count: int) -> Dict[str, float]:
     """The frames of all static transforms up to a number of messages, or soon."""
     return {f'frame{position % 3}': position for position, it in enumerate(messages)
@@ -63,10 +45,7 @@ def check_seen(stage: Stage, count: int) -> None:
     Numbers of a topic that has nothing yet cannot be taken away from who has seen them.
     """
     shown, viewer = shown_positions(stage.messages, count), stage.viewer
-    numbers = {source: it for source, it in shown.items()
-               if source < STATIC}
-    if PICTURE in shown:
-        numbers[PICTURE] = measured_near(stage, shown[PICTURE])
+    numbers = {source: it for source, it in shown.items() if source < STATIC or source == PICTURE}
     assert {source: viewer.seen.get(source) for source in numbers} == numbers
     topics: Dict[str, int] = {}
     for source, position in sorted(numbers.items(), key=lambda it: it[1]):

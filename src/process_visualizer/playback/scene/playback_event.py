@@ -2,7 +2,7 @@
 """What has to be published when the position passes a message, in either direction."""
 from __future__ import annotations
 
-from typing import Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
+from typing import Dict, Iterable, Iterator, List, NamedTuple, Tuple
 
 from process_visualizer.bags.bag_index import BagIndex
 from process_visualizer.messages.connection import Connection
@@ -62,11 +62,6 @@ class EventMaker:
         self._marker_topics = [topic for topic in self._scene.topics
                                if shows_markers(self._connection_of(self._scene.first_of(topic)))]
 
-    @property
-    def has_sensors(self) -> bool:
-        """Return whether the scene at rest may differ from the one on the way (see ``scene``)."""
-        return self._sensors.has_any
-
     def forward(self, position: int) -> PlaybackEvent:
         """Return the event of passing the message at a position forwards."""
         static = self._static.get(self._connection_of(position).topic)
@@ -84,18 +79,14 @@ class EventMaker:
         messages = [message for it in passed for message in self._again(it)]
         return PlaybackEvent(int(self._index.time_ns[position]) - 1, tuple(messages))
 
-    def scene(self, count: int, begins: bool = False,
-              rests_ns: Optional[int] = None) -> PlaybackEvent:
+    def scene(self, count: int, begins: bool = False) -> PlaybackEvent:
         """Return the event of coming to the scene after ``count`` messages from anywhere.
 
         Where playback only ``begins``, nothing has been published that must not stay in sight.
-        Where it ``rests_ns`` [bag ns], of sensors that is shown which was measured next to it.
         """
         time_ns = int(self._index.time_ns[count - 1]) if count else self._index.begin_ns
         moment = 0 if begins else self._moment
         positions = self._scene.positions(count, moment)
-        if rests_ns is not None:
-            positions = self._sensors.nearest(rests_ns, positions)
         positions = sorted({*positions, *self._partial.beside(positions, time_ns)})
         absent = [] if begins else self._scene.absent_topics(count, moment)
         messages = self._emptied(dict.fromkeys([*self._marker_topics, *absent]))

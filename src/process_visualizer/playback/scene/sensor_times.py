@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Dict, Iterable, Iterator, List, Optional, Tuple
+from typing import Dict, Iterator, List, Optional, Tuple
 
 import numpy as np
 
@@ -13,20 +13,13 @@ from process_visualizer.ros_names import SENSOR_TYPES
 
 FARTHEST_NS = 200_000_000
 """How much later [bag ns] a message is passed at most; stamps that are older count for nothing."""
-AHEAD_NS = 20_000_000
-"""How long after a position [bag ns] what is seen there may have been measured.
-
-But no longer than it took to be recorded, and not at all where that was less than PROMPT_NS.
-"""
-PROMPT_NS = 5_000_000
 _NEAR_NS = 25_000_000  # so soon after a moment a message will do for it, else the one before
 _BLOCK = 128  # messages for which it is found together
 _STAMPS_KEPT = 4096
-_UNKNOWN_NS = 1 << 62
 
 
 class SensorTimes:
-    """Which message of a sensor is to be seen at rest, and when it is passed backwards.
+    """When messages of sensors are passed backwards.
 
     When a message is passed backwards, the picture before it becomes visible again. That was taken
     a while before, and the robot is where the picture has it only when the position comes to its
@@ -46,11 +39,6 @@ class SensorTimes:
         self._stamp_ns = lru_cache(maxsize=_STAMPS_KEPT)(self._read_stamp_ns)
         self._block = lru_cache(maxsize=4)(self._read_block)
 
-    @property
-    def has_any(self) -> bool:
-        """Return whether there are messages of sensors."""
-        return bool(self._sensors)
-
     def passed_with(self, position: int) -> List[int]:
         """Return the positions (falling) of what is passed with the message at a position.
 
@@ -59,31 +47,6 @@ class SensorTimes:
         found = self._block(position // _BLOCK).get(position, [])
         is_sensors = int(self._index.connection[position]) in self._of_connection
         return found if is_sensors else [*found, position]
-
-    def nearest(self, bag_ns: int, lasts: Iterable[int]) -> List[int]:
-        """Return which messages show best what was at a bag time [ns], given each topic's last one.
-
-        Of a sensor it is the one that was measured next to it, even if it was recorded later.
-        """
-        return [min(self._since(last, bag_ns), key=lambda it: self._distance_ns(bag_ns, it))
-                for last in lasts]
-
-    def _since(self, last: int, bag_ns: int) -> List[int]:
-        """A message, and those of its sensor after it that may have been measured near a time."""
-        positions = self._of_connection.get(int(self._index.connection[last]))
-        if positions is None:
-            return [last]
-        return [last, *_between(positions, last + 1, self._index.count_until(
-            bag_ns + AHEAD_NS + FARTHEST_NS))]
-
-    def _distance_ns(self, bag_ns: int, position: int) -> int:
-        """How far from a bag time a message was measured; far away, if that is too late."""
-        stamp_ns, recorded_ns = self._stamp_ns(position), int(self._index.time_ns[position])
-        if stamp_ns is None or stamp_ns > bag_ns + min(AHEAD_NS, recorded_ns - stamp_ns):
-            return _UNKNOWN_NS
-        if recorded_ns > bag_ns and recorded_ns - stamp_ns < PROMPT_NS:
-            return _UNKNOWN_NS
-        return abs(bag_ns - stamp_ns)
 
     def _read_block(self, number: int) -> Dict[int, List[int]]:
         begin, end = number * _BLOCK, min((number + 1) * _BLOCK, len(self._index))
