@@ -31,6 +31,21 @@ UprightBox turnedTowards(UprightBox box, float yaw) {
   return box;
 }
 
+/// How far apart two boxes are, m. Which of the upper and the lower side is seen depends on the
+/// sensor, and the other may be thought to be elsewhere: the one that agrees better counts.
+float apart(const UprightBox& one, const UprightBox& other) {
+  const Vector3f shift = other.center - one.center;
+  const float grown = (other.size.z() - one.size.z()) / 2;
+  return std::hypot(shift.head<2>().norm(),
+                    std::min(std::abs(shift.z() + grown), std::abs(shift.z() - grown)));
+}
+
+/// Whether a box is not too far beside another one to be the same thing or a part of it.
+bool isNear(const UprightBox& expected, const UprightBox& found) {
+  return distanceTo(expected, {found.center.x(), found.center.y(), expected.center.z()}) <=
+         kFarthest;
+}
+
 UprightBox smoothed(const UprightBox& old, const UprightBox& newest) {
   UprightBox box = newest;
   box.yaw = mean(old.yaw, newest.yaw);
@@ -106,9 +121,9 @@ Eigen::MatrixXf ObjectTracks::costs(double stamp, const std::vector<FoundObject>
     const UprightBox expected = tracks_[track].expectedAt(stamp);
     for (std::size_t object = 0; object < found.size(); ++object) {
       costs(track, object) = kForbidden;
-      if (distanceTo(expected, found[object].box.center) > kFarthest) continue;
+      if (!isNear(expected, found[object].box)) continue;
       const UprightBox box = tracks_[track].measured(expected, found[object]);
-      const float away = (box.center - expected.center).norm();
+      const float away = apart(expected, box);
       if (away < kFarthest)
         costs(track, object) = away + kSizeWeight * (box.size - expected.size).norm();
     }

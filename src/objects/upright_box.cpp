@@ -18,7 +18,7 @@ constexpr float kColumn = 0.03F;    // m: heights are means over columns of this
 constexpr int kFewestInColumn = 8;  // points
 constexpr float kStrayShare = 500;  // one of so many points may lie beside the object
 constexpr float kHover = 0.03F;     // m: how far above a surface something may seem to hover
-constexpr float kSideSeen = 0.2F;   // tangent of the angle at which an upright side is seen
+constexpr float kSideSeen = 0.04F;  // m: so much of an upright side, seen from above, is not missed
 
 float cross(const Vector2f& a, const Vector2f& b) { return a.x() * b.y() - a.y() * b.x(); }
 
@@ -88,14 +88,15 @@ float topOf(const Cluster& points, float fallback) {
   return std::isfinite(top) ? top : fallback;
 }
 
-/// Whether a sensor sees enough of an object's side to tell how far down it reaches.
-bool seesSide(const UprightBox& box, float surface, const Vector3f& sensor) {
+/// Whether a sensor would see more of an object's side if it reached down to the surface.
+bool wouldSeeSide(const UprightBox& box, float surface, const Vector3f& sensor) {
   const float sensor_height = sensor.z() - surface, top = box.center.z() + box.size.z() / 2;
   if (sensor_height <= top - surface) return true;
+  const float missing = box.center.z() - box.size.z() / 2 - surface;
   const Vector2f from_center =
       Eigen::Rotation2Df(-box.yaw) * Vector2f(sensor.head<2>() - box.center.head<2>());
   const Vector2f beside = (from_center.cwiseAbs() - box.size.head<2>() / 2).cwiseMax(0);
-  return beside.norm() / sensor_height > kSideSeen;
+  return missing * beside.norm() / sensor_height > kSideSeen;
 }
 
 }  // namespace
@@ -142,7 +143,7 @@ UprightBox boxAround(const Cluster& points) {
 UprightBox standing(const UprightBox& seen, float surface, float tolerance,
                     const Vector3f& sensor) {
   const float bottom = seen.center.z() - seen.size.z() / 2;
-  if (bottom - surface > tolerance + kHover && seesSide(seen, surface, sensor)) return seen;
+  if (bottom - surface > tolerance + kHover && wouldSeeSide(seen, surface, sensor)) return seen;
   const float top = bottom + seen.size.z();
   UprightBox box = seen;
   box.center.z() = (surface + top) / 2;

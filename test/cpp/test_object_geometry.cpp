@@ -218,6 +218,14 @@ TEST(UprightBox, IsTheSmallestWhateverItsYaw) {
   }
 }
 
+/// A hand high above the floor: its side down there would be seen, although it is nearly below.
+TEST(UprightBox, HoversWhereItsSideWouldBeSeenIfItReachedDown) {
+  const Vector3f sensor(0, 0, 2.9F);
+  const UprightBox hand{{0.37F, 0, 1.27F}, {0.2F, 0.1F, 0.06F}, 0};
+  EXPECT_NEAR(standing(hand, 0, 0.05F, sensor).size.z(), 0.06, 1e-6);
+  EXPECT_NEAR(standing(hand, 1.14F, 0.05F, sensor).size.z(), 0.16, 1e-6);  // 1 cm of it is no sign
+}
+
 TEST(UprightBox, OnePointHasOne) {
   const UprightBox box = boxAround({{1, 2, 3}});
   EXPECT_EQ(box.center, Vector3f(1, 2, 3));

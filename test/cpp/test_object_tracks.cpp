@@ -77,6 +77,18 @@ TEST(ObjectTracks, NumbersStayThroughOcclusions) {
   EXPECT_LE(exchanged, 1);
 }
 
+/// A hand that hovers: whether it reaches down to the floor cannot always be seen.
+TEST(ObjectTracks, ANumberStaysWhereverTheUndersideIsThoughtToBe) {
+  ObjectTracks tracks;
+  for (int frame = 0; frame < 60; ++frame) {
+    const float height = frame / 10 % 2 == 0 ? 0.06F : 1.3F;
+    const Vector3f place(0.01F * static_cast<float>(frame), 0, 0.3F - height / 2);
+    const auto seen = tracks.update(frame * kPeriod, {object(place, {0.2F, 0.1F, height})});
+    ASSERT_EQ(seen.size(), 1U) << frame;
+    EXPECT_EQ(seen[0].number, 1U) << frame;
+  }
+}
+
 TEST(ObjectTracks, WhatIsHiddenIsShownUntilItIsGone) {
   ObjectTracks tracks;
   for (int frame = 0; frame < 5; ++frame) tracks.update(frame * kPeriod, {object({0, 0, 0})});
