@@ -46,10 +46,14 @@ bool isNear(const UprightBox& expected, const UprightBox& found) {
          kFarthest;
 }
 
+/// Where the upper side is. How far down an object reaches is not always seen, and jumps then.
+Vector3f upperSide(const UprightBox& box) { return box.center + Vector3f(0, 0, box.size.z() / 2); }
+
 UprightBox smoothed(const UprightBox& old, const UprightBox& newest) {
   UprightBox box = newest;
   box.yaw = mean(old.yaw, newest.yaw);
   box.size = old.size + kNewestShare * (newest.size - old.size);
+  box.center.z() += (newest.size.z() - box.size.z()) / 2;
   return box;
 }
 
@@ -79,7 +83,7 @@ UprightBox ObjectTracks::Track::measured(const UprightBox& expected,
 void ObjectTracks::Track::follow(double stamp, const FoundObject& found) {
   const UprightBox expected = expectedAt(stamp), box = measured(expected, found);
   const bool is_smoothed = is_whole && !isPartOf(expected, found);
-  motion.add(stamp, box.center, box.yaw);
+  motion.add(stamp, upperSide(box), box.yaw);
   object = {is_smoothed ? smoothed(expected, box) : box, found.points, found.robot};
   seen = hidden = stamp;
   is_whole = is_whole || !found.isCut();

@@ -12,13 +12,13 @@ namespace process_visualizer::objects {
 namespace {
 
 constexpr std::int32_t kNoGroup = -1;
-constexpr std::size_t kStride = 3;     // px: between the rows and columns that are looked at
-constexpr int kFewestLines = 2;        // that show a bridge
-constexpr std::size_t kBeside = 24;    // px: so far beyond a group is looked for what hides it
-constexpr float kLongestGap = 0.25F;   // m: surfaces farther apart are not taken for one
-constexpr float kSteepest = 0.5F;      // of a surface across the line of sight
-constexpr float kTouching = 0.03F;     // m
-constexpr float kRobotMargin = 0.01F;  // m
+constexpr std::size_t kPixelStride = 3;  // px: between the rows and columns that are looked at
+constexpr int kFewestLines = 2;          // that show a bridge
+constexpr std::size_t kBeside = 24;      // px: so far beyond a group is looked for what hides it
+constexpr float kLongestGap = 0.25F;     // m: surfaces farther apart are not taken for one
+constexpr float kSteepest = 0.5F;        // of a surface across the line of sight
+constexpr float kTouching = 0.03F;       // m
+constexpr float kRobotMargin = 0.01F;    // m
 
 /// A pixel that shows something.
 struct Sight {
@@ -49,9 +49,9 @@ class Search {
 
   Occlusions run() {
     const auto [rows, columns] = spans();
-    for (std::size_t row = 0; row < rows.size(); row += kStride)
+    for (std::size_t row = 0; row < rows.size(); row += kPixelStride)
       lookAlong(row * image_.width, 1, rows[row], image_.width);
-    for (std::size_t column = 0; column < columns.size(); column += kStride)
+    for (std::size_t column = 0; column < columns.size(); column += kPixelStride)
       lookAlong(column, image_.width, columns[column], image_.height);
     for (const auto& [groups, votes] : votes_)
       if (votes.all >= kFewestLines)
