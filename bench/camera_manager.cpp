@@ -19,34 +19,13 @@
 #include <random>
 #include <thread>
 
+#include "kinect_images.hpp"
+
 namespace {
 
-constexpr std::uint32_t kWidth = 640, kHeight = 480, kQueueSize = 2;
+constexpr std::uint32_t kQueueSize = 2;
 constexpr double kFocalPx = 525, kCentreX = (kWidth - 1) / 2.0, kCentreY = (kHeight - 1) / 2.0;
 constexpr double kFramesPerSecond = 30;
-
-sensor_msgs::Image image(const char* encoding, std::uint32_t pixel_size) {
-  sensor_msgs::Image image;
-  image.header.frame_id = "camera";
-  image.encoding = encoding;
-  image.width = kWidth;
-  image.height = kHeight;
-  image.step = kWidth * pixel_size;
-  image.data.resize(image.step * kHeight);
-  return image;
-}
-
-sensor_msgs::Image depthImage() {
-  sensor_msgs::Image depth = image("16UC1", 2);
-  std::mt19937 generator(1);
-  std::normal_distribution<float> distance(2000, 8);
-  for (std::size_t pixel = 0; pixel < kWidth * kHeight; ++pixel) {
-    const auto millimetres =
-        static_cast<std::uint16_t>(generator() % 10 == 0 ? 0 : distance(generator));
-    std::memcpy(&depth.data[2 * pixel], &millimetres, sizeof(millimetres));
-  }
-  return depth;
-}
 
 sensor_msgs::Image colorImage() {
   sensor_msgs::Image color = image("rgb8", 3);

@@ -14,33 +14,11 @@
 #include <vector>
 
 #include "../test/cpp/plane_images.hpp"
+#include "kinect_images.hpp"
 
 namespace {
 
-constexpr std::uint32_t kWidth = 640, kHeight = 480;
 constexpr int kRounds = 1000;
-
-sensor_msgs::Image image(const char* encoding, std::uint32_t pixel_size) {
-  sensor_msgs::Image image;
-  image.encoding = encoding;
-  image.width = kWidth;
-  image.height = kHeight;
-  image.step = kWidth * pixel_size;
-  image.data.resize(image.step * kHeight);
-  return image;
-}
-
-/// A plane 2 m in front of the camera, with a Kinect's noise, and nothing in a tenth of the pixels.
-sensor_msgs::Image depthImage() {
-  sensor_msgs::Image depth = image("16UC1", 2);
-  std::mt19937 generator(1);
-  std::normal_distribution<float> distance(2000, 8);
-  for (std::size_t pixel = 0; pixel < kWidth * kHeight; ++pixel) {
-    const std::uint16_t millimetres = generator() % 10 == 0 ? 0 : distance(generator);
-    std::memcpy(&depth.data[2 * pixel], &millimetres, sizeof(millimetres));
-  }
-  return depth;
-}
 
 sensor_msgs::CameraInfo cameraInfo(double distortion) {
   sensor_msgs::CameraInfo info;

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// Images of the size and with the noise of a Kinect's.
+#pragma once
+
+#include <sensor_msgs/Image.h>
+
+#include <cstdint>
+#include <cstring>
+#include <random>
+
+constexpr std::uint32_t kWidth = 640, kHeight = 480;
+
+inline sensor_msgs::Image image(const char* encoding, std::uint32_t pixel_size) {
+  sensor_msgs::Image image;
+  image.header.frame_id = "camera";
+  image.encoding = encoding;
+  image.width = kWidth;
+  image.height = kHeight;
+  image.step = kWidth * pixel_size;
+  image.data.resize(image.step * kHeight);
+  return image;
+}
+
+/// A plane 2 m in front of the camera, with a Kinect's noise, and nothing in a tenth of the pixels.
+inline sensor_msgs::Image depthImage() {
+  sensor_msgs::Image depth = image("16UC1", 2);
+  std::mt19937 generator(1);
+  std::normal_distribution<float> distance(2000, 8);
+  for (std::size_t pixel = 0; pixel < kWidth * kHeight; ++pixel) {
+    const auto millimetres =
+        static_cast<std::uint16_t>(generator() % 10 == 0 ? 0 : distance(generator));
+    std::memcpy(&depth.data[2 * pixel], &millimetres, sizeof(millimetres));
+  }
+  return depth;
+}
