@@ -255,6 +255,16 @@ def test_a_stop_that_could_not_write_everything(recording, client, qtbot):
     assert recording.phase is Phase.IDLE and messages_of(recording) == ['the disk is full']
 
 
+def test_a_stop_that_fails_after_all_nodes_were_quit(recording, client, qtbot):
+    client.gate.clear()
+    recording.stop()
+    recording.set_running(False)
+    client.error = RecorderError('the recorder is not recording')
+    with qtbot.waitSignal(recording.failed):
+        client.gate.set()
+    assert recording.phase is Phase.OFF and recording.state.finished is None
+
+
 def test_a_master_that_is_gone_does_not_end_the_recording(recording, client, qtbot):
     client.error = RecorderUnreachable('/bag_recorder does not answer')
     with qtbot.waitSignal(recording.failed) as signal:

@@ -37,12 +37,12 @@ def updated(state: RecordingState, snapshot: RecorderSnapshot, now_s: float) -> 
 
 
 def ended(state: RecordingState, files: Sequence[str], now_s: float) -> Step:
-    """Return the step after the recorder told which files are finished."""
-    bag = FinishedBag(tuple(files), state.snapshot.problems)
-    left = '' if state.left in bag.files else state.left
+    """Return the step after the recorder told which files are finished; there may be none."""
+    bag = FinishedBag(tuple(files), state.snapshot.problems) if files else None
+    left = '' if state.left in files else state.left
     after = state._replace(path='', left=left, finished=bag, ended=state.ended.union(files))
     after = after.answered(Phase.IDLE, now_s)
-    return Step(_with_last_figures(after), bag.files)
+    return Step(_with_last_figures(after), None if bag is None else bag.files)
 
 
 def gone(state: RecordingState) -> Step:
