@@ -6,6 +6,8 @@ find_package(PCL REQUIRED COMPONENTS common filters kdtree registration search)
 add_library(process_visualizer_fit
   src/cloud/determination.cpp
   src/cloud/direction_grid.cpp
+  src/cloud/fit_refinement.cpp
+  src/cloud/neighbours.cpp
   src/cloud/pose_fit.cpp
   src/cloud/visible_surface.cpp
 )

@@ -11,14 +11,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <memory>
 #include <string>
-#include <tuple>
 #include <vector>
 
 #include "process_visualizer/cloud/determination.hpp"
-#include "process_visualizer/cloud/direction_grid.hpp"
+#include "process_visualizer/cloud/fit_refinement.hpp"
+#include "process_visualizer/cloud/neighbours.hpp"
 
 namespace process_visualizer::cloud {
 namespace {
@@ -26,9 +25,6 @@ namespace {
 using Points = pcl::PointCloud<pcl::PointXYZ>;
 using Tree = pcl::search::KdTree<pcl::PointNormal>;
 using Icp = pcl::IterativeClosestPoint<pcl::PointNormal, pcl::PointNormal, double>;
-
-constexpr double kCellRad = 0.007;  ///< 4 pixels of a Kinect, 13 mm at 1.9 m
-constexpr float kJump = 0.015F;     ///< of the range, in a cell; more than a Kinect's depth steps
 
 /// How far a point and its surface may be from each other, in a round, and how often ICP repeats.
 struct Round {
@@ -70,43 +66,13 @@ Points::Ptr near(const Points& cloud, const SurfaceCloud& model) {
   return found;
 }
 
-/// A point as its sensor sees it.
-struct Sight {
-  std::uint64_t cell;
-  float range_m;
-  Eigen::Vector3f place;
-
-  bool operator<(const Sight& other) const {
-    return std::tie(cell, range_m) < std::tie(other.cell, other.range_m);
-  }
-};
-
-std::vector<Sight> sights(const Points& cloud, const Eigen::Vector3f& sensor) {
-  const DirectionGrid grid(sensor, kCellRad);
-  std::vector<Sight> found;
-  for (const auto& point : cloud) {
-    const Eigen::Vector3f place = placeOf(point);
-    found.push_back({grid.cell(place), grid.range(place), place});
-  }
-  std::sort(found.begin(), found.end());
-  return found;
-}
-
-/// The mean of neighbouring points has less noise; where the range jumps it would be in the air.
-/// Means over cells of directions, not of space: noise is along the ray.
-SurfaceCloud thinned(const Points& cloud, const Eigen::Vector3f& sensor) {
-  const std::vector<Sight> all = sights(cloud, sensor);
+/// The means of neighbours, which have less noise.
+SurfaceCloud meansOf(const std::vector<Neighbours>& groups) {
   SurfaceCloud means;
-  for (auto begin = all.begin(); begin != all.end();) {
-    auto end = begin;
+  for (const Neighbours& group : groups) {
     Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-    bool jumps = false;
-    for (; end != all.end() && end->cell == begin->cell; ++end) {
-      jumps = jumps || (end != begin && end->range_m > (1.0F + kJump) * (end - 1)->range_m);
-      sum += end->place;
-    }
-    if (!jumps) means.push_back(pointAt(sum / static_cast<float>(end - begin)));
-    begin = end;
+    for (const Eigen::Vector3f& place : group) sum += place;
+    means.push_back(pointAt(sum / static_cast<float>(group.size())));
   }
   return means;
 }
@@ -221,12 +187,14 @@ Eigen::Isometry3d aligned(const SurfaceCloud& cloud, const SurfaceCloud& model,
 PoseFit fitPose(const pcl::PointCloud<pcl::PointXYZ>& cloud, const Eigen::Vector3f& sensor,
                 const SurfaceCloud& model, double spacing_m) {
   const SurfaceCloud surface = visibleFrom(sensor, model, spacing_m);
-  const SurfaceCloud points = thinned(*near(cloud, surface), sensor);
+  const std::vector<Neighbours> groups = neighboursOf(*near(cloud, surface), sensor);
+  const SurfaceCloud points = meansOf(groups);
   refuseFewPoints(std::min(points.size(), surface.size()));
   auto tree = std::make_shared<Tree>();
   tree->setInputCloud(surface.makeShared());
   const Contact before = contact(points, surface, *tree, kRounds.front().reach_m);
-  const Eigen::Isometry3d correction = aligned(points, surface, tree);
+  const Eigen::Isometry3d correction =
+      refined(groups, surface, *tree, spacing_m, aligned(points, surface, tree));
   SurfaceCloud moved;
   pcl::transformPointCloud(points, moved, correction.matrix().cast<float>());
   const Contact after = contact(moved, surface, *tree, kRounds.back().reach_m);

@@ -100,6 +100,14 @@ TEST(PoseFit, RecoversTwentyMillimetresAndTwoDegrees) {
   }
 }
 
+TEST(PoseFit, IsNotDrawnAsideByWhatBulgesOrHasEdges) {
+  const SurfaceCloud model = cell();
+  const Eigen::Vector3d eye = kSensor.cast<double>();
+  const auto motion = displacement({0.01, -0.01, 0.01}, {1.0, 2.0, 3.0}, 1.0 * kDegree);
+  const PoseFit fit = fitted(seen(model, 0.0), model, motion);
+  EXPECT_LT((fit.correction * motion * eye - eye).norm(), 0.0001);
+}
+
 TEST(PoseFit, RefusesAPlaneAndNamesTheFreeDirection) {
   SurfaceCloud table;
   addPoints(boxSurface({1.2F, 0.8F, 0.03F}), at(0, 0, -0.015), kSpacing, table);

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace process_visualizer::cloud {
+
+/// Points that lie beside each other as their sensor sees them.
+using Neighbours = std::vector<Eigen::Vector3f>;
+
+/// The points of a cloud in groups, each of some pixels. Where the range jumps there is no group:
+/// it would be partly of one thing, and partly of what is behind it.
+/// \param sensor  where the cloud was taken from, in its frame
+std::vector<Neighbours> neighboursOf(const pcl::PointCloud<pcl::PointXYZ>& cloud,
+                                     const Eigen::Vector3f& sensor);
+
+}  // namespace process_visualizer::cloud
