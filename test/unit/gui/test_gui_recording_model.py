@@ -284,9 +284,15 @@ def test_a_recorder_that_falls_silent(recording, client, qtbot):
 
 def test_a_recorder_that_was_started_anew(recording, clock, client):
     clock.now_s += 10.0
-    recording.take_state(told('idle', files=()))
+    recording.take_state(told('idle', files=(), stamp_s=10.0))
     assert recording.phase is Phase.IDLE and recording.state.finished is None
     assert f'cell reindex {client.path}.active' in messages_of(recording)[0]
+
+
+def test_a_state_that_waited_while_the_computer_stood_still(recording, clock):
+    clock.now_s += 30.0
+    recording.take_state(told('idle', files=(), stamp_s=0.0))  # sent before the recording began
+    assert recording.phase is Phase.RECORDING and messages_of(recording) == []
 
 
 def test_a_recording_that_somebody_else_started(model, clock):

@@ -53,7 +53,8 @@ class TopicSnapshot(NamedTuple):
 class RecorderSnapshot(NamedTuple):
     """The recorder's state; ``phase`` is idle, starting, recording or stopping.
 
-    ``rate`` is in bytes per s, ``time_left_s`` is None if unknown. See RecorderState.msg.
+    ``rate`` is in bytes per s, ``time_left_s`` is None if unknown, ``stamp_s`` is when it was sent,
+    on the recorder's clock. See RecorderState.msg.
     """
 
     phase: str
@@ -69,6 +70,7 @@ class RecorderSnapshot(NamedTuple):
     recent_s: float = 0.0
     problems: Tuple[str, ...] = ()
     topics: Tuple[TopicSnapshot, ...] = ()
+    stamp_s: float = 0.0
 
 
 class PhaseSnapshot(NamedTuple):

@@ -20,6 +20,7 @@ from process_visualizer.gui.models.recording.recording_advice import advice, che
 from process_visualizer.gui.models.recording.recording_choices import RecordingChoices
 from process_visualizer.gui.models.recording.recording_state import RecordingState
 from process_visualizer.gui.models.recording.recording_types import Mark, Phase, RecorderClient
+from process_visualizer.gui.models.recording.sender_clock import SenderClock
 from process_visualizer.gui.models.recording.silence_watch import SilenceWatch
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot
 from process_visualizer.gui.toolkit.tasks import Tasks
@@ -50,6 +51,7 @@ class RecordingModel(QObject):
             part.changed.connect(self.changed)
         self._looked_s = now_s()
         self._state = RecordingState()
+        self._sender = SenderClock()
         self._silence = SilenceWatch(self)
         self._silence.silent.connect(self._recorder_is_gone)
 
@@ -85,6 +87,7 @@ class RecordingModel(QObject):
         if is_running == (self.phase is not Phase.OFF):
             return
         self._silence.stop()
+        self._sender = SenderClock()
         self.choices.take_topics(())
         self.choices.look()
         self._enter(self._state.run(is_running))
@@ -101,11 +104,12 @@ class RecordingModel(QObject):
         if self.phase is Phase.OFF:
             return
         self._silence.hear()
-        if not self._state.is_late(snapshot, self._now_s()):
+        now_s = self._now_s()
+        if not self._state.is_late(snapshot, self._sender.sent_s(snapshot.stamp_s, now_s)):
             self.choices.take_topics(snapshot.topics)
-            self._take(events.updated(self._state, snapshot, self._now_s()))
-        if self._now_s() - self._looked_s >= _LOOK_PERIOD_S:
-            self._looked_s = self._now_s()
+            self._take(events.updated(self._state, snapshot, now_s))
+        if now_s - self._looked_s >= _LOOK_PERIOD_S:
+            self._looked_s = now_s
             self.choices.look()
 
     # Commands

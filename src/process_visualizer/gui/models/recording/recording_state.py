@@ -17,8 +17,8 @@ from process_visualizer.gui.ros.snapshots import RecorderSnapshot
 RECENT_S = 30.0
 """What the recorder keeps in memory (its parameter ~recent_duration)."""
 NOTHING_TOLD = RecorderSnapshot('idle')
-_LATE_S = 2.0
-"""How long after a command's answer a state may still come that was sent before it."""
+_LATE_S = 0.1
+"""How much later than it was a state may seem to be sent."""
 
 
 class RecordingState(NamedTuple):
@@ -87,9 +87,9 @@ class RecordingState(NamedTuple):
             return self.clock.elapsed_s(now_s)
         return 0.0 if self.figures is None else self.figures.duration_s
 
-    def is_late(self, snapshot: RecorderSnapshot, now_s: float) -> bool:
+    def is_late(self, snapshot: RecorderSnapshot, sent_s: float) -> bool:
         """Return whether it was sent before the answer to the last command, which came faster."""
-        if now_s - self.answered_s > _LATE_S:
+        if sent_s - self.answered_s > _LATE_S:
             return False
         if self.path:
             return self.path not in snapshot.files
