@@ -15,6 +15,8 @@ LOG_S = 20.0
 STATE_S = 5.0
 """A state on /diagnostics is repeated every second or more often."""
 _MOST_TEXTS = 20
+_HARMLESS = 'terminated before handshake header received. 0 bytes'
+"""What rospy logs when a subscriber leaves while it connects, as programs do that start or end."""
 _NUMBER = re.compile(r'-?\d+(\.\d+)?(e[+-]?\d+)?')
 _About = Tuple[str, str, str]  # node, 'log' or 'state', and what
 
@@ -57,6 +59,8 @@ class NodeWarnings:
 
     def take_log(self, node: str, severity: Severity, text: str, now_s: float) -> None:
         """Add a line of a node's log; lines that differ only in numbers are one warning."""
+        if _HARMLESS in text:
+            return
         about = node, 'log', _NUMBER.sub('#', text)
         with self._lock:
             if any(text.endswith(stated) for stated in self._stated.get(node, ())):

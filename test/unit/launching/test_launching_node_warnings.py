@@ -2,7 +2,12 @@
 """What nodes complain of: counted, one for each matter, gone when it does not hold any more."""
 from __future__ import annotations
 
+import io
+import socket
 from typing import List, Tuple
+
+import pytest
+from rosgraph.network import ROSHandshakeException, read_ros_handshake_header
 
 from process_visualizer.health.node_warnings import (
     LOG_S,
@@ -29,6 +34,16 @@ def test_lines_that_differ_in_numbers_only_are_one() -> None:
     assert shown(warnings, 2.0) == [(NODE, 'the emergency stop is pressed', 1),
                                     (NODE, 'no answer for 0.99 s', 100)]
     assert counted(warnings.present(2.0)) == '1 error, 1 warning'
+
+
+def test_a_subscriber_that_leaves_while_it_connects_is_no_warning() -> None:
+    here, there = socket.socketpair()
+    there.close()
+    with here, pytest.raises(ROSHandshakeException) as said:
+        read_ros_handshake_header(here, io.BytesIO(), 1024)
+    warnings = NodeWarnings()
+    warnings.take_log(NODE, WARNING, f'Inbound TCP/IP connection failed: {said.value}', 1.0)
+    assert shown(warnings, 1.0) == []
 
 
 def test_a_line_that_is_not_repeated_goes() -> None:
