@@ -19,6 +19,7 @@ set(objects_sources
   src/objects/occlusions.cpp
   src/objects/partly_hidden.cpp
   src/objects/pieces.cpp
+  src/objects/played_jump.cpp
   src/objects/point_image.cpp
   src/objects/robot_distance.cpp
   src/objects/stray_points.cpp

@@ -20,6 +20,7 @@
 #include "process_visualizer/objects/hidden_place.hpp"
 #include "process_visualizer/objects/object_messages.hpp"
 #include "process_visualizer/objects/object_tracks.hpp"
+#include "process_visualizer/objects/played_jump.hpp"
 
 namespace process_visualizer::objects {
 namespace {
@@ -54,7 +55,7 @@ class ObjectFinderNodelet : public nodelet::Nodelet {
   ros::WallTime next_try_;
   ObjectTracks tracks_;
   visualization_msgs::MarkerArray markers_;
-  std::optional<std::uint32_t> segment_;  ///< of the recording that is played
+  PlayedJump jump_;
   bool is_paused_ = false;
 };
 
@@ -101,7 +102,7 @@ void ObjectFinderNodelet::load() {
 }
 
 void ObjectFinderNodelet::process(const sensor_msgs::PointCloud2::ConstPtr& cloud) {
-  if (!isReady()) return;
+  if (!isReady() || jump_.isBefore(cloud->header.stamp)) return;
   try {
     find(*cloud);
   } catch (const tf2::TransformException& error) {
@@ -150,18 +151,20 @@ Scene ObjectFinderNodelet::sceneOf(const std_msgs::Header& header) const {
   return scene;
 }
 
-/// From the cloud's frame into another one, at the time of the cloud.
+/// From the cloud's frame into another one, at the time of the cloud; just after a jump the newest
+/// one, which is at most some hundredths of a second younger.
 Eigen::Isometry3d ObjectFinderNodelet::transform(const std::string& target,
                                                  const std_msgs::Header& header) const {
-  return tf2::transformToEigen(tf_buffer_.lookupTransform(
-      target, withoutLeadingSlash(header.frame_id), header.stamp, ros::Duration(kTransformWait)));
+  const std::string source = withoutLeadingSlash(header.frame_id);
+  const auto at_its_time =
+      tf_buffer_.lookupTransform(target, source, header.stamp, ros::Duration(kTransformWait));
+  if (!jump_.isJustAfter(header.stamp)) return tf2::transformToEigen(at_its_time);
+  return tf2::transformToEigen(tf_buffer_.lookupTransform(target, source, ros::Time(0)));
 }
 
-/// A recording's position may jump although the stamps of what is played do not.
 void ObjectFinderNodelet::follow(const PlayerState& state) {
   is_paused_ = state.paused;
-  if (segment_ && *segment_ != state.segment) tracks_.reset();
-  segment_ = state.segment;
+  if (jump_.follow(state)) tracks_.reset();
 }
 
 void ObjectFinderNodelet::redraw() {

@@ -56,8 +56,11 @@ class ObjectFinderTest(unittest.TestCase):
         self.clouds = {}
 
     def publish(self, boxes: List[Box], change: Callable[[PointCloud2], None] = lambda _: None,
-                arm_m: float = 0.0) -> None:
-        """Publish a cloud, with the arm's link at x = ``arm_m`` above the table at its time."""
+                arm_m: float = 0.0, pose_late_s: float = 0.0) -> None:
+        """Publish a cloud, with the arm's link at x = ``arm_m`` above the table at its time.
+
+        Its pose can have a later stamp.
+        """
         key = tuple(boxes)
         if key not in self.clouds:
             points = table_with(boxes)
@@ -66,7 +69,8 @@ class ObjectFinderTest(unittest.TestCase):
             self.clouds[key].row_step = 16 * points.shape[1]
         cloud = copy.copy(self.clouds[key])
         cloud.header = Header(stamp=rospy.Time.now(), frame_id='camera')
-        self.broadcaster.sendTransform(_arm_at(arm_m, cloud.header.stamp))
+        pose_stamp = cloud.header.stamp + rospy.Duration(pose_late_s)
+        self.broadcaster.sendTransform(_arm_at(arm_m, pose_stamp))
         change(cloud)
         self.publisher.publish(cloud)
 
@@ -76,6 +80,13 @@ class ObjectFinderTest(unittest.TestCase):
             wait_until(lambda: any(map(condition, found.messages[-1:])), what,
                        lambda: self.publish(boxes, arm_m=arm_m))
             return found.messages[-1]
+
+    def first_since(self, begin: rospy.Time, found: Listener) -> DetectedObjects:
+        def since() -> List[DetectedObjects]:
+            return [it for it in found.messages if it.header.stamp >= begin]
+
+        wait_until(lambda: bool(since()), 'the first cloud')
+        return since()[0]
 
     def test_1_waits_for_models(self) -> None:
         rospy.delete_param('/stand/robot_description')
@@ -138,6 +149,19 @@ class ObjectFinderTest(unittest.TestCase):
         with Listener('/finder/objects', DetectedObjects) as found:
             wait_until(lambda: any(other(it) == [1] for it in found.messages), 'the first number',
                        jump)
+
+    def test_5_the_arm_jumps_with_the_recording(self) -> None:
+        """The pose of the arm comes a moment after the first cloud."""
+        at_its_place = (0.3, 0.0, 0.4, 0.2, 0.2, 0.2)
+        with Listener('/finder/objects', DetectedObjects) as found:
+            wait_until(lambda: bool(found.messages), 'the cell before',
+                       lambda: self.publish([], arm_m=-0.4))
+            for segment in range(10, 16):
+                self.publish([], arm_m=-0.4)
+                begin = rospy.Time.now()
+                self.player.publish(PlayerState(segment=segment, since=begin))
+                self.publish([at_its_place], arm_m=0.3, pose_late_s=0.03)
+                self.assertEqual(self.first_since(begin, found).objects, [])
 
     def test_6_complains_about_each_bad_input_and_lives(self) -> None:
         def big_endian(cloud: PointCloud2) -> None:

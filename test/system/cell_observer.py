@@ -3,6 +3,8 @@
 
 usage: cell_observer.py objects SECONDS    what was found in the clouds of some time
        cell_observer.py fit CONFIG         Fit, from 20 mm and 2° beside the Kinect's place
+       cell_observer.py played POSITIONS   what is found in a recording after jumps from playing to
+                                           positions [s], and in all of it backwards
 """
 from __future__ import annotations
 
@@ -23,6 +25,7 @@ from fit import displaced
 
 from process_visualizer.cell.model import Device, Pose
 from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.clients.player_client import PlayerClient
 from process_visualizer.clients.sensor_fit_client import fit_sensor
 from process_visualizer.motion.pose_difference import pose_difference
 from process_visualizer.msg import DetectedObjects
@@ -48,6 +51,69 @@ def watched(seconds: float) -> Dict[str, object]:
             {'place': [place.x, place.y, place.z], 'size': [size.x, size.y, size.z],
              'link': it.link, 'distance': it.distance})
     return {'clouds': len(arrays), 'objects': found}
+
+
+def all_in(array: DetectedObjects) -> List[Dict[str, object]]:
+    """Return all objects of a cloud, those that are hidden as well."""
+    return [{'number': it.number,
+             'place': [it.pose.position.x, it.pose.position.y, it.pose.position.z],
+             'size': [it.size.x, it.size.y, it.size.z]} for it in array.objects]
+
+
+class Played:
+    """What is found in the recording that the player plays."""
+
+    def __init__(self) -> None:
+        """Wait for the player, and follow what is found."""
+        self._arrays: List[DetectedObjects] = []
+        self._changed = threading.Condition()
+        self._player = PlayerClient()
+        self._player.wait_until_ready(TIMEOUT_S)
+        rospy.wait_for_message(OBJECTS, DetectedObjects, TIMEOUT_S)
+        rospy.Subscriber(OBJECTS, DetectedObjects, self._take)
+
+    def at(self, position_s: float) -> List[Dict[str, object]]:
+        """Return what is found first at a position; the robots move until it jumps there."""
+        self._player.set_rate(1.0)
+        self._player.play()
+        assert self._player.wait_for(lambda it: not it.paused, TIMEOUT_S)
+        self._wait_for_cloud(rospy.Time.now())
+        self._player.pause()
+        begin = rospy.Time.now()
+        self._player.seek(position_s)
+        return all_in(self._wait_for_cloud(begin))
+
+    def backwards(self) -> List[List[Dict[str, object]]]:
+        """Play all of it backwards; return what is found in each cloud."""
+        state = self._player.state
+        assert state is not None
+        self._player.seek(state.duration - 0.1)
+        self._player.set_rate(-1.0)
+        begin = rospy.Time.now()
+        self._player.play()
+        assert self._player.wait_for(lambda it: it.position < 1.0, TIMEOUT_S)
+        with self._changed:
+            return [all_in(it) for it in self._since(begin)]
+
+    def _wait_for_cloud(self, begin: rospy.Time) -> DetectedObjects:
+        """Return what is in the first cloud of a time or later."""
+        with self._changed:
+            assert self._changed.wait_for(lambda: bool(self._since(begin)), TIMEOUT_S)
+            return self._since(begin)[0]
+
+    def _since(self, begin: rospy.Time) -> List[DetectedObjects]:
+        return [it for it in self._arrays if it.header.stamp >= begin]
+
+    def _take(self, array: DetectedObjects) -> None:
+        with self._changed:
+            self._arrays.append(array)
+            self._changed.notify_all()
+
+
+def played(positions_s: List[float]) -> Dict[str, object]:
+    """Return what is found at positions, and backwards."""
+    recording = Played()
+    return {'at': [recording.at(it) for it in positions_s], 'backwards': recording.backwards()}
 
 
 def move(device: Device, pose: Pose) -> None:
@@ -91,7 +157,10 @@ def main() -> None:
     """Do what the command line says."""
     rospy.init_node('cell_observer', anonymous=True)
     what, argument = sys.argv[1:3]
-    print(json.dumps(watched(float(argument)) if what == 'objects' else fitted(argument)))
+    if what == 'played':
+        print(json.dumps(played([float(it) for it in argument.split(',')])))
+    else:
+        print(json.dumps(watched(float(argument)) if what == 'objects' else fitted(argument)))
 
 
 if __name__ == '__main__':
