@@ -81,6 +81,17 @@ def test_an_object_is_told_at_once_and_its_distance_calmly(stand: Stand) -> None
     assert (stand.texts(), stand.model.conditions[0].level) == (['object 1 is 0.10'], Level.BAD)
 
 
+def test_its_distance_is_told_while_clouds_keep_the_timer_from_ending(stand: Stand) -> None:
+    told: List[float] = []
+    stand.model.changed.connect(lambda: told.append(stand.now_s))
+    begin_s = stand.now_s
+    for number in range(1, 51):  # the timer ends a moment after a cloud, which sets it anew
+        stand.see(NEAR._replace(distance_m=0.4 - number / 1000.0))
+        stand.now_s = begin_s + 0.1 * number
+    assert len(told) > 15
+    assert max(after - before for before, after in zip(told, told[1:])) < 0.35
+
+
 def test_it_goes_away(stand: Stand) -> None:
     stand.see(NEAR)
     stand.now_s += 0.1

@@ -92,7 +92,8 @@ class ObjectsModel(QObject):
         watch.take(snapshot.objects, now_s)
         self._place(snapshot, watch.present(now_s), now_s)
         self._is_new = True
-        if _kinds(self._found(now_s)) != _kinds(self._conditions):
+        is_due = now_s >= self._told_s + _TEXT_S
+        if is_due or _kinds(self._found(now_s)) != _kinds(self._conditions):
             self._tell()
         else:
             self._wait(now_s)
