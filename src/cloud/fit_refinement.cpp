@@ -23,8 +23,8 @@ constexpr double kBeside = 1.4;       ///< spacings, along the surface: farther 
 constexpr double kEdge = 2.0;         ///< spacings from an edge that a point must have to count
 constexpr float kEvenCosine = 0.94F;  ///< of normals without an edge between them: 20 degrees
 constexpr std::size_t kFewestInGroup = 4;
-constexpr std::size_t kFewest = 2000;         ///< points in all
-constexpr double kLeastDetermination = 1e-3;  ///< `Determination::weakest`
+constexpr std::size_t kFewest = 2000;  ///< points in all
+constexpr double kHeld = 1e-3;         ///< `Determination::weakest` of pairs that suffice
 constexpr int kSteps = 8;
 constexpr double kStill = 1e-5;  ///< m and rad
 
@@ -123,7 +123,7 @@ bool suffice(const Pairs& pairs) {
   if (pairs.size() < kFewest) return false;
   SurfaceCloud surface;
   for (const Pair& pair : pairs) surface.push_back(*pair.model);
-  return Determination(surface).weakest() > kLeastDetermination;
+  return Determination(surface).weakest() > kHeld;
 }
 
 /// The small motion that makes the squares of the pairs' distances least: a Gauss-Newton step.
