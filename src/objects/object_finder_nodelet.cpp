@@ -27,6 +27,7 @@ namespace {
 
 constexpr double kTransformWait = 0.1;  // s: poses of robots arrive a little later than clouds
 constexpr double kRetryPeriod = 1;      // s: of reading models that are not there yet
+constexpr int kStates = 20;             // of the player: that of a jump must not be overtaken
 constexpr double kRedrawPeriod = 0.25;  // s: while playback is paused, and no clouds come
 
 }  // namespace
@@ -66,7 +67,7 @@ void ObjectFinderNodelet::onInit() {
   marker_publisher_ = node_handle.advertise<visualization_msgs::MarkerArray>("markers", 1);
   unknown_publisher_ = node_handle.advertise<sensor_msgs::PointCloud2>("unknown", 1);
   player_subscriber_ =
-      node_handle.subscribe("/bag_player/state", 1, &ObjectFinderNodelet::follow, this);
+      node_handle.subscribe("/bag_player/state", kStates, &ObjectFinderNodelet::follow, this);
   redraw_timer_ = node_handle.createWallTimer(ros::WallDuration(kRedrawPeriod),
                                               [this](const ros::WallTimerEvent&) { redraw(); });
   cloud_subscriber_ = node_handle.subscribe("input", 1, &ObjectFinderNodelet::process, this,

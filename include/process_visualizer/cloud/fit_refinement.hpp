@@ -25,8 +25,7 @@ namespace process_visualizer::cloud {
 /// \param spacing_m  of the model's points
 /// \param start   what moves the cloud nearly onto the model
 /// \return what moves it onto the model; `start` if too little of it lies on parts without edges,
-/// or
-///         these do not hold it in all directions
+///         or if these do not hold it in all directions
 Eigen::Isometry3d refined(const std::vector<Neighbours>& groups, const SurfaceCloud& model,
                           const pcl::search::KdTree<pcl::PointNormal>& tree, double spacing_m,
                           const Eigen::Isometry3d& start);
