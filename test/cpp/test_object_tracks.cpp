@@ -12,6 +12,7 @@
 #include "process_visualizer/objects/assignment.hpp"
 #include "process_visualizer/objects/object_messages.hpp"
 #include "process_visualizer/objects/object_tracks.hpp"
+#include "process_visualizer/objects/played_jump.hpp"
 
 namespace process_visualizer::objects {
 namespace {
@@ -217,6 +218,24 @@ TEST(ObjectMessages, TheLineTurnsYellowAndRed) {
   EXPECT_LT(warned.back().color.b, 0.1F);
   EXPECT_LT(near.back().color.g, 0.2F);
   EXPECT_EQ(clear[3].text, "object 7: 10 x 20 x 10 cm\n0.30 m to arm");
+}
+
+TEST(PlayedJump, CountsForPresentStampsOnly) {
+  PlayedJump jump;
+  PlayerState state;
+  state.segment = 1;
+  state.since = ros::Time(1000.0);
+  EXPECT_FALSE(jump.follow(state));  // the first state tells of no jump
+  EXPECT_FALSE(jump.isBefore(ros::Time(999.9)) || jump.isJustAfter(ros::Time(1000.0)));
+  state.segment = 2;
+  EXPECT_TRUE(jump.follow(state));
+  EXPECT_FALSE(jump.follow(state));
+  EXPECT_TRUE(jump.isBefore(ros::Time(999.9)) && !jump.isJustAfter(ros::Time(999.9)));
+  EXPECT_TRUE(jump.isJustAfter(ros::Time(1000.1)) && !jump.isBefore(ros::Time(1000.1)));
+  for (const double recorded : {10.0, 1000.2, 5000.0}) {
+    EXPECT_FALSE(jump.isBefore(ros::Time(recorded))) << recorded;
+    EXPECT_FALSE(jump.isJustAfter(ros::Time(recorded))) << recorded;
+  }
 }
 
 TEST(ObjectMessages, AClearCellShowsNothing) {
