@@ -75,8 +75,8 @@ def _rviz() -> 'subprocess.Popen[bytes]':
     config = Path(__file__).parents[1] / 'sewing_cell' / 'devices' / 'simulated.xml'
     subprocess.run(['rosrun', 'process_visualizer', 'cell', 'generate', str(config), '--output',
                     folder], check=True, stdout=subprocess.DEVNULL)
-    return subprocess.Popen(['rviz', '-d', f'{folder}/cell.rviz'], stdout=subprocess.DEVNULL,
-                            stderr=subprocess.DEVNULL)
+    return subprocess.Popen(['rosrun', 'process_visualizer', 'rviz', '-d', f'{folder}/cell.rviz'],
+                            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
 def _compare(cameras: int, seconds: int) -> int:

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # The RViz displays: one reports on all displays, one draws markers with readable texts, one says that
-# a scene is a replay.
+# a scene is a replay; and RViz itself, started so that it does not end while it starts.
 
 # A plugin must have the Qt of its RViz, which says nowhere which one that is: Debian 13 has 6.
 set(rviz_library ${rviz_LIBRARIES})
@@ -44,6 +44,15 @@ target_link_libraries(process_visualizer_rviz
   ${rviz_LIBRARIES} ${rviz_DEFAULT_PLUGIN_LIBRARIES} ${rviz_qt}::Widgets)
 
 install(TARGETS process_visualizer_rviz LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})
+
+find_package(X11 REQUIRED)
+add_executable(process_visualizer_rviz_main src/displays/rviz_main.cpp)
+set_target_properties(process_visualizer_rviz_main PROPERTIES OUTPUT_NAME rviz)
+process_visualizer_compile(process_visualizer_rviz_main)
+target_link_libraries(process_visualizer_rviz_main
+  ${rviz_LIBRARIES} ${rviz_qt}::Widgets ${X11_X11_LIB})
+
+install(TARGETS process_visualizer_rviz_main RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 
 if(CATKIN_ENABLE_TESTING)
   catkin_add_gtest(test_labels test/cpp/test_labels.cpp

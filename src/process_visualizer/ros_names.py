@@ -11,6 +11,7 @@ SENSOR_FIT = 'sensor_fit'
 BAG_RECORDER = 'bag_recorder'
 BAG_PLAYER = 'bag_player'
 RVIZ = 'rviz'
+"""The node and its program: src/displays/rviz_main.cpp, in place of the one of the package rviz."""
 
 ROBOT_PROC = 'robot_proc'
 JOINT_PROC = 'joint_proc'

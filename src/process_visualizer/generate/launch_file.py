@@ -242,7 +242,7 @@ class LaunchFileBuilder:
         root.comment('the view')
         required = 'true' if start is RvizStart.REQUIRED else 'false'
         element = root.add('node', {
-            'pkg': RVIZ, 'type': RVIZ, 'name': RVIZ, 'output': 'log',
+            'pkg': PACKAGE, 'type': RVIZ, 'name': RVIZ, 'output': 'log',
             'args': f'-d "{self._folder}/{RVIZ_FILE}"', 'required': required})
         element.add('env', {'name': 'DISABLE_ROS1_EOL_WARNINGS', 'value': '1'})
 

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// RViz, whose windows the X server knows before something is drawn into them.
+//
+// OGRE makes a window on one connection to the X server, and draws into it on another one. Which of
+// the two the server serves first is open. On a busy computer Mesa's software renderer may ask for
+// the size of a window that does not exist yet; it does not look at the error, draws into a picture
+// of an accidental size, and destroys the heap: RViz ends while it starts (ros-visualization/rviz,
+// issue 497). Xlib offers connections on which every request is done before the next one is sent.
+
+#include <rviz/visualizer_app.h>
+
+#include <QApplication>
+#include <QtGlobal>
+
+#include <X11/Xlib.h>  // last: its macros are common words
+
+namespace {
+
+/// Older versions of RViz want to know the application.
+template <typename Rviz>
+auto tell(Rviz& rviz, QApplication& application, int /*preferred*/)
+    -> decltype(rviz.setApp(&application)) {
+  rviz.setApp(&application);
+}
+
+template <typename Rviz>
+void tell(Rviz& /*rviz*/, QApplication& /*application*/, long /*otherwise*/) {}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  _Xdebug = 1;  // of each connection that Xlib opens from now on (Xlib manual, XSynchronize)
+  // OGRE draws into windows of X, under Wayland too.
+  if (qEnvironmentVariableIsEmpty("QT_QPA_PLATFORM")) qputenv("QT_QPA_PLATFORM", "xcb");
+  QApplication application(argc, argv);
+  rviz::VisualizerApp rviz;
+  tell(rviz, application, 0);
+  return rviz.init(argc, argv) ? QApplication::exec() : 1;
+}

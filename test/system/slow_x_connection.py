@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Stands between programs and an X server, which hears late what they say on some connections."""
+from __future__ import annotations
+
+import array
+import itertools
+import os
+import socket
+import threading
+import time
+from pathlib import Path
+from typing import Callable, List, Tuple
+
+_SOCKET = '/tmp/.X11-unix/X{}'
+_FIRST_NUMBER = 500
+"""Of displays; X servers that look for a free one begin at 0."""
+_MOST_BYTES = 1 << 20
+_FILES_SPACE = socket.CMSG_SPACE(16 * array.array('i').itemsize)
+
+
+class SlowXConnection:
+    """Another display of the X server of a display.
+
+    ``delay_s`` says for how long the server does not hear what a connection says, from the number
+    of the connection, which is 0 for the first one.
+    """
+
+    def __init__(self, display: str, delay_s: Callable[[int], float]) -> None:
+        self._server = _SOCKET.format(display.lstrip(':'))
+        self._delay_s = delay_s
+        self._sockets: List[socket.socket] = []
+        self._listener, number = _listener()
+        self.display = f':{number}'
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    @property
+    def connections(self) -> int:
+        """How many there have been."""
+        return len(self._sockets) // 2
+
+    def close(self) -> None:
+        """End all connections."""
+        for it in (self._listener, *self._sockets):
+            _end(it)
+        Path(_SOCKET.format(self.display[1:])).unlink()
+
+    def _accept(self) -> None:
+        while True:
+            try:
+                client = self._listener.accept()[0]
+            except OSError:  # closed
+                return
+            server = socket.socket(socket.AF_UNIX)
+            server.connect(self._server)
+            for source, drain, delay_s in ((client, server, self._delay_s(self.connections)),
+                                           (server, client, 0.0)):
+                threading.Thread(target=_forward, args=(source, drain, delay_s), daemon=True).start()
+            self._sockets += [client, server]
+
+
+def _listener() -> Tuple[socket.socket, int]:
+    """A socket that listens as a display, and the number of the display."""
+    listener = socket.socket(socket.AF_UNIX)
+    for number in itertools.count(_FIRST_NUMBER):
+        try:
+            listener.bind(_SOCKET.format(number))
+        except OSError:  # taken
+            continue
+        listener.listen()
+        return listener, number
+    raise AssertionError
+
+
+def _forward(source: socket.socket, drain: socket.socket, delay_s: float) -> None:
+    """Pass on what one side says, and the files that come with it: shared memory."""
+    try:
+        while True:
+            data, notes, _flags, _address = source.recvmsg(_MOST_BYTES, _FILES_SPACE)
+            if not data:
+                break
+            time.sleep(delay_s)
+            drain.sendall(data[drain.sendmsg([data], notes):])
+            _close_files(notes)
+    except OSError:  # one side has ended
+        pass
+    for it in (source, drain):
+        _end(it)
+
+
+def _close_files(notes: List[Tuple[int, int, bytes]]) -> None:
+    for level, kind, content in notes:
+        if (level, kind) == (socket.SOL_SOCKET, socket.SCM_RIGHTS):
+            for file in array.array('i', content):
+                os.close(file)
+
+
+def _end(it: socket.socket) -> None:
+    try:
+        it.shutdown(socket.SHUT_RDWR)
+    except OSError:  # the other side has ended before
+        return
