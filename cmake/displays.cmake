@@ -46,7 +46,8 @@ target_link_libraries(process_visualizer_rviz
 install(TARGETS process_visualizer_rviz LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})
 
 find_package(X11 REQUIRED)
-add_executable(process_visualizer_rviz_main src/displays/rviz_main.cpp)
+add_executable(process_visualizer_rviz_main
+  src/displays/rviz_main.cpp src/displays/x_connections.cpp)
 set_target_properties(process_visualizer_rviz_main PROPERTIES OUTPUT_NAME rviz)
 process_visualizer_compile(process_visualizer_rviz_main)
 target_link_libraries(process_visualizer_rviz_main

@@ -5,14 +5,14 @@
 // the two the server serves first is open. On a busy computer Mesa's software renderer may ask for
 // the size of a window that does not exist yet; it does not look at the error, draws into a picture
 // of an accidental size, and destroys the heap: RViz ends while it starts (ros-visualization/rviz,
-// issue 497). Xlib offers connections on which every request is done before the next one is sent.
+// issue 497).
 
 #include <rviz/visualizer_app.h>
 
 #include <QApplication>
 #include <QtGlobal>
 
-#include <X11/Xlib.h>  // last: its macros are common words
+#include "x_connections.hpp"
 
 namespace {
 
@@ -29,7 +29,7 @@ void tell(Rviz& /*rviz*/, QApplication& /*application*/, long /*otherwise*/) {}
 }  // namespace
 
 int main(int argc, char** argv) {
-  _Xdebug = 1;  // of each connection that Xlib opens from now on (Xlib manual, XSynchronize)
+  process_visualizer::displays::doXRequestsOneByOne();
   // OGRE draws into windows of X, under Wayland too.
   if (qEnvironmentVariableIsEmpty("QT_QPA_PLATFORM")) qputenv("QT_QPA_PLATFORM", "xcb");
   QApplication application(argc, argv);

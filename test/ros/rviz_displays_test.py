@@ -51,8 +51,8 @@ def rviz(view: str) -> Iterator[None]:
     with virtual_screen() as screen:
         os.environ['DISPLAY'] = screen
         environment = {**os.environ, **SOFTWARE_GRAPHICS, 'DISABLE_ROS1_EOL_WARNINGS': '1'}
-        process = subprocess.Popen(['rosrun', 'process_visualizer', 'rviz', '-d', view, '__name:=rviz'],
-                                   env=environment)
+        command = ['rosrun', 'process_visualizer', 'rviz', '-d', view, '__name:=rviz']
+        process = subprocess.Popen(command, env=environment)
         try:
             yield
         finally:

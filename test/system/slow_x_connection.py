@@ -52,9 +52,8 @@ class SlowXConnection:
                 return
             server = socket.socket(socket.AF_UNIX)
             server.connect(self._server)
-            for source, drain, delay_s in ((client, server, self._delay_s(self.connections)),
-                                           (server, client, 0.0)):
-                threading.Thread(target=_forward, args=(source, drain, delay_s), daemon=True).start()
+            for way in ((client, server, self._delay_s(self.connections)), (server, client, 0.0)):
+                threading.Thread(target=_forward, args=way, daemon=True).start()
             self._sockets += [client, server]
 
 
