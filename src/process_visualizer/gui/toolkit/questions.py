@@ -7,13 +7,15 @@ from typing import Callable
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QMessageBox, QWidget
 
+from process_visualizer.gui.toolkit.sentences import sentence
+
 _TITLE = 'Process Visualizer'
 
 
 def message_box(parent: QWidget, text: str,
                 symbol: QMessageBox.Icon = QMessageBox.Warning) -> QMessageBox:
     """Return a message box to open; it deletes itself when it is closed."""
-    box = QMessageBox(symbol, _TITLE, text, parent=parent)
+    box = QMessageBox(symbol, _TITLE, sentence(text), parent=parent)
     box.setObjectName('message')
     box.setTextInteractionFlags(Qt.TextSelectableByMouse)
     box.setAttribute(Qt.WA_DeleteOnClose)

@@ -9,6 +9,7 @@ from PyQt5.QtWidgets import QPushButton, QWidget
 
 from process_visualizer.gui.models.cell.tool_model import ToolModel
 from process_visualizer.gui.toolkit.icons import icon
+from process_visualizer.gui.toolkit.sentences import sentence
 from process_visualizer.gui.views.parts.notice_frame import NoticeFrame
 
 
@@ -36,8 +37,7 @@ class ToolNotice(NoticeFrame):
         offered = self._model.offered
         if offered is not None:
             file = os.path.basename(offered.file)
-            sentence = offered.text[:1].upper() + offered.text[1:]
-            self._text.setText(f'{sentence}. Write {offered.element} into {file}?')
+            self._text.setText(f'{sentence(offered.text)}. Write {offered.element} into {file}?')
             self._write.setText(f'Write into {file}')
             self._write.setAccessibleName(f'Write {offered.element} into {offered.file}')
             self.setAccessibleName(f'Tool frame of {offered.device}')

@@ -13,6 +13,7 @@ from process_visualizer.gui.models.recording.recording_model import RecordingMod
 from process_visualizer.gui.models.recording.recording_types import FinishedBag, Phase
 from process_visualizer.gui.models.recording.topic_ticks import TopicHealth
 from process_visualizer.gui.toolkit.icons import icon
+from process_visualizer.gui.toolkit.sentences import sentence
 from process_visualizer.gui.toolkit.theme_following import colour
 from process_visualizer.health.figures import clock_text, count_text
 
@@ -93,7 +94,7 @@ def notice_of(model: RecordingModel) -> Notice:
     """Return the present notice."""
     state = model.state
     if state.error:
-        return Notice('warning', _sentence(state.error))
+        return Notice('warning', sentence(state.error))
     if state.is_saving:
         return Notice('', 'Saving the last seconds…')
     if state.phase is Phase.STOPPING:
@@ -134,8 +135,4 @@ def _finished(bag: FinishedBag, verdict: Optional[BagVerdict]) -> Notice:
     if not bag.problems:
         return Notice('ok', text, hint)
     return Notice('warning', f'{text}: {count_text(len(bag.problems), "problem")}. '
-                             f'{_sentence(bag.problems[-1])}', hint)
-
-
-def _sentence(text: str) -> str:
-    return text[:1].upper() + text[1:]
+                             f'{sentence(bag.problems[-1])}', hint)
