@@ -158,4 +158,9 @@ class TestTimeline:
                  for row, it in enumerate(stack.lanes)]
         assert grown == [20, 0, 10] and stack.scroll.maximum() == 0
         stack.place(QRect(0, 0, 500, stack.height_of(3) - 10))
-        assert stack.scroll.maximum() == 10
+        shrunk = [least_height(it) - stack.lane_rect(row).height()
+                  for row, it in enumerate(stack.lanes)]
+        assert shrunk == [5, 0, 5] and stack.scroll.maximum() == 0
+        stack.place(QRect(0, 0, 500, stack.height_of(3) - 30))
+        assert stack.scroll.maximum() == 30
+        assert stack.lane_rect(0).height() == least_height(stack.lanes[0])

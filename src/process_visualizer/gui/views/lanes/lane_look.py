@@ -2,7 +2,8 @@
 """The sizes of a lane: lines of text above, one for each curve, and the curves below them."""
 from __future__ import annotations
 
-from typing import NamedTuple, Tuple
+import math
+from typing import NamedTuple, Sequence, Tuple
 
 from PyQt5.QtCore import QRectF
 from PyQt5.QtGui import QFont
@@ -13,7 +14,8 @@ from process_visualizer.gui.views.lanes.timeline_lanes import Lane
 SIDE = 12.0  # px right of the axis, for the scroll bar
 TEXT_HEIGHT = 15  # of a line of text
 BELOW = 5  # px: between a curve and the next lane
-LANE_HEIGHT = 46  # of a lane with one curve, at least
+LANE_HEIGHT = 46  # of a lane with one curve, at least, if lanes have to be scrolled anyway
+SHRINKAGE = 14  # px: by how much each lane can shrink so that all are visible
 GROWTH = 26  # px: by how much a lane can grow for each of its curves
 _FOLDED_BELOW = 2
 
@@ -57,3 +59,19 @@ def least_height(lane: Lane) -> int:
 def growth(lane: Lane) -> int:
     """Return for how many curves a lane can grow if there is room."""
     return 0 if lane.is_folded else len(lane.curves)
+
+
+def heights(lanes: Sequence[Lane], room: int) -> Tuple[int, ...]:
+    """Return the heights [px] of lanes in a room [px].
+
+    They grow if there is more room than they need, and shrink a little if all are visible then.
+    """
+    needed = [least_height(lane) for lane in lanes]
+    spare = room - sum(needed)
+    if spare >= 0:
+        more = min(spare // max(sum(map(growth, lanes)), 1), GROWTH)
+        return tuple(it + more * growth(lane) for it, lane in zip(needed, lanes))
+    less = math.ceil(-spare / max(sum(not lane.is_folded for lane in lanes), 1))
+    if less > SHRINKAGE:
+        return tuple(needed)
+    return tuple(it if lane.is_folded else it - less for it, lane in zip(needed, lanes))

@@ -20,6 +20,7 @@ from process_visualizer.gui.views.lanes.lane_look import (
     TEXT_HEIGHT,
     LaneLook,
     growth,
+    heights,
     least_height,
 )
 from process_visualizer.gui.views.lanes.lane_menu import add_lane_actions
@@ -27,6 +28,7 @@ from process_visualizer.gui.views.lanes.lane_pictures import LanePictures
 from process_visualizer.gui.views.lanes.lane_scale import range_text
 from process_visualizer.gui.views.lanes.timeline_lanes import Lane, LaneTexts
 
+_EDGES = 2  # px above and below all lanes
 _LEAST_NAME = 20.0  # px: less of a name is not worth to be shown
 _BETWEEN = 7.0  # px between texts
 _BACKGROUND_ALPHA = 225  # texts are readable over the playhead
@@ -62,7 +64,7 @@ class LaneStack(QObject):
 
     def height_of(self, lanes: int) -> int:
         """Return the height [px] that the first so many lanes need."""
-        return sum(map(least_height, self.lanes[:lanes])) + 2
+        return sum(map(least_height, self.lanes[:lanes])) + _EDGES
 
     @property
     def most_height(self) -> int:
@@ -72,12 +74,10 @@ class LaneStack(QObject):
     def place(self, rect: QRect) -> None:
         """Set the place of all lanes."""
         self.rect = rect
-        visible, needed = rect.height(), self.height_of(len(self.lanes))
-        spare = (visible - needed) // max(sum(map(growth, self.lanes)), 1)
-        spare = min(max(spare, 0), GROWTH)
-        self._heights = tuple(least_height(it) + spare * growth(it) for it in self.lanes)
+        visible = rect.height()
+        self._heights = heights(self.lanes, visible - _EDGES)
         self._tops = tuple(accumulate((0, *self._heights)))
-        hidden = max(self._tops[-1] + 2 - visible, 0)
+        hidden = max(self._tops[-1] + _EDGES - visible, 0)
         self.scroll.setRange(0, hidden)
         self.scroll.setPageStep(max(visible, 1))
         self.scroll.setSingleStep(LANE_HEIGHT // 2)
