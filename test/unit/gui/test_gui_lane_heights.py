@@ -15,6 +15,7 @@ from process_visualizer.gui.views.lanes.lane_look import (
     heights,
     least_height,
 )
+from process_visualizer.gui.views.lanes.lane_scale import NUMBER_HEIGHT, number_bottoms
 from process_visualizer.gui.views.lanes.timeline_lanes import Lane
 
 LANE = Lane('v', 'm/s', (0.0, 1.0, 0.0), np.zeros(1), np.zeros(1))
@@ -47,3 +48,20 @@ def test_a_larger_room_makes_no_lane_smaller_once_all_are_visible(number: int, r
     smaller, larger = (heights([LANE] * number, it)[0] for it in (room, room + 1))
     if number * smaller <= room:
         assert larger >= smaller
+
+
+@given(st.lists(st.floats(0.0, 100.0), min_size=1, max_size=4), st.floats(15.0, 40.0),
+       st.floats(20.0, 80.0))
+def test_numbers_of_a_scale_do_not_overlap_and_stay_in_their_lane(
+        lines: 'list[float]', highest: float, room: float) -> None:
+    lines, lowest = sorted(lines, reverse=True), highest + room
+    found = number_bottoms(lines, highest, lowest)
+    assert 0 in found
+    assert all(highest <= it <= lowest for it in found.values())
+    ordered = sorted(found.values())
+    assert all(after - before >= NUMBER_HEIGHT - 1.0 for before, after in zip(ordered, ordered[1:]))
+
+
+def test_if_two_numbers_have_room_they_are_those_of_the_ends() -> None:
+    assert set(number_bottoms([30.0, 23.0, 16.0], 22.0, 36.0)) == {0, 2}
+    assert set(number_bottoms([40.0, 28.0, 16.0], 22.0, 46.0)) == {0, 1, 2}

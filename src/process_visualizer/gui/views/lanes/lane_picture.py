@@ -22,8 +22,10 @@ from process_visualizer.gui.views.lanes.lane_band import draw_band, draw_departu
 from process_visualizer.gui.views.lanes.lane_look import BELOW, TEXT_HEIGHT, LaneLook
 from process_visualizer.gui.views.lanes.lane_scale import (
     LINE,
+    NUMBER_HEIGHT,
     Scales,
     VisiblePart,
+    number_bottoms,
     value_y,
     visible_part,
     visible_scales,
@@ -32,7 +34,8 @@ from process_visualizer.gui.views.lanes.timeline_lanes import Lane
 
 _SOFT = 0.18  # opacity of the area between curve and zero
 _LIMIT_ALPHA = 150
-_NUMBER_PX, _NUMBER_HEIGHT, _BESIDE = 9, 10.0, 4.0
+_NUMBER_PX, _BESIDE = 9, 4.0
+_OVERLAP = 3.0  # px: of a number's line with that of the unit, which is higher than its letters
 
 
 def lane_picture(lane: Lane, look: LaneLook, parts: Sequence[VisiblePart],
@@ -93,17 +96,14 @@ def _draw_scale(painter: QPainter, lane: Lane, rect: QRectF, scales: Scales) -> 
     font = QFont(painter.font())
     font.setPixelSize(_NUMBER_PX)
     painter.setFont(font)
-    free_below = rect.bottom() + BELOW  # the numbers are drawn from the lowest one on
-    for tick, text in zip(scale.ticks, tick_texts(scale)):
-        y = value_y(tick, rect, scale)
-        painter.fillRect(QRectF(rect.left(), round(y), rect.width(), 1.0),
+    lines = [value_y(tick, rect, scale) for tick in scale.ticks]
+    bottoms = number_bottoms(lines, rect.top() + NUMBER_HEIGHT - _OVERLAP, rect.bottom() + BELOW)
+    for row, (tick, text) in enumerate(zip(scale.ticks, tick_texts(scale))):
+        painter.fillRect(QRectF(rect.left(), round(lines[row]), rect.width(), 1.0),
                          QColor(theme().line if tick == 0.0 else theme().grid))
-        bottom = min(max(y + _NUMBER_HEIGHT / 2, TEXT_HEIGHT + _NUMBER_HEIGHT), free_below)
-        if bottom > y - 1.0:
-            painter.setPen(colour)
-            painter.drawText(QRectF(0.0, bottom - _NUMBER_HEIGHT, right, _NUMBER_HEIGHT),
+        if row in bottoms:
+            painter.drawText(QRectF(0.0, bottoms[row] - NUMBER_HEIGHT, right, NUMBER_HEIGHT),
                              Qt.AlignRight | Qt.AlignVCenter, text)
-            free_below = bottom - _NUMBER_HEIGHT
 
 
 def _draw_curve(painter: QPainter, curve: Lane, look: LaneLook, part: VisiblePart,

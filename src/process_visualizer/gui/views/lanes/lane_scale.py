@@ -12,6 +12,7 @@ from process_visualizer.gui.views.lanes.lane_look import LaneLook
 from process_visualizer.gui.views.lanes.timeline_lanes import Lane
 
 LINE = 1.3  # px: how thick a curve is at least
+NUMBER_HEIGHT = 10.0  # px: of a line with a number of the scale
 
 Scales = Mapping[Tuple[str, ...], ValueScale]
 """By the name that curves with a common scale share (``Lane.scale_name``)."""
@@ -56,6 +57,20 @@ def range_text(scale: ValueScale, unit: str) -> str:
 def value_y(value: float, rect: QRectF, scale: ValueScale) -> float:
     """Return the middle of the line at a value [px]."""
     return float(rect.top() + LINE / 2 + (scale.high - value) / scale.span * (rect.height() - LINE))
+
+
+def number_bottoms(lines: Sequence[float], highest: float, lowest: float) -> Dict[int, float]:
+    """Return where numbers beside lines at heights [px] end below, by their places in ``lines``.
+
+    None is above ``highest`` or below ``lowest``. Where there is no room for all, those of the
+    first and the last line come first.
+    """
+    bottoms: Dict[int, float] = {}
+    for row in sorted(range(len(lines)), key=lambda it: it not in (0, len(lines) - 1)):
+        bottom = min(max(lines[row] + NUMBER_HEIGHT / 2, highest), lowest)
+        if all(abs(bottom - other) >= NUMBER_HEIGHT - 1.0 for other in bottoms.values()):
+            bottoms[row] = bottom
+    return bottoms
 
 
 def extremes(low: np.ndarray, high: np.ndarray, count: int,
