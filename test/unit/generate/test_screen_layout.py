@@ -49,6 +49,13 @@ def overlap(one: Rectangle, other: Rectangle) -> bool:
             and one.y < other.y + other.height and other.y < one.y + one.height)
 
 
+@pytest.mark.parametrize('height, timeline', [
+    (700, 266), (1000, 380), (1040, 420), (1080, 454), (2000, 840)])
+def test_the_timeline_has_a_larger_part_of_a_screen_with_room(height: int, timeline: int) -> None:
+    found = places(Rectangle(0, 0, 1600, height), Frame(), Sizes(), is_wide=True)
+    assert found.timeline.height == timeline
+
+
 @given(SCREENS, FRAMES, SIZES, st.booleans())
 def test_inside_the_screen_and_beside_each_other(room: Rectangle, frame: Frame,
                                                  sizes: Sizes, is_wide: bool) -> None:
