@@ -14,26 +14,15 @@
 
 #include "x_connections.hpp"
 
-namespace {
-
-/// Older versions of RViz want to know the application.
-template <typename Rviz>
-auto tell(Rviz& rviz, QApplication& application, int /*preferred*/)
-    -> decltype(rviz.setApp(&application)) {
-  rviz.setApp(&application);
-}
-
-template <typename Rviz>
-void tell(Rviz& /*rviz*/, QApplication& /*application*/, long /*otherwise*/) {}
-
-}  // namespace
-
 int main(int argc, char** argv) {
   process_visualizer::displays::doXRequestsOneByOne();
   // OGRE draws into windows of X, under Wayland too.
   if (qEnvironmentVariableIsEmpty("QT_QPA_PLATFORM")) qputenv("QT_QPA_PLATFORM", "xcb");
   QApplication application(argc, argv);
   rviz::VisualizerApp rviz;
-  tell(rviz, application, 0);
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"  // newer versions do without it
+  rviz.setApp(&application);
+#pragma GCC diagnostic pop
   return rviz.init(argc, argv) ? QApplication::exec() : 1;
 }
