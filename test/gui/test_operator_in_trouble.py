@@ -178,7 +178,7 @@ def the_disk_becomes_full(operator: Operator, folder: Path) -> None:
         operator.wait(lambda: recording.elapsed_s > 3.0, 'it records')
         before = nodes()
         disk.fill(pid('bag_recorder'))
-        operator.wait(lambda: 'the recording has ended by itself' in operator.messages(),
+        operator.wait(lambda: 'The recording has ended by itself' in operator.messages(),
                       'a message', instead=operator.messages)
         assert 'MB are free' in operator.messages() or 'make room' in operator.messages()
         assert operator.window.statusBar().currentMessage() == operator.messages()

@@ -10,6 +10,7 @@ from PyQt5.QtWidgets import QMainWindow, QMessageBox
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.toolkit.questions import ask, message_box
+from process_visualizer.gui.toolkit.sentences import sentence
 
 
 class WindowQuestions(QObject):
@@ -24,6 +25,7 @@ class WindowQuestions(QObject):
 
     def show_message(self, message: str) -> None:
         """Show a message; further ones are added to it while it is open."""
+        message = sentence(message)
         if self._message is None:
             self._message = message_box(self._window, message)
             self._message.finished.connect(self._forget_message)
@@ -36,7 +38,7 @@ class WindowQuestions(QObject):
         """Show a message in the status bar."""
         bar = self._window.statusBar()
         assert bar is not None
-        bar.showMessage(message)
+        bar.showMessage(sentence(message))
 
     def ask_about_lost_master(self, start_again: Callable[[], None]) -> None:
         """Offer to start the program again; the question closes when the master returns."""
