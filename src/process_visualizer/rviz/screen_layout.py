@@ -11,8 +11,8 @@ LEAST_LAUNCHER_PX, LEAST_RVIZ_PX = 450, 480
 """Widths in which they can be used."""
 LEAST_UPPER_PX, LEAST_TIMELINE_PX = 300, 220
 """Heights of the launcher and RViz, and of the timeline below them."""
-_TIMELINE_PART, _LARGER_PART = 0.38, 0.42
-"""Of the height of the screen; the larger one where enough is left for the launcher and RViz."""
+_LEAST_PART, _MOST_PART = 0.38, 0.42
+"""Of the height of the screen for the timeline: the more the launcher and RViz leave, the more."""
 _ENOUGH_UPPER_PX = 620
 
 
@@ -76,8 +76,8 @@ def followed(sizes: Sizes, room: Rectangle, launcher: Rectangle, asked: Rectangl
 def _timeline_height(total: int, sizes: Sizes) -> int:
     wanted = sizes.timeline_height
     if wanted is None:
-        wanted = round(min(max(_TIMELINE_PART * total, total - _ENOUGH_UPPER_PX),
-                           _LARGER_PART * total))
+        wanted = round(min(max(_LEAST_PART * total, total - _ENOUGH_UPPER_PX),
+                           _MOST_PART * total))
     return _share(total, wanted, LEAST_TIMELINE_PX, LEAST_UPPER_PX)
 
 
