@@ -10,16 +10,19 @@ from typing import Any, Callable, DefaultDict, Dict, List, Optional, Tuple
 
 import rospy
 
+from process_visualizer.clients.service_connection import ServiceMissing
+
 
 class SimulatedPublisher:
-    """Keeps what a node publishes."""
+    """Keeps what a node publishes, as it arrives at a subscriber."""
 
-    def __init__(self, messages: List[Any]) -> None:
-        self.messages, self.connections = messages, 1
+    def __init__(self, message_class: Any, messages: List[Any]) -> None:
+        self._message_class, self.messages, self.connections = message_class, messages, 1
 
     def publish(self, *content: Any) -> None:
-        """Keep a message."""
-        self.messages.append(content[0])
+        """Keep a message; the content is a message, or its fields."""
+        message = rospy.msg.args_kwds_to_message(self._message_class, content, {})
+        self.messages.append(self._message_class().deserialize(message_bytes(message)))
 
     def get_num_connections(self) -> int:
         """Return how many subscribers the test pretends."""
@@ -35,20 +38,73 @@ class SimulatedSubscriber:
     def __init__(self, message_class: type, callback: Callable[[Any], None]) -> None:
         self.message_class, self.callback, self.is_open = message_class, callback, True
 
+    def take(self, message: Any) -> None:
+        """Receive a message, as bytes if it is one for any type."""
+        if self.is_open:
+            any_type = self.message_class is rospy.AnyMsg
+            self.callback(any_message(message) if any_type else message)
+
     def unregister(self) -> None:
         """End it."""
         self.is_open = False
 
 
+class SimulatedWorker:
+    """A worker of the node; called in the test's thread, after the callback that has woken it."""
+
+    def __init__(self, step: Callable[[], Optional[float]],
+                 schedule: Callable[[float, Callable[[], None]], None]) -> None:
+        self._step, self._schedule, self._count = step, schedule, 0
+
+    def wake(self) -> None:
+        """Call the function soon."""
+        self._call_after(0.0)
+
+    def _call_after(self, wait_s: float) -> None:
+        self._count += 1
+        self._schedule(wait_s, lambda number=self._count: self._call(number))
+
+    def _call(self, number: int) -> None:
+        if number == self._count:  # not woken again since then
+            wait_s = self._step()
+            if wait_s is not None and number == self._count:
+                self._call_after(wait_s)
+
+
+class SimulatedService:
+    """A connection of the node to a service of another node, which the test plays."""
+
+    def __init__(self, service_class: Any, name: str, answers: Dict[str, Callable[[Any], Any]]
+                 ) -> None:
+        self._class, self._name, self._answers = service_class, name, answers
+
+    def call(self, *request: Any) -> Any:
+        """Return the answer."""
+        if self._name not in self._answers:
+            raise ServiceMissing(f'{self._name} does not answer: nobody offers it')
+        return self._answers[self._name](self._class._request_class(*request))
+
+    def close(self) -> None:
+        """Close it."""
+
+
 class SimulatedTimer:
     """A timer of the node, called while the test lets time pass."""
 
-    def __init__(self, period_s: float, callback: Callable[[], None]) -> None:
-        self.period_s, self.callback, self.is_on = period_s, callback, True
+    def __init__(self, period_s: float, callback: Callable[[], None],
+                 schedule: Callable[[float, Callable[[], None]], None]) -> None:
+        self._period_s, self._callback, self._schedule = period_s, callback, schedule
+        self._is_on = True
+        schedule(period_s, self._fire)
 
     def shutdown(self) -> None:
         """End it."""
-        self.is_on = False
+        self._is_on = False
+
+    def _fire(self) -> None:
+        if self._is_on:
+            self._schedule(self._period_s, self._fire)
+            self._callback()
 
 
 class SimulatedNode:
@@ -67,8 +123,11 @@ class SimulatedNode:
         self.publishers: Dict[str, SimulatedPublisher] = {}
         self._messages: DefaultDict[str, List[Any]] = defaultdict(list)
         self._subscribers: DefaultDict[str, List[SimulatedSubscriber]] = defaultdict(list)
+        self.offered: Dict[str, Callable[[Any], Any]] = {}
+        """The services of other nodes, by full name: a function of the request."""
+        self._latched: DefaultDict[str, List[Any]] = defaultdict(list)
         self._order = itertools.count()
-        self._due: List[Tuple[float, int, SimulatedTimer]] = []
+        self._due: List[Tuple[float, int, Callable[[], None]]] = []
 
     # What the node calls.
 
@@ -83,6 +142,14 @@ class SimulatedNode:
     def ros_s(self) -> float:
         """Return ROS time [s]."""
         return self.now_s + self.ros_offset_s
+
+    def now(self) -> rospy.Time:
+        """Return ROS time as a stamp."""
+        return rospy.Time.from_sec(self.ros_s())
+
+    def is_wall_clock(self) -> bool:
+        """Whether ROS time is the time of day."""
+        return self.ros_offset_s == self.wall_offset_s
 
     def wall_s(self) -> float:
         """Return the time of day [s]."""
@@ -100,32 +167,46 @@ class SimulatedNode:
         """Return a parameter."""
         return self.params.get(self.resolve(name), default)
 
-    def publisher(self, topic: str, _message_class: type, queue_size: int = 10,
-                  latch: bool = False) -> SimulatedPublisher:
+    def follow_param(self, name: str) -> Callable[[], Any]:
+        """Follow a parameter."""
+        return lambda: self.param(name)
+
+    def publisher(self, topic: str, message_class: type, queue_size: int = 10,
+                  latch: bool = False, tcp_nodelay: bool = False) -> SimulatedPublisher:
         """Advertise."""
         name = self.resolve(topic)
-        return self.publishers.setdefault(name, SimulatedPublisher(self._messages[name]))
+        return self.publishers.setdefault(
+            name, SimulatedPublisher(message_class, self._messages[name]))
 
     def subscribe(self, topic: str, message_class: type, callback: Callable[[Any], None],
                   queue_size: Optional[int] = None) -> SimulatedSubscriber:
-        """Subscribe."""
+        """Subscribe; the last latched messages come at once."""
         subscriber = SimulatedSubscriber(message_class, callback)
-        self._subscribers[self.resolve(topic)].append(subscriber)
+        name = self.resolve(topic)
+        self._subscribers[name].append(subscriber)
+        for message in self._latched[name]:
+            self._schedule(0.0, lambda it=message: subscriber.take(it))
         return subscriber
 
     def serve(self, name: str, _service_class: Any, handler: Callable[[Any], Any]) -> None:
         """Offer a service."""
         self.services[self.resolve(name)] = handler
 
+    def connect(self, name: str, service_class: Any, timeout_s: float) -> SimulatedService:
+        """Connect to a service that the test offers."""
+        return SimulatedService(service_class, self.resolve(name), self.offered)
+
     def every(self, period_s: float, callback: Callable[[], None]) -> SimulatedTimer:
         """Start a timer."""
-        timer = SimulatedTimer(period_s, callback)
-        heapq.heappush(self._due, (self.now_s + period_s, next(self._order), timer))
-        return timer
+        return SimulatedTimer(period_s, callback, self._schedule)
 
     def every_real(self, period_s: float, callback: Callable[[], None]) -> None:
         """Start a timer of real time."""
         self.every(period_s, callback)
+
+    def worker(self, step: Callable[[], Optional[float]], name: str) -> SimulatedWorker:
+        """Have something done after the callbacks."""
+        return SimulatedWorker(step, self._schedule)
 
     def warn(self, text: str) -> None:
         """Keep a warning."""
@@ -138,34 +219,45 @@ class SimulatedNode:
     # What the test calls.
 
     def advance(self, duration_s: float) -> None:
-        """Let time pass, and call the timers that are due, each at its time."""
+        """Let time pass, and call what is due, each at its time."""
         end_s = self.now_s + duration_s
         while self._due and self._due[0][0] <= end_s:
-            due_s, _, timer = heapq.heappop(self._due)
+            due_s, _, callback = heapq.heappop(self._due)
             self.now_s = max(self.now_s, due_s)
-            if timer.is_on:
-                timer.callback()
-                heapq.heappush(self._due, (due_s + timer.period_s, next(self._order), timer))
+            callback()
         self.now_s = end_s
 
-    def send(self, topic: str, message: Any) -> None:
-        """Send a message to the node; to subscribers of any type as bytes."""
-        for subscriber in list(self._subscribers[self.resolve(topic)]):
-            if subscriber.is_open:
-                subscriber.callback(any_message(message)
-                                    if subscriber.message_class is rospy.AnyMsg else message)
+    def send(self, topic: str, message: Any, latch: bool = False) -> None:
+        """Send a message to the node, and let it do what this causes at once.
+
+        A latched one is received by those too who subscribe later.
+        """
+        name = self.resolve(topic)
+        if latch:
+            self._latched[name].append(message)
+        for subscriber in list(self._subscribers[name]):
+            subscriber.take(message)
+        self.advance(0.0)
 
     def sent(self, topic: str) -> List[Any]:
         """Return all messages that the node has published on a topic; the list may be cleared."""
         return self._messages[self.resolve(topic)]
 
+    def _schedule(self, wait_s: float, callback: Callable[[], None]) -> None:
+        heapq.heappush(self._due, (self.now_s + wait_s, next(self._order), callback))
+
 
 def any_message(message: Any) -> rospy.AnyMsg:
     """Return a message as rospy hands it to a subscriber of any type."""
-    buffer = BytesIO()
-    message.serialize(buffer)
     found = rospy.AnyMsg()
-    found._buff = buffer.getvalue()
+    found._buff = message_bytes(message)
     found._connection_header = {'type': message._type, 'md5sum': message._md5sum,
                                 'callerid': '/driver'}
     return found
+
+
+def message_bytes(message: Any) -> bytes:
+    """Return a message as it goes over the wire."""
+    buffer = BytesIO()
+    message.serialize(buffer)
+    return buffer.getvalue()

@@ -11,10 +11,16 @@ import rospy
 from std_msgs.msg import Float32, UInt16
 from visualization_msgs.msg import Marker, MarkerArray
 
-from process_visualizer.clients.player_clock import PlaybackFollower
 from process_visualizer.motion.variables import offset_words
 from process_visualizer.nodes.common.live_number import LiveNumber
-from process_visualizer.nodes.common.markers import VectorSample, mesh_marker, value_text
+from process_visualizer.nodes.common.markers import (
+    Pace,
+    VectorSample,
+    mesh_marker,
+    value_text,
+)
+from process_visualizer.nodes.common.node_handle import NodeHandle
+from process_visualizer.nodes.common.playback_follower import PlaybackFollower
 from process_visualizer.nodes.common.private_parameters import private_parameters
 from process_visualizer.nodes.common.process_end import spin_to_end, start_node
 from process_visualizer.nodes.common.value_board import ShownValue, TextPlace, ValueBoard
@@ -22,6 +28,7 @@ from process_visualizer.parameters.arrow_style import ArrowStyle
 from process_visualizer.parameters.reading import ParameterError, Parameters
 
 MESH = 'package://sewing_cell/meshes/sewing_machine.dae'
+LOG_PERIOD_S = 5.0
 DEFAULT_SETPOINT = 255.0  # of 512 (thesis section 6.2.3)
 
 # In the needle frame, which is yawed by +90 degrees: x is against the feed, y is to the right as
@@ -108,28 +115,30 @@ class SewingTransformer:
     UPPER_FOOT = np.array([0.12, 0.0, 0.05])
     LOWER_FOOT = np.array([0.18, 0.0, -0.05])
 
-    def __init__(self, parameters: SewingParameters) -> None:
+    def __init__(self, node: NodeHandle, parameters: SewingParameters) -> None:
         """Advertise, subscribe, and show the machine."""
+        self._node = node
         self._parameters = parameters
-        self._setpoints = {which: LiveNumber(f'setpoint_{which}', DEFAULT_SETPOINT)
+        self._setpoints = {which: LiveNumber(node, f'setpoint_{which}', DEFAULT_SETPOINT)
                            for which in ('upper', 'lower')}
-        self._playback = PlaybackFollower()
+        self._playback = PlaybackFollower(node)
+        self._log = Pace(LOG_PERIOD_S)
         self._board = ValueBoard(parameters.text_height_m, self.STALE_AFTER_S)
         self._feed: Optional[Reading] = None
         self._upper: Optional[Reading] = None
         self._lower: Optional[Reading] = None
-        self._publisher = rospy.Publisher('marker_array', MarkerArray, queue_size=1, latch=True)
+        self._publisher = node.publisher('marker_array', MarkerArray, queue_size=1, latch=True)
         self._publish()
-        rospy.Subscriber('/feed_rate_est', Float32, self._on_feed)
-        rospy.Subscriber('/edge_finder_upper', UInt16, self._on_upper)
-        rospy.Subscriber('/edge_finder_lower', UInt16, self._on_lower)
-        self._timer = rospy.Timer(rospy.Duration(1.0 / parameters.marker_rate_hz),
-                                  self._on_timer, reset=True)
+        node.subscribe('/feed_rate_est', Float32, self._on_feed)
+        node.subscribe('/edge_finder_upper', UInt16, self._on_upper)
+        node.subscribe('/edge_finder_lower', UInt16, self._on_lower)
+        node.every(1.0 / parameters.marker_rate_hz, self._on_timer)
 
     def _on_feed(self, message: Float32) -> None:
         if not np.isfinite(message.data):
-            rospy.logwarn_throttle(5.0, 'sewing_machine: /feed_rate_est is NaN or infinite; '
-                                        'the last good value stays')
+            if self._log.is_due(self._node.monotonic_s()):
+                self._node.warn('sewing_machine: /feed_rate_est is NaN or infinite; the last good '
+                                'value stays')
             return
         self._feed = Reading(message.data, self._playback.data_time_s())
 
@@ -139,7 +148,7 @@ class SewingTransformer:
     def _on_lower(self, message: UInt16) -> None:
         self._lower = Reading(float(message.data), self._playback.data_time_s())
 
-    def _on_timer(self, _event: rospy.timer.TimerEvent) -> None:
+    def _on_timer(self) -> None:
         if self._publisher.get_num_connections() > 0:
             self._publish()
 
@@ -151,7 +160,7 @@ class SewingTransformer:
         shown = [self._feed_display(now_s), self._edge_display('upper', 1, now_s),
                  self._edge_display('lower', 2, now_s)]
         markers = self._board.markers([value for value in shown if value], now_s,
-                                      rospy.get_time())
+                                      self._node.ros_s())
         if self._parameters.mesh:
             markers.append(mesh_marker('machine', self._parameters.base_frame,
                                        self._parameters.mesh))
@@ -188,7 +197,7 @@ def main() -> None:
     """Run the node; it ends with status 1 when a parameter is wrong."""
     start_node('sewing_machine')
     try:
-        SewingTransformer(SewingParameters.read(private_parameters()))
+        SewingTransformer(NodeHandle(), SewingParameters.read(private_parameters()))
     except ParameterError as error:
         rospy.logfatal('%s', error)
         sys.exit(1)

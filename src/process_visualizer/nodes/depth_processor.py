@@ -14,9 +14,10 @@ import rospy
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Float32
 
-from process_visualizer.clients.player_clock import PlaybackFollower
 from process_visualizer.motion.kept_stamps import KeptStamps
 from process_visualizer.nodes.common.complaints import Complaints
+from process_visualizer.nodes.common.node_handle import NodeHandle
+from process_visualizer.nodes.common.playback_follower import PlaybackFollower
 from process_visualizer.nodes.common.process_end import spin_to_end, start_node
 from process_visualizer.ros_names import DEPTH_PROC
 
@@ -81,8 +82,9 @@ class DepthProcessor:
     """
 
     def __init__(self) -> None:
-        self._complaints = Complaints(rospy.get_namespace().strip('/'))
-        self._playback = PlaybackFollower()
+        node = NodeHandle()
+        self._complaints = Complaints(node, rospy.get_namespace().strip('/'))
+        self._playback = PlaybackFollower(node)
         self._stamps = KeptStamps()
         self._last_s: Optional[float] = None
         self._age = rospy.Publisher('points_age', Float32, queue_size=1)

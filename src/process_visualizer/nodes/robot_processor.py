@@ -12,12 +12,13 @@ import rospy
 from geometry_msgs.msg import TwistStamped, Vector3, WrenchStamped
 from visualization_msgs.msg import MarkerArray
 
-from process_visualizer.clients.player_clock import PlaybackFollower
 from process_visualizer.motion.joint_matching import JointMatching
 from process_visualizer.motion.kinematics import Kinematics
 from process_visualizer.motion.patience import Patience
 from process_visualizer.nodes.common.complaints import Complaints
 from process_visualizer.nodes.common.markers import Pace, VectorSample
+from process_visualizer.nodes.common.node_handle import NodeHandle
+from process_visualizer.nodes.common.playback_follower import PlaybackFollower
 from process_visualizer.nodes.common.private_parameters import private_parameters
 from process_visualizer.nodes.common.process_end import spin_to_end, start_node
 from process_visualizer.nodes.robot.base_frames import BaseFrames
@@ -60,9 +61,9 @@ class RobotProcessor:
     def __init__(self, parameters: RobotParameters) -> None:
         """Advertise, subscribe, and start the timer."""
         self._parameters = parameters
-        self._playback = PlaybackFollower()
+        self._playback = PlaybackFollower(NodeHandle())
         self._display = RobotDisplay(parameters)
-        self._complaints = Complaints(parameters.robot_name)
+        self._complaints = Complaints(NodeHandle(), parameters.robot_name)
         model = robot_model(self._complaints)
         self._frames = FrameWatch(self._complaints, parameters.base_frame, model.links)
         self._tool = ToolPlacer(parameters, model, self._complaints)
@@ -104,7 +105,7 @@ class RobotProcessor:
 
     def _subscribe_force(self, topic: TopicParameters) -> None:
         if topic.name:
-            TopicReader(self._complaints, topic.name, topic.message_type,
+            TopicReader(NodeHandle(), self._complaints, topic.name, topic.message_type,
                         WRENCH_DECODERS, self._on_wrench)
 
     def _on_joints(self, message: Any) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import sys
-import time
 from collections import Counter
 from dataclasses import replace
 from typing import Dict, List, Optional, Sequence
@@ -12,7 +11,6 @@ from typing import Dict, List, Optional, Sequence
 import rospy
 from visualization_msgs.msg import MarkerArray
 
-from process_visualizer.clients.player_clock import PlaybackFollower
 from process_visualizer.motion.arrows import format_age
 from process_visualizer.motion.rotations import Vector
 from process_visualizer.motion.variables import (
@@ -30,6 +28,8 @@ from process_visualizer.nodes.common.limit_state import LimitState
 from process_visualizer.nodes.common.live_number import LiveNumber
 from process_visualizer.nodes.common.markers import VectorSample
 from process_visualizer.nodes.common.newest_message import NewestMessage, RawMessage
+from process_visualizer.nodes.common.node_handle import NodeHandle
+from process_visualizer.nodes.common.playback_follower import PlaybackFollower
 from process_visualizer.nodes.common.private_parameters import private_parameters
 from process_visualizer.nodes.common.process_end import spin_to_end, start_node
 from process_visualizer.nodes.common.value_board import ShownValue, TextPlace, ValueBoard
@@ -47,14 +47,14 @@ DIAMETER_M = 0.016
 class Variable:
     """A variable's last good value; it looks at its topic only when it is drawn."""
 
-    def __init__(self, complaints: Complaints, parameters: VariableParameters,
+    def __init__(self, node: NodeHandle, complaints: Complaints, parameters: VariableParameters,
                  source: NewestMessage, foot: Vector = (0.0, 0.0, 0.0)) -> None:
         """``foot`` of the arrow is in m."""
         self._complaints = complaints
         self._parameters = parameters
         self._source = source
         self._foot = foot
-        self._live_offset = (LiveNumber(parameters.offset_param, parameters.offset)
+        self._live_offset = (LiveNumber(node, parameters.offset_param, parameters.offset)
                              if parameters.offset_param else None)
         self._seen: Optional[RawMessage] = None
         self._value: Optional[Number] = None
@@ -135,42 +135,42 @@ class Variable:
 class VariableProcessor:
     """Shows the variables of a device; one subscription for each topic, however many read it."""
 
-    def __init__(self, device: str, parameters: VariablesParameters) -> None:
+    def __init__(self, node: NodeHandle, device: str, parameters: VariablesParameters) -> None:
         """Subscribe, advertise, and start the timer of the markers."""
         shown = [variable for variable in parameters.variables if variable.is_shown]
         hidden = [variable for variable in parameters.variables
                   if not variable.is_shown and variable.colors.limits.exist]
+        self._node = node
         self._parameters = replace(parameters, variables=shown)
         self._board = ValueBoard(parameters.text_height_m, parameters.stale_after_s)
         self._namespaces = marker_namespaces(shown)
-        self._playback = PlaybackFollower()
-        topics = {variable.topic: NewestMessage(variable.topic, self._playback.data_time_s)
+        self._playback = PlaybackFollower(node)
+        topics = {variable.topic: NewestMessage(node, variable.topic, self._playback.data_time_s)
                   for variable in shown + hidden}
         feet = arrow_feet([(variable.frame, variable.axis) for variable in shown],
                           FOOT_DISTANCE_M)
-        complaints = Complaints(device)
-        self._variables = [Variable(complaints, variable, topics[variable.topic], foot)
+        complaints = Complaints(node, device)
+        self._variables = [Variable(node, complaints, variable, topics[variable.topic], foot)
                            for variable, foot in zip(shown, feet)]
         self._judged = [variable for variable in self._variables if variable.has_limits] + [
-            Variable(complaints, variable, topics[variable.topic]) for variable in hidden]
-        self._publisher = rospy.Publisher('marker_array', MarkerArray, queue_size=1)
-        self._timer = rospy.Timer(rospy.Duration(1.0 / parameters.marker_rate_hz),
-                                  self._on_timer, reset=True)
+            Variable(node, complaints, variable, topics[variable.topic]) for variable in hidden]
+        self._publisher = node.publisher('marker_array', MarkerArray, queue_size=1)
+        self._timer = node.every(1.0 / parameters.marker_rate_hz, self._on_timer)
 
-    def _on_timer(self, _event: rospy.timer.TimerEvent) -> None:
-        is_playback = self._playback.clock.follows_player(rospy.get_time())
+    def _on_timer(self) -> None:
+        is_playback = self._playback.clock.follows_player(self._node.ros_s())
         for variable in self._judged:
             if is_playback:
                 variable.forget_alarm()
             else:
-                variable.judge(time.monotonic())
+                variable.judge(self._node.monotonic_s())
         self._show()
 
     def _show(self) -> None:
         if self._variables and self._publisher.get_num_connections() > 0:
             data_s = self._playback.data_time_s()
             self._publisher.publish(MarkerArray(self._board.markers(
-                self._shown(data_s), data_s, rospy.get_time())))
+                self._shown(data_s), data_s, self._node.ros_s())))
 
     def _shown(self, data_s: float) -> List[ShownValue]:
         samples = [variable.sample() for variable in self._variables]
@@ -218,7 +218,7 @@ def main() -> None:
     start_node(VARIABLE_PROC)
     device = rospy.get_namespace().strip('/')
     try:
-        VariableProcessor(device, VariablesParameters.read(private_parameters()))
+        VariableProcessor(NodeHandle(), device, VariablesParameters.read(private_parameters()))
     except ParameterError as error:
         rospy.logfatal('%s', error)
         sys.exit(1)

@@ -2,14 +2,15 @@
 """Reports problems of a node: in the log, and on /diagnostics for as long as they last."""
 from __future__ import annotations
 
+import math
 import threading
-import time
 from typing import Dict, List, Mapping, Optional, Tuple
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from process_visualizer.nodes.common.complaint_book import Complaint, ComplaintBook
+from process_visualizer.nodes.common.node_handle import NodeHandle
 
 DIAGNOSTICS = '/diagnostics'
 PERIOD_S = 0.5
@@ -24,20 +25,19 @@ class Complaints:
     ends. Nothing is published without a problem.
     """
 
-    def __init__(self, device: str) -> None:
+    def __init__(self, node: NodeHandle, device: str) -> None:
         """``device`` is the name of the device."""
-        self._device = device
+        self._node, self._device = node, device
         self._lock = threading.Lock()
         self._book = ComplaintBook()
         self._next_log_s: Dict[str, float] = {}
-        self._wake = threading.Event()
-        self._pause = threading.Event()  # never set; used because ROS time may stop
-        self._publisher = rospy.Publisher(DIAGNOSTICS, DiagnosticArray, queue_size=10)
-        threading.Thread(target=self._run, name='complaints', daemon=True).start()
+        self._next_report_s = -math.inf
+        self._publisher = node.publisher(DIAGNOSTICS, DiagnosticArray)
+        self._reporter = node.worker(self._report, 'complaints')
 
     def add(self, key: str, text: str, is_error: bool = False) -> None:
         """Complain of a message; complaints with the same key, such as a topic, count together."""
-        now_s = time.monotonic()
+        now_s = self._node.monotonic_s()
         with self._lock:
             self._book.add(key, text, now_s, is_error)
         self._log(key, text, now_s, is_error, LOG_PERIOD_S)
@@ -45,7 +45,7 @@ class Complaints:
     def state(self, key: str, text: str, values: Optional[Mapping[str, str]] = None,
               log_period_s: float = LOG_PERIOD_S, is_error: bool = False) -> None:
         """Complain of something until `end`; values are for programs."""
-        now_s = time.monotonic()
+        now_s = self._node.monotonic_s()
         with self._lock:
             self._book.state(key, text, now_s, values, is_error)
         self._log(key, text, now_s, is_error, log_period_s)
@@ -53,7 +53,7 @@ class Complaints:
     def note_good(self, key: str) -> None:
         """Note a message without a problem."""
         with self._lock:
-            self._book.note_good(key, time.monotonic())
+            self._book.note_good(key, self._node.monotonic_s())
 
     def end(self, key: str) -> None:
         """End all complaints about something."""
@@ -61,31 +61,34 @@ class Complaints:
             self._book.end(key)
 
     def _log(self, key: str, text: str, now_s: float, is_error: bool, period_s: float) -> None:
-        self._wake.set()
+        self._reporter.wake()
         if now_s >= self._next_log_s.get(key, 0.0):
             self._next_log_s[key] = now_s + period_s
-            (rospy.logerr if is_error else rospy.logwarn)('%s: %s', self._device, text)
+            (self._node.error if is_error else self._node.warn)(f'{self._device}: {text}')
 
-    def _run(self) -> None:
-        while not rospy.is_shutdown():
-            self._wake.wait()
-            statuses = self._statuses()
-            if statuses:
-                message = DiagnosticArray(status=statuses)
-                message.header.stamp = rospy.Time.now()
-                self._publish(message)
-            self._pause.wait(PERIOD_S)
+    def _report(self) -> Optional[float]:
+        """Publish what there is to say; return when to look again [s], None without problems."""
+        now_s = self._node.monotonic_s()
+        if now_s < self._next_report_s:
+            return self._next_report_s - now_s
+        self._next_report_s = now_s + PERIOD_S
+        statuses = self._statuses(now_s)
+        if not statuses:
+            return None
+        message = DiagnosticArray(status=statuses)
+        message.header.stamp = self._node.now()
+        self._publish(message)
+        return PERIOD_S
 
     def _publish(self, message: DiagnosticArray) -> None:
         try:
             self._publisher.publish(message)
         except rospy.ROSException:  # its topics are closed already
-            if not rospy.is_shutdown():
+            if not self._node.is_shutdown():
                 raise
 
-    def _statuses(self) -> List[DiagnosticStatus]:
-        """Return the present problems, and once those that have ended; sleep if there are none."""
-        now_s = time.monotonic()
+    def _statuses(self, now_s: float) -> List[DiagnosticStatus]:
+        """Return the present problems, and once those that have ended."""
         with self._lock:
             present = self._book.present(now_s)
             statuses = [self._status(key, it, now_s) for key, it in present.items()]
@@ -94,8 +97,6 @@ class Complaints:
                                           self._device, []) for key in ended]
             for key in ended:
                 self._next_log_s.pop(key, None)
-            if not present:
-                self._wake.clear()
         return statuses
 
     def _status(self, key: str, complaint: Complaint, now_s: float) -> DiagnosticStatus:
@@ -106,4 +107,4 @@ class Complaints:
                                 [KeyValue(*pair) for pair in values.items()])
 
     def _name(self, key: str) -> str:
-        return f'{rospy.get_name()}: {key}'
+        return f'{self._node.name}: {key}'

@@ -2,34 +2,36 @@
 """A number that a user may change on the parameter server while a node runs."""
 from __future__ import annotations
 
-import rospy
-from rospy.impl.paramserver import get_param_server_cache
+from typing import Any
 
+from process_visualizer.nodes.common.markers import Pace
+from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.parameters.reading import is_number
+
+_WARNING_S = 10.0
 
 
 class LiveNumber:
-    """Follows a parameter through the master's notifications; reading it costs no call.
+    """Follows a parameter; reading it costs no call of the master."""
 
-    rospy.get_param_cached subscribes to a parameter, but calls the master again at every access to
-    one that is not set. So it is called once, and its cache is read.
-    """
-
-    def __init__(self, name: str, default: float) -> None:
+    def __init__(self, node: NodeHandle, name: str, default: float) -> None:
         """``default`` is used if the parameter is not set or not a number."""
-        self._name = rospy.resolve_name(name)
-        self._default = default
-        rospy.get_param_cached(self._name, default)
+        self._node, self._name, self._default = node, node.resolve(name), default
+        self._read = node.follow_param(name)
+        self._warned: Any = None
+        self._warnings = Pace(_WARNING_S)
 
     def value(self) -> float:
         """Return the present value of the parameter."""
-        try:
-            value = get_param_server_cache().get(self._name)
-        except KeyError:
+        value = self._read()
+        if value is None:
             return self._default
         if is_number(value):
             return float(value)
-        rospy.logwarn_throttle_identical(
-            10.0, f'parameter {self._name}: a number is expected, not {value!r}; '
-                  f'{self._default:g} is used')
+        if value != self._warned:
+            self._warned = value
+            self._warnings.hurry()
+        if self._warnings.is_due(self._node.monotonic_s()):
+            self._node.warn(f'parameter {self._name}: a number is expected, not {value!r}; '
+                            f'{self._default:g} is used')
         return self._default

@@ -8,6 +8,8 @@ import genpy
 import roslib.message
 import rospy
 
+from process_visualizer.nodes.common.node_handle import NodeHandle
+
 
 class RawMessage(NamedTuple):
     """A message as it arrived."""
@@ -24,14 +26,14 @@ class NewestMessage:
     It stays in bytes until it is needed, so that even a fast topic costs little.
     """
 
-    def __init__(self, topic: str, clock: Callable[[], float]) -> None:
+    def __init__(self, node: NodeHandle, topic: str, clock: Callable[[], float]) -> None:
         """Subscribe; the clock [s] gives the messages their times."""
         self._clock = clock
         self._raw: Optional[RawMessage] = None
         self._decoded_raw: Optional[RawMessage] = None
         self._message: Any = None
         self._classes: Dict[str, Optional[type]] = {}
-        rospy.Subscriber(topic, rospy.AnyMsg, self._receive, queue_size=1, tcp_nodelay=True)
+        node.subscribe(topic, rospy.AnyMsg, self._receive, queue_size=1)
 
     def _receive(self, message: Any) -> None:
         header = message._connection_header

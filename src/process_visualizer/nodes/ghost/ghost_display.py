@@ -9,10 +9,11 @@ import numpy as np
 import rospy
 from visualization_msgs.msg import Marker, MarkerArray
 
-from process_visualizer.clients.player_clock import PlaybackFollower
 from process_visualizer.motion.joint_track import joint_track
 from process_visualizer.msg import GhostArrow as GhostArrowMessage
 from process_visualizer.msg import GhostRobot as GhostRobotMessage
+from process_visualizer.nodes.common.node_handle import NodeHandle
+from process_visualizer.nodes.common.playback_follower import PlaybackFollower
 from process_visualizer.nodes.common.process_end import spin_to_end, start_node
 from process_visualizer.nodes.ghost.ghost_arrow import GhostArrow
 from process_visualizer.nodes.ghost.ghost_robot import GhostRobot, Joints
@@ -172,5 +173,5 @@ def ghost_arrow(message: GhostArrowMessage) -> GhostArrow:
 def main() -> None:
     """Run the node."""
     start_node(GHOST)
-    GhostDisplay(PlaybackFollower())
+    GhostDisplay(PlaybackFollower(NodeHandle()))
     spin_to_end()

@@ -15,6 +15,7 @@ from process_visualizer.motion.frame_names import prefix_advice
 from process_visualizer.motion.kinematics import Kinematics, Placement
 from process_visualizer.motion.patience import Patience
 from process_visualizer.nodes.common.complaints import Complaints
+from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.nodes.robot.message_reader import TopicReader
 from process_visualizer.nodes.robot.pose_decoder import FramesNotConnected, PoseDecoder
 from process_visualizer.nodes.robot.robot_messages import ToolPose, deserialize
@@ -143,9 +144,9 @@ class FrameReader:
         self._static: Dict[str, TransformStamped] = {}  # by child
         self._last_arrival = rospy.Time()
         self._patience = Patience(PATIENCE_S)
-        TopicReader(complaints, STATIC_TF_TOPIC, TF_MESSAGE, {TF_MESSAGE: transforms_in},
-                    self._on_static)
-        TopicReader(complaints, topic, TF_MESSAGE, {TF_MESSAGE: transforms_in}, self._on_transforms)
+        for name, take in ((STATIC_TF_TOPIC, self._on_static), (topic, self._on_transforms)):
+            TopicReader(NodeHandle(), complaints, name, TF_MESSAGE, {TF_MESSAGE: transforms_in},
+                        take)
 
     def decoder(self) -> PoseDecoder:
         """Return a decoder of poses in messages of the topic, given in the order of sending."""

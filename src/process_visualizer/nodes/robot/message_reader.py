@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from typing import Any, Callable, Dict, Generic, Optional, TypeVar
 
 import genpy
@@ -11,6 +10,7 @@ import rospy
 
 from process_visualizer.motion.time_watch import TimeWatch
 from process_visualizer.nodes.common.complaints import Complaints
+from process_visualizer.nodes.common.node_handle import NodeHandle
 
 Quantity = TypeVar('Quantity')
 Decoder = Callable[[bytes], Quantity]
@@ -29,12 +29,13 @@ class TopicReader(Generic[Quantity]):
     has gone back is used, also with a complaint.
     """
 
-    def __init__(self, complaints: Complaints, topic: str, message_type: str,
+    def __init__(self, node: NodeHandle, complaints: Complaints, topic: str, message_type: str,
                  decoders: Dict[str, Decoder[Quantity]],
                  callback: Callable[[Quantity], None]) -> None:
         """Subscribe.
 
         Args:
+            node: its connection to ROS.
             complaints: those of the node.
             topic: the topic's name.
             message_type: the only type that is accepted ('package/Type'), or '' for each of
@@ -44,14 +45,14 @@ class TopicReader(Generic[Quantity]):
             callback: called in the thread of the subscription; may raise ValueError likewise, or
                 DoubtfulMessage when it has used the content nevertheless.
         """
-        self._complaints = complaints
-        self._topic = rospy.resolve_name(topic)
+        self._node, self._complaints = node, complaints
+        self._topic = node.resolve(topic)
         self._decoders = decoders
         self._message_type = message_type
         self._callback = callback
         self._lock = threading.Lock()  # two publishers of a topic are two threads
         self._time_watch = TimeWatch()
-        rospy.Subscriber(topic, rospy.AnyMsg, self._receive, tcp_nodelay=True)
+        node.subscribe(topic, rospy.AnyMsg, self._receive)
 
     def _receive(self, message: rospy.AnyMsg) -> None:
         with self._lock:
@@ -65,7 +66,7 @@ class TopicReader(Generic[Quantity]):
                 self._warn(f'is shown, but {doubt}')
 
     def _watch_time(self) -> None:
-        problem = self._time_watch.problem(rospy.get_time(), time.monotonic())
+        problem = self._time_watch.problem(self._node.ros_s(), self._node.monotonic_s())
         if problem:
             raise DoubtfulMessage(problem)
 

@@ -9,6 +9,7 @@ import rospy
 from process_visualizer.motion.joint_history import JointHistory
 from process_visualizer.motion.kinematics import Kinematics
 from process_visualizer.nodes.common.complaints import Complaints
+from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.nodes.robot.base_frames import BaseFrames
 from process_visualizer.nodes.robot.frame_reader import FrameReader
 from process_visualizer.nodes.robot.message_reader import Decoder, TopicReader
@@ -39,7 +40,7 @@ class ToolInput:
             self._frames = FrameReader(complaints, self._topic.name, parameters.base_frame, frame,
                                        callback, on_static, model, base_frames.name)
         elif self._topic.name:
-            TopicReader(complaints, self._topic.name, self._topic.message_type,
+            TopicReader(NodeHandle(), complaints, self._topic.name, self._topic.message_type,
                         POSE_DECODERS, self._take)
 
     def decoder(self, message_type: str) -> Optional[PoseDecoder]:

@@ -10,6 +10,7 @@ from process_visualizer.motion.rotations import Triple
 from process_visualizer.motion.velocity.measuring_time import MeasuringTime
 from process_visualizer.motion.velocity.tool_velocity import ToolVelocity
 from process_visualizer.nodes.common.live_number import LiveNumber
+from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.nodes.robot.recorded_motion import RecordedMotion
 from process_visualizer.nodes.robot.robot_messages import ToolPose
 from process_visualizer.ros_names import PLAYBACK_RATE
@@ -46,7 +47,7 @@ class TwistSource:
         self._recorded = recorded
         self._live = ToolVelocity(window_s)
         self._times = MeasuringTime()
-        self._rate = LiveNumber(PLAYBACK_RATE, 1.0)
+        self._rate = LiveNumber(NodeHandle(), PLAYBACK_RATE, 1.0)
         self._stale_after_s = stale_after_s
         self._last_recorded: Optional[Triple] = None
 
