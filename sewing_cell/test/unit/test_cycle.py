@@ -132,7 +132,7 @@ def test_seam_grows_with_the_feed() -> None:
     assert sewn[-1] == pytest.approx(0.5)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(
     st.integers(0, 2**32), st.sampled_from(["good", "poor"]), st.floats(0, 500), st.floats(12, 60)
 )

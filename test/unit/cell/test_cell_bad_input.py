@@ -213,7 +213,7 @@ def test_problems_of_a_broken_argument_are_not_repeated(problems: Problems) -> N
         'is declared']
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(st.one_of(
     st.binary(max_size=200),
     st.lists(st.sampled_from([

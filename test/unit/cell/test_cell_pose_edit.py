@@ -12,7 +12,7 @@ from random import Random
 from typing import Dict, List, Optional, Tuple
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from process_visualizer.cell.editing.number_text import number_text
@@ -129,7 +129,6 @@ def devices(draw: st.DrawFn) -> Tuple[str, int]:
 
 
 @given(devices(), poses, st.randoms(use_true_random=False))
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_every_other_device_and_byte_stays(tmp_path: Path, case: Tuple[str, int], pose: Pose,
                                            random: Random) -> None:
     text, count = case

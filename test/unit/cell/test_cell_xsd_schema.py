@@ -7,7 +7,7 @@ from typing import Callable, Iterator, List, Tuple
 import pytest
 from bad_input import BAD_INPUT, Bad
 from configurations import VALUES, configurations
-from hypothesis import HealthCheck, assume, example, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from lxml import etree
 
@@ -57,8 +57,7 @@ def test_every_element_and_attribute_is_documented() -> None:
         assert text and '`' not in text
 
 
-@settings(max_examples=80, deadline=None,
-          suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+@settings(max_examples=80)
 @given(text=configurations())
 def test_what_the_parser_accepts_is_valid(schema: etree.XMLSchema,
                                           tmp_path_factory: pytest.TempPathFactory,
@@ -101,8 +100,7 @@ def accepts(kind: str, text: str) -> bool:
 
 
 @pytest.mark.parametrize('kind', KINDS)
-@settings(max_examples=80, deadline=None,
-          suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=80)
 @given(text=texts())
 @example(text='0E')
 def test_values(value_schema: etree.XMLSchema, kind: str, text: str) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import List, Tuple
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from seen_cells import (
     CLOUD,
     FLOATS,
@@ -33,7 +33,6 @@ from process_visualizer.discovery.make_draft import make_draft
 UR_JOINTS, PANDA_JOINTS = ['pan', 'lift', 'elbow'], ['panda_joint1', 'panda_joint2']
 
 
-@settings(suppress_health_check=[HealthCheck.too_slow], deadline=None)
 @given(cells)
 def test_whatever_is_seen_can_be_read(cell: Tuple[Seen, List[FoundModel]]) -> None:
     if not make_draft(*cell).draft.devices:

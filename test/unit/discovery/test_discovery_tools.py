@@ -18,7 +18,7 @@ from geometry_msgs.msg import (
     Vector3,
     WrenchStamped,
 )
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from seen_cells import (
     CLOUD,
     JOINTS,
@@ -198,7 +198,7 @@ def test_two_robots_with_prefixes_in_their_models(tmp_path: Path) -> None:
     assert tools(cell) == ['left_tool0_controller', 'right_tool0_controller']
 
 
-@settings(suppress_health_check=[HealthCheck.too_slow], deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(cells)
 def test_what_is_taken_is_no_link_and_behind_one(cell: Tuple[Seen, List[FoundModel]]) -> None:
     if not make_draft(*cell).draft.devices:

@@ -36,13 +36,13 @@ def test_comments_with_hyphens(name: str) -> None:
     assert node_names(loaded(cell)) == ['/cell_frames', '/scene_watch']
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.text('-> <!', max_size=12))
 def test_comments_of_any_kind(name: str) -> None:
     loaded(Cell(f'/{name}', 'world', (Device(DeviceType.OTHER, 'd', Location(name, 1)),)))
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(TEXTS)
 def test_any_text_survives_in_attributes(text: str) -> None:
     """roslaunch takes the white space from both ends of a parameter's value."""
@@ -59,7 +59,7 @@ def test_any_text_survives_in_attributes(text: str) -> None:
     assert config.params['/d/p'].value == text.strip()
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(TEXTS.filter(lambda text: ':=' not in text))
 def test_any_text_survives_as_argument_of_a_launch_file(text: str) -> None:
     launch_file = LaunchFile('p', 'f.launch', None, (('a', text),), HERE)
@@ -77,7 +77,7 @@ LABELS = st.one_of(TEXTS, st.sampled_from([
     '12:30', '!!int 1', '\x85', '\u2028a', 'a\x85 b', '\ufeff', '0x1', '1e3', '.inf']))
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(LABELS, LABELS, st.floats(allow_nan=False, allow_infinity=False))
 def test_any_text_and_number_survives_in_parameters(label: str, unit: str, scale: float) -> None:
     variable = Variable('/t', 'data', 'f', (1.0, 0.0, -0.5), (0.1, 1.0, 0.0), unit, scale, 1e-300,

@@ -60,7 +60,7 @@ VALUES = st.recursive(
     max_leaves=12)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.dictionaries(st.sampled_from(['one', 'two', 'three']), VALUES, min_size=1))
 def test_parameters_come_back(values: 'dict[str, object]') -> None:
     root = Tag('launch')

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import List
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from PyQt5.QtGui import QColor
 
@@ -53,7 +53,6 @@ def test_icons_are_seen(colours: Theme, shape: str) -> None:
 
 @themes
 @given(colour=st.tuples(parts, parts, parts))
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_curves_are_seen_whatever_colour_the_configuration_gives(
         qapp, colours: Theme, colour: 'tuple[float, float, float]') -> None:
     if theme() != colours:

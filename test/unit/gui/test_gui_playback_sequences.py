@@ -157,7 +157,7 @@ class Play:
 ACTIONS = [name for name in vars(Play) if name not in ('check', 'end') and not name.startswith('_')]
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(actions=st.lists(st.tuples(st.sampled_from(ACTIONS), st.floats(0.0, 1.0)), max_size=40))
 def test_once_all_is_answered_the_model_is_where_the_player_is(
         qapp: QApplication, actions: List[Tuple[str, float]]) -> None:

@@ -261,8 +261,7 @@ class Sequences(RuleBasedStateMachine):
 
 
 TestSequences = Sequences.TestCase
-TestSequences.settings = settings(max_examples=300, stateful_step_count=50, deadline=None,
-                                  derandomize=True)
+TestSequences.settings = settings(max_examples=300, stateful_step_count=50)
 
 
 def recording(**values: object) -> RecordingState:

@@ -9,7 +9,7 @@ from typing import Any, Iterator, List, Tuple
 from xmlrpc.server import SimpleXMLRPCServer
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from process_visualizer.launching.node_state import NodeReport, NodeState
@@ -228,8 +228,7 @@ LINES = st.one_of(
     st.text(max_size=20))
 
 
-@settings(max_examples=40, deadline=None,
-          suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=40)
 @given(st.lists(LINES, max_size=20))
 def test_any_output(lines: List[Any]) -> None:
     watcher, reports, seen = watch(*lines)

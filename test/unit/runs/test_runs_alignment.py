@@ -41,7 +41,7 @@ def test_a_run_belongs_to_itself() -> None:
     np.testing.assert_allclose(aligned(run, run).time_map.to_run(times_s), times_s, atol=2e-4)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(speed=st.floats(0.9, 1.1), start_s=st.floats(0.0, 7.0), has_events=st.booleans())
 def test_a_known_warp_is_found(speed: float, start_s: float, has_events: bool) -> None:
     events = None if has_events else ()
@@ -57,7 +57,7 @@ def test_a_run_may_begin_in_the_middle_of_a_motion() -> None:
     assert np.abs(found.to_run(2.0 + later_s) - (later_s - 2.7)).max() < 0.02
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(speed=st.floats(0.9, 1.1), start_s=st.floats(0.0, 7.0))
 def test_the_way_back_is_the_inverse(speed: float, start_s: float) -> None:
     reference, run = made_run(), made_run(1, speed, start_s)

@@ -37,7 +37,7 @@ def test_the_last_anchor_stays_and_all_rise(pairs: List[Tuple[float, float]]) ->
     assert (np.diff(np.array(anchors), axis=0) > 0.0).all()
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(ANCHORS, st.booleans())
 def test_the_map_goes_through_anchors_and_rises(pairs: List[Tuple[float, float]],
                                                 has_motion: bool) -> None:

@@ -136,7 +136,7 @@ def test_a_departure_that_swings_is_one() -> None:
 
 
 @pytest.mark.parametrize('shape', ['step', 'ramp'])
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(begin=st.integers(100, 350), seed=st.integers(0, 1000), sign=st.sampled_from((-1.0, 1.0)))
 def test_the_onset_of_steps_and_ramps(shape: str, begin: int, seed: int, sign: float) -> None:
     since_s = np.maximum(TIMES_S - TIMES_S[begin], 0.0)

@@ -94,7 +94,7 @@ def test_each_speed_on_each_path(path: Path, speed: float) -> None:
     assert np.quantile(live.errors_s, 0.95) < 0.05
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.sampled_from(PATHS), st.floats(0.8, 1.25),
        st.lists(st.tuples(st.floats(3.0, 11.0), st.floats(0.1, 4.0)), max_size=2),
        st.sampled_from([0.0, 0.0005]))
