@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a message says something about, where several messages together are the state of a topic.
+"""Parts of a message, where several messages together are the state of a topic.
 
-Two messages of one publisher with different transforms, or with different markers, hold beside
-each other. The layouts are those of ROS 1's serialisation (little-endian).
+Two messages with different transforms, markers, joints or diagnostics hold beside each other:
+many drivers send each group of joints in a message of its own. The layouts are those of ROS 1's
+serialisation (little-endian).
 """
 from __future__ import annotations
 
@@ -20,9 +21,14 @@ _STAMPED_BYTES = 12  # sequence number and stamp
 _IDENTITY = struct.Struct('<iii')  # id, type, action
 _LOOKS_BYTES = 7 * 8 + 3 * 8 + 4 * 4  # pose, scale, colour
 _LIFETIME = struct.Struct('<ii')
-_POINT_BYTES, _COLOUR_BYTES = 24, 16
+_POINT_BYTES, _COLOUR_BYTES, _FLOAT64_BYTES = 24, 16, 8
 _DELETE_ALL = 3
 _NS_PER_S = 1_000_000_000
+_DIAGNOSTICS = 'diagnostic_msgs/DiagnosticArray'
+_JOINT_STATE = 'sensor_msgs/JointState'
+_NAMED_JOINTS = (_JOINT_STATE, 'sensor_msgs/MultiDOFJointState',
+                 'control_msgs/DynamicJointState')
+"""Types that begin with a header and the names of their joints."""
 
 
 class MessagePart(NamedTuple):
@@ -47,7 +53,61 @@ def parts_reader(connection: Connection) -> Optional[PartsReader]:
         return lambda data: tuple(MessagePart(child) for child, _ in split(data))
     if shows_markers(connection):
         return _marker if connection.type == MARKER else _markers
+    if connection.type in _NAMED_JOINTS:
+        return _joint_state if connection.type == _JOINT_STATE else _joints
+    if connection.type == _DIAGNOSTICS:
+        return _diagnostics
     return None
+
+
+def lasts(connection: Connection) -> bool:
+    """Return whether the parts of its messages hold however old they are, as those of joints do."""
+    return connection.type in _NAMED_JOINTS
+
+
+def _joints(data: bytes) -> Parts:
+    """Return a part for each joint that a message names."""
+    return _names(data)[0]
+
+
+def _joint_state(data: bytes) -> Parts:
+    """Return the same; none of a message without positions, beside which those of before hold."""
+    parts, offset = _names(data)
+    counts = []
+    for _ in ('position', 'velocity', 'effort'):
+        count, offset = _number(data, offset)
+        counts.append(count)
+        offset += count * _FLOAT64_BYTES
+    if offset != len(data):
+        raise MessageDamaged(f'a joint state takes {offset} bytes, and there are {len(data)}')
+    return parts if counts[0] else ()
+
+
+def _names(data: bytes) -> Tuple[Parts, int]:
+    """Return the names behind the header, and the place behind them."""
+    _, offset = _text(data, _STAMPED_BYTES)
+    count, offset = _number(data, offset)
+    parts = []
+    for _ in range(count):
+        name, offset = _text(data, offset)
+        parts.append(MessagePart(name))
+    return tuple(parts), offset
+
+
+def _diagnostics(data: bytes) -> Parts:
+    """Return a part for each status, by its name."""
+    _, offset = _text(data, _STAMPED_BYTES)
+    count, offset = _number(data, offset)
+    parts = []
+    for _ in range(count):
+        name, offset = _text(data, offset + 1)  # behind the level
+        parts.append(MessagePart(name))
+        for _ in range(2):  # message, hardware_id
+            _, offset = _text(data, offset)
+        values, offset = _number(data, offset)
+        for _ in range(2 * values):  # keys and values
+            _, offset = _text(data, offset)
+    return tuple(parts)
 
 
 def _marker(data: bytes) -> Parts:
@@ -93,11 +153,14 @@ def _read_marker(data: bytes, offset: int) -> Tuple[MessagePart, int]:
 
 def _text(data: bytes, offset: int) -> Tuple[bytes, int]:
     length, begin = _number(data, offset)
-    return data[begin:begin + length], begin + length
+    end = begin + length
+    if end > len(data):
+        raise MessageDamaged(f'a message of {len(data)} bytes ends within a text')
+    return data[begin:end], end
 
 
 def _number(data: bytes, offset: int) -> Tuple[int, int]:
     end = offset + _LENGTH.size
     if end > len(data):
-        raise MessageDamaged(f'a message of {len(data)} bytes ends within a marker')
+        raise MessageDamaged(f'a message of {len(data)} bytes ends too early')
     return int(_LENGTH.unpack_from(data, offset)[0]), end

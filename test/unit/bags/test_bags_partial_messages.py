@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""After a seek all frames and all markers are there, though each message has only one of them."""
+"""After a seek all frames, markers and joints are there, though each message has only some."""
 from __future__ import annotations
 
 from io import BytesIO
@@ -9,9 +9,11 @@ from typing import Any, Dict, List, NamedTuple, Sequence, Tuple
 import genpy
 import pytest
 import rosbag
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Point, TransformStamped
 from hypothesis import given
 from hypothesis import strategies as st
+from sensor_msgs.msg import JointState
 from std_msgs.msg import ColorRGBA
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
@@ -60,6 +62,17 @@ def marker(value: float, number: int, action: int = Marker.ADD, lifetime_s: floa
     return result
 
 
+def joints(value: float, names: Sequence[str]) -> JointState:
+    """The positions of some joints."""
+    return JointState(name=list(names), position=[value] * len(names), effort=[1.0] * len(names))
+
+
+def diagnostics(value: float, names: Sequence[str]) -> DiagnosticArray:
+    """The states of some parts of a driver."""
+    return DiagnosticArray(status=[
+        DiagnosticStatus(0, name, str(value), 'id', [KeyValue('key', 'value')]) for name in names])
+
+
 def write(path: Path, told: Sequence[Told]) -> str:
     """A bag with the messages."""
     with rosbag.Bag(str(path), 'w') as bag:
@@ -76,6 +89,12 @@ def see(seen: Seen, topic: str, message: Any) -> None:
     if message._type == TFMessage._type:
         for it in message.transforms:
             seen[topic, it.child_frame_id] = it.transform.translation.x
+        return
+    if message._type == JointState._type:
+        seen.update(((topic, name), value) for name, value in zip(message.name, message.position))
+        return
+    if message._type == DiagnosticArray._type:
+        seen.update(((topic, it.name), float(it.message)) for it in message.status)
         return
     for it in message.markers if message._type == MarkerArray._type else [message]:
         if it.action == Marker.DELETEALL:
@@ -97,7 +116,8 @@ class Player:
 
     def show(self, seen: Seen, messages: Sequence[LoadedMessage]) -> None:
         """Publish messages."""
-        types = {it._type: it for it in (TFMessage, Marker, MarkerArray)}
+        types = {it._type: it for it in (TFMessage, Marker, MarkerArray, JointState,
+                                            DiagnosticArray)}
         for it in messages:
             connection = self.recording.index.connections[it.connection]
             if not it.withdrawn:
@@ -110,7 +130,12 @@ def tellings(draw: Any) -> List[Told]:
     told = []
     for number in range(draw(st.integers(1, 30))):
         value, time_s = float(number), number * PERIOD_S
-        kind = draw(st.sampled_from(['tf', 'marker', 'array']))
+        kind = draw(st.sampled_from(['tf', 'marker', 'array', 'joints', 'diagnostics']))
+        if kind in ('joints', 'diagnostics'):
+            parts = draw(st.lists(st.sampled_from('abcd'), min_size=1, max_size=3, unique=True))
+            told.append(Told(time_s, f'/{kind}', draw(st.sampled_from(['/a', '/b'])),
+                             (joints if kind == 'joints' else diagnostics)(value, parts)))
+            continue
         if kind == 'tf':
             caller, names = draw(st.sampled_from([('/a', 'abc'), ('/b', 'de')]))
             frames = draw(st.lists(st.sampled_from(names), min_size=1, max_size=3, unique=True))
@@ -155,6 +180,26 @@ def test_what_is_seldom_told_is_found_once_it_is_known(tmp_path: Path) -> None:
         seen: Seen = {}
         player.show(seen, player.events.scene(count).messages)
         assert seen == scanned(told, count)
+
+
+def test_a_joint_that_was_told_of_long_ago_is_where_it_was(tmp_path: Path) -> None:
+    told = [Told(number * 0.01, '/joints', '/a',
+                 joints(float(number), ['torso' if number == 7 else 'arm']))
+            for number in range(5000)]
+    player = Player(write(tmp_path / 'a.bag', told))
+    for count in (4900, 5000, 20):
+        seen: Seen = {}
+        player.show(seen, player.events.scene(count).messages)
+        assert seen == {('/joints', 'torso'): 7.0, ('/joints', 'arm'): count - 1.0}
+
+
+def test_efforts_without_positions_replace_no_positions(tmp_path: Path) -> None:
+    told = [Told(0.0, '/joints', '/a', joints(1.0, ['arm'])),
+            Told(0.5, '/joints', '/a', JointState(name=['arm'], effort=[2.0]))]
+    player = Player(write(tmp_path / 'a.bag', told))
+    seen: Seen = {}
+    player.show(seen, player.events.scene(2).messages)
+    assert seen == {('/joints', 'arm'): 1.0}
 
 
 def test_how_much_is_read_is_bounded(tmp_path: Path) -> None:

@@ -1,12 +1,20 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which earlier messages hold beside the newest one of a publisher, of transforms and markers."""
+"""Earlier messages that hold beside the newest one: transforms, markers, joints, diagnostics."""
 from __future__ import annotations
 
-from typing import Dict, Iterable, Iterator, List, Optional, Set, Tuple
+from typing import Dict, FrozenSet, Iterable, Iterator, List, Optional, Set, Tuple
+
+import numpy as np
 
 from process_visualizer.bags.bag_index import BagIndex
 from process_visualizer.messages.message_layout import MessageDamaged
-from process_visualizer.messages.message_parts import CLEARS, Parts, PartsReader, parts_reader
+from process_visualizer.messages.message_parts import (
+    CLEARS,
+    Parts,
+    PartsReader,
+    lasts,
+    parts_reader,
+)
 from process_visualizer.playback.scene.message_loader import MessageLoader
 from process_visualizer.playback.scene.scene import Scene
 
@@ -14,13 +22,20 @@ FARTHEST_NS = 3_000_000_000
 """How much older than the newest message those may be that hold beside it: each must be read."""
 MOST = 200  # messages that are looked at
 ALWAYS = 20  # that are looked at even where all that is known of the source has been found
+SAMPLES = 60
+"""Messages of a source, half of them its first ones, that show whether it tells of joints by groups."""
+
+Groups = Dict[FrozenSet[bytes], np.ndarray]
+"""The positions (rising) of a source's messages, by the keys of which they tell."""
 
 
 class PartialMessages:
     """The messages that together say what one message of a source does not say alone.
 
     Most publishers put all in one message; of these only a few messages are read. What such a
-    source was seen to tell of is looked for among its messages of the last seconds.
+    source was seen to tell of is looked for among its messages of the last seconds. The position
+    of a joint holds however long ago it was told: a source that tells of its joints by groups is
+    read whole, once.
     """
 
     def __init__(self, index: BagIndex, loader: MessageLoader, scene: Scene) -> None:
@@ -31,6 +46,7 @@ class PartialMessages:
         self._readers: List[Optional[PartsReader]] = [
             parts_reader(connection) for connection in index.connections]
         self._known: Dict[int, Set[bytes]] = {}  # keys, by source
+        self._groups: Dict[int, Groups] = {}  # of sources whose parts last
 
     def beside(self, positions: Iterable[int], time_ns: int) -> List[int]:
         """Return the positions of what holds at a bag time [ns] beside some newest messages."""
@@ -81,7 +97,16 @@ class PartialMessages:
         known |= found
 
     def _earlier(self, position: int) -> Iterator[int]:
-        """The positions of the messages of a source before one, the nearest first."""
+        """The positions of the messages of a source before one, the nearest first.
+
+        Of a source that tells of lasting parts by groups, only the last one of each group.
+        """
+        groups = self._groups_of(position)
+        if len(groups) > 1:
+            counts = {keys: int(it.searchsorted(position)) for keys, it in groups.items()}
+            yield from sorted((int(groups[keys][count - 1]) for keys, count in counts.items()
+                               if count), reverse=True)
+            return
         farthest_ns = int(self._index.time_ns[position]) - FARTHEST_NS
         for _ in range(MOST):
             replaced = self._scene.replaced(position)
@@ -89,6 +114,25 @@ class PartialMessages:
                 return
             position = replaced
             yield position
+
+    def _groups_of(self, position: int) -> Groups:
+        """The groups in which the source of a message tells of lasting parts; none of others."""
+        source = self._scene.source_of(position)
+        if source not in self._groups:
+            self._groups[source] = {}
+            if lasts(self._index.connections[int(self._index.connection[position])]):
+                positions = self._scene.messages_of(source)
+                spread = np.linspace(0, len(positions) - 1, SAMPLES // 2).astype(int)
+                samples = np.union1d(positions[:SAMPLES // 2], positions[spread])
+                if len(self._grouped(samples)) > 1:
+                    self._groups[source] = self._grouped(positions)
+        return self._groups[source]
+
+    def _grouped(self, positions: np.ndarray) -> Groups:
+        groups: Dict[FrozenSet[bytes], List[int]] = {}
+        for position in positions.tolist():
+            groups.setdefault(frozenset(self._keys(self._parts(position))), []).append(position)
+        return {keys: np.array(it) for keys, it in groups.items()}
 
     def _parts(self, position: int) -> Parts:
         """The parts of a message; none of one that cannot be read: its receivers cannot either."""

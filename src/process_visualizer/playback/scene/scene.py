@@ -96,6 +96,10 @@ class Scene:
         """Return the position of a source's first message."""
         return min(int(self._index.positions(number)[0]) for number in self._numbers[source])
 
+    def messages_of(self, source: int) -> np.ndarray:
+        """Return the positions (rising) of a source's messages."""
+        return self._index.positions_of(self._numbers[source])
+
     def source_of(self, position: int) -> int:
         """Return the source of the message at a position."""
         return self._sources[int(self._index.connection[position])]
