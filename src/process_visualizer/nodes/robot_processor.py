@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import sys
 import threading
-import time
 from typing import Any, Optional, Tuple
 
 import rospy
@@ -58,16 +57,16 @@ class RobotProcessor:
     has reported the position.
     """
 
-    def __init__(self, parameters: RobotParameters) -> None:
+    def __init__(self, node: NodeHandle, parameters: RobotParameters) -> None:
         """Advertise, subscribe, and start the timer."""
-        self._parameters = parameters
-        self._playback = PlaybackFollower(NodeHandle())
+        self._node, self._parameters = node, parameters
+        self._playback = PlaybackFollower(node)
         self._display = RobotDisplay(parameters)
-        self._complaints = Complaints(NodeHandle(), parameters.robot_name)
-        model = robot_model(self._complaints)
-        self._frames = FrameWatch(self._complaints, parameters.base_frame, model.links)
-        self._tool = ToolPlacer(parameters, model, self._complaints)
-        self._base_frames = BaseFrames(parameters, model, self._on_static)
+        self._complaints = Complaints(node, parameters.robot_name)
+        model = robot_model(node, self._complaints)
+        self._frames = FrameWatch(node, self._complaints, parameters.base_frame, model.links)
+        self._tool = ToolPlacer(node, parameters, model, self._complaints)
+        self._base_frames = BaseFrames(node, parameters, model, self._on_static)
         self._drawing = Pace(1.0 / parameters.marker_rate_hz)
         self._lock = threading.Lock()  # each topic has its thread, and so has the timer
         self._pose: Optional[ToolPose] = None
@@ -77,46 +76,46 @@ class RobotProcessor:
         self._joints_time_s: Optional[float] = None
         self._joints_s = -math.inf
         self._patience = Patience(PATIENCE_S)
-        self._tool_velocity = rospy.Publisher('tool_velocity', TwistStamped, queue_size=10)
-        self._tool_force = rospy.Publisher('tool_force', WrenchStamped, queue_size=10)
-        self._markers = rospy.Publisher('marker_array', MarkerArray, queue_size=1)
+        self._tool_velocity = node.publisher('tool_velocity', TwistStamped)
+        self._tool_force = node.publisher('tool_force', WrenchStamped)
+        self._markers = node.publisher('marker_array', MarkerArray, queue_size=1)
         self._recorded = self._recording_of(parameters.tool_center_frame, model)
-        self._twist = TwistSource(self._recorded, parameters.velocity_window_s,
+        self._twist = TwistSource(node, self._recorded, parameters.velocity_window_s,
                                   parameters.stale_after_s)
         if parameters.joint_states.name or model.links:
-            rospy.Subscriber('joint_states', rospy.AnyMsg, self._on_joints, queue_size=1,
-                             tcp_nodelay=True)
-        self._input = ToolInput(parameters, self._complaints, self._on_tool_pose,
+            node.subscribe('joint_states', rospy.AnyMsg, self._on_joints, queue_size=1)
+        self._input = ToolInput(node, parameters, self._complaints, self._on_tool_pose,
                                 self._on_static, self._base_frames, model)
         self._subscribe_force(parameters.force_sensor)
         if self._recorded is not None:
             self._recorded.start()
-        self._timer = rospy.Timer(rospy.Duration(TICK_S), self._on_timer, reset=True)
+        self._timer = node.every(TICK_S, self._on_timer)
 
     def _recording_of(self, topic: TopicParameters,
                       model: Kinematics) -> Optional[RecordedMotion]:
         if not topic.name:
             return None
         preroll_s = CHAIN_S if TF_MESSAGE in (topic.message_type, '') else 0.0
-        reader = RecordedReader(topic.name, lambda message_type: self._input.decoder(message_type),
-                                recorded_joints(self._parameters, model), preroll_s)
-        return RecordedMotion(reader, self._playback.clock, self._parameters.velocity_window_s,
-                              self._on_playback)
+        reader = RecordedReader(
+            self._node, topic.name, lambda message_type: self._input.decoder(message_type),
+            recorded_joints(self._node, self._parameters, model), preroll_s)
+        return RecordedMotion(self._node, reader, self._playback.clock,
+                              self._parameters.velocity_window_s, self._on_playback)
 
     def _subscribe_force(self, topic: TopicParameters) -> None:
         if topic.name:
-            TopicReader(NodeHandle(), self._complaints, topic.name, topic.message_type,
+            TopicReader(self._node, self._complaints, topic.name, topic.message_type,
                         WRENCH_DECODERS, self._on_wrench)
 
     def _on_joints(self, message: Any) -> None:
         """Draw with the joint states that move the drawn robot: arrows turn with it."""
-        now_s = rospy.get_time()
+        now_s = self._node.ros_s()
         self._base_frames.take_joints(message._buff)
         with self._lock:
             self._joints_time_s = self._playback.clock.data_time_s(now_s)
             self._joints_s = now_s
             self._tool.take_joints(message._buff)
-            self._came_s = time.time()
+            self._came_s = self._node.wall_s()
             if not self._shows_position():
                 self._draw(now_s, early_s=0.5 / self._parameters.marker_rate_hz)
 
@@ -127,11 +126,11 @@ class RobotProcessor:
         return max(data_s - self._joints_time_s, 0.0)
 
     def _on_tool_pose(self, pose: ToolPose) -> None:
-        now_s = rospy.get_time()
+        now_s = self._node.ros_s()
         with self._lock:
             self._twist.add(pose, now_s)
             self._pose, self._pose_time_s = pose, self._playback.clock.data_time_s(now_s)
-            self._came_s = time.time()
+            self._came_s = self._node.wall_s()
             if not self._shows_position():  # else the player's next state has its position
                 self._publish_velocity()
                 self._draw_data(now_s)
@@ -157,7 +156,7 @@ class RobotProcessor:
                 self._drawing.hurry()
                 self._display.hurry()
                 self._publish_velocity()
-                self._draw(rospy.get_time())
+                self._draw(self._node.ros_s())
 
     def _shows_position(self) -> bool:
         """Whether the display shows a recording at a position."""
@@ -177,7 +176,7 @@ class RobotProcessor:
             self._tool_velocity.publish(message)
 
     def _on_wrench(self, wrench: Wrench) -> None:
-        frame, now_s = self._force_frame(wrench), rospy.get_time()
+        frame, now_s = self._force_frame(wrench), self._node.ros_s()
         drawn_frame, force = self._base_frames.drawn_force(frame, wrench.force)
         with self._lock:
             self._force = VectorSample(force, drawn_frame,
@@ -200,8 +199,8 @@ class RobotProcessor:
         message.wrench.torque = Vector3(*wrench.torque)
         self._tool_force.publish(message)
 
-    def _on_timer(self, _event: rospy.timer.TimerEvent) -> None:
-        now_s = rospy.get_time()
+    def _on_timer(self) -> None:
+        now_s = self._node.ros_s()
         with self._lock:
             self._twist.settle(now_s)
             self._frames.look()
@@ -212,7 +211,7 @@ class RobotProcessor:
     def _look_at_recording(self) -> None:
         """Complain if the recording lacks data for a velocity at a position."""
         problem = '' if self._recorded is None else self._recorded.problem
-        if self._patience.is_over(bool(problem), time.monotonic()):
+        if self._patience.is_over(bool(problem), self._node.monotonic_s()):
             self._complaints.state(ABOUT_RECORDING, 'no velocity is shown, as the recording does '
                                    f'not say where the tool is: {problem}',
                                    log_period_s=LOG_PERIOD_S)
@@ -251,18 +250,19 @@ class RobotProcessor:
         return ToolMotion(place, shown.velocity, time_s)
 
 
-def robot_model(complaints: Complaints) -> Kinematics:
+def robot_model(node: NodeHandle, complaints: Complaints) -> Kinematics:
     """Return the robot's model, the parameter robot_description; an empty one by default."""
-    text = rospy.get_param('robot_description', '<robot />')
+    text = node.param('robot_description', '<robot />')
     try:
         return Kinematics(text)
     except (ValueError, TypeError) as error:
-        name = rospy.resolve_name('robot_description')
+        name = node.resolve('robot_description')
         complaints.state(name, f'parameter {name}: a URDF is expected: {error}')
         return Kinematics()
 
 
-def recorded_joints(parameters: RobotParameters, model: Kinematics) -> Optional[RecordedJoints]:
+def recorded_joints(node: NodeHandle, parameters: RobotParameters, model: Kinematics
+                    ) -> Optional[RecordedJoints]:
     """Return the recorded joints of the robot; None if they have no topic.
 
     Offsets are those of the robot's joint_proc.
@@ -270,7 +270,7 @@ def recorded_joints(parameters: RobotParameters, model: Kinematics) -> Optional[
     topic = parameters.joint_states.name
     if not topic or not model.joint_names:
         return None
-    offsets = usable_offsets(rospy.get_param(JOINT_OFFSETS, {}))
+    offsets = usable_offsets(node.param(JOINT_OFFSETS, {}))
     return RecordedJoints(topic, JointMatching(parameters.robot_name, model.joint_names, offsets,
                                                parameters.link_prefix))
 
@@ -280,7 +280,7 @@ def main() -> None:
     start_node(ROBOT_PROC)
     robot_name = rospy.get_namespace().strip('/')
     try:
-        RobotProcessor(RobotParameters.read(private_parameters(), robot_name))
+        RobotProcessor(NodeHandle(), RobotParameters.read(private_parameters(), robot_name))
     except ParameterError as error:
         rospy.logfatal('%s', error)
         sys.exit(1)

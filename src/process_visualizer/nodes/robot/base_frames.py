@@ -15,6 +15,7 @@ from process_visualizer.motion.frame_names import meant_frame
 from process_visualizer.motion.joint_history import JointHistory
 from process_visualizer.motion.kinematics import Kinematics, Placement
 from process_visualizer.motion.rotations import Triple, Vector, rotated
+from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.nodes.robot.pose_decoder import FramesNotConnected
 from process_visualizer.nodes.robot.robot_messages import ToolPose, deserialize
 from process_visualizer.parameters.robot_parameters import RobotParameters
@@ -29,22 +30,22 @@ class BaseFrames:
     accepted; if a joint is in between, its position at the time of the message is used.
     """
 
-    def __init__(self, parameters: RobotParameters, model: Kinematics,
+    def __init__(self, node: NodeHandle, parameters: RobotParameters, model: Kinematics,
                  on_change: Callable[[], None]) -> None:
         """Convert poses and forces of one robot.
 
         Args:
-            parameters: those of the robot processor.
+            node, parameters: those of the robot processor.
             model: of the robot; static transforms are added to it when they are needed.
             on_change: called when earlier poses now have another meaning.
         """
-        self._parameters = parameters
+        self._node, self._parameters = node, parameters
         self._model = model
         self._on_change = on_change
         self._joints = JointHistory()
         self._lock = threading.Lock()
         self._fixed: Dict[str, Tuple[str, Placement]] = {}
-        self._static: Optional[rospy.Subscriber] = None
+        self._static: Any = None  # a subscriber
         self.follows_joints = False
 
     def name(self, frame: str) -> str:
@@ -111,7 +112,7 @@ class BaseFrames:
 
     def _listen(self) -> None:
         if self._static is None:  # AnyMsg, as FrameReader: a topic has one class in a process
-            self._static = rospy.Subscriber(STATIC_TF_TOPIC, rospy.AnyMsg, self._on_static)
+            self._static = self._node.subscribe(STATIC_TF_TOPIC, rospy.AnyMsg, self._on_static)
 
     def _on_static(self, message: Any) -> None:
         if message._connection_header['type'] != TF_MESSAGE:

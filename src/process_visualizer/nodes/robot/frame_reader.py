@@ -2,7 +2,6 @@
 """Reads the pose of a frame from the messages of a tf topic."""
 from __future__ import annotations
 
-import time
 from typing import Callable, Collection, Dict, List, Mapping, Optional, Set
 
 import rospy
@@ -123,13 +122,13 @@ class FrameDecoder(PoseDecoder):
 class FrameReader:
     """Passes on each new pose of a frame in the base frame."""
 
-    def __init__(self, complaints: Complaints, topic: str, base_frame: str, frame: str,
-                 callback: Callable[[ToolPose], None], on_static: Callable[[], None],
+    def __init__(self, node: NodeHandle, complaints: Complaints, topic: str, base_frame: str,
+                 frame: str, callback: Callable[[ToolPose], None], on_static: Callable[[], None],
                  model: Kinematics, meant: Callable[[str], str]) -> None:
         """Subscribe to the topic and the static transforms.
 
         Args:
-            complaints: those of the node.
+            node, complaints: those of the robot processor.
             topic: the topic of the transforms, such as /tf.
             base_frame, frame: the pose is that of frame in base_frame.
             callback: called with each new pose; may raise ValueError with a problem.
@@ -137,7 +136,7 @@ class FrameReader:
             model: of the robot.
             meant: see FramePoses.
         """
-        self._model = model
+        self._node, self._model = node, model
         self._frames = base_frame, frame, model.links, meant
         self._poses = FramePoses(*self._frames)
         self._callback, self._on_static_change = callback, on_static
@@ -145,7 +144,7 @@ class FrameReader:
         self._last_arrival = rospy.Time()
         self._patience = Patience(PATIENCE_S)
         for name, take in ((STATIC_TF_TOPIC, self._on_static), (topic, self._on_transforms)):
-            TopicReader(NodeHandle(), complaints, name, TF_MESSAGE, {TF_MESSAGE: transforms_in},
+            TopicReader(node, complaints, name, TF_MESSAGE, {TF_MESSAGE: transforms_in},
                         take)
 
     def decoder(self) -> PoseDecoder:
@@ -164,7 +163,7 @@ class FrameReader:
             self._on_static_change()
 
     def _on_transforms(self, transforms: List[TransformStamped]) -> None:
-        arrival = rospy.Time.now()
+        arrival = self._node.now()
         if arrival < self._last_arrival:
             self._poses.forget()
         self._last_arrival = arrival
@@ -181,10 +180,10 @@ class FrameReader:
         try:
             pose = self._poses.add(transforms)
         except FramesNotConnected:
-            if self._patience.is_over(True, time.monotonic()):
+            if self._patience.is_over(True, self._node.monotonic_s()):
                 raise
             return None
-        self._patience.is_over(False, time.monotonic())
+        self._patience.is_over(False, self._node.monotonic_s())
         return pose
 
 

@@ -2,14 +2,14 @@
 """Warns of frames in which something is shown but which are not in tf."""
 from __future__ import annotations
 
-import time
-from typing import Any, Collection, Dict, Optional, Set
+from typing import Any, Collection, Dict, Set
 
 import rospy
 import tf2_ros
 from tf2_msgs.msg import TFMessage
 
 from process_visualizer.nodes.common.complaints import Complaints
+from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.nodes.robot.robot_messages import deserialize
 from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_TOPIC
 
@@ -26,44 +26,44 @@ class FrameWatch:
     not checked again.
     """
 
-    def __init__(self, complaints: Complaints, base_frame: str, links: Collection[str]) -> None:
+    def __init__(self, node: NodeHandle, complaints: Complaints, base_frame: str,
+                 links: Collection[str]) -> None:
         """``links`` are those of the robot's model."""
-        self._complaints = complaints
+        self._node, self._complaints = node, complaints
         self._base_frame = base_frame
         self._found: Set[str] = {base_frame, *links}
         self._wanted: Dict[str, str] = {}  # the topic by the frame
         self._fixed_to: Dict[str, str] = {}
         self._buffer = tf2_ros.BufferCore(rospy.Duration(10.0))
-        self._static: Optional[rospy.Subscriber] = None
-        self._moving: Optional[rospy.Subscriber] = None
+        self._static: Any = None  # subscribers
+        self._moving: Any = None
         self._next_s = 0.0
 
     def want(self, frame: str, topic: str) -> None:
         """Look for a frame in which the data of a topic is shown."""
         if frame in self._found or frame in self._wanted:
             return
-        self._wanted[frame] = rospy.resolve_name(topic)
-        self._next_s = time.monotonic() + PATIENCE_S
+        self._wanted[frame] = self._node.resolve(topic)
+        self._next_s = self._node.monotonic_s() + PATIENCE_S
         if self._static is None:  # AnyMsg, as FrameReader: a topic has one class in a process
-            self._static = rospy.Subscriber(STATIC_TF_TOPIC, rospy.AnyMsg, self._on_static)
+            self._static = self._node.subscribe(STATIC_TF_TOPIC, rospy.AnyMsg, self._on_static)
 
     def look(self) -> None:
         """Look now, and warn of frames that are not found after some time."""
-        if not self._wanted or time.monotonic() < self._next_s:
+        if not self._wanted or self._node.monotonic_s() < self._next_s:
             return
         for frame in [frame for frame in self._wanted if self._is_fixed(frame)]:
             self._take(frame)
         if self._wanted and self._moving is None:
-            self._moving = rospy.Subscriber(TF_TOPIC, rospy.AnyMsg, self._on_transforms)
+            self._moving = self._node.subscribe(TF_TOPIC, rospy.AnyMsg, self._on_transforms)
             self._next_s += LISTENING_S
         elif self._wanted:
             self._judge()
 
     def _judge(self) -> None:
-        assert self._moving is not None
         self._moving.unregister()
         self._moving = None
-        self._next_s = time.monotonic() + PERIOD_S
+        self._next_s = self._node.monotonic_s() + PERIOD_S
         for frame in list(self._wanted):
             problem = self._problem(frame)
             if problem:

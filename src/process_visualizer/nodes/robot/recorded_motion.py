@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
-import time
 from typing import Callable, NamedTuple, Optional, Tuple
-
-import rospy
 
 from process_visualizer.clients.service_connection import ServiceUnreachable
 from process_visualizer.motion.playback_clock import PlaybackClock
@@ -21,6 +18,8 @@ from process_visualizer.motion.velocity.recorded_poses import (
 )
 from process_visualizer.motion.velocity.recorded_velocity import RecordedVelocity
 from process_visualizer.msg import PlayerState
+from process_visualizer.nodes.common.markers import Pace
+from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.nodes.robot.recorded_reading import Reading, RecordedReader
 from process_visualizer.playback.timeline import MAX_RATE
 from process_visualizer.ros_names import PLAYER_STATE_TOPIC
@@ -57,27 +56,28 @@ class _Known(NamedTuple):
 class RecordedMotion:
     """Keeps the poses around the position of playback.
 
-    A thread reads them with the player's service ~read: first the poses needed for the position,
+    A worker reads them with the player's service ~read: first the poses needed for the position,
     then those ahead. So a velocity depends only on the recording and the position, not on earlier
     messages or arrival times.
     """
 
-    def __init__(self, reader: RecordedReader, clock: PlaybackClock, window_s: float,
-                 on_change: Callable[[], None]) -> None:
+    def __init__(self, node: NodeHandle, reader: RecordedReader, clock: PlaybackClock,
+                 window_s: float, on_change: Callable[[], None]) -> None:
         """Prepare; `start` begins to follow the player.
 
         Args:
+            node: its connection to ROS.
             reader: reads the poses.
             clock: the clock of the player's states.
             window_s: the window of the slopes [s].
             on_change: called, in various threads, with each state of the player, and when more is
                 known.
         """
-        self._reader = reader
+        self._node, self._reader = node, reader
         self._clock = clock
         self._window_s = window_s
         self._on_change = on_change
-        self._changed = threading.Condition()
+        self._lock = threading.Lock()
         self._recording: Tuple[object, ...] = ()  # begin, duration, files, topics
         self._duration_s = 0.0
         self._is_played: Optional[bool] = None  # not known yet
@@ -85,16 +85,16 @@ class RecordedMotion:
         self._problem = ''
         self._retry_s = 0.0
         self._awaited_s = math.inf
-        self._thread = threading.Thread(target=self._run, name='recorded poses', daemon=True)
+        self._warnings = Pace(_WARNING_S)
+        self._worker = node.worker(self._read, 'recorded poses')
 
     def start(self) -> None:
         """Begin to follow the player."""
-        self._thread.start()
-        rospy.Subscriber(PLAYER_STATE_TOPIC, PlayerState, self._take_state, tcp_nodelay=True)
+        self._node.subscribe(PLAYER_STATE_TOPIC, PlayerState, self._take_state)
 
     def is_in_charge(self) -> bool:
         """Whether a player plays the poses, or may play them."""
-        return self._is_played is not False and self._clock.follows_player(time.time())
+        return self._is_played is not False and self._clock.follows_player(self._node.wall_s())
 
     @property
     def problem(self) -> str:
@@ -106,12 +106,12 @@ class RecordedMotion:
         if not self.is_in_charge() or self.moment() is not None:
             self._awaited_s = math.inf
             return False
-        self._awaited_s = min(self._awaited_s, time.monotonic())
-        return time.monotonic() < self._awaited_s + MOMENT_S
+        self._awaited_s = min(self._awaited_s, self._node.monotonic_s())
+        return self._node.monotonic_s() < self._awaited_s + MOMENT_S
 
     def moment(self) -> Optional[RecordedMoment]:
         """Return the moment at the present position; None while it is not known."""
-        wall_s = time.time()
+        wall_s = self._node.wall_s()
         bag, known = self._clock.present(wall_s), self._known
         if bag is None or known is None:
             return None
@@ -122,33 +122,34 @@ class RecordedMotion:
 
     def forget(self) -> None:
         """Read everything again, as messages have another meaning now."""
-        with self._changed:
+        with self._lock:
             self._recording = ()
 
     def _take_state(self, state: PlayerState) -> None:
         recording = (state.begin, state.duration, *state.files,
                      *(topic.name for topic in state.topics))
-        with self._changed:
+        with self._lock:
             if recording != self._recording:
                 self._recording, self._duration_s = recording, state.duration
                 self._is_played = self._known = None
-            self._changed.notify()
+        self._worker.wake()
         self._on_change()
 
     def _within(self, position_s: float) -> float:
         return min(max(position_s, 0.0), self._duration_s)
 
-    def _run(self) -> None:
-        while True:
-            with self._changed:
-                self._changed.wait_for(lambda: self._next_part() is not None)
-                recording, part = self._recording, self._next_part()
-            if part is not None:
-                self._extend(recording, part)
+    def _read(self) -> Optional[float]:
+        """Read the part that is needed next, and go on (0 s) until none is."""
+        with self._lock:
+            recording, part = self._recording, self._next_part()
+        if part is None:
+            return None
+        self._extend(recording, part)
+        return 0.0
 
     def _next_part(self) -> Optional[Part]:
-        bag = self._clock.present(time.time())
-        if (bag is None or not self._recording or time.monotonic() < self._retry_s
+        bag = self._clock.present(self._node.wall_s())
+        if (bag is None or not self._recording or self._node.monotonic_s() < self._retry_s
                 or not self.is_in_charge()):
             return None
         known = None if self._known is None else self._known.poses.part
@@ -158,14 +159,16 @@ class RecordedMotion:
         try:
             reading = self._reader.read(Part(round(part.begin_s, 9), round(part.end_s, 9)))
         except ServiceUnreachable as error:
-            if self._retry_s:  # not for the first time: the player may just have ended
-                rospy.logwarn_throttle(_WARNING_S, f'{self._reader.topic}: its recorded '
-                                       f'velocities are not known: {error}')
-            self._retry_s = time.monotonic() + _RETRY_S
+            now_s = self._node.monotonic_s()
+            # not for the first time: the player may just have ended
+            if self._retry_s and self._warnings.is_due(now_s):
+                self._node.warn(f'{self._reader.topic}: its recorded velocities are not known: '
+                                f'{error}')
+            self._retry_s = now_s + _RETRY_S
             return
         self._retry_s = 0.0
         known = None if reading is None else self._joined(reading)
-        with self._changed:
+        with self._lock:
             if self._recording is recording:
                 self._is_played, self._known = reading is not None, known
                 self._problem = '' if reading is None else reading.problem
@@ -176,7 +179,7 @@ class RecordedMotion:
         if before is not None and (before.poses.part.end_s == poses.part.begin_s
                                    or before.poses.part.begin_s == poses.part.end_s):
             poses = before.poses.joined(poses)
-        bag = self._clock.present(time.time())
+        bag = self._clock.present(self._node.wall_s())
         if bag is not None:
             poses = poses.only(kept_part(self._within(bag.time_s), _bounded(bag.rate)))
         return _Known(poses, poses.velocity(self._window_s, reading.period_s))

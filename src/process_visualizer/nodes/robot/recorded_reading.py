@@ -8,10 +8,9 @@ from operator import itemgetter
 from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Tuple
 
 import genpy
-import rospy
 
-from process_visualizer.clients.service_connection import ServiceConnection
 from process_visualizer.motion.velocity.recorded_poses import Part, RecordedPose, RecordedPoses
+from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.nodes.robot.pose_decoder import FramesNotConnected, PoseDecoder
 from process_visualizer.nodes.robot.recorded_joints import RecordedJoints
 from process_visualizer.nodes.robot.robot_messages import ToolPose
@@ -48,20 +47,21 @@ class _Messages(NamedTuple):
 class RecordedReader:
     """Reads one tool's poses, and the robot's joints if the poses need them."""
 
-    def __init__(self, topic: str, decoders: Decoders, joints: Optional[RecordedJoints],
-                 preroll_s: float) -> None:
+    def __init__(self, node: NodeHandle, topic: str, decoders: Decoders,
+                 joints: Optional[RecordedJoints], preroll_s: float) -> None:
         """Read the poses of one topic.
 
         Args:
+            node: its connection to ROS.
             topic: the topic of the poses.
             decoders: returns a new decoder of messages of a type, None for an unsupported one.
             joints: those of the robot, if they have a topic.
             preroll_s: how much a decoder receives before the wanted poses [s].
         """
-        self.topic = rospy.resolve_name(topic)
+        self._node, self.topic = node, node.resolve(topic)
         self._decoders, self._joints, self._preroll_s = decoders, joints, preroll_s
         self._needs_joints = False
-        self._service = ServiceConnection(rospy.resolve_name(SERVICE), ReadTopic, _ANSWER_S)
+        self._service = node.connect(SERVICE, ReadTopic, _ANSWER_S)
 
     def read(self, part: Part) -> Optional[Reading]:
         """Return the poses of a part of the recording; None if they are not played.
@@ -74,7 +74,7 @@ class RecordedReader:
         reading = None if self._needs_joints else self._decoded(part, tool, None)
         if self._joints is None or (reading is not None and not reading.problem):
             return reading
-        topic = rospy.resolve_name(self._joints.topic)
+        topic = self._node.resolve(self._joints.topic)
         joints = self._messages(topic, reach)
         self._needs_joints = joints is not None
         if joints is None and reading is not None:

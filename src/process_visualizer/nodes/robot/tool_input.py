@@ -22,13 +22,13 @@ from process_visualizer.ros_names import TF_MESSAGE
 class ToolInput:
     """The tool's poses, from messages of a pose or of transforms; each in the base frame."""
 
-    def __init__(self, parameters: RobotParameters, complaints: Complaints,
+    def __init__(self, node: NodeHandle, parameters: RobotParameters, complaints: Complaints,
                  callback: Callable[[ToolPose], None], on_static: Callable[[], None],
                  base_frames: BaseFrames, model: Kinematics) -> None:
         """Subscribe, if there is a topic.
 
         Args:
-            parameters, complaints, base_frames, model: those of the robot processor.
+            node, parameters, complaints, base_frames, model: those of the robot processor.
             callback: called with each pose; may raise like that of TopicReader.
             on_static: called when static transforms on which the poses depend have changed.
         """
@@ -37,10 +37,10 @@ class ToolInput:
         self._frames: Optional[FrameReader] = None
         if self._topic.message_type == TF_MESSAGE:
             frame = self._topic.frame or parameters.tool_frame
-            self._frames = FrameReader(complaints, self._topic.name, parameters.base_frame, frame,
-                                       callback, on_static, model, base_frames.name)
+            self._frames = FrameReader(node, complaints, self._topic.name, parameters.base_frame,
+                                       frame, callback, on_static, model, base_frames.name)
         elif self._topic.name:
-            TopicReader(NodeHandle(), complaints, self._topic.name, self._topic.message_type,
+            TopicReader(node, complaints, self._topic.name, self._topic.message_type,
                         POSE_DECODERS, self._take)
 
     def decoder(self, message_type: str) -> Optional[PoseDecoder]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from typing import Any, Dict, Optional
 
 import genpy
@@ -20,6 +19,7 @@ from process_visualizer.motion.tool_place import (
     base_place,
 )
 from process_visualizer.nodes.common.complaints import Complaints
+from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.nodes.robot.robot_messages import ToolPose, deserialize
 from process_visualizer.nodes.robot.tool_study import ToolStudy, describe, values
 from process_visualizer.parameters.robot_parameters import RobotParameters
@@ -40,10 +40,10 @@ class ToolPlacer:
     are drawn in the base frame, at the reported position.
     """
 
-    def __init__(self, parameters: RobotParameters, kinematics: Kinematics,
+    def __init__(self, node: NodeHandle, parameters: RobotParameters, kinematics: Kinematics,
                  complaints: Complaints) -> None:
         """``parameters`` has frames and limits; listens to static frames if it needs them."""
-        self._complaints = complaints
+        self._node, self._complaints = node, complaints
         self._parameters = parameters
         self._kinematics = kinematics
         self._joint_states = b''
@@ -52,9 +52,9 @@ class ToolPlacer:
         self._speed_m_per_s = self._turning_rad_per_s = 0.0
         self._study = ToolStudy(kinematics, parameters.base_frame, parameters.tool_frame)
         self._is_placed = True
-        self._next_look_s = time.monotonic() + PATIENCE_S
+        self._next_look_s = self._node.monotonic_s() + PATIENCE_S
         if kinematics.links and parameters.tool_frame not in kinematics.links:
-            rospy.Subscriber(STATIC_TF_TOPIC, rospy.AnyMsg, self._on_static)
+            self._node.subscribe(STATIC_TF_TOPIC, rospy.AnyMsg, self._on_static)
 
     def take_joints(self, message: bytes) -> None:
         """Note a received sensor_msgs/JointState."""
@@ -77,7 +77,8 @@ class ToolPlacer:
             quaternion = pose.quaternion if pose.has_rotation else None
             self._difference.add(model, pose.position, quaternion)
             if self._may_learn():
-                self._study.look(time.monotonic(), self._positions, pose.position, quaternion)
+                self._study.look(self._node.monotonic_s(), self._positions, pose.position,
+                                 quaternion)
         return ToolPlace(frame, model.quaternion, self._foot(), model.position)
 
     def note_motion(self, speed_m_per_s: float, turning_rad_per_s: float) -> None:
@@ -86,7 +87,7 @@ class ToolPlacer:
 
     def look(self) -> None:
         """Complain of a tool frame that cannot be used, or is not where the tool is reported."""
-        now_s = time.monotonic()
+        now_s = self._node.monotonic_s()
         if now_s < self._next_look_s:
             return
         self._next_look_s = now_s + LOOK_PERIOD_S
@@ -94,7 +95,7 @@ class ToolPlacer:
         finding = self._study.finding
         if problem and finding is not None and self._may_learn():
             parameters = self._parameters
-            topic = rospy.resolve_name(parameters.tool_center_frame.name)
+            topic = self._node.resolve(parameters.tool_center_frame.name)
             text = describe(parameters.robot_name, topic, parameters.tool_frame, finding)
             self._complaints.state(ABOUT, text, values(finding), LOG_PERIOD_S)
         elif problem:
@@ -138,7 +139,7 @@ class ToolPlacer:
         turn = '' if math.isnan(difference.angle) else f' and {math.degrees(difference.angle):.0f}°'
         foot = 'of the tool frame' if parameters.foot_at_tool_frame \
             or self._is_near(difference) else 'that is reported'
-        return (f'the tool pose on {rospy.resolve_name(parameters.tool_center_frame.name)} and '
+        return (f'the tool pose on {self._node.resolve(parameters.tool_center_frame.name)} and '
                 f'the tool frame {parameters.tool_frame} of the model are '
                 f'{difference.distance_m():.3f} m{turn} apart; arrows begin at the position '
                 f'{foot}. If another frame is meant, name it in <tool>')

@@ -41,13 +41,13 @@ class TwistSource:
     says for how long.
     """
 
-    def __init__(self, recorded: Optional[RecordedMotion], window_s: float,
+    def __init__(self, node: NodeHandle, recorded: Optional[RecordedMotion], window_s: float,
                  stale_after_s: float) -> None:
         """``recorded`` reads the recording, if there is a topic."""
-        self._recorded = recorded
+        self._node, self._recorded = node, recorded
         self._live = ToolVelocity(window_s)
         self._times = MeasuringTime()
-        self._rate = LiveNumber(NodeHandle(), PLAYBACK_RATE, 1.0)
+        self._rate = LiveNumber(node, PLAYBACK_RATE, 1.0)
         self._stale_after_s = stale_after_s
         self._last_recorded: Optional[Triple] = None
 
@@ -86,7 +86,7 @@ class TwistSource:
         if self._recorded is not None and self._recorded.is_in_charge():
             moment = self._recorded.moment()
             return None if moment is None else _twist(
-                moment.velocity(), moment.angular_velocity(), _stamp_s(moment.wall_s))
+                moment.velocity(), moment.angular_velocity(), self._stamp_s(moment.wall_s))
         return _twist(self._live.velocity(), self._live.angular_velocity(), self._live.wall_s())
 
     def shown(self) -> ShownVelocity:
@@ -101,14 +101,13 @@ class TwistSource:
             return ShownVelocity(_STANDING, age_s)
         return ShownVelocity(self._last_recorded, age_s)
 
+    def _stamp_s(self, wall_s: float) -> float:
+        """A wall time [s] that has just been read, as ROS time.
 
-def _stamp_s(wall_s: float) -> float:
-    """A wall time [s] that has just been read, as ROS time.
-
-    Without simulated time it is the same. Reading the clock again would add the time that the
-    thread had to wait in between, at 4x four times.
-    """
-    return wall_s if rospy.rostime.is_wallclock() else rospy.get_time()
+        Without simulated time it is the same. Reading the clock again would add the time that the
+        thread had to wait in between, at 4x four times.
+        """
+        return wall_s if self._node.is_wall_clock() else self._node.ros_s()
 
 
 def _twist(linear: Optional[Triple], angular: Optional[Triple],
