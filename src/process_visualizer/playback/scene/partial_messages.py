@@ -23,7 +23,7 @@ FARTHEST_NS = 3_000_000_000
 MOST = 200  # messages that are looked at
 ALWAYS = 20  # that are looked at even where all that is known of the source has been found
 SAMPLES = 60
-"""Messages of a source, half of them its first ones, that show whether it tells of joints by groups."""
+"""Messages of a source, half of them the first, that show whether it tells of joints by groups."""
 
 Groups = Dict[FrozenSet[bytes], np.ndarray]
 """The positions (rising) of a source's messages, by the keys of which they tell."""
