@@ -101,6 +101,15 @@ def test_a_follower_is_called_once_for_each_change(app, qtbot) -> None:
     assert calls == [DARK, LIGHT]
 
 
+@pytest.mark.parametrize('change', ['style', 'theme'])
+def test_widgets_that_become_unreachable_meanwhile_outlive_the_change(change: str) -> None:
+    """In a program of its own, which Qt ends by SIGSEGV if they are deleted before."""
+    program = Path(__file__).with_name('unreachable_widgets.py')
+    result = subprocess.run([sys.executable, str(program), change], timeout=60,
+                            capture_output=True, text=True)
+    assert result.returncode == 0, result.stderr
+
+
 class TestChoice:
     @pytest.fixture
     def settings(self, tmp_path: Path) -> Settings:

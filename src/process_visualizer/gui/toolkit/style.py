@@ -2,6 +2,10 @@
 """The style of the launcher: one accent colour on a calm palette, light or dark."""
 from __future__ import annotations
 
+import gc
+from contextlib import contextmanager
+from typing import Iterator
+
 from PyQt5.QtCore import Qt
 from PyQt5.QtGui import QColor, QFont, QPalette
 from PyQt5.QtWidgets import QApplication, QPushButton, QStyleFactory
@@ -37,17 +41,36 @@ QToolTip { border: 1px solid <line>; padding: 3px; }
 def apply_style(app: QApplication, wanted: Theme = LIGHT) -> None:
     """Give an application the launcher's style, palette and group boxes."""
     app.setAttribute(Qt.AA_UseHighDpiPixmaps)
-    app.setStyle(QStyleFactory.create('Fusion'))
+    with _no_widget_collected():
+        app.setStyle(QStyleFactory.create('Fusion'))
     apply_theme(app, wanted)
 
 
 def apply_theme(app: QApplication, wanted: Theme) -> None:
     """Give an application, and all of its widgets, the colours of a theme."""
-    app.setPalette(palette(wanted))
-    for kind in _WITH_INDICATOR:
-        app.setPalette(_indicator_palette(wanted), kind)
-    app.setStyleSheet(with_colours(_SHEET))
-    recolour(app)
+    with _no_widget_collected():
+        app.setPalette(palette(wanted))
+        for kind in _WITH_INDICATOR:
+            app.setPalette(_indicator_palette(wanted), kind)
+        app.setStyleSheet(with_colours(_SHEET))
+        recolour(app)
+
+
+@contextmanager
+def _no_widget_collected() -> Iterator[None]:
+    """Keep unreachable widgets, which Python's collector would delete, for as long as it takes.
+
+    Qt goes through a list of all widgets and tells each of its style, palette or sheet; what hears
+    of it in Python makes objects, and so may call the collector. Qt would then go on with a widget
+    that is no more: the end of the program, by SIGSEGV.
+    """
+    is_on = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if is_on:
+            gc.enable()
 
 
 def set_primary(button: QPushButton, is_primary: bool) -> None:
