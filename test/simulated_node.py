@@ -179,7 +179,7 @@ class SimulatedNode:
             name, SimulatedPublisher(message_class, self._messages[name]))
 
     def subscribe(self, topic: str, message_class: type, callback: Callable[[Any], None],
-                  queue_size: Optional[int] = None) -> SimulatedSubscriber:
+                  queue_size: Optional[int] = None, buff_size: int = 0) -> SimulatedSubscriber:
         """Subscribe; the last latched messages come at once."""
         subscriber = SimulatedSubscriber(message_class, callback)
         name = self.resolve(topic)

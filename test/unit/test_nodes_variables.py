@@ -1,15 +1,23 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The variable processor without a master: parameters, places of texts, markers, decoding."""
-import io
+"""The variable processor on a simulated clock: numbers of many types, stale and wrong data."""
+from __future__ import annotations
 
+from typing import Any, Dict, List, Tuple
+
+import genpy
 import pytest
-from std_msgs.msg import Float32, String
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import Vector3, Wrench, WrenchStamped
+from sensor_msgs.msg import Temperature
+from simulated_node import SimulatedNode
+from std_msgs.msg import Bool, Float32, Float64, String, UInt8MultiArray
 from visualization_msgs.msg import Marker
 
-from process_visualizer.nodes.common.newest_message import RawMessage, decode
-from process_visualizer.nodes.common.value_board import ShownValue, TextPlace, ValueBoard
+from process_visualizer.msg import PlayerState
+from process_visualizer.nodes.common.live_number import LiveNumber
+from process_visualizer.nodes.common.newest_message import NewestMessage, RawMessage, decode
 from process_visualizer.nodes.variable_processor import (
-    Variable,
+    VariableProcessor,
     marker_namespaces,
     text_places,
 )
@@ -17,6 +25,8 @@ from process_visualizer.parameters.reading import ParameterError, Parameters
 from process_visualizer.parameters.variable_parameters import VariablesParameters
 
 SPEED = {'topic': '/speed', 'frame': '/tool', 'scale': 0.5, 'label': 'v', 'unit': 'm/s'}
+TEXT_S = 0.15
+"""Within this time each text is drawn."""
 
 
 def read(*variables, **others):
@@ -24,68 +34,66 @@ def read(*variables, **others):
     return VariablesParameters.read(Parameters(values, '/d/variable_proc'))
 
 
-def raw(message, time_s):
-    buffer = io.BytesIO()
-    message.serialize(buffer)
-    return RawMessage(message._type, message._md5sum, buffer.getvalue(), time_s)
+class Odd(genpy.Message):
+    """A message of a package that is not in the workspace."""
+
+    _type, _md5sum, _has_header = 'odd_msgs/Odd', '0123456789abcdef0123456789abcdef', False
+    _full_text = 'float32 data'
+    __slots__ = ['data']
+    _slot_types = ['float32']
+
+    def serialize(self, buffer: Any) -> None:
+        buffer.write(b'\x00\x00\x80\x3f')
 
 
-class Source:
-    """Stands for a topic: the message that came last."""
+class Display:
+    """The node of a device d, and what RViz would know of its markers."""
 
-    def __init__(self):
-        self.last = None
-        self.count = 0  # of decoded messages
+    def __init__(self, *variables: Dict[str, Any], **others: Any) -> None:
+        self.node = SimulatedNode('/d/variable_proc')
+        VariableProcessor(self.node, 'd', read(*variables, **others))
+        self._markers: Dict[Tuple[str, int], Marker] = {}
 
-    def newest(self):
-        return self.last
+    def send(self, message: Any, topic: str = '/speed') -> None:
+        self.node.send(topic, message)
 
-    def decode(self, message):
-        self.count += 1
-        return decode(message, {'std_msgs/Float32': Float32, 'std_msgs/String': String}.get(
-            message.message_type))
+    def wait(self, duration_s: float = TEXT_S) -> None:
+        """Let time pass, and draw what comes."""
+        self.node.advance(duration_s)
+        arrived = self.node.sent('marker_array')
+        self._markers.update({(it.ns, it.id): it for array in arrived for it in array.markers})
+        arrived.clear()
 
+    def arrow(self, label: str = 'v') -> Marker:
+        return self._markers[f'variable/{label}', 0]
 
-class Said(list):
-    """Stands for the complaints of the node."""
+    def text_marker(self, label: str = 'v') -> Marker:
+        return self._markers[f'variable/{label}', 1]
 
-    def add(self, _key, text):
-        self.append(text)
+    def text(self, label: str = 'v') -> str:
+        """The text of a variable without the blank lines of its block."""
+        return self.text_marker(label).text.strip()
 
-    def note_good(self, _key):
-        pass
+    def shown(self, message: Any, label: str = 'v', topic: str = '/speed') -> str:
+        """Send a message, and return the text that it becomes."""
+        self.send(message, topic)
+        self.wait()
+        return self.text(label)
 
-
-@pytest.fixture
-def warnings():
-    return Said()
-
-
-@pytest.fixture
-def shown(warnings):
-    """A function of parameters that returns a source, and a function from the time to markers."""
-    def make(**values):
-        parameters = read(values)
-        source = Source()
-        variable = Variable(warnings, parameters.variables[0], source)
-        board = ValueBoard(0.05, 1.0)
-
-        def markers(now_s):
-            sample = variable.sample()
-            text = variable.text(sample.age_s(now_s), 1.0)
-            value = ShownValue('variable/v', variable.style(), sample, text,
-                               TextPlace('tool', (0, 0, 1)))
-            return {marker.id: marker for marker in board.markers([value], now_s)}
-        return source, markers
-    return make
+    def reports(self) -> List[DiagnosticStatus]:
+        """What it has said on /diagnostics since the last call."""
+        arrays: List[DiagnosticArray] = self.node.sent('/diagnostics')
+        found = [status for array in arrays for status in array.status]
+        arrays.clear()
+        return found
 
 
-def test_no_longer_than_it_may_be(shown):
-    source, markers = shown(scale=0.1, max=0.6)
+def test_no_longer_than_it_may_be() -> None:
+    display = Display({'scale': 0.1, 'max': 0.6})
     for value, length_m in ((2.0, 0.2), (90.0, 0.6)):
-        source.last = raw(Float32(value), 5.0)
-        arrow = markers(5.0)[0]
-        assert arrow.type == Marker.ARROW and arrow.scale.x == pytest.approx(length_m)
+        display.shown(Float32(value))
+        assert display.arrow().type == Marker.ARROW
+        assert display.arrow().scale.x == pytest.approx(length_m)
 
 
 def test_parameters():
@@ -156,81 +164,184 @@ def test_texts_at_a_place_of_their_own():
         ('board', (0, 1, 2), 0), ('board', (0, 1, 2), 1)]
 
 
-def test_arrow_and_text(shown):
-    source, markers = shown(offset=1.0, axis=[0, 1, 0], color=[1.0, 0.0, 0.0])
-    source.last = raw(Float32(data=1.5), 10.0)
-    made = markers(10.1)
-    arrow, text = made[0], made[1]
+def test_arrow_and_text() -> None:
+    display = Display({'offset': 1.0, 'axis': [0, 1, 0], 'color': [1.0, 0.0, 0.0]})
+    assert display.shown(Float32(1.5)) == 'v 1.50 m/s, 0.50 above 1'
+    arrow = display.arrow()
     assert (arrow.type, arrow.header.frame_id, arrow.frame_locked) == (Marker.ARROW, 'tool', True)
     assert arrow.header.stamp.to_sec() == 0.0
     assert arrow.scale.x == pytest.approx(0.25)
     assert (arrow.color.r, arrow.color.g, arrow.color.b) == (1.0, 0.0, 0.0)
     turn = arrow.pose.orientation
     assert (turn.x, turn.y, turn.z, turn.w) == pytest.approx((0, 0, 0.5 ** 0.5, 0.5 ** 0.5))
-    assert (text.ns, text.text) == ('variable/v', 'v 1.50 m/s, 0.50 above 1')
 
 
-def test_negative_value_points_the_other_way(shown):
-    source, markers = shown()
-    source.last = raw(Float32(data=-0.5), 10.0)
-    made = markers(10.1)
-    turn = made[0].pose.orientation  # half a turn: x onto -x
-    assert abs(turn.w) < 1e-6
-    assert made[0].scale.x == pytest.approx(0.25)
-    assert made[1].text == 'v -0.50 m/s'
+def test_two_variables_of_two_types_in_one_frame() -> None:
+    display = Display(
+        {'topic': '/temperature', 'field': 'temperature', 'axis': [0, 0, 1], 'unit': '°C',
+         'scale': 0.01, 'offset': 20, 'label': 'oven'},
+        {'topic': '/levels', 'field': 'data[2]', 'unit': '', 'scale': 0.001, 'label': 'level'})
+    display.send(Temperature(temperature=45.5), '/temperature')
+    assert display.shown(UInt8MultiArray(data=b'\x01\x02\xfa'), 'level', '/levels') == 'level 250'
+    assert display.text('oven') == 'oven 45.5 °C, 25.5 above 20'
+    assert display.arrow('oven').scale.x == pytest.approx(0.255)
+    assert display.arrow('level').scale.x == pytest.approx(0.25)
+    texts = [display.text_marker(label) for label in ('oven', 'level')]
+    assert texts[0].pose == texts[1].pose
+    assert [text.text.split('\n').index(' ') for text in texts] == [1, 0]
 
 
-@pytest.mark.parametrize('values, value', [({}, 0.009), ({'scale': 0}, 100.0)])
-def test_short_arrow_is_removed(shown, values, value):
-    source, markers = shown(**values)
-    source.last = raw(Float32(data=value), 10.0)
-    made = markers(10.1)
-    assert made[0].action == Marker.DELETE
-    assert made[1].action == Marker.ADD
+def test_below_the_offset_it_points_the_other_way_and_at_it_there_is_none() -> None:
+    display = Display({'axis': [0, 0, 1], 'offset': 20, 'scale': 0.01, 'unit': '°C'})
+    assert display.shown(Float32(-5.0)) == 'v -5.0 °C, 25.0 below 20'
+    turn = display.arrow().pose.orientation  # x onto -z: a quarter about y
+    assert (turn.x, turn.y, turn.z, turn.w) == pytest.approx((0, 0.5 ** 0.5, 0, 0.5 ** 0.5))
+    assert display.arrow().scale.x == pytest.approx(0.25)
+    assert display.shown(Float32(20.0)) == 'v 20.0 °C, at 20'
+    assert display.arrow().action == Marker.DELETE
 
 
-def test_never_any_data(shown):
-    _, markers = shown(color=[1.0, 0.0, 0.0])
-    made = markers(10.0)
-    assert (made[0].action, made[1].text) == (Marker.DELETE, 'v no data')
-    assert made[1].color.r == made[1].color.g == made[1].color.b
+def test_a_field_of_a_group_against_its_axis() -> None:
+    display = Display({'field': 'wrench.force.z', 'axis': [0, -1, 0], 'scale': 0.01, 'unit': 'N'})
+    assert display.shown(WrenchStamped(wrench=Wrench(force=Vector3(z=-45.0)))) == 'v -45.0 N'
+    assert display.arrow().pose.orientation.z == pytest.approx(0.5 ** 0.5)  # x onto y
 
 
-def test_stale_is_grey(shown):
-    source, markers = shown(color=[1.0, 0.0, 0.0])
-    source.last = raw(Float32(data=0.5), 10.0)
-    assert markers(11.0)[1].text == 'v 0.50 m/s'
-    made = markers(13.2)
-    assert made[1].text == 'v no data for 3.2 s'
-    assert made[0].scale.x == pytest.approx(0.25)
-    for marker in made.values():
-        assert marker.color.r == marker.color.g == marker.color.b
+def test_text_only() -> None:
+    display = Display({'scale': 0, 'unit': '', 'label': 'door open'})
+    assert display.shown(Bool(True), 'door open') == 'door open 1'
+    assert display.shown(Bool(False), 'door open') == 'door open 0'
+    assert display.arrow('door open').action == Marker.DELETE
+
+
+def test_short_arrow_is_removed() -> None:
+    display = Display({})
+    display.shown(Float32(0.009))
+    assert (display.arrow().action, display.text_marker().action) == (Marker.DELETE, Marker.ADD)
+
+
+def is_grey(marker: Marker) -> bool:
+    return bool(marker.color.r == marker.color.g == marker.color.b < 1.0)
+
+
+def test_never_any_data() -> None:
+    display = Display({'color': [1.0, 0.0, 0.0]})
+    display.wait()
+    assert (display.arrow().action, display.text()) == (Marker.DELETE, 'v no data')
+    assert is_grey(display.text_marker())
+
+
+def test_stopped_data_are_grey_until_they_come_again() -> None:
+    display = Display({'color': [1.0, 0.0, 0.0]})
+    assert display.shown(Float64(0.5)) == 'v 0.50 m/s'
+    display.wait(0.45)  # 0.6 s: younger than 0.7 s
+    assert display.text() == 'v 0.50 m/s'
+    display.wait(0.2)
+    assert display.text() in ('v no data for 0.7 s', 'v no data for 0.8 s')
+    display.wait(2.4)
+    assert display.text() in ('v no data for 3.1 s', 'v no data for 3.2 s')
+    assert display.arrow().scale.x == pytest.approx(0.25)
+    assert is_grey(display.arrow()) and is_grey(display.text_marker())
+    assert display.shown(Float64(0.25)) == 'v 0.25 m/s'
+    assert display.arrow().color.r == 1.0 > display.arrow().color.g
+
+
+def played(node: SimulatedNode, is_paused: bool) -> PlayerState:
+    return PlayerState(stamp=node.now(), since=node.now(), position=5.0, rate=1.0,
+                       paused=is_paused)
+
+
+def test_while_playback_is_paused_data_do_not_age() -> None:
+    display = Display({})
+    display.send(played(display.node, True), '/bag_player/state')
+    display.shown(Float32(0.5))
+    for _ in range(30):
+        display.send(played(display.node, True), '/bag_player/state')
+        display.wait(0.1)
+    assert display.text() == 'v 0.50 m/s'
+
+
+def test_a_type_that_changes() -> None:
+    display = Display({})
+    assert display.shown(Float64(0.75)) == 'v 0.75 m/s'
+    assert display.shown(Float32(-0.25)) == 'v -0.25 m/s'
 
 
 @pytest.mark.parametrize('message, problem', [
-    (Float32(data=float('nan')), 'its value is nan'),
-    (Float32(data=float('-inf')), 'its value is -inf'),
-    (String(data='fast'), 'data is a text'),
+    (Float32(float('nan')), 'its value is nan'),
+    (Float32(float('-inf')), 'its value is -inf'),
+    (String('fast'), 'data is a text'),
+    (Odd(), 'the message type odd_msgs/Odd is not known'),
 ])
-def test_bad_message_leaves_the_last_good_state(shown, warnings, message, problem):
-    source, markers = shown()
-    source.last = raw(Float32(data=0.5), 10.0)
-    markers(10.0)
-    for step in range(5):
-        source.last = raw(message, 10.2 + 0.1 * step)
-        made = markers(10.2 + 0.1 * step)
-    assert made[0].scale.x == pytest.approx(0.25)
-    assert len(warnings) == 5
-    assert all(part in warnings[0] for part in ('/speed', 'data', problem))
-    assert markers(12.0)[1].text == 'v no data for 2.0 s'
+def test_bad_message_leaves_the_last_good_state(message: Any, problem: str) -> None:
+    display = Display({})
+    display.shown(Float32(0.5))
+    for _ in range(5):
+        display.shown(message)
+    assert display.arrow().scale.x == pytest.approx(0.25)
+    assert display.text() in ('v no data for 0.8 s', 'v no data for 0.9 s')
+    (level, text), = display.node.log
+    assert level == 'warn' and text.startswith('d: field data of /speed is not shown: ')
+    assert problem in text
+    display.wait(0.5)
+    assert {it.key: it.value for it in display.reports()[-1].values}['messages'] == '5'
+    assert display.shown(Float32(0.25)) == 'v 0.25 m/s'
 
 
-def test_each_message_is_decoded_once(shown):
-    source, markers = shown()
-    source.last = raw(Float32(data=0.5), 10.0)
-    for step in range(10):
-        markers(10.0 + 0.03 * step)
-    assert source.count == 1
+def test_wrong_field_is_named_with_what_there_is() -> None:
+    display = Display({'field': 'temprature'})
+    assert display.shown(Temperature()) == 'v no data'
+    (_, text), = display.node.log
+    assert '/speed' in text and 'temprature' in text
+    assert 'header, temperature, variance' in text and 'did you mean temperature?' in text
+
+
+def test_what_is_beyond_a_limit_is_an_alarm_also_if_it_is_not_shown() -> None:
+    watched = {'topic': '/watched', 'label': 'watched', 'limits': {'high': 3.0}, 'shown': False}
+    display = Display({}, watched)
+    display.send(Float32(4.0), '/watched')
+    display.wait(1.0)
+    alarm = display.reports()[-1]
+    assert (alarm.level, alarm.name) == (
+        DiagnosticStatus.ERROR, '/d/variable_proc: limits of /watched data')
+    display.send(Float32(1.0), '/watched')
+    display.wait(1.5)
+    assert display.reports()[-1].level == DiagnosticStatus.OK
+    with pytest.raises(KeyError):
+        display.text('watched')
+
+
+def test_of_what_is_played_there_is_no_alarm() -> None:
+    display = Display({'limits': {'high': 3.0}})
+    display.shown(Float32(4.0))
+    display.wait(1.0)
+    assert display.reports()[-1].level == DiagnosticStatus.ERROR
+    for _ in range(10):
+        display.send(played(display.node, False), '/bag_player/state')
+        display.wait(0.2)
+    assert display.reports()[-1].level == DiagnosticStatus.OK
+
+
+def test_no_more_markers_than_the_rate_and_none_for_nobody() -> None:
+    node = SimulatedNode('/d/variable_proc')
+    VariableProcessor(node, 'd', read({}, marker_rate=20.0))
+    for _ in range(500):
+        node.send('/speed', Float32(0.5))
+        node.advance(0.004)
+    assert len(node.sent('marker_array')) in (39, 40)
+    node.publishers['/d/marker_array'].connections = 0
+    node.advance(2.0)
+    assert len(node.sent('marker_array')) in (39, 40)
+
+
+def test_a_message_is_decoded_once_for_all_its_variables() -> None:
+    node = SimulatedNode()
+    source = NewestMessage(node, '/speed', node.ros_s)
+    assert source.newest() is None
+    node.send('/speed', Float32(0.5))
+    raw = source.newest()
+    assert raw is not None and raw.time_s == node.now_s
+    assert source.decode(raw) is source.decode(raw)
 
 
 @pytest.mark.parametrize('message, message_class, problem', [
@@ -247,29 +358,38 @@ def test_what_cannot_be_decoded(message, message_class, problem):
     (-1.0, (0.9, 0.1, 0.1)), (0.0, (0.0, 0.0, 1.0)), (20.0, (0.0, 0.0, 1.0)),
     (40.0, (0.0, 0.5, 0.5)), (60.0, (0.0, 1.0, 0.0)), (90.0, (0.0, 1.0, 0.0)),
     (90.1, (0.9, 0.1, 0.1))])
-def test_colours_by_scale_and_warning_limits(shown, value, color):
-    source, markers = shown(color=[0, 0, 1], limits={'low': 0.0, 'high': 90.0},
-                            color_scale={'begin': 20.0, 'end': 60.0, 'color': [0, 1, 0]},
-                            scale=1.0, offset=-100.0)
-    source.last = raw(Float32(data=value), 10.0)
-    found = markers(10.1)[0].color
+def test_colours_by_scale_and_warning_limits(value, color):
+    display = Display({'color': [0, 0, 1], 'limits': {'low': 0.0, 'high': 90.0}, 'scale': 1.0,
+                       'color_scale': {'begin': 20.0, 'end': 60.0, 'color': [0, 1, 0]},
+                       'offset': -100.0})
+    display.shown(Float32(value))
+    found = display.arrow().color
     assert (found.r, found.g, found.b) == pytest.approx(color)
 
 
-def test_offset_is_read_live(shown, monkeypatch):
-    class Live:
-        def __init__(self, name, default):
-            self.name = name
+def test_offset_is_read_live() -> None:
+    display = Display({'offset': 1.0, 'offset_param': 'setpoint'})
+    display.node.params['/d/setpoint'] = 0.25
+    assert display.shown(Float32(1.25)) == 'v 1.25 m/s, 1.00 above 0.25'
+    assert display.arrow().scale.x == pytest.approx(0.5)
+    display.node.params['/d/setpoint'] = 0.75
+    display.wait()
+    assert display.text() == 'v 1.25 m/s, 0.50 above 0.75'
+    assert display.arrow().scale.x == pytest.approx(0.25)
+    del display.node.params['/d/setpoint']
+    display.wait()
+    assert display.text() == 'v 1.25 m/s, 0.25 above 1'
 
-        def value(self):
-            return setpoints[self.name]
 
-    setpoints = {'setpoint': 0.25}
-    monkeypatch.setattr('process_visualizer.nodes.variable_processor.LiveNumber', Live)
-    source, markers = shown(offset=1.0, offset_param='setpoint')
-    source.last = raw(Float32(data=1.25), 10.0)
-    made = markers(10.0)
-    assert (made[0].scale.x, made[1].text) == (pytest.approx(0.5), 'v 1.25 m/s, 1.00 above 0.25')
-    setpoints['setpoint'] = 0.75
-    made = markers(10.2)
-    assert (made[0].scale.x, made[1].text) == (pytest.approx(0.25), 'v 1.25 m/s, 0.50 above 0.75')
+@pytest.mark.parametrize('value', ['high', True, float('nan'), {'a': 1}])
+def test_a_parameter_that_is_no_number_is_named_now_and_then(value: Any) -> None:
+    node = SimulatedNode(params={'/r/setpoint': value})
+    number = LiveNumber(node, 'setpoint', 255.0)
+    for _ in range(15):
+        assert number.value() == 255.0
+        node.advance(1.0)
+    assert node.log == 2 * [('warn', f'parameter /r/setpoint: a number is expected, not {value!r}; '
+                                     '255 is used')]
+    node.params['/r/setpoint'] = 'another'
+    number.value()
+    assert "'another'" in node.log[-1][1]

@@ -11,7 +11,12 @@ from process_visualizer.ros_names import GHOST
 from process_visualizer.runs.comparison.ghost_arrows import GhostArrow
 from process_visualizer.runs.comparison.ghost_tracks import GhostTrack
 from process_visualizer.runs.comparison.live_reference import LiveReference
-from process_visualizer.srv import FollowGhost, ShowGhost, ShowGhostRequest
+from process_visualizer.srv import (
+    FollowGhost,
+    FollowGhostRequest,
+    ShowGhost,
+    ShowGhostRequest,
+)
 
 _TIMEOUT_S = 10.0  # an hour of joints is to be read
 _NODE_START_S = 5.0  # the node may have started just now
@@ -34,8 +39,7 @@ def show_ghost(tracks: Sequence[GhostTrack], arrows: Sequence[GhostArrow] = (),
     Raises:
         GhostError: the node does not answer, or refuses.
     """
-    request = ghost_request(tracks, arrows)
-    _call('show', ShowGhost, (request.robots, request.arrows), master_uri, start_s)
+    _call('show', ShowGhost, ghost_request(tracks, arrows), master_uri, start_s)
 
 
 def follow_ghost(reference: LiveReference, is_visible: bool = True) -> None:
@@ -44,19 +48,23 @@ def follow_ghost(reference: LiveReference, is_visible: bool = True) -> None:
     Raises:
         GhostError: the node does not answer, or refuses.
     """
+    _call('follow', FollowGhost, follow_request(reference, is_visible), None, _NODE_START_S)
+
+
+def ghost_request(tracks: Sequence[GhostTrack],
+                  arrows: Sequence[GhostArrow]) -> ShowGhostRequest:
+    """Return what the node is sent by `show_ghost`."""
+    return ShowGhostRequest(_robots(tracks), [_message(it) for it in arrows])
+
+
+def follow_request(reference: LiveReference, is_visible: bool = True) -> FollowGhostRequest:
+    """Return what the node is sent by `follow_ghost`."""
     events = [GhostEvent(name=event.name, topic=event.topic, field=event.field,
                          threshold=event.threshold, is_above=event.is_above,
                          hysteresis=event.hysteresis, times=list(times_s))
               for event, times_s in reference.events]
     begin, end = ('', '') if reference.span is None else (reference.span.begin, reference.span.end)
-    _call('follow', FollowGhost, (_robots(reference.tracks), events, begin, end, is_visible),
-          None, _NODE_START_S)
-
-
-def ghost_request(tracks: Sequence[GhostTrack],
-                  arrows: Sequence[GhostArrow]) -> ShowGhostRequest:
-    """Return what the node is sent."""
-    return ShowGhostRequest(_robots(tracks), [_message(it) for it in arrows])
+    return FollowGhostRequest(_robots(reference.tracks), events, begin, end, is_visible)
 
 
 def _robots(tracks: Sequence[GhostTrack]) -> List[GhostRobot]:
@@ -71,12 +79,12 @@ def _message(arrow: GhostArrow) -> GhostArrowMessage:
         times=arrow.times_s.tolist(), vectors=arrow.vectors.ravel().tolist())
 
 
-def _call(name: str, kind: Type[Any], request: Sequence[Any], master_uri: Optional[str],
+def _call(name: str, kind: Type[Any], request: Any, master_uri: Optional[str],
           start_s: float) -> None:
     service = ServiceConnection(f'/{GHOST}/{name}', kind, _TIMEOUT_S, master_uri)
     try:
         service.wait(start_s)
-        answer = service.call(*request)
+        answer = service.call(*(getattr(request, name) for name in request.__slots__))
     except ServiceUnreachable as error:
         raise GhostError(f'The ghost cannot be shown: {error}') from error
     finally:

@@ -25,7 +25,7 @@ from process_visualizer.ros_names import DEPTH_PROC
 _HEADER = struct.Struct('<4I')
 # Clouds are read from the socket in pieces of at most this many bytes.
 _BUFFER_SIZE = 1 << 24
-_REPORT_PERIOD_S = 10.0
+SILENT_AFTER_S = 10.0
 AGE_PERIOD_S = 0.2
 
 
@@ -81,23 +81,21 @@ class DepthProcessor:
     The private parameter ``~topic`` names another input topic.
     """
 
-    def __init__(self) -> None:
-        node = NodeHandle()
-        self._complaints = Complaints(node, rospy.get_namespace().strip('/'))
+    def __init__(self, node: NodeHandle, device: str) -> None:
+        """Subscribe, advertise, and start the timers."""
+        self._node = node
+        self._complaints = Complaints(node, device)
         self._playback = PlaybackFollower(node)
         self._stamps = KeptStamps()
         self._last_s: Optional[float] = None
-        self._age = rospy.Publisher('points_age', Float32, queue_size=1)
-        self._age_timer = rospy.Timer(rospy.Duration.from_sec(AGE_PERIOD_S), self._publish_age,
-                                      reset=True)
-        self._publisher = rospy.Publisher('points', SerializedPointCloud2, queue_size=1)
-        self._topic: str = rospy.resolve_name(rospy.get_param('~topic', '~input'))
-        self._subscriber = rospy.Subscriber(
-            self._topic, rospy.AnyMsg, self._republish,
-            queue_size=1, buff_size=_BUFFER_SIZE, tcp_nodelay=True)
+        self._age = node.publisher('points_age', Float32, queue_size=1)
+        self._publisher = node.publisher('points', SerializedPointCloud2, queue_size=1)
+        self._topic: str = node.resolve(node.param('~topic', '~input'))
         self._received = False
-        self._timer = rospy.Timer(
-            rospy.Duration.from_sec(_REPORT_PERIOD_S), self._report_silence, oneshot=True)
+        node.subscribe(self._topic, rospy.AnyMsg, self._republish, queue_size=1,
+                       buff_size=_BUFFER_SIZE)
+        node.every(AGE_PERIOD_S, self._publish_age)
+        self._silence = node.every(SILENT_AFTER_S, self._report_silence)
 
     def _republish(self, message: rospy.AnyMsg) -> None:
         self._received = True
@@ -117,14 +115,15 @@ class DepthProcessor:
         self._publisher.publish(SerializedPointCloud2(*parts))
 
     def _kept(self, stamp: rospy.Time) -> rospy.Time:
-        stamp_ns = self._stamps.stamp(stamp.to_nsec(), rospy.Time.now().to_nsec())
+        stamp_ns = self._stamps.stamp(stamp.to_nsec(), self._node.now().to_nsec())
         return rospy.Time(*divmod(stamp_ns, 10 ** 9))
 
-    def _publish_age(self, _event: rospy.timer.TimerEvent) -> None:
+    def _publish_age(self) -> None:
         if self._last_s is not None:
             self._age.publish(max(self._playback.data_time_s() - self._last_s, 0.0))
 
-    def _report_silence(self, _event: rospy.timer.TimerEvent) -> None:
+    def _report_silence(self) -> None:
+        self._silence.shutdown()  # once
         if not self._received:
             self._complaints.state(self._topic, f'No cloud has been received on {self._topic} yet')
 
@@ -135,5 +134,5 @@ class DepthProcessor:
 def main() -> None:
     """Run the node until ROS shuts it down."""
     start_node(DEPTH_PROC)
-    processor = DepthProcessor()  # noqa: F841, keeps the subscription alive
+    DepthProcessor(NodeHandle(), rospy.get_namespace().strip('/'))
     spin_to_end()

@@ -11,6 +11,7 @@ from tf2_msgs.msg import TFMessage
 
 from process_visualizer.motion.frame_tree import Frame, FrameTree
 from process_visualizer.motion.rotations import quaternion_from_ypr
+from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.nodes.common.process_end import spin_to_end, start_node
 from process_visualizer.parameters.frame_parameters import read_frames
 from process_visualizer.ros_names import CELL_FRAMES, STATIC_TF_TOPIC
@@ -20,16 +21,17 @@ from process_visualizer.srv import SetFrame, SetFrameRequest, SetFrameResponse
 class FramePublisher:
     """Publishes the frames, latched and all in one message, and moves them with a service."""
 
-    def __init__(self, tree: FrameTree) -> None:
+    def __init__(self, node: NodeHandle, tree: FrameTree) -> None:
         """Advertise, and publish the frames."""
+        self._node = node
         self._tree = tree
         self._lock = threading.Lock()  # each service call has a thread of its own
-        self._publisher = rospy.Publisher(STATIC_TF_TOPIC, TFMessage, latch=True, queue_size=10)
+        self._publisher = node.publisher(STATIC_TF_TOPIC, TFMessage, latch=True)
         self._publish()
-        self._service = rospy.Service('~set_frame', SetFrame, self._on_set_frame)
+        node.serve('~set_frame', SetFrame, self._on_set_frame)
 
     def _publish(self) -> None:
-        now = rospy.Time.now()
+        now = self._node.now()
         frames = [transform_message(frame, now) for frame in self._tree.frames()]
         self._publisher.publish(TFMessage(frames))
 
@@ -60,7 +62,7 @@ def main() -> None:
     """Run the node; it ends with status 1 when its frames are wrong."""
     start_node(CELL_FRAMES)
     try:
-        FramePublisher(FrameTree(read_frames(rospy.get_param('~frames', []))))
+        FramePublisher(NodeHandle(), FrameTree(read_frames(rospy.get_param('~frames', []))))
     except ValueError as error:
         rospy.logfatal('parameter %s: %s', rospy.resolve_name('~frames'), error)
         sys.exit(1)

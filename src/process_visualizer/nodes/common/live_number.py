@@ -2,13 +2,11 @@
 """A number that a user may change on the parameter server while a node runs."""
 from __future__ import annotations
 
-from typing import Any
-
 from process_visualizer.nodes.common.markers import Pace
 from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.parameters.reading import is_number
 
-_WARNING_S = 10.0
+_LOG_PERIOD_S = 10.0
 
 
 class LiveNumber:
@@ -18,20 +16,23 @@ class LiveNumber:
         """``default`` is used if the parameter is not set or not a number."""
         self._node, self._name, self._default = node, node.resolve(name), default
         self._read = node.follow_param(name)
-        self._warned: Any = None
-        self._warnings = Pace(_WARNING_S)
+        self._said = ''
+        self._log = Pace(_LOG_PERIOD_S)
 
     def value(self) -> float:
         """Return the present value of the parameter."""
         value = self._read()
-        if value is None:
-            return self._default
         if is_number(value):
             return float(value)
-        if value != self._warned:
-            self._warned = value
-            self._warnings.hurry()
-        if self._warnings.is_due(self._node.monotonic_s()):
-            self._node.warn(f'parameter {self._name}: a number is expected, not {value!r}; '
-                            f'{self._default:g} is used')
+        if value is not None:
+            self._refuse(f'parameter {self._name}: a number is expected, not {value!r}; '
+                         f'{self._default:g} is used')
         return self._default
+
+    def _refuse(self, text: str) -> None:
+        """Log it; the same text only now and then."""
+        if text != self._said:
+            self._log.hurry()
+        self._said = text
+        if self._log.is_due(self._node.monotonic_s()):
+            self._node.warn(text)

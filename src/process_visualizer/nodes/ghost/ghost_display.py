@@ -6,7 +6,6 @@ import threading
 from typing import Any, Callable, List, Optional, Tuple
 
 import numpy as np
-import rospy
 from visualization_msgs.msg import Marker, MarkerArray
 
 from process_visualizer.motion.joint_track import joint_track
@@ -37,25 +36,25 @@ _CALM_S = 0.25  # while nothing moves: before RViz takes the markers for dead
 class GhostDisplay:
     """Publishes markers only while there is a ghost to be seen."""
 
-    def __init__(self, playback: PlaybackFollower) -> None:
-        """Advertise topic and service."""
-        self._playback = playback
+    def __init__(self, node: NodeHandle) -> None:
+        """Advertise the topic and the services."""
+        self._node, self._playback = node, PlaybackFollower(node)
         self._lock = threading.Lock()
         self._robots: Tuple[GhostRobot, ...] = ()
         self._arrows: Tuple[GhostArrow, ...] = ()
         self._drawn: Tuple[Optional[float], float] = (None, -1.0)  # position, when
         self._is_drawn = False
-        self._publisher = rospy.Publisher(GHOST_TOPIC, MarkerArray, queue_size=2, latch=True)
+        self._publisher = node.publisher(GHOST_TOPIC, MarkerArray, queue_size=2, latch=True)
         self._publisher.publish(nothing())
         self._follower: Optional[LiveFollower] = None
         self._is_visible = True
-        self._services = (rospy.Service('~show', ShowGhost, self._on_show),
-                          rospy.Service('~follow', FollowGhost, self._on_follow))
-        self._timer = rospy.Timer(rospy.Duration(1.0 / RATE_HZ), self._draw, reset=True)
+        node.serve('~show', ShowGhost, self._on_show)
+        node.serve('~follow', FollowGhost, self._on_follow)
+        node.every(1.0 / RATE_HZ, self._draw)
 
     def _on_show(self, request: ShowGhostRequest) -> ShowGhostResponse:
         try:
-            robots = tuple(ghost_robot(it, recorded_joints(it)) for it in request.robots)
+            robots = tuple(self._robot(it, recorded_joints(it)) for it in request.robots)
             arrows = tuple(ghost_arrow(it) for it in request.arrows)
         except ValueError as error:
             return ShowGhostResponse(False, str(error))
@@ -63,11 +62,12 @@ class GhostDisplay:
         return ShowGhostResponse(True, '')
 
     def _on_follow(self, request: FollowGhostRequest) -> FollowGhostResponse:
-        joints = {it.device: LiveJoints(it.device) for it in request.robots}
+        joints = {it.device: LiveJoints(self._node, it.device) for it in request.robots}
         span = Span(request.begin, request.end) if request.begin and request.end else None
         try:
-            robots = tuple(ghost_robot(it, joints[it.device]) for it in request.robots)
-            follower = LiveFollower(robots, joints, request.events, span) if robots else None
+            robots = tuple(self._robot(it, joints[it.device]) for it in request.robots)
+            follower = None if not robots else LiveFollower(
+                self._node, robots, joints, request.events, span)
         except ValueError as error:
             for it in joints.values():
                 it.close()
@@ -84,10 +84,24 @@ class GhostDisplay:
         if before is not None:
             before.close()
 
-    def _draw(self, _event: object) -> None:
+    def _robot(self, message: GhostRobotMessage, here: Optional[Joints]) -> GhostRobot:
+        """Return a robot out of a message, with the model that is on the parameter server.
+
+        Raises:
+            ValueError: there is no model, or the numbers do not fit; the text names the device.
+        """
+        device = message.device
+        urdf = self._node.param(f'/{device}/robot_description')
+        if not isinstance(urdf, str):
+            raise ValueError(f'{device}: there is no parameter /{device}/robot_description; '
+                             'launch the device first')
+        return _named(device, lambda: GhostRobot(device, urdf, message.tool, joint_track(
+            tuple(message.joints), np.array(message.times), np.array(message.there)), here))
+
+    def _draw(self) -> None:
         with self._lock:
             if self._robots or self._arrows:
-                now_s = rospy.get_time()
+                now_s = self._node.ros_s()
                 follower = self._follower
                 time_s = self._position_s(now_s) if follower is None else follower.time_s(now_s)
                 self._draw_at(time_s if self._is_visible else None, now_s)
@@ -134,21 +148,6 @@ def recorded_joints(message: GhostRobotMessage) -> Optional[Joints]:
         if message.here else None
 
 
-def ghost_robot(message: GhostRobotMessage, here: Optional[Joints]) -> GhostRobot:
-    """Return a robot out of a message, with the model that is on the parameter server.
-
-    Raises:
-        ValueError: there is no model, or the numbers do not fit; the text names the device.
-    """
-    device = message.device
-    urdf = rospy.get_param(f'/{device}/robot_description', None)
-    if not isinstance(urdf, str):
-        raise ValueError(f'{device}: there is no parameter /{device}/robot_description; launch '
-                         'the device first')
-    return _named(device, lambda: GhostRobot(device, urdf, message.tool, joint_track(
-        tuple(message.joints), np.array(message.times), np.array(message.there)), here))
-
-
 def _named(device: str, make: Callable[[], Any]) -> Any:
     try:
         return make()
@@ -173,5 +172,5 @@ def ghost_arrow(message: GhostArrowMessage) -> GhostArrow:
 def main() -> None:
     """Run the node."""
     start_node(GHOST)
-    GhostDisplay(PlaybackFollower(NodeHandle()))
+    GhostDisplay(NodeHandle())
     spin_to_end()

@@ -11,6 +11,7 @@ import rospy
 
 from process_visualizer.motion.kinematics import Placement
 from process_visualizer.msg import GhostEvent, GhostPhase
+from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.nodes.ghost.event_watch import EventWatch
 from process_visualizer.nodes.ghost.ghost_robot import GhostRobot
 from process_visualizer.nodes.ghost.live_joints import LiveJoints
@@ -25,14 +26,15 @@ _OLD_S = 0.2
 class LiveFollower:
     """Finds the phase of the run that goes on, and publishes it; runs in one thread."""
 
-    def __init__(self, robots: Sequence[GhostRobot], joints: Mapping[str, LiveJoints],
-                 events: Sequence[GhostEvent], span: Optional[Span]) -> None:
+    def __init__(self, node: NodeHandle, robots: Sequence[GhostRobot],
+                 joints: Mapping[str, LiveJoints], events: Sequence[GhostEvent],
+                 span: Optional[Span]) -> None:
         """Take the robots of the reference, and the joints of the live ones by device.
 
         Raises:
             ValueError: no robot has a tool that can be followed, or an event is none.
         """
-        self._robots, self._joints = robots, joints
+        self._node, self._robots, self._joints = node, robots, joints
         self._seen: 'queue.SimpleQueue[Tuple[str, float]]' = queue.SimpleQueue()
         places, period_s = reference_places(robots)
         if not np.isfinite(places).any():
@@ -41,17 +43,17 @@ class LiveFollower:
                                         period_s)
         self._moment_s = 0.0
         self._watches: List[EventWatch] = []
-        self._publisher = rospy.Publisher(GHOST_PHASE_TOPIC, GhostPhase, queue_size=2)
+        self._publisher = node.publisher(GHOST_PHASE_TOPIC, GhostPhase, queue_size=2)
         try:
             for event in events:
-                self._watches.append(EventWatch(event, self._on_event))
+                self._watches.append(EventWatch(node, event, self._on_event))
         except ValueError:
             self.close()
             raise
 
     def _on_event(self, name: str) -> None:
         """In a thread of the event's topic."""
-        self._seen.put((name, rospy.get_time()))
+        self._seen.put((name, self._node.ros_s()))
 
     def time_s(self, now_s: float) -> Optional[float]:
         """Return the moment of the reference [s] that belongs to now; None: to none."""
