@@ -35,14 +35,19 @@ class SimulatedPublisher:
 class SimulatedSubscriber:
     """A subscription of the node; the test calls it by `SimulatedNode.send`."""
 
-    def __init__(self, message_class: type, callback: Callable[[Any], None]) -> None:
+    def __init__(self, message_class: Any, callback: Callable[[Any], None]) -> None:
         self.message_class, self.callback, self.is_open = message_class, callback, True
 
     def take(self, message: Any) -> None:
-        """Receive a message, as bytes if it is one for any type."""
-        if self.is_open:
-            any_type = self.message_class is rospy.AnyMsg
-            self.callback(any_message(message) if any_type else message)
+        """Receive a message, as bytes if the subscription is one for any type."""
+        if not self.is_open:
+            return
+        is_raw, wants_raw = (it is rospy.AnyMsg for it in (type(message), self.message_class))
+        if is_raw and not wants_raw:
+            message = self.message_class().deserialize(message._buff)
+        elif wants_raw and not is_raw:
+            message = any_message(message)
+        self.callback(message)
 
     def unregister(self) -> None:
         """End it."""
@@ -53,8 +58,8 @@ class SimulatedWorker:
     """A worker of the node; called in the test's thread, after the callback that has woken it."""
 
     def __init__(self, step: Callable[[], Optional[float]],
-                 schedule: Callable[[float, Callable[[], None]], None]) -> None:
-        self._step, self._schedule, self._count = step, schedule, 0
+                 call_in: Callable[[float, Callable[[], None]], None]) -> None:
+        self._step, self._call_in, self._count = step, call_in, 0
 
     def wake(self) -> None:
         """Call the function soon."""
@@ -62,7 +67,7 @@ class SimulatedWorker:
 
     def _call_after(self, wait_s: float) -> None:
         self._count += 1
-        self._schedule(wait_s, lambda number=self._count: self._call(number))
+        self._call_in(wait_s, lambda number=self._count: self._call(number))
 
     def _call(self, number: int) -> None:
         if number == self._count:  # not woken again since then
@@ -92,10 +97,10 @@ class SimulatedTimer:
     """A timer of the node, called while the test lets time pass."""
 
     def __init__(self, period_s: float, callback: Callable[[], None],
-                 schedule: Callable[[float, Callable[[], None]], None]) -> None:
-        self._period_s, self._callback, self._schedule = period_s, callback, schedule
+                 call_in: Callable[[float, Callable[[], None]], None]) -> None:
+        self._period_s, self._callback, self._call_in = period_s, callback, call_in
         self._is_on = True
-        schedule(period_s, self._fire)
+        call_in(period_s, self._fire)
 
     def shutdown(self) -> None:
         """End it."""
@@ -103,7 +108,7 @@ class SimulatedTimer:
 
     def _fire(self) -> None:
         if self._is_on:
-            self._schedule(self._period_s, self._fire)
+            self._call_in(self._period_s, self._fire)
             self._callback()
 
 
@@ -185,7 +190,7 @@ class SimulatedNode:
         name = self.resolve(topic)
         self._subscribers[name].append(subscriber)
         for message in self._latched[name]:
-            self._schedule(0.0, lambda it=message: subscriber.take(it))
+            self.call_in(0.0, lambda it=message: subscriber.take(it))
         return subscriber
 
     def serve(self, name: str, _service_class: Any, handler: Callable[[Any], Any]) -> None:
@@ -198,7 +203,7 @@ class SimulatedNode:
 
     def every(self, period_s: float, callback: Callable[[], None]) -> SimulatedTimer:
         """Start a timer."""
-        return SimulatedTimer(period_s, callback, self._schedule)
+        return SimulatedTimer(period_s, callback, self.call_in)
 
     def every_real(self, period_s: float, callback: Callable[[], None]) -> None:
         """Start a timer of real time."""
@@ -206,7 +211,7 @@ class SimulatedNode:
 
     def worker(self, step: Callable[[], Optional[float]], name: str) -> SimulatedWorker:
         """Have something done after the callbacks."""
-        return SimulatedWorker(step, self._schedule)
+        return SimulatedWorker(step, self.call_in)
 
     def warn(self, text: str) -> None:
         """Keep a warning."""
@@ -227,10 +232,15 @@ class SimulatedNode:
             callback()
         self.now_s = end_s
 
+    def call_in(self, wait_s: float, callback: Callable[[], None]) -> None:
+        """Call something after a time, as a timer of the node would be."""
+        heapq.heappush(self._due, (self.now_s + wait_s, next(self._order), callback))
+
     def send(self, topic: str, message: Any, latch: bool = False) -> None:
         """Send a message to the node, and let it do what this causes at once.
 
-        A latched one is received by those too who subscribe later.
+        It may be a rospy.AnyMsg (see `any_message`). A latched one is received by those too who
+        subscribe later.
         """
         name = self.resolve(topic)
         if latch:
@@ -239,12 +249,16 @@ class SimulatedNode:
             subscriber.take(message)
         self.advance(0.0)
 
+    def call(self, service: str, request: Any) -> Any:
+        """Return the answer of a service of the node to a request, as that arrives there."""
+        arrived = type(request)().deserialize(message_bytes(request))
+        answer = self.services[self.resolve(service)](arrived)
+        self.advance(0.0)
+        return answer
+
     def sent(self, topic: str) -> List[Any]:
         """Return all messages that the node has published on a topic; the list may be cleared."""
         return self._messages[self.resolve(topic)]
-
-    def _schedule(self, wait_s: float, callback: Callable[[], None]) -> None:
-        heapq.heappush(self._due, (self.now_s + wait_s, next(self._order), callback))
 
 
 def any_message(message: Any) -> rospy.AnyMsg:
