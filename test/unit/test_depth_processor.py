@@ -1,16 +1,25 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The depth processor's new header on serialised clouds."""
+"""The depth processor: a new header on serialised clouds, the age of the last, bad input."""
 from __future__ import annotations
 
 from io import BytesIO
+from typing import List
 
 import pytest
 import rospy
 from hypothesis import given
 from hypothesis import strategies as st
-from sensor_msgs.msg import PointCloud2, PointField
+from sensor_msgs.msg import Image, PointCloud2, PointField
+from simulated_node import SimulatedNode
 
-from process_visualizer.nodes.depth_processor import SerializedPointCloud2, restamp
+from process_visualizer.msg import PlayerState
+from process_visualizer.nodes.depth_processor import (
+    SILENT_AFTER_S,
+    DepthProcessor,
+    SerializedPointCloud2,
+    restamp,
+)
+from process_visualizer.ros_names import PLAYER_STATE_TOPIC
 
 UINT32 = st.integers(0, 2**32 - 1)
 FRAME_ID = st.text(alphabet='abc_/æ', max_size=20)
@@ -70,3 +79,93 @@ def test_serialises_its_parts() -> None:
 def test_passes_for_a_point_cloud() -> None:
     for attribute in ('_type', '_md5sum', '_full_text'):
         assert getattr(SerializedPointCloud2, attribute) == getattr(PointCloud2, attribute)
+
+
+def depth_proc(topic: str = '/kinect/roi_points') -> SimulatedNode:
+    """Return the node of a device kinect."""
+    node = SimulatedNode('/kinect/depth_proc', {'/kinect/depth_proc/topic': topic})
+    DepthProcessor(node, 'kinect')
+    return node
+
+
+def clouds(node: SimulatedNode) -> List[PointCloud2]:
+    """Return what it has published."""
+    return [PointCloud2().deserialize(it._buff) for it in node.sent('points')]
+
+
+def stamped(stamp: rospy.Time) -> PointCloud2:
+    cloud = make_cloud('/camera', b'data')
+    cloud.header.stamp = stamp
+    return cloud
+
+
+def test_old_clouds_are_moved_to_the_present_and_are_else_as_they_were() -> None:
+    node = depth_proc()
+    cloud = stamped(rospy.Time(5))
+    node.send('/kinect/roi_points', cloud)
+    found, = clouds(node)
+    assert (found.header.stamp, found.header.frame_id) == (node.now(), 'camera')
+    found.header = cloud.header
+    assert found == cloud
+
+
+def test_stamps_of_today_are_kept() -> None:
+    node = depth_proc()
+    sent = []
+    for _ in range(3):
+        sent.append(node.now())
+        node.advance(0.04)
+        node.send('/kinect/roi_points', stamped(sent[-1]))
+    assert [it.header.stamp for it in clouds(node)] == sent
+
+
+def test_its_own_topic_is_the_input_if_no_other_is_named() -> None:
+    node = SimulatedNode('/kinect/depth_proc')
+    DepthProcessor(node, 'kinect')
+    node.send('/kinect/depth_proc/input', stamped(node.now()))
+    assert len(clouds(node)) == 1
+
+
+def test_the_age_of_the_last_cloud_grows_but_not_while_playback_is_paused() -> None:
+    node = depth_proc()
+    node.advance(1.05)
+    assert node.sent('points_age') == []
+    node.send('/kinect/roi_points', stamped(node.now()))
+    node.advance(2.05)
+    assert [it.data for it in node.sent('points_age')][-1] == pytest.approx(1.95)
+    assert len(node.sent('points_age')) == 10
+    for _ in range(20):
+        node.send(PLAYER_STATE_TOPIC, PlayerState(stamp=node.now(), rate=1.0, paused=True))
+        node.advance(0.1)
+    assert [it.data for it in node.sent('points_age')][-1] == pytest.approx(2.05)
+
+
+def test_a_wrong_type_is_named_with_its_publisher_and_the_node_lives() -> None:
+    node = depth_proc('cloud')
+    node.send('cloud', Image())
+    assert node.log == [('error', 'kinect: /kinect/cloud carries sensor_msgs/Image (published by '
+                                  '/driver), but the clouds must be sensor_msgs/PointCloud2')]
+    assert clouds(node) == []
+    node.send('cloud', stamped(node.now()))
+    assert len(clouds(node)) == 1
+
+
+def test_a_cloud_without_all_of_its_header_is_named() -> None:
+    node = depth_proc()
+    broken = SerializedPointCloud2(b'short')
+    node.send('/kinect/roi_points', broken)
+    assert clouds(node) == []
+    (level, text), = node.log
+    assert level == 'error' and text.startswith('kinect: /kinect/roi_points: 5 bytes are not')
+
+
+@pytest.mark.parametrize('is_silent', [True, False])
+def test_silence_is_told_once(is_silent: bool) -> None:
+    node = depth_proc()
+    if not is_silent:
+        node.send('/kinect/roi_points', stamped(node.now()))
+    node.advance(SILENT_AFTER_S - 0.1)
+    assert node.log == []
+    node.advance(3 * SILENT_AFTER_S)
+    assert node.log == is_silent * [
+        ('warn', 'kinect: No cloud has been received on /kinect/roi_points yet')]

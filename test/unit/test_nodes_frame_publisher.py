@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The frame publisher: all frames in one message, and moving one while it runs."""
+from __future__ import annotations
+
+import math
+from typing import Any, List, Tuple
+
+import pytest
+from simulated_node import SimulatedNode
+
+from process_visualizer.motion.frame_tree import FrameTree
+from process_visualizer.nodes.frame_publisher import FramePublisher
+from process_visualizer.parameters.frame_parameters import read_frames
+from process_visualizer.parameters.reading import ParameterError
+from process_visualizer.srv import SetFrameRequest, SetFrameResponse
+
+FRAMES = [{'parent': 'world', 'child': '/r/link0', 'xyz': [1, 2, 3], 'ypr': [math.pi / 2, 0, 0]},
+          {'parent': 'r/tool', 'child': 'r/force', 'xyz': [0, 0, 0], 'ypr': [0, 0, 0]}]
+ZERO = (0.0, 0.0, 0.0)
+
+
+@pytest.fixture
+def node() -> SimulatedNode:
+    found = SimulatedNode('/cell_frames')
+    FramePublisher(found, FrameTree(read_frames(FRAMES)))
+    return found
+
+
+def numbers(transform: Any) -> List[float]:
+    """Return x y z and the quaternion of a transform."""
+    shift, turn = transform.transform.translation, transform.transform.rotation
+    return [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z, turn.w]
+
+
+def set_frame(node: SimulatedNode, parent: str, child: str, xyz: Tuple[float, float, float],
+              ypr: Tuple[float, float, float] = ZERO) -> SetFrameResponse:
+    answer: SetFrameResponse = node.call('~set_frame', SetFrameRequest(parent, child, xyz, ypr))
+    return answer
+
+
+def test_all_frames_are_in_one_message(node: SimulatedNode) -> None:
+    message, = node.sent('/tf_static')
+    base, force = message.transforms
+    assert (base.header.frame_id, base.child_frame_id) == ('world', 'r/link0')
+    assert (force.header.frame_id, force.child_frame_id) == ('r/tool', 'r/force')
+    assert base.header.stamp == node.now()
+    assert numbers(base) == pytest.approx([1, 2, 3, 0, 0, 0.5 ** 0.5, 0.5 ** 0.5], abs=1e-12)
+
+
+def test_a_frame_is_moved_and_all_are_published_again(node: SimulatedNode) -> None:
+    answer = set_frame(node, '', '/r/force', (0.1, 0.2, 0.3), (0.0, math.pi, 0.0))
+    assert (answer.success, answer.message) == (
+        True, f'r/force is at [0.1, 0.2, 0.3] m, yaw pitch roll [0.0, {math.pi}, 0.0] rad in '
+              'r/tool')
+    _, message = node.sent('/tf_static')
+    assert len(message.transforms) == 2
+    assert numbers(message.transforms[1]) == pytest.approx([0.1, 0.2, 0.3, 0, 1, 0, 0], abs=1e-9)
+
+
+def test_what_is_refused_says_why_and_moves_nothing(node: SimulatedNode) -> None:
+    answer = set_frame(node, '', 'r/link1', ZERO)
+    assert not answer.success and 'known are: r/force, r/link0' in answer.message
+    assert len(node.sent('/tf_static')) == 1
+
+
+@pytest.mark.parametrize('frames, problem', [
+    (7, 'a list of frames is expected, not 7'),
+    ([{'parent': 'a', 'child': 'b', 'xyz': [1, 2]}], r'\[0\]/xyz: a list of three'),
+])
+def test_wrong_frames_are_named(frames: Any, problem: str) -> None:
+    with pytest.raises(ParameterError, match=problem):
+        read_frames(frames)
