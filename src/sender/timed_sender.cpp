@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <ctime>
 #include <utility>
 
 #include "process_visualizer/common/time_slice.hpp"
@@ -25,13 +24,8 @@ bool isBusy(State state) { return state == State::kReady || state == State::kBlo
 
 }  // namespace
 
-std::int64_t monotonicNow() {
-  timespec now;
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return now.tv_sec * INT64_C(1'000'000'000) + now.tv_nsec;
-}
-
-TimedSender::TimedSender() : thread_([this] { run(); }) {
+TimedSender::TimedSender(std::unique_ptr<Wakeup> wakeup)
+    : wakeup_(std::move(wakeup)), thread_([this] { run(); }) {
   pthread_setname_np(thread_.native_handle(), "timed sender");
 }
 
@@ -47,11 +41,11 @@ int TimedSender::addLink(int topic, int socket) {
   const std::lock_guard lock(mutex_);
   const int number = next_link_++;
   auto link = std::make_unique<SubscriberLink>(socket, topics_[topic].limits);
-  wakeup_.add(link->socket(), number);
+  wakeup_->add(link->socket(), number);
   links_[number] = std::move(link);
   topics_[topic].links.push_back(number);
   for (const Latched& it : topics_[topic].latched) give(number, it.packet, it.due_ns);
-  wakeup_.ring();
+  wakeup_->ring();
   return number;
 }
 
@@ -59,7 +53,7 @@ void TimedSender::removeLink(int number) {
   const std::lock_guard lock(mutex_);
   const auto found = links_.find(number);
   if (found == links_.end()) return;
-  wakeup_.remove(found->second->socket());
+  wakeup_->remove(found->second->socket());
   busy_ -= isBusy(found->second->state());
   to_write_.set(number, Wakeup::kNever);
   dropped_by_removed_ += found->second->dropped();
@@ -67,13 +61,13 @@ void TimedSender::removeLink(int number) {
   for (Topic& topic : topics_)
     topic.links.erase(std::remove(topic.links.begin(), topic.links.end(), number),
                       topic.links.end());
-  wakeup_.ring();  // everything may have gone now
+  wakeup_->ring();  // everything may have gone now
 }
 
 void TimedSender::send(int topic, int source, std::int64_t due_ns, PacketPtr packet) {
   const std::lock_guard lock(mutex_);
   if (closed_) return;
-  const bool at_once = due_ns <= monotonicNow();
+  const bool at_once = due_ns <= wakeup_->now();
   due_ns = last_due_ns_ = std::max(due_ns, last_due_ns_);
   if (at_once) kept_until_ns_ = due_ns;
   const Transfer transfer(packet->size(), due_ns);
@@ -131,7 +125,7 @@ void TimedSender::close() {
     const std::lock_guard lock(mutex_);
     closed_ = true;
   }
-  wakeup_.ring();
+  wakeup_->ring();
   idle_.notify_all();
   broken_changed_.notify_all();
   if (thread_.joinable()) thread_.join();
@@ -142,7 +136,7 @@ void TimedSender::run() {
   std::unique_lock lock(mutex_);
   std::int64_t paced_ns = 0;
   while (!closed_) {
-    const std::int64_t now_ns = monotonicNow();
+    const std::int64_t now_ns = wakeup_->now();
     paced_ns = std::clamp(paced_ns, now_ns - kWakeBurstNs, now_ns) + kWakePeriodNs;
     beginDue(now_ns);
     writeDue(now_ns);
@@ -151,7 +145,7 @@ void TimedSender::run() {
     waits_until_ns_ = next_ns;
     if (isIdle()) idle_.notify_all();
     lock.unlock();
-    const std::vector<Wakeup::Event> events = wakeup_.waitUntil(next_ns);
+    const std::vector<Wakeup::Event> events = wakeup_->waitUntil(next_ns);
     lock.lock();
     handle(events);
   }
@@ -207,7 +201,7 @@ void TimedSender::writeDue(std::int64_t now_ns) {
     for (const int number : to_write_.due(now_ns)) {
       SubscriberLink& link = *links_.at(number);
       const State before = link.state();
-      link.write(monotonicNow());
+      link.write(wakeup_->now());
       update(number, before);
     }
   }
@@ -221,9 +215,9 @@ void TimedSender::update(int number, State before) {
   if (now == before) return;
   busy_ += isBusy(now) - isBusy(before);
   if (now == State::kBlocked || before == State::kBlocked)
-    wakeup_.watchWritable(link.socket(), number, now == State::kBlocked);
+    wakeup_->watchWritable(link.socket(), number, now == State::kBlocked);
   if (now == State::kBroken) {
-    wakeup_.remove(link.socket());
+    wakeup_->remove(link.socket());
     broken_.push_back(number);
     broken_changed_.notify_all();
   }
@@ -243,7 +237,7 @@ void TimedSender::handle(const std::vector<Wakeup::Event>& events) {
 void TimedSender::ringBefore(std::int64_t time_ns) {
   if (time_ns >= waits_until_ns_) return;
   waits_until_ns_ = time_ns;  // once is enough
-  wakeup_.ring();
+  wakeup_->ring();
 }
 
 }  // namespace process_visualizer::sender

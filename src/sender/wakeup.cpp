@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <ctime>
 #include <system_error>
 
 namespace process_visualizer::sender {
@@ -38,6 +39,12 @@ void emptied(int event) {
 }
 
 }  // namespace
+
+std::int64_t monotonicNow() {
+  timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return now.tv_sec * kNsPerS + now.tv_nsec;
+}
 
 Wakeup::Wakeup()
     : epoll_(checked(epoll_create1(EPOLL_CLOEXEC), "epoll")),

@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What stands for a subscriber in the sender's tests, and what it is sent.
+// A sender whose clock the test moves, what stands for its subscribers, and what they are sent.
 #pragma once
 
 #include <sys/socket.h>
+#include <sys/time.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <condition_variable>
 #include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <mutex>
 #include <numeric>
 #include <stdexcept>
 #include <string>
@@ -17,62 +23,169 @@
 namespace process_visualizer::sender {
 
 constexpr std::int64_t kMs = 1'000'000;
+constexpr std::int64_t kBeginNs = 1'000'000 * kMs;  // what the simulated clock says at first
+constexpr std::int64_t kLongNs = 60'000 * kMs;
 constexpr QueueLimits kMuch{1000, 1 << 30};
+
+/// A clock that the test moves, by which the sender's thread waits. Sockets are real ones: what
+/// the other side has done to them is noticed when the test lets the sender work.
+class SimulatedTime : public Wakeup {
+ public:
+  std::int64_t now() const override {
+    const std::lock_guard lock(mutex_);
+    return now_ns_;
+  }
+  void ring() override {
+    const std::lock_guard lock(mutex_);
+    rung_ = true;
+    waits_ = false;
+    changed_.notify_all();
+  }
+  std::vector<Event> waitUntil(std::int64_t time_ns) override {
+    std::unique_lock lock(mutex_);
+    while (true) {
+      std::vector<Event> events = Wakeup::waitUntil(kPastNs);  // without waiting
+      if (rung_ || time_ns <= now_ns_ || !events.empty()) {
+        rung_ = false;
+        return events;
+      }
+      until_ns_ = time_ns;
+      waits_ = true;
+      ++wait_count_;
+      changed_.notify_all();
+      changed_.wait(lock, [this] { return !waits_; });
+    }
+  }
+
+  /// Lets the sender do all that it can do now.
+  void settle() { advanceTo(now()); }
+  /// Lets time pass, and the sender do what is due until then, each at its time.
+  void advanceTo(std::int64_t time_ns) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return waits_; });
+    letWork(lock);
+    while (until_ns_ <= time_ns) {
+      now_ns_ = std::max(now_ns_, until_ns_);
+      letWork(lock);
+    }
+    now_ns_ = std::max(now_ns_, time_ns);
+  }
+  /// How often the sender has waited so far.
+  int waitCount() const {
+    const std::lock_guard lock(mutex_);
+    return wait_count_;
+  }
+
+ private:
+  static constexpr std::int64_t kPastNs = 1;
+
+  void letWork(std::unique_lock<std::mutex>& lock) {
+    waits_ = false;
+    changed_.notify_all();
+    changed_.wait(lock, [this] { return waits_; });
+  }
+
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::int64_t now_ns_ = kBeginNs;
+  std::int64_t until_ns_ = kNever;
+  bool waits_ = false;
+  bool rung_ = false;
+  int wait_count_ = 0;
+};
+
+/// A sender with a clock that the test moves.
+struct SimulatedSender : TimedSender {
+  SimulatedSender() : SimulatedSender(new SimulatedTime) {}
+
+  SimulatedTime& time;
+
+ private:
+  explicit SimulatedSender(SimulatedTime* own)
+      : TimedSender(std::unique_ptr<Wakeup>(own)), time(*own) {}
+};
+
+/// The two ends of a connection.
+struct Connection {
+  Connection() {
+    if (socketpair(AF_UNIX, SOCK_STREAM, 0, ends.data()) != 0)
+      throw std::runtime_error("socketpair");
+    const timeval patience{20, 0};
+    setsockopt(ends[0], SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof(patience));
+  }
+  ~Connection() {
+    for (const int end : ends)
+      if (end >= 0) close(end);
+  }
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
+
+  std::array<int, 2> ends;
+};
+
+/// A subscriber: the sender writes to `peer`. It takes nothing by itself.
+class Subscriber {
+ public:
+  explicit Subscriber(SimulatedSender& sender) : time_(sender.time) {}
+
+  int peer() const { return connection_.ends[1]; }
+  void leave() {
+    close(connection_.ends[0]);
+    connection_.ends[0] = -1;
+  }
+  /// The next message that has come, or comes when earlier ones have been taken; else "nothing".
+  std::string receive() {
+    while (!hasMessage())
+      if (!take()) return "nothing";
+    std::string message = come_.substr(begin_ + kLength, messageSize());
+    begin_ += kLength + message.size();
+    if (begin_ == come_.size()) come_.clear(), begin_ = 0;
+    return message;
+  }
+  /// All messages that have come, as the numbers that they begin with.
+  std::vector<int> receiveNumbers() {
+    std::vector<int> numbers;
+    for (std::string message = receive(); message != "nothing"; message = receive())
+      numbers.push_back(std::atoi(message.c_str()));
+    return numbers;
+  }
+  /// How many bytes have come that belong to no message received yet.
+  std::size_t byteCount() {
+    while (take()) continue;
+    return come_.size() - begin_;
+  }
+
+ private:
+  static constexpr std::size_t kLength = sizeof(std::uint32_t);
+
+  bool hasMessage() const {
+    return come_.size() - begin_ >= kLength && come_.size() - begin_ >= kLength + messageSize();
+  }
+  std::size_t messageSize() const {
+    std::uint32_t size;
+    std::memcpy(&size, come_.data() + begin_, kLength);
+    return size;
+  }
+  /// Takes what is there once the sender has done what it can; returns whether that is something.
+  bool take() {
+    time_.settle();
+    static char bytes[1 << 16];
+    const std::size_t before = come_.size();
+    ssize_t count;
+    while ((count = recv(connection_.ends[0], bytes, sizeof(bytes), MSG_DONTWAIT)) > 0)
+      come_.append(bytes, static_cast<std::size_t>(count));
+    return come_.size() > before;
+  }
+
+  Connection connection_;
+  SimulatedTime& time_;
+  std::string come_;
+  std::size_t begin_ = 0;  ///< of what is not received yet
+};
 
 inline std::shared_ptr<const Packet> packet(const std::string& message) {
   return std::make_shared<const Packet>(message.data(), message.size());
 }
-
-/// A subscriber: the sender writes to `peer`.
-class Subscriber {
- public:
-  Subscriber() {
-    int sockets[2];
-    if (socketpair(AF_UNIX, SOCK_STREAM, 0, sockets) != 0) throw std::runtime_error("socketpair");
-    socket_ = sockets[0];
-    peer = sockets[1];
-    const timeval timeout{5, 0};
-    setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof(timeout));
-  }
-  ~Subscriber() {
-    leave();
-    close(peer);
-  }
-  void leave() {
-    if (socket_ >= 0) close(socket_);
-    socket_ = -1;
-  }
-  /// The next message, "nothing" if none comes for long.
-  std::string receive() {
-    std::uint32_t size;
-    if (recv(socket_, &size, sizeof(size), MSG_WAITALL) != sizeof(size)) return "nothing";
-    std::string message(size, ' ');
-    recv(socket_, message.data(), size, MSG_WAITALL);
-    return message;
-  }
-  /// The next messages, as the numbers that they begin with; -1 once none comes for long.
-  std::vector<int> receiveNumbers(std::size_t count) {
-    std::vector<int> numbers;
-    while (numbers.size() < count && (numbers.empty() || numbers.back() >= 0)) {
-      const std::string message = receive();
-      numbers.push_back(message == "nothing" ? -1 : std::atoi(message.c_str()));
-    }
-    return numbers;
-  }
-  void waitForSomething() {
-    char byte;
-    recv(socket_, &byte, 1, MSG_PEEK);
-  }
-  bool hasSomething() {
-    char byte;
-    return recv(socket_, &byte, 1, MSG_PEEK | MSG_DONTWAIT) > 0;
-  }
-
-  int peer;
-
- private:
-  int socket_;
-};
 
 /// A message of a size that begins with a number.
 inline std::shared_ptr<const Packet> numbered(int number, std::size_t size) {

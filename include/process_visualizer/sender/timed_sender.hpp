@@ -24,8 +24,9 @@ namespace process_visualizer::sender {
 /// was due at once is sent: neither these nor earlier ones are withdrawn.
 class TimedSender {
  public:
+  /// Takes what its thread waits by, which has its clock.
   /// @throws std::system_error if the system has no more descriptors.
-  TimedSender();
+  explicit TimedSender(std::unique_ptr<Wakeup> wakeup = std::make_unique<Wakeup>());
   ~TimedSender();
   TimedSender(const TimedSender&) = delete;
   TimedSender& operator=(const TimedSender&) = delete;
@@ -94,7 +95,7 @@ class TimedSender {
   mutable std::mutex mutex_;
   std::condition_variable idle_;
   std::condition_variable broken_changed_;
-  Wakeup wakeup_;
+  std::unique_ptr<Wakeup> wakeup_;
   bool closed_ = false;
   std::int64_t waits_until_ns_ = Wakeup::kNever;
   std::vector<Topic> topics_;
@@ -111,8 +112,5 @@ class TimedSender {
   std::size_t dropped_by_removed_ = 0;
   std::thread thread_;
 };
-
-/// The monotonic clock [ns].
-std::int64_t monotonicNow();
 
 }  // namespace process_visualizer::sender

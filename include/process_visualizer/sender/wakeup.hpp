@@ -6,7 +6,11 @@
 
 namespace process_visualizer::sender {
 
-/// Ends a thread's wait: at a time, by another thread, or by a socket.
+/// The monotonic clock [ns].
+std::int64_t monotonicNow();
+
+/// Ends a thread's wait: at a time, by another thread, or by a socket. Times are of the monotonic
+/// clock, in nanoseconds; tests put a wait with a clock of their own in its place.
 class Wakeup {
  public:
   struct Event {
@@ -17,9 +21,11 @@ class Wakeup {
 
   /// @throws std::system_error if the system has no more descriptors.
   Wakeup();
-  ~Wakeup();
+  virtual ~Wakeup();
   Wakeup(const Wakeup&) = delete;
   Wakeup& operator=(const Wakeup&) = delete;
+
+  virtual std::int64_t now() const { return monotonicNow(); }
 
   void add(int socket, int number);
   /// Whether the wait also ends when the socket can be written to.
@@ -28,9 +34,9 @@ class Wakeup {
 
   /// Ends the wait, or the next one. For any thread; everything else is for the waiting
   /// thread or for one that holds its lock.
-  void ring();
-  /// Waits until a time of the monotonic clock [ns]; returns what happened to sockets.
-  std::vector<Event> waitUntil(std::int64_t time_ns);
+  virtual void ring();
+  /// Waits until a time [ns]; returns what happened to sockets.
+  virtual std::vector<Event> waitUntil(std::int64_t time_ns);
 
  private:
   void setTimer(std::int64_t time_ns);
