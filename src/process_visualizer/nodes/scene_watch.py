@@ -8,7 +8,7 @@ old. So every process that draws is asked a few times a second whether it is ali
 from __future__ import annotations
 
 import sys
-import time
+from functools import partial
 from typing import Dict, List, Mapping, Optional, Tuple
 
 import rosgraph
@@ -17,7 +17,8 @@ from std_msgs.msg import Float32
 from visualization_msgs.msg import MarkerArray
 
 from process_visualizer.nodes.common.markers import Pace, invisible_marker, text_marker
-from process_visualizer.nodes.common.node_pulse import Pulses
+from process_visualizer.nodes.common.node_handle import NodeHandle
+from process_visualizer.nodes.common.node_pulse import Connect, Pulses, connecting
 from process_visualizer.nodes.common.private_parameters import private_parameters
 from process_visualizer.nodes.common.process_end import start_node
 from process_visualizer.parameters.reading import ParameterError
@@ -27,6 +28,7 @@ from process_visualizer.ros_names import SCENE_WATCH
 TEXT_PERIOD_S = 0.2
 CALM_PERIOD_S = 1.0  # RViz has something to show, also when the frames come after it
 LOOKUP_PERIOD_S = 2.0
+LOG_PERIOD_S = 10.0
 AMBER = (1.0, 0.7, 0.1, 1.0)
 HEIGHT_M = 0.06
 OTHERS_MEANING = 'what it showed is out of date'
@@ -35,32 +37,37 @@ OTHERS_MEANING = 'what it showed is out of date'
 class SceneWatch:
     """Asks the nodes of all devices whether they are alive, and writes the problems."""
 
-    def __init__(self, parameters: SceneParameters) -> None:
-        """Advertise, and subscribe to the ages of clouds."""
+    def __init__(self, node: NodeHandle, master: rosgraph.Master, parameters: SceneParameters,
+                 connect: Connect = connecting) -> None:
+        """Advertise, and subscribe to the ages of clouds; see `Pulses` for ``connect``."""
+        self._node, self._master = node, master
         self._frame, self._devices = parameters.frame, parameters.devices
         self._stale_after_s = parameters.stale_after_s
-        self._master = rosgraph.Master(rospy.get_name())
-        self._pulses = Pulses(self._uri)
+        self._pulses = Pulses(self._uri, connect)
         self._meanings: Dict[str, Dict[str, str]] = {
             device.name: dict(device.nodes) for device in self._devices}
         self._ages: Dict[str, Tuple[float, float]] = {}  # age [s], and when it was reported
         self._texts, self._calm = Pace(TEXT_PERIOD_S), Pace(CALM_PERIOD_S)
-        self._lookups = Pace(LOOKUP_PERIOD_S)
-        self._publisher = rospy.Publisher('~marker_array', MarkerArray, queue_size=1, latch=True)
-        self._subscribers = [
-            rospy.Subscriber(device.age_topic, Float32, self._on_age, callback_args=device.name)
-            for device in self._devices if device.age_topic]
+        self._lookups, self._log = Pace(LOOKUP_PERIOD_S), Pace(LOG_PERIOD_S)
+        self._publisher = node.publisher('~marker_array', MarkerArray, queue_size=1, latch=True)
+        for device in self._devices:
+            if device.age_topic:
+                node.subscribe(device.age_topic, Float32, partial(self._on_age, device.name))
 
     def run(self) -> None:
         """Watch until ROS shuts the node down."""
-        while not rospy.is_shutdown():
-            now_s = time.monotonic()
-            if self._lookups.is_due(now_s):
-                self._look_up_publishers()
-            self._pulses.step(TEXT_PERIOD_S)
-            problems = self.problems()
-            if (self._texts if problems else self._calm).is_due(now_s):
-                self._publish(problems)
+        while not self._node.is_shutdown():
+            self.step(TEXT_PERIOD_S)
+
+    def step(self, longest_s: float) -> None:
+        """Ask, wait for answers for a limited time [s], and publish if it is time for that."""
+        now_s = self._node.monotonic_s()
+        if self._lookups.is_due(now_s):
+            self._look_up_publishers()
+        self._pulses.step(now_s, longest_s)
+        problems = self.problems()
+        if (self._texts if problems else self._calm).is_due(now_s):
+            self._publish(problems)
 
     def problems(self) -> Dict[str, List[str]]:
         """Return the present problems by device name."""
@@ -73,7 +80,7 @@ class SceneWatch:
         lines = [f'{device}: {name.split("/")[-1]} {problem}, {self._meanings[device][name]}'
                  for name, problem in ended if problem]
         age_s, told_s = self._ages.get(device, (0.0, 0.0))
-        if age_s > self._stale_after_s and time.monotonic() - told_s < 1.0:
+        if age_s > self._stale_after_s and self._node.monotonic_s() - told_s < 1.0:
             lines.append(f'{device}: points {age_s:.1f} s old')
         return lines
 
@@ -88,7 +95,8 @@ class SceneWatch:
         try:
             publishers = dict(self._master.getSystemState()[0])
         except (rosgraph.MasterException, OSError) as error:
-            rospy.logwarn_throttle(10.0, f'scene_watch: the master does not answer: {error}')
+            if self._log.is_due(self._node.monotonic_s()):
+                self._node.warn(f'scene_watch: the master does not answer: {error}')
             return
         for device in self._devices:
             meanings = self._meanings[device.name]
@@ -104,16 +112,17 @@ class SceneWatch:
             return None
         return uri
 
-    def _on_age(self, message: Float32, device: str) -> None:
-        self._ages[device] = message.data, time.monotonic()
+    def _on_age(self, device: str, message: Float32) -> None:
+        self._ages[device] = message.data, self._node.monotonic_s()
 
 
 def main() -> None:
     """Run the node; it ends with status 1 when a parameter is wrong."""
     start_node(SCENE_WATCH)
     try:
-        watch = SceneWatch(SceneParameters.read(private_parameters()))
+        parameters = SceneParameters.read(private_parameters())
     except ParameterError as error:
         rospy.logfatal('%s', error)
         sys.exit(1)
-    watch.run()
+    node = NodeHandle()
+    SceneWatch(node, rosgraph.Master(node.name), parameters).run()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import selectors
 import socket
-import time
 import xmlrpc.client
 from typing import Callable, Dict, Iterable, Optional
 from urllib.parse import urlsplit
@@ -18,14 +17,30 @@ _LONGEST_ANSWER = 1 << 16
 _QUESTION = xmlrpc.client.dumps((f'/{SCENE_WATCH}',), 'getPid').encode()
 
 Lookup = Callable[[str], Optional[str]]
+Connect = Callable[[str], socket.socket]
+
+
+def connecting(uri: str) -> socket.socket:
+    """Return a socket that is being connected.
+
+    Raises:
+        OSError: it cannot be connected.
+    """
+    parts = urlsplit(uri)
+    family, kind, protocol, _, address = socket.getaddrinfo(
+        parts.hostname, parts.port, type=socket.SOCK_STREAM)[0]
+    connection = socket.socket(family, kind, protocol)
+    connection.setblocking(False)
+    connection.connect_ex(address)
+    return connection
 
 
 class NodePulse:
     """One node, and whether it answered."""
 
-    def __init__(self, name: str) -> None:
-        """``name`` is the node's name."""
-        self.name = name
+    def __init__(self, name: str, connect: Connect) -> None:
+        """``name`` is the node's name; see `Pulses` for ``connect``."""
+        self.name, self._connect = name, connect
         self.problem = ''  # ENDED, SILENT or nothing
         self._seen = self._is_sent = False
         self._uri: Optional[str] = None
@@ -69,7 +84,7 @@ class NodePulse:
             return
         self._received, self._is_sent = b'', False
         try:
-            self._connection = _connecting(self._uri)
+            self._connection = self._connect(self._uri)
         except OSError:
             self._uri = None
             self._note(ENDED)
@@ -103,40 +118,34 @@ class NodePulse:
 class Pulses:
     """All nodes that are watched; run it in a separate thread."""
 
-    def __init__(self, lookup: Lookup) -> None:
-        """``lookup`` returns the URI of a node's slave API, None for an unknown node."""
-        self._lookup = lookup
+    def __init__(self, lookup: Lookup, connect: Connect = connecting) -> None:
+        """Watch no node at first.
+
+        Args:
+            lookup: returns the URI of a node's slave API, None for an unknown node.
+            connect: returns a socket that is being connected to a URI, or raises OSError.
+        """
+        self._lookup, self._connect = lookup, connect
         self._selector = selectors.DefaultSelector()
         self.nodes: Dict[str, NodePulse] = {}
 
     def watch(self, names: Iterable[str]) -> None:
         """Watch further nodes."""
         for name in names:
-            self.nodes.setdefault(name, NodePulse(name))
+            self.nodes.setdefault(name, NodePulse(name, self._connect))
 
-    def step(self, longest_s: float) -> None:
-        """Ask the nodes that are due, and wait for answers for a limited time."""
-        now_s = time.monotonic()
+    def step(self, now_s: float, longest_s: float) -> None:
+        """Ask the nodes that are due, and wait for answers for a limited time.
+
+        Args:
+            now_s: the present time of a clock that does not jump.
+            longest_s: how long to wait.
+        """
         for node in self.nodes.values():
             node.act(now_s, self._lookup, self._selector)
         next_s = min((node.next_s() for node in self.nodes.values()), default=now_s + longest_s)
         for key, _ in self._selector.select(min(max(next_s - now_s, 0.0), longest_s)):
             key.data.receive(self._selector)
-
-
-def _connecting(uri: str) -> socket.socket:
-    """Return a socket that is being connected.
-
-    Raises:
-        OSError: it cannot be connected.
-    """
-    parts = urlsplit(uri)
-    family, kind, protocol, _, address = socket.getaddrinfo(
-        parts.hostname, parts.port, type=socket.SOCK_STREAM)[0]
-    connection = socket.socket(family, kind, protocol)
-    connection.setblocking(False)
-    connection.connect_ex(address)
-    return connection
 
 
 def _is_complete(answer: bytes) -> bool:

@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Words in the scene about processes that draw and have ended, hang, or took their leave."""
+from __future__ import annotations
+
+import socket
+from contextlib import suppress
+from typing import Any, Dict, List, Set, Tuple
+
+import pytest
+import rosgraph
+from simulated_node import SimulatedNode
+from std_msgs.msg import Float32
+from visualization_msgs.msg import Marker
+
+from process_visualizer.nodes.scene_watch import SceneWatch
+from process_visualizer.parameters.scene_parameters import SceneParameters, WatchedDevice
+
+STATE_PUBLISHER, PROCESSOR, NEVER = '/r/robot_state_publisher', '/r/robot_proc', '/r/variable_proc'
+PARAMETERS = SceneParameters('r/link0', (
+    WatchedDevice('r', 'r/link0', (0.0, 0.0, 0.7), {
+        STATE_PUBLISHER: 'the robot does not move', PROCESSOR: 'no arrows and numbers',
+        NEVER: 'never started'}, ('/r/marker',)),
+    WatchedDevice('c', 'world', (0.0, 0.0, 0.0), {'/c/depth_proc': 'the points are old'},
+                  ('/c/points',), '/c/points_age')), 0.7)
+STEP_S = 0.05
+NOTICED_S = 1.0
+"""Within this time the watch has found out: it asks every 0.3 s, and waits 0.5 s for an answer."""
+
+
+class Processes:
+    """The master, and the processes of nodes as far as they can be asked."""
+
+    def __init__(self, *nodes: str) -> None:
+        self.running = set(nodes)
+        self.hanging: Set[str] = set()
+        self.publishers: Dict[str, List[str]] = {}
+        self.is_master_there = True
+        self._questions: List[Tuple[str, socket.socket]] = []
+
+    def getSystemState(self) -> List[Any]:
+        if not self.is_master_there:
+            raise rosgraph.MasterException('no master')
+        return [list(self.publishers.items()), [], []]
+
+    def lookupNode(self, node: str) -> str:
+        if node not in self.running:
+            raise rosgraph.MasterException(f'unknown node {node}')
+        return node
+
+    def connect(self, node: str) -> socket.socket:
+        """As the kernel: it refuses for a process that has ended, not for one that hangs."""
+        if node not in self.running:
+            raise ConnectionRefusedError(node)
+        ours, theirs = socket.socketpair()
+        ours.setblocking(False)
+        self._questions.append((node, theirs))
+        return ours
+
+    def answer(self) -> None:
+        """Let all processes that do not hang answer."""
+        waiting = [it for it in self._questions if it[0] in self.hanging]
+        for node, connection in self._questions:
+            if node in self.hanging:
+                continue
+            if node in self.running:
+                assert b'getPid' in connection.recv(4096)
+                with suppress(BrokenPipeError):  # nobody waits for it any longer
+                    connection.sendall(b'HTTP/1.0 200 OK\r\n\r\n<methodResponse></methodResponse>')
+            connection.close()
+        self._questions = waiting
+
+
+class Watch:
+    """The node, and what RViz shows of its markers."""
+
+    def __init__(self) -> None:
+        self.processes = Processes(STATE_PUBLISHER, PROCESSOR, '/c/depth_proc')
+        self.node = SimulatedNode('/scene_watch')
+        master: Any = self.processes
+        self._watch = SceneWatch(self.node, master, PARAMETERS, self.processes.connect)
+        self.wait(NOTICED_S)
+
+    def wait(self, duration_s: float) -> None:
+        """Let time pass, a step after the other."""
+        end_s = self.node.now_s + duration_s
+        while self.node.now_s < end_s:
+            self._watch.step(0.0)
+            self.processes.answer()
+            self.node.advance(STEP_S)
+
+    def markers(self) -> Dict[str, Marker]:
+        """Return what it has published last."""
+        return {it.ns: it for it in self.node.sent('~marker_array')[-1].markers}
+
+    def words(self, device: str = 'r') -> str:
+        """Return what it says of a device; '' if that is well."""
+        marker = self.markers().get(device)
+        return '' if marker is None else str(marker.text)
+
+
+@pytest.fixture
+def watch() -> Watch:
+    return Watch()
+
+
+def test_of_those_that_answer_nothing_is_said_but_something_is_published(watch: Watch) -> None:
+    watch.wait(10.0)
+    assert list(watch.markers()) == ['all is well']  # a display that receives nothing warns
+    assert 10 <= len(watch.node.sent('~marker_array')) <= 13
+
+
+@pytest.mark.parametrize('name, meaning', [
+    (STATE_PUBLISHER, 'the robot does not move'), (PROCESSOR, 'no arrows and numbers')])
+def test_one_that_hangs_is_named_until_it_goes_on(watch: Watch, name: str, meaning: str) -> None:
+    watch.processes.hanging.add(name)
+    watch.wait(NOTICED_S)
+    assert watch.words() == f'r: {name.rpartition("/")[2]} does not answer, {meaning}'
+    marker = watch.markers()['r']
+    assert (marker.header.frame_id, marker.pose.position.z) == ('r/link0', 0.7)
+    assert marker.lifetime.to_sec() > 0.0
+    watch.processes.hanging.clear()
+    watch.wait(2.0)
+    assert watch.words() == ''
+
+
+def test_one_that_is_killed_is_named_and_started_anew_it_is_well(watch: Watch) -> None:
+    watch.processes.running.remove(PROCESSOR)
+    watch.wait(NOTICED_S)
+    assert watch.words() == 'r: robot_proc has ended, no arrows and numbers'
+    watch.processes.running.add(PROCESSOR)
+    watch.wait(2.0)
+    assert watch.words() == ''
+
+
+def test_several_are_named_and_drawn_before_rviz_removes_the_words(watch: Watch) -> None:
+    watch.processes.running.difference_update((STATE_PUBLISHER, '/c/depth_proc'))
+    watch.processes.hanging.add(PROCESSOR)
+    watch.wait(NOTICED_S)
+    assert watch.words().splitlines() == [
+        'r: robot_state_publisher has ended, the robot does not move',
+        'r: robot_proc does not answer, no arrows and numbers']
+    assert watch.words('c') == 'c: depth_proc has ended, the points are old'
+    watch.node.sent('~marker_array').clear()
+    watch.wait(4.0)
+    assert len(watch.node.sent('~marker_array')) >= 4.0 / 0.8 * 2
+
+
+def test_publisher_of_a_shown_topic_that_takes_its_leave(watch: Watch) -> None:
+    watch.processes.running.add('/other')
+    watch.processes.publishers['/r/marker'] = ['/other']
+    watch.wait(4.0)  # the watch looks at the master every two seconds
+    assert watch.words() == ''
+    watch.processes.running.remove('/other')
+    watch.processes.publishers.clear()
+    watch.wait(NOTICED_S)
+    assert watch.words() == 'r: other has ended, what it showed is out of date'
+
+
+def test_cloud_that_comes_no_more(watch: Watch) -> None:
+    for age_s, words in ((0.7, ''), (2.34, 'c: points 2.3 s old')):
+        watch.node.send('/c/points_age', Float32(age_s))
+        watch.wait(1.0 - STEP_S)
+        assert watch.words('c') == words
+    watch.wait(2.0)  # the depth processor, which says the age, says nothing any more
+    assert watch.words('c') == ''
+
+
+def test_a_master_that_does_not_answer_is_told_now_and_then(watch: Watch) -> None:
+    watch.processes.is_master_there = False
+    watch.wait(15.0)
+    assert watch.node.log == 2 * [('warn', 'scene_watch: the master does not answer: no master')]
+    assert watch.words() == ''
