@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # The joint processor: which position belongs to which joint (no node), and the node joint_proc.
 
-add_library(process_visualizer_joints src/joints/joint_coverage.cpp
+add_library(process_visualizer_joints
+  src/joints/joint_board.cpp
   src/joints/joint_matching.cpp
+  src/joints/joint_message.cpp
   src/joints/time_watch.cpp)
 process_visualizer_compile(process_visualizer_joints)
 

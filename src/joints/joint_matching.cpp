@@ -42,8 +42,6 @@ JointMatching::JointMatching(const std::string& robot_name, std::vector<std::str
 }
 
 JointPositions JointMatching::match(const JointPositions& measured) const {
-  for (const double position : measured.positions)
-    if (!std::isfinite(position)) refuse("it holds NaN or infinity");
   return measured.names.empty() ? matchByOrder(measured.positions) : matchByName(measured);
 }
 
@@ -56,17 +54,24 @@ JointPositions JointMatching::matchByOrder(const std::vector<double>& positions)
 }
 
 JointPositions JointMatching::matchByName(const JointPositions& measured) const {
+  if (measured.positions.empty())
+    throw ForeignJoints("it has no positions of " + listed(measured.names) +
+                        ", only velocities or efforts");
   if (measured.names.size() != measured.positions.size())
     refuse(std::to_string(measured.names.size()) + " joint names come with " +
            std::to_string(measured.positions.size()) + " positions");
   JointPositions matched;
   for (std::size_t i = 0; i < measured.names.size(); ++i) {
+    if (!std::isfinite(measured.positions[i])) {
+      matched.unusable.push_back(measured.names[i]);
+      continue;
+    }
     const auto joint = joints_.find(measured.names[i]);
     if (joint == joints_.end()) continue;
     matched.names.push_back(joint->second.name);
     matched.positions.push_back(measured.positions[i] + joint->second.offset);
   }
-  if (matched.names.empty())
+  if (matched.names.empty() && matched.unusable.empty())
     throw ForeignJoints("none of the names " + listed(measured.names) +
                         " is a joint of the robot; its joints are " + listed(joint_names_));
   return matched;

@@ -2,10 +2,10 @@
 #include "process_visualizer/joints/joint_processor.hpp"
 
 #include <diagnostic_msgs/DiagnosticArray.h>
-#include <std_msgs/Float32MultiArray.h>
 
 #include <boost/make_shared.hpp>
 #include <cstddef>
+#include <cstdint>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -19,48 +19,17 @@ constexpr double kQuietPeriodS = 0.05;
 constexpr std::chrono::seconds kWarningPeriod{5};
 constexpr std::chrono::seconds kSharedTopic{2};
 constexpr std::chrono::milliseconds kReportPeriod{500};
-constexpr char kArray[] = "std_msgs/Float32MultiArray";
-constexpr char kJointState[] = "sensor_msgs/JointState";
-
-template <typename Type>
-Type deserialized(const RawMessage& message) {
-  Type content;
-  // roscpp only reads from this stream, although it does not say so.
-  auto* bytes = const_cast<std::uint8_t*>(message.bytes.data());
-  ros::serialization::IStream stream(bytes, message.bytes.size());
-  ros::serialization::deserialize(stream, content);
-  return content;
-}
-
-/// How many elements stand before the first value: the layout's data_offset.
-std::ptrdiff_t padding(const std_msgs::Float32MultiArray& array) {
-  const std::size_t padding = array.layout.data_offset;
-  if (padding <= array.data.size()) return static_cast<std::ptrdiff_t>(padding);
-  throw std::invalid_argument("its data_offset " + std::to_string(padding) + " is behind its " +
-                              std::to_string(array.data.size()) + " elements");
-}
+constexpr int kQueue = 100;             // groups of joints, each of which counts
+constexpr double kUsableWithinS = 1.0;  // of a stamp before its arrival, as KeptStamps
 
 }  // namespace
-
-JointPositions decodeJoints(const std::string& type, const RawMessage& message) {
-  if (type == kArray) {
-    const auto array = deserialized<std_msgs::Float32MultiArray>(message);
-    return {{}, {array.data.begin() + padding(array), array.data.end()}};
-  }
-  if (type == kJointState) {
-    auto state = deserialized<sensor_msgs::JointState>(message);
-    return {std::move(state.name), std::move(state.position)};
-  }
-  throw std::invalid_argument("it carries " + type + ", and " + kArray + " or " + kJointState +
-                              " is expected");
-}
 
 JointProcessor::JointProcessor(JointParameters parameters, JointMatching matching)
     : parameters_(std::move(parameters)),
       matching_(std::move(matching)),
-      period_(std::chrono::duration_cast<Clock::duration>(
-          std::chrono::duration<double>(1.0 / parameters_.rate_hz))),
-      coverage_(matching_.jointNames()) {
+      board_(matching_.jointNames(),
+             std::chrono::duration_cast<JointBoard::Clock::duration>(
+                 std::chrono::duration<double>(1.0 / parameters_.rate_hz))) {
   publisher_ = node_.advertise<sensor_msgs::JointState>("joint_states", 10);
   diagnostics_ = node_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
   subscribe();
@@ -71,7 +40,7 @@ JointProcessor::JointProcessor(JointParameters parameters, JointMatching matchin
 void JointProcessor::tick() {
   followChangedType();
   // Only what nothing has followed: between two messages it would be late, and the next one is not.
-  if (quiet_) flush();
+  if (quiet_) publish(board_.rest(Clock::now()));
   quiet_ = true;
   report();
 }
@@ -79,7 +48,7 @@ void JointProcessor::tick() {
 void JointProcessor::subscribe() {
   ros::SubscribeOptions options;
   options.topic = parameters_.topic;
-  options.queue_size = 1;  // what was overtaken need not be shown
+  options.queue_size = kQueue;
   options.md5sum = ros::message_traits::md5sum<RawMessage>();
   options.datatype = ros::message_traits::datatype<RawMessage>();
   options.transport_hints = ros::TransportHints().tcpNoDelay();
@@ -101,16 +70,19 @@ void JointProcessor::followChangedType() {
 void JointProcessor::receive(const Event& event) {
   was_connected_ = true;
   try {
-    JointPositions joints = matching_.match(decode(event));
-    used_ = Clock::now();
+    const StampedJoints message = decode(event);
+    const JointPositions joints = matching_.match(message.joints);
+    const auto now = Clock::now();
+    used_ = now;
     quiet_ = false;
-    coverage_.add(joints.names, *used_);
-    held_.emplace();
-    held_->header.stamp = ros::Time::now();  // not when it is sent: it may have to wait
-    held_->name = std::move(joints.names);
-    held_->position = std::move(joints.positions);
-    flush();
-    watch();
+    // Not when it is sent: it may have to wait.
+    const ros::Time arrival = ros::Time::now();
+    const ros::Time stamp = ros::Time().fromNSec(message.stamp_ns);
+    const double age_s = (arrival - stamp).toSec();
+    stamp_ = age_s >= 0.0 && age_s <= kUsableWithinS ? stamp : arrival;
+    board_.add(joints, event.getPublisherName(), now);
+    publish(board_.due(now));
+    watch(joints.unusable);
   } catch (const ForeignJoints& error) {
     if (!used_ || Clock::now() - *used_ > kSharedTopic)
       warn(std::string("is left out: ") + error.what());
@@ -119,16 +91,20 @@ void JointProcessor::receive(const Event& event) {
   }
 }
 
-void JointProcessor::watch() {
+void JointProcessor::watch(const std::vector<std::string>& unusable) {
   const auto now = Clock::now();
-  bool is_good = true;
-  for (const std::string& problem :
-       {time_watch_.problem(ros::Time::now().toSec(), now), coverage_.problem(now)}) {
-    if (problem.empty()) continue;
-    warn("is shown, but " + problem);
-    is_good = false;
-  }
-  if (is_good) complaint_.noteGood();
+  std::vector<std::string> problems = board_.problems(now);
+  problems.push_back(time_watch_.problem(ros::Time::now().toSec(), now));
+  for (const std::string& name : unusable)
+    problems.push_back("the position of " + name +
+                       " is NaN or infinite; that joint stays where it was");
+  std::string text;
+  for (const std::string& problem : problems)
+    if (!problem.empty()) text += (text.empty() ? "is shown, but " : "; ") + problem;
+  if (text.empty())
+    complaint_.noteGood();
+  else
+    warn(text);
 }
 
 // Not ROS_WARN_THROTTLE, which says nothing while ROS time stands still.
@@ -155,26 +131,21 @@ void JointProcessor::report() {
   if (!holds) complaint_.clear();
 }
 
-JointPositions JointProcessor::decode(const Event& event) const {
+StampedJoints JointProcessor::decode(const Event& event) const {
   const std::string type = event.getConnectionHeader()["type"];
   const std::string& wanted = parameters_.message_type;
   if (!wanted.empty() && type != wanted)
     throw std::invalid_argument("it carries " + type + ", and " + wanted + " is expected");
-  return decodeJoints(type, *event.getConstMessage());
+  return decodeJoints(type, event.getConstMessage()->bytes);
 }
 
-void JointProcessor::flush() {
-  if (!held_ || !isDue()) return;
-  publisher_.publish(*held_);
-  held_.reset();
-}
-
-bool JointProcessor::isDue() {
-  const auto now = Clock::now();
-  if (now < next_) return false;
-  // A little late is made up for, so that the rate holds whatever the rate of asking.
-  next_ = now - next_ < period_ ? next_ + period_ : now + period_;
-  return true;
+void JointProcessor::publish(const JointPositions& joints) {
+  if (joints.names.empty()) return;
+  sensor_msgs::JointState state;
+  state.header.stamp = stamp_;
+  state.name = joints.names;
+  state.position = joints.positions;
+  publisher_.publish(state);
 }
 
 }  // namespace process_visualizer::joints

@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <initializer_list>
+#include <map>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "process_visualizer/common/complaint.hpp"
-#include "process_visualizer/joints/joint_coverage.hpp"
+#include "process_visualizer/joints/joint_board.hpp"
 #include "process_visualizer/joints/joint_matching.hpp"
+#include "process_visualizer/joints/joint_message.hpp"
 #include "process_visualizer/joints/time_watch.hpp"
 
 namespace process_visualizer::joints {
@@ -64,8 +70,17 @@ TEST(JointMatching, WhatDoesNotFitSaysWhy) {
   expectProblem({{}, {}}, "3 values are expected");
   expectProblem({{"r/a"}, {1.0, 2.0}}, "1 joint names come with 2 positions");
   expectProblem({{"x"}, {1.0}}, "none of the names x is a joint");
-  expectProblem({{}, {1.0, NAN, 3.0}}, "NaN or infinity");
-  expectProblem({{"a"}, {INFINITY}}, "NaN or infinity");
+  expectProblem({{"a"}, {}}, "no positions of a, only velocities or efforts");
+}
+
+TEST(JointMatching, OnlyAJointWithoutAUsablePositionIsLeftOut) {
+  JointPositions found = JointMatching("r", kJoints).match({{}, {1.0, NAN, 3.0}});
+  EXPECT_EQ(found.names, (Names{"r/a", "r/c"}));
+  EXPECT_EQ(found.positions, (Positions{1.0, 3.0}));
+  EXPECT_EQ(found.unusable, Names{"r/b"});
+  found = JointMatching("r", kJoints).match({{"a", "gripper"}, {1.0, INFINITY}});
+  EXPECT_EQ(found.names, Names{"r/a"});
+  EXPECT_EQ(found.unusable, Names{"gripper"});
 }
 
 TEST(JointMatching, OffsetsAreAddedByEitherName) {
@@ -91,16 +106,154 @@ TEST(MovableJoints, OfWhatIsNoUrdf) {
   EXPECT_THROW(movableJoints(""), std::invalid_argument);
 }
 
-TEST(JointCoverage, JointsThatNoMessageTellsAbout) {
-  JointCoverage coverage({"a", "b", "finger"});
-  const JointCoverage::Clock::time_point begin;
-  EXPECT_EQ(coverage.problem(begin + std::chrono::hours(1)), "");  // nothing has come yet
-  coverage.add({"a", "b"}, begin);
-  EXPECT_EQ(coverage.problem(begin + std::chrono::seconds(2)), "");
-  EXPECT_EQ(coverage.problem(begin + std::chrono::seconds(4)).find("none says where finger is"),
-            0U);
-  coverage.add({"finger"}, begin + std::chrono::seconds(5));
-  EXPECT_EQ(coverage.problem(begin + std::chrono::seconds(6)), "");
+using std::chrono::hours;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using Time = JointBoard::Clock::time_point;
+
+constexpr milliseconds kPeriod{33};
+const Time kBegin{hours(1)};
+
+TEST(JointBoard, EachGroupOfJointsIsPassedOnAtTheFullRate) {
+  JointBoard board({"left", "right", "torso"}, kPeriod);
+  std::map<std::string, Positions> passed;
+  for (int i = 0; i < 100; ++i) {  // 100 Hz; the groups come directly after one another
+    const Time now = kBegin + milliseconds(10 * i);
+    for (const char* name : {"left", "right", "torso"}) {
+      board.add({{name}, {static_cast<double>(i)}}, "/driver", now);
+      const JointPositions found = board.due(now);
+      for (std::size_t k = 0; k < found.names.size(); ++k)
+        passed[found.names[k]].push_back(found.positions[k]);
+    }
+  }
+  for (const auto& [name, positions] : passed) {
+    EXPECT_GE(positions.size(), 24U) << name;
+    EXPECT_LE(positions.size(), 32U) << name;
+    for (std::size_t k = 1; k < positions.size(); ++k)
+      EXPECT_LE(positions[k] - positions[k - 1], 5);
+  }
+  EXPECT_EQ(passed.size(), 3U);
+}
+
+TEST(JointBoard, NoGroupIsPassedOnLaterThanTheOthersOfItsCycle) {
+  JointBoard board({"left", "right"}, kPeriod);
+  for (int i = 0; i < 10; ++i) {
+    const Time now = kBegin + milliseconds(40 * i);
+    const double value = i;
+    board.add({{"left"}, {value}}, "/driver", now);
+    EXPECT_EQ(board.due(now).positions, Positions{value});
+    board.add({{"right"}, {value}}, "/driver", now);
+    EXPECT_EQ(board.due(now).positions, Positions{value});
+  }
+}
+
+TEST(JointBoard, WhatHadToWaitIsPassedOnWhenNothingFollows) {
+  JointBoard board({"a"}, kPeriod);
+  board.add({{"a"}, {1.0}}, "/driver", kBegin);
+  EXPECT_EQ(board.due(kBegin).positions, Positions{1.0});
+  board.add({{"a"}, {2.0}}, "/driver", kBegin + milliseconds(10));
+  EXPECT_TRUE(board.due(kBegin + milliseconds(10)).names.empty());
+  EXPECT_EQ(board.rest(kBegin + milliseconds(60)).positions, Positions{2.0});
+  EXPECT_TRUE(board.rest(kBegin + milliseconds(120)).names.empty());
+}
+
+TEST(JointBoard, AJointThatIsSentSeldomGoesWithTheOthers) {
+  JointBoard board({"arm", "torso"}, kPeriod);
+  board.add({{"torso"}, {0.5}}, "/driver", kBegin);
+  board.due(kBegin);
+  const Time later = kBegin + seconds(9);
+  board.add({{"arm"}, {1.0}}, "/driver", later);
+  const JointPositions found = board.due(later);
+  EXPECT_EQ(found.names, (Names{"arm", "torso"}));
+  EXPECT_EQ(found.positions, (Positions{1.0, 0.5}));
+  EXPECT_TRUE(board.problems(later).empty());  // it may be sent on change only
+}
+
+std::string problem(const JointBoard& board, Time now) {
+  const std::vector<std::string> found = board.problems(now);
+  return found.empty() ? "" : found.front();
+}
+
+TEST(JointBoard, JointsThatNoMessageHas) {
+  JointBoard board({"a", "b", "finger"}, kPeriod);
+  EXPECT_EQ(problem(board, kBegin + hours(1)), "");  // nothing has come yet
+  board.add({{"a", "b"}, {0.0, 0.0}}, "/driver", kBegin);
+  EXPECT_EQ(problem(board, kBegin + seconds(2)), "");
+  EXPECT_EQ(problem(board, kBegin + seconds(4)).find("no message has the position of finger"), 0U);
+  board.add({{"finger"}, {0.0}}, "/gripper", kBegin + seconds(5));
+  EXPECT_EQ(problem(board, kBegin + seconds(6)), "");
+}
+
+TEST(JointBoard, AGroupThatHasStoppedWhileOthersCome) {
+  JointBoard board({"arm", "torso"}, kPeriod);
+  const auto send = [&board](const std::string& name, int begin_ms, int end_ms) {
+    for (int ms = begin_ms; ms < end_ms; ms += 10)
+      board.add({{name}, {0.0}}, "/driver", kBegin + milliseconds(ms));
+  };
+  send("torso", 0, 1000);
+  send("arm", 0, 4000);
+  const std::string text = problem(board, kBegin + milliseconds(4000));
+  EXPECT_EQ(text.find("no position of torso has come for 3 s"), 0U) << text;
+  send("torso", 4000, 4010);
+  EXPECT_EQ(problem(board, kBegin + milliseconds(4020)), "");
+}
+
+TEST(JointBoard, TwoNodesThatContradictEachOtherAreNamed) {
+  JointBoard board({"a", "b"}, kPeriod);
+  Time now = kBegin;
+  for (int i = 0; i < 20; ++i, now += milliseconds(10)) {
+    board.add({{"a", "b"}, {1.2 + 0.001 * i, 0.0}}, "/driver", now);
+    board.add({{"a", "b"}, {0.0, 0.0}}, "/joint_state_publisher", now);
+  }
+  const std::string text = problem(board, now);
+  EXPECT_NE(text.find("2 nodes send positions of a that are up to 1.21"), std::string::npos)
+      << text;
+  EXPECT_NE(text.find("/driver (1.219), /joint_state_publisher (0.000)"), std::string::npos)
+      << text;
+  EXPECT_EQ(problem(board, now + seconds(3)), "");
+}
+
+TEST(JointBoard, ANodeThatPassesOnWhatAnotherSaysIsNoContradiction) {
+  JointBoard board({"a"}, kPeriod);
+  for (int i = 0; i < 500; ++i) {  // 2 rad/s; the second one is 0.1 s late
+    const Time now = kBegin + milliseconds(10 * i);
+    board.add({{"a"}, {0.02 * i}}, "/driver", now);
+    board.add({{"a"}, {0.02 * std::max(0, i - 10)}}, "/relay", now);
+    EXPECT_EQ(problem(board, now), "");
+  }
+}
+
+std::vector<std::uint8_t> bytesOf(std::initializer_list<std::uint32_t> words) {
+  std::vector<std::uint8_t> bytes;
+  for (const std::uint32_t word : words)
+    for (int shift = 0; shift < 32; shift += 8)
+      bytes.push_back(static_cast<std::uint8_t>(word >> shift));
+  return bytes;
+}
+
+constexpr char kArray[] = "std_msgs/Float32MultiArray";
+constexpr char kState[] = "sensor_msgs/JointState";
+
+TEST(JointMessage, AnArrayAndAState) {
+  EXPECT_EQ(decodeJoints(kArray, bytesOf({0, 1, 2, 0, 0x3f800000})).joints.positions,
+            Positions{1.0});
+  const StampedJoints state =
+      decodeJoints(kState, bytesOf({7, 5, 6, 0, 1, 4, 0x64636261, 1, 0, 0x3ff00000, 0, 0}));
+  EXPECT_EQ(state.joints.names, Names{"abcd"});
+  EXPECT_EQ(state.joints.positions, Positions{1.0});
+  EXPECT_EQ(state.stamp_ns, 5000000006U);
+}
+
+TEST(JointMessage, NothingIsAllocatedForALengthThatIsNotThere) {
+  for (const std::uint32_t claimed : {0xffffffffU, 0x10000000U, 2U}) {
+    EXPECT_THROW(decodeJoints(kArray, bytesOf({0, 0, claimed})), std::invalid_argument);
+    EXPECT_THROW(decodeJoints(kArray, bytesOf({claimed, 0, 0})), std::invalid_argument);
+    EXPECT_THROW(decodeJoints(kState, bytesOf({0, 0, 0, 0, claimed})), std::invalid_argument);
+    EXPECT_THROW(decodeJoints(kState, bytesOf({0, 0, 0, claimed})), std::invalid_argument);
+    EXPECT_THROW(decodeJoints(kState, bytesOf({0, 0, 0, 0, 0, 0, claimed, 0})),
+                 std::invalid_argument);
+  }
+  EXPECT_THROW(decodeJoints("std_msgs/String", {}), std::invalid_argument);
 }
 
 TEST(TimeWatch, TimeThatGoesOnIsRight) {

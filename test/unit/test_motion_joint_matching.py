@@ -29,7 +29,14 @@ def test_what_a_joint_may_be_called() -> None:
     assert matching.names('wrist') == ()
 
 
-@pytest.mark.parametrize('positions', [(1.0,), (1.0, 2.0, 3.0), (1.0, math.nan)])
+def test_only_a_joint_without_a_usable_position_is_left_out() -> None:
+    matching = JointMatching('left', ['shoulder', 'elbow'])
+    assert matching.match((), (1.0, math.nan)) == {'shoulder': 1.0}
+    assert matching.match(('gripper', 'elbow'), (math.inf, 2.0)) == {'elbow': 2.0}
+    assert matching.match(('wheel', 'elbow'), ()) == {}  # velocities only
+
+
+@pytest.mark.parametrize('positions', [(1.0,), (1.0, 2.0, 3.0)])
 def test_what_does_not_fit(positions: 'tuple[float, ...]') -> None:
     with pytest.raises(ValueError):
         JointMatching('left', ['shoulder', 'elbow']).match((), positions)

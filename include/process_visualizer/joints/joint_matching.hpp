@@ -12,9 +12,10 @@ namespace process_visualizer::joints {
 struct JointPositions {
   std::vector<std::string> names;
   std::vector<double> positions;
+  std::vector<std::string> unusable = {};  ///< joints whose position is NaN or infinite
 };
 
-/// A message has only joints of other robots.
+/// A message has only joints of other robots, or no positions at all.
 struct ForeignJoints : std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
@@ -34,8 +35,11 @@ class JointMatching {
   const std::vector<std::string>& jointNames() const { return joint_names_; }
 
   /// Returns the positions of those joints of the robot that a message has.
-  /// \throws ForeignJoints none of them is a joint of the robot
-  /// \throws std::invalid_argument they do not fit the joints, or are not finite; says why
+  ///
+  /// A joint whose position is NaN or infinite is left out, and named in `unusable`, as it is
+  /// in the message, also if it is of another robot.
+  /// \throws ForeignJoints none of them is a joint of the robot, or it has no positions
+  /// \throws std::invalid_argument they do not fit the joints; says why
   JointPositions match(const JointPositions& measured) const;
 
  private:

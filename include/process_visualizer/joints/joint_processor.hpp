@@ -7,11 +7,13 @@
 #include <chrono>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "process_visualizer/common/complaint.hpp"
 #include "process_visualizer/common/raw_message.hpp"
-#include "process_visualizer/joints/joint_coverage.hpp"
+#include "process_visualizer/joints/joint_board.hpp"
 #include "process_visualizer/joints/joint_matching.hpp"
+#include "process_visualizer/joints/joint_message.hpp"
 #include "process_visualizer/joints/time_watch.hpp"
 
 namespace process_visualizer::joints {
@@ -24,12 +26,14 @@ struct JointParameters {
   double rate_hz;            ///< maximum
 };
 
-/// Publishes a robot's joint states for robot_state_publisher, at most at a rate; the last one
-/// always.
+/// Publishes a robot's joint states for robot_state_publisher, each joint at most at a rate; the
+/// last position of each always.
 ///
-/// A state is published at once or not at all while others follow, so that thinning delays
+/// A position is published at once or not at all while others follow, so that thinning delays
 /// nothing. Drivers that send faster than a screen shows would otherwise cost each robot's state
-/// publisher, and the master, which that asks at every state.
+/// publisher, and the master, which that asks at every state. A published state may have a part
+/// of the joints (see JointBoard). Its stamp is the driver's if that is of this computer's clock,
+/// else the time of arrival.
 ///
 /// A message that cannot be used is left out with a throttled warning, which is on /diagnostics
 /// as long as the problem lasts; without a warning if it has only joints of other robots, while
@@ -47,10 +51,9 @@ class JointProcessor {
   void tick();
   void followChangedType();
   void receive(const Event& event);
-  JointPositions decode(const Event& event) const;
-  void flush();
-  bool isDue();
-  void watch();
+  StampedJoints decode(const Event& event) const;
+  void publish(const JointPositions& joints);
+  void watch(const std::vector<std::string>& unusable);
   void warn(const std::string& problem);
   void report();
 
@@ -62,21 +65,14 @@ class JointProcessor {
   ros::WallTimer timer_;
   bool was_connected_ = false;
   bool quiet_ = true;  ///< no message has come since the last tick
-  std::optional<sensor_msgs::JointState> held_;
-  Clock::duration period_;
-  Clock::time_point next_;
+  ros::Time stamp_;    ///< of the newest message
   Clock::time_point next_warning_;
   std::optional<Clock::time_point> used_;  ///< when a message last had joints of this robot
-  JointCoverage coverage_;
+  JointBoard board_;
   Complaint complaint_;
   ros::Publisher diagnostics_;
   Clock::time_point next_report_;
   TimeWatch time_watch_;
 };
-
-/// Returns the only relevant field of a joint message's bytes.
-/// \throws std::invalid_argument the type is not one of those that carry joints
-/// \throws std::exception the bytes are not of that type
-JointPositions decodeJoints(const std::string& type, const RawMessage& message);
 
 }  // namespace process_visualizer::joints

@@ -32,14 +32,19 @@ class JointMatching:
     def match(self, names: Sequence[str], positions: Sequence[float]) -> Dict[str, float]:
         """Return the positions [rad or m] of the robot's joints; other robots' are left out.
 
+        A joint whose position is NaN or infinite is left out, too. A message with names and
+        without positions, such as velocities of wheels, says nothing.
+
         Raises:
-            ValueError: there are more or fewer names than positions, or a position is not finite.
+            ValueError: there are more or fewer names than positions.
         """
+        if names and not positions:
+            return {}
         names = names or self.joints
-        if len(names) != len(positions) or not all(map(math.isfinite, positions)):
+        if len(names) != len(positions):
             raise ValueError(f'{len(names)} joints and the positions {list(positions)}')
         return dict(self._measured(name, position) for name, position in zip(names, positions)
-                    if name in self._meant)
+                    if name in self._meant and math.isfinite(position))
 
     def names(self, joint: str) -> Tuple[str, ...]:
         """Return what a driver may call one of the robot's joints; nothing for another one."""

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "process_visualizer/joints/joint_matching.hpp"
+
+namespace process_visualizer::joints {
+
+/// The newest position of each joint of a robot, in however many messages and by whatever nodes
+/// it is sent, and what is to be passed on of it.
+///
+/// Many drivers send each group of joints (left arm, right arm, torso) in a message of its own.
+/// So each joint is thinned by itself: a group that was just passed on does not hold up the next.
+class JointBoard {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// \param joint_names the robot's joints
+  /// \param period at most once in it a joint's news are passed on
+  JointBoard(const std::vector<std::string>& joint_names, Clock::duration period);
+
+  /// Takes positions of some joints.
+  /// \param source the name of the node that published them
+  void add(const JointPositions& joints, const std::string& source, Clock::time_point now);
+
+  /// Returns the joints to pass on when a message has come, none while it is too early.
+  ///
+  /// They are those with news, and with them the ones that are sent seldom: tf knows a chain of
+  /// links only up to the oldest of its joints.
+  JointPositions due(Clock::time_point now);
+
+  /// Returns the news that had to wait, when no message has followed.
+  JointPositions rest(Clock::time_point now);
+
+  /// Returns what is wrong with what is sent, each as a part of a sentence about a message.
+  ///
+  /// Joints that were never sent, or that came regularly and have stopped, while others come.
+  /// Two nodes that send different positions of a joint, as a forgotten joint_state_publisher
+  /// does.
+  std::vector<std::string> problems(Clock::time_point now) const;
+
+ private:
+  struct Told {
+    double position;
+    Clock::time_point when;
+    Clock::duration step;  ///< since the one before
+    double moved;          ///< since the one before [rad or m]
+  };
+
+  struct Joint {
+    double position = 0.0;
+    std::size_t count = 0;
+    Clock::time_point first, last, next;
+    bool is_new = false;
+    std::map<std::string, Told> sources;
+    std::size_t conflicts = 0;  ///< in a row
+    Clock::time_point conflict;
+    double apart = 0.0;
+  };
+
+  JointPositions passOn(Clock::time_point now);
+  static void compare(Joint& joint, double position, const std::string& source,
+                      Clock::time_point now);
+  std::string silence(Clock::time_point now) const;
+  std::string conflict(Clock::time_point now) const;
+
+  std::vector<std::string> names_;
+  std::map<std::string, Joint> joints_;
+  Clock::duration period_;
+  Clock::time_point first_, last_;
+  bool begun_ = false;
+};
+
+}  // namespace process_visualizer::joints

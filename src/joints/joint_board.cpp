@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "process_visualizer/joints/joint_board.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <sstream>
+
+namespace process_visualizer::joints {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using Seconds = std::chrono::duration<double>;
+
+constexpr milliseconds kSeldom{100};   // a joint with older news is passed on with the others
+constexpr seconds kPatience{3};        // until a joint that nobody sends is missed
+constexpr std::size_t kRegular = 10;   // messages after which a joint is expected to go on
+constexpr int kMissedPeriods = 20;     // after which it has stopped, and
+constexpr seconds kStopped{1};         // not before this
+constexpr seconds kBeside{1};          // in which two nodes send the same joint
+constexpr std::size_t kConflicts = 5;  // in a row that are no coincidence
+constexpr seconds kConflictHolds{1};   // after the last one
+constexpr double kLatestS = 0.5;       // one node may be so much later than the other
+constexpr double kEqual = 0.02;        // [rad or m]
+
+void append(std::string& list, const std::string& name) {
+  list += (list.empty() ? "" : ", ") + name;
+}
+
+std::string rounded(double value, int decimals) {
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(decimals) << value;
+  return text.str();
+}
+
+}  // namespace
+
+JointBoard::JointBoard(const std::vector<std::string>& joint_names, Clock::duration period)
+    : names_(joint_names), period_(period) {
+  for (const std::string& name : names_) joints_[name];
+}
+
+void JointBoard::add(const JointPositions& joints, const std::string& source,
+                     Clock::time_point now) {
+  if (!begun_) first_ = now;
+  begun_ = true;
+  last_ = now;
+  for (std::size_t i = 0; i < joints.names.size(); ++i) {
+    Joint& joint = joints_[joints.names[i]];
+    compare(joint, joints.positions[i], source, now);
+    if (joint.count++ == 0) joint.first = now;
+    joint.position = joints.positions[i];
+    joint.last = now;
+    joint.is_new = true;
+  }
+}
+
+JointPositions JointBoard::due(Clock::time_point now) {
+  const bool is_due = std::any_of(joints_.begin(), joints_.end(), [now](const auto& entry) {
+    return entry.second.is_new && now >= entry.second.next;
+  });
+  return is_due ? passOn(now) : JointPositions{};
+}
+
+JointPositions JointBoard::rest(Clock::time_point now) {
+  const bool is_any = std::any_of(joints_.begin(), joints_.end(),
+                                  [](const auto& entry) { return entry.second.is_new; });
+  return is_any ? passOn(now) : JointPositions{};
+}
+
+JointPositions JointBoard::passOn(Clock::time_point now) {
+  JointPositions found;
+  for (const std::string& name : names_) {
+    Joint& joint = joints_[name];
+    if (joint.count == 0 || (!joint.is_new && now - joint.last < kSeldom)) continue;
+    found.names.push_back(name);
+    found.positions.push_back(joint.position);
+    if (!joint.is_new) continue;
+    joint.is_new = false;
+    // A little late is made up for, so that the rate holds whatever the rate of asking.
+    joint.next = now - joint.next < period_ ? joint.next + period_ : now + period_;
+  }
+  return found;
+}
+
+void JointBoard::compare(Joint& joint, double position, const std::string& source,
+                         Clock::time_point now) {
+  Told told{position, now, kBeside, 0.0};
+  const auto before = joint.sources.find(source);
+  if (before != joint.sources.end() && now > before->second.when) {
+    told.step = now - before->second.when;
+    told.moved = std::abs(position - before->second.position);
+  }
+  double apart = 0.0;
+  for (auto other = joint.sources.begin(); other != joint.sources.end();) {
+    if (now - other->second.when > kBeside) {
+      other = joint.sources.erase(other);
+      continue;
+    }
+    if (other->first != source) {
+      const auto speed = [](const Told& it) { return it.moved / Seconds(it.step).count(); };
+      const double late = kLatestS * std::max(speed(told), speed(other->second));
+      const double difference = std::abs(position - other->second.position);
+      if (difference > kEqual + late) apart = std::max(apart, difference);
+    }
+    ++other;
+  }
+  joint.sources[source] = told;
+  if (joint.sources.size() > 1) joint.conflicts = apart > 0.0 ? joint.conflicts + 1 : 0;
+  if (apart > 0.0) {
+    joint.conflict = now;
+    joint.apart = apart;
+  }
+}
+
+std::vector<std::string> JointBoard::problems(Clock::time_point now) const {
+  std::vector<std::string> found;
+  if (!begun_) return found;
+  std::string missing;
+  for (const std::string& name : names_)
+    if (joints_.at(name).count == 0) append(missing, name);
+  if (!missing.empty() && now - first_ >= kPatience)
+    found.push_back("no message has the position of " + missing +
+                    ", so what hangs on it is not drawn; name a topic that has all joints of the "
+                    "model");
+  for (const std::string& problem : {silence(now), conflict(now)})
+    if (!problem.empty()) found.push_back(problem);
+  return found;
+}
+
+std::string JointBoard::silence(Clock::time_point now) const {
+  std::string names;
+  Clock::duration longest{};
+  for (const std::string& name : names_) {
+    const Joint& joint = joints_.at(name);
+    if (joint.count < kRegular) continue;
+    const Clock::duration period = (joint.last - joint.first) / (joint.count - 1);
+    const Clock::duration silent = now - joint.last;
+    // Without any message it is the topic that has stopped, and the display says so.
+    if (silent < std::max<Clock::duration>(kStopped, kMissedPeriods * period) ||
+        last_ - joint.last < kStopped)
+      continue;
+    append(names, name);
+    longest = std::max(longest, silent);
+  }
+  if (names.empty()) return "";
+  return "no position of " + names + " has come for " + rounded(Seconds(longest).count(), 0) +
+         " s, while others come; it is drawn where it was";
+}
+
+std::string JointBoard::conflict(Clock::time_point now) const {
+  const Joint* worst = nullptr;
+  std::string name;
+  for (const std::string& it : names_) {
+    const Joint& joint = joints_.at(it);
+    if (joint.conflicts < kConflicts || now - joint.conflict > kConflictHolds) continue;
+    if (worst != nullptr && worst->apart >= joint.apart) continue;
+    worst = &joint;
+    name = it;
+  }
+  if (worst == nullptr) return "";
+  std::string nodes;
+  for (const auto& [source, told] : worst->sources)
+    append(nodes, source + " (" + rounded(told.position, 3) + ")");
+  return std::to_string(worst->sources.size()) + " nodes send positions of " + name +
+         " that are up to " + rounded(worst->apart, 3) + " apart: " + nodes +
+         "; the robot jumps between them. Stop all but one";
+}
+
+}  // namespace process_visualizer::joints
