@@ -28,6 +28,7 @@ from sewing_bag import FORCE_HZ, JOINT_HZ, SENSOR_HZ, WarpedCycle, write_sewing_
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.clients.ghost_client import follow_ghost
 from process_visualizer.msg import GhostPhase
+from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.nodes.view_picture import wait_for_master
 from process_visualizer.ros_names import GHOST, GHOST_PHASE_TOPIC
 from process_visualizer.runs.comparison.live_reference import live_reference
@@ -88,11 +89,11 @@ def reference(folder: str) -> Tuple[Run, float]:
 
 def drive(case: Case, phases: Phases, begin_s: float) -> np.ndarray:
     """Let the cell go once; return the errors [s] (n,), NaN where the moment is not known."""
-    cycle = WarpedCycle(SewingCycle('good', 5), case.cycle_s)
-    drivers: Dict[float, object] = {JOINT_HZ: JointDriver(cycle, JOINT_HZ),
-                                    FORCE_HZ: ForceDriver(cycle, FORCE_HZ),
-                                    SENSOR_HZ: MachineDriver(cycle, SENSOR_HZ)}
-    tickers = [Ticker(str(rate_hz), rate_hz, driver, lambda _count: None, _raise)
+    node, cycle = NodeHandle(), WarpedCycle(SewingCycle('good', 5), case.cycle_s)
+    drivers: Dict[float, object] = {JOINT_HZ: JointDriver(node, cycle, JOINT_HZ),
+                                    FORCE_HZ: ForceDriver(node, cycle, FORCE_HZ),
+                                    SENSOR_HZ: MachineDriver(node, cycle, SENSOR_HZ)}
+    tickers = [Ticker(node, str(rate_hz), rate_hz, driver, lambda _count: None, _raise)
                for rate_hz, driver in drivers.items()]
     time.sleep(1.0)  # until the subscribers are connected
     start_s = time.monotonic() + 0.1

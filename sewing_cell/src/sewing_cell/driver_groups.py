@@ -15,6 +15,7 @@ from dynamic_reconfigure.msg import Config, ConfigDescription
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Float32, Float32MultiArray, String, UInt16
 
+from process_visualizer.nodes.common.node_handle import NodeHandle
 from sewing_cell import camera_messages, layout, pinhole
 from sewing_cell.arms import ARMS, Arm
 from sewing_cell.camera import Camera
@@ -29,8 +30,8 @@ _QUEUE_SIZE, _IMAGE_QUEUE_SIZE = 50, 3
 class ArrayTopic:
     """A topic of std_msgs/Float32MultiArray; its message is used again and again."""
 
-    def __init__(self, name: str) -> None:
-        self._publisher = rospy.Publisher(
+    def __init__(self, node: NodeHandle, name: str) -> None:
+        self._publisher = node.publisher(
             name, Float32MultiArray, queue_size=_QUEUE_SIZE, tcp_nodelay=True
         )
         self._message = Float32MultiArray()
@@ -44,11 +45,11 @@ class ArrayTopic:
 class JointDriver:
     """Joint angles and tool frame of both robots."""
 
-    def __init__(self, cycle: SewingCycle, rate_hz: float) -> None:
+    def __init__(self, node: NodeHandle, cycle: SewingCycle, rate_hz: float) -> None:
         self._robots = [
             (
-                ArrayTopic(f"ur_rt_{arm.name}/q_act"),
-                ArrayTopic(f"ur_rt_{arm.name}/tcf"),
+                ArrayTopic(node, f"ur_rt_{arm.name}/q_act"),
+                ArrayTopic(node, f"ur_rt_{arm.name}/tcf"),
                 Lookahead(partial(self._rows, cycle, arm), rate_hz),
             )
             for arm in ARMS
@@ -71,9 +72,12 @@ class JointDriver:
 class ForceDriver:
     """The force sensors of both robots."""
 
-    def __init__(self, cycle: SewingCycle, rate_hz: float) -> None:
+    def __init__(self, node: NodeHandle, cycle: SewingCycle, rate_hz: float) -> None:
         self._sensors = [
-            (ArrayTopic(f"ft_{arm.name}/ft"), Lookahead(partial(cycle.wrench, arm), rate_hz))
+            (
+                ArrayTopic(node, f"ft_{arm.name}/ft"),
+                Lookahead(partial(cycle.wrench, arm), rate_hz),
+            )
             for arm in ARMS
         ]
 
@@ -86,15 +90,15 @@ class ForceDriver:
 class MachineDriver:
     """The sewing machine's edge sensors and feed rate."""
 
-    def __init__(self, cycle: SewingCycle, rate_hz: float) -> None:
+    def __init__(self, node: NodeHandle, cycle: SewingCycle, rate_hz: float) -> None:
         self._edges = [
             (
-                rospy.Publisher(f"edge_finder_{arm.name}", UInt16, queue_size=_QUEUE_SIZE),
+                node.publisher(f"edge_finder_{arm.name}", UInt16, queue_size=_QUEUE_SIZE),
                 Lookahead(partial(cycle.edge, arm), rate_hz),
             )
             for arm in ARMS
         ]
-        self._feed_rate = rospy.Publisher("feed_rate_est", Float32, queue_size=_QUEUE_SIZE)
+        self._feed_rate = node.publisher("feed_rate_est", Float32, queue_size=_QUEUE_SIZE)
         self._feed_rates = Lookahead(cycle.feed_rate, rate_hz)
 
     def __call__(self, tick: int, _late_s: float = 0.0) -> None:
@@ -124,40 +128,39 @@ class KinectDriver:
     drawn; the other drivers, and the infos, do not wait for that.
     """
 
-    def __init__(self, cycle: SewingCycle, rate_hz: float, seed: int, kinect: Kinect,
-                 intruder: Optional[str] = None) -> None:
-        camera = kinect.camera
+    def __init__(self, node: NodeHandle, cycle: SewingCycle, rate_hz: float, seed: int,
+                 kinect: Kinect, intruder: Optional[str] = None) -> None:
+        self._node, camera = node, kinect.camera
         placed = None if intruder is None else INTRUDERS[intruder]
         pool = ThreadPoolExecutor(1, "draw")
-        self._camera = pool.submit(Camera, cycle, rate_hz, seed, kinect.place, placed)
+        self.camera = pool.submit(Camera, cycle, rate_hz, seed, kinect.place, placed)
+        """Draws the images; done when what stands still in them is drawn."""
         pool.shutdown(wait=False)
         self._info = camera_messages.camera_info(camera)
         self._colour = camera_messages.image("rgb8", 3, camera)
         self._depth = camera_messages.image("16UC1", 2, camera)
         self._info_publishers = [
-            rospy.Publisher(f"{camera}/{name}/camera_info", CameraInfo, queue_size=_QUEUE_SIZE)
+            node.publisher(f"{camera}/{name}/camera_info", CameraInfo, queue_size=_QUEUE_SIZE)
             for name in ("rgb", "depth_registered")
         ]
-        self._colour_publisher = _image_publisher(f"{camera}/rgb/image_color")
-        self._depth_publisher = _image_publisher(f"{camera}/depth_registered/image_raw")
+        self._colour_publisher = _image_publisher(node, f"{camera}/rgb/image_color")
+        self._depth_publisher = _image_publisher(node, f"{camera}/depth_registered/image_raw")
         driver = f"{camera}/driver"
-        self._parameters = _latch(f"{driver}/parameter_updates", camera_messages.driver_config())
-        self._description = _latch(
-            f"{driver}/parameter_descriptions", camera_messages.driver_description()
-        )
+        _latch(node, f"{driver}/parameter_updates", camera_messages.driver_config())
+        _latch(node, f"{driver}/parameter_descriptions", camera_messages.driver_description())
 
     def __call__(self, tick: int, late_s: float = 0.0) -> None:
         """Publish frame number ``tick``: images and infos carry the time at which it was due."""
-        stamp = rospy.Time.now() - rospy.Duration.from_sec(late_s)
+        stamp = self._node.now() - rospy.Duration.from_sec(late_s)
         self._info.header.stamp = stamp
         for publisher in self._info_publishers:
             publisher.publish(self._info)
         publishers = (self._colour_publisher, self._depth_publisher)
-        if self._camera.done() and any(it.get_num_connections() for it in publishers):
+        if self.camera.done() and any(it.get_num_connections() for it in publishers):
             self._publish_images(stamp, tick)
 
     def _publish_images(self, stamp: rospy.Time, tick: int) -> None:
-        frame = self._camera.result().render(tick)
+        frame = self.camera.result().render(tick)
         for publisher, message, pixels in (
             (self._colour_publisher, self._colour, frame.colour),
             (self._depth_publisher, self._depth, frame.depth),
@@ -167,21 +170,16 @@ class KinectDriver:
             publisher.publish(message)
 
 
-class TruthDriver:
-    """What is wrong with the cycle, for those who check what was found; no device lists it."""
-
-    def __init__(self, cycle: FaultyCycle) -> None:
-        text = json.dumps({"fault": asdict(cycle.fault), "period_s": cycle.schedule.period_s})
-        self._publisher = rospy.Publisher("simulator/truth", String, queue_size=1, latch=True)
-        self._publisher.publish(String(text))
+def publish_truth(node: NodeHandle, cycle: FaultyCycle) -> None:
+    """Say what is wrong with the cycle, for those who check what was found; no device lists it."""
+    text = json.dumps({"fault": asdict(cycle.fault), "period_s": cycle.schedule.period_s})
+    _latch(node, "simulator/truth", String(text))
 
 
-def _image_publisher(name: str) -> rospy.Publisher:
-    return rospy.Publisher(name, Image, queue_size=_IMAGE_QUEUE_SIZE)
+def _image_publisher(node: NodeHandle, name: str) -> rospy.Publisher:
+    return node.publisher(name, Image, queue_size=_IMAGE_QUEUE_SIZE)
 
 
-def _latch(name: str, message: Config | ConfigDescription) -> rospy.Publisher:
-    """Publisher of a driver topic whose one message late subscribers get too."""
-    publisher = rospy.Publisher(name, type(message), queue_size=1, latch=True)
-    publisher.publish(message)
-    return publisher
+def _latch(node: NodeHandle, name: str, message: Config | ConfigDescription | String) -> None:
+    """Publish the one message of a topic, which late subscribers get too."""
+    node.publisher(name, type(message), queue_size=1, latch=True).publish(message)

@@ -8,12 +8,12 @@ k / rate seconds after the start, so that runs with the same seed carry the same
 from __future__ import annotations
 
 import sys
-import time
 from functools import partial
 from typing import Callable
 
 import rospy
 
+from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.nodes.common.process_end import spin_to_end, start_node
 from sewing_cell.cycle import SewingCycle
 from sewing_cell.driver_groups import (
@@ -22,7 +22,7 @@ from sewing_cell.driver_groups import (
     JointDriver,
     KinectDriver,
     MachineDriver,
-    TruthDriver,
+    publish_truth,
 )
 from sewing_cell.faults import FaultyCycle, drawn_fault
 from sewing_cell.simulator_parameters import ParameterError, SimulatorParameters
@@ -37,15 +37,17 @@ _TOLERATED_SHARE = 0.02  # of messages left out on a busy computer
 class Simulator:
     """The simulated drivers and the threads they run in."""
 
-    def __init__(self, parameters: SimulatorParameters) -> None:
+    def __init__(self, node: NodeHandle, parameters: SimulatorParameters) -> None:
+        self._node = node
         cycle = _cycle(parameters)
-        self._truth = TruthDriver(cycle) if isinstance(cycle, FaultyCycle) else None
+        if isinstance(cycle, FaultyCycle):
+            publish_truth(node, cycle)
         self._tickers: list[Ticker] = []
-        self._add("joint", parameters.joint_rate, lambda rate: JointDriver(cycle, rate))
-        self._add("force", parameters.force_rate, lambda rate: ForceDriver(cycle, rate))
-        self._add("sensor", parameters.sensor_rate, lambda rate: MachineDriver(cycle, rate))
+        self._add("joint", parameters.joint_rate, lambda rate: JointDriver(node, cycle, rate))
+        self._add("force", parameters.force_rate, lambda rate: ForceDriver(node, cycle, rate))
+        self._add("sensor", parameters.sensor_rate, lambda rate: MachineDriver(node, cycle, rate))
         for kinect in KINECTS if parameters.second_kinect else KINECTS[:1]:
-            driver = partial(KinectDriver, cycle, seed=parameters.seed, kinect=kinect,
+            driver = partial(KinectDriver, node, cycle, seed=parameters.seed, kinect=kinect,
                              intruder=parameters.intruder)
             self._add("image", parameters.image_rate, driver)
 
@@ -54,12 +56,14 @@ class Simulator:
     ) -> None:
         """Give a driver its thread, unless its rate is 0."""
         if rate_hz > 0:
-            ticker = Ticker(name, rate_hz, driver(rate_hz), _Skipped(name, rate_hz), _fail)
-            self._tickers.append(ticker)
+            skipped = _Skipped(self._node, name, rate_hz)
+            self._tickers.append(
+                Ticker(self._node, name, rate_hz, driver(rate_hz), skipped, _fail)
+            )
 
     def start(self) -> None:
         """Begin to publish."""
-        start_s = time.monotonic() + _FIRST_TICK_S
+        start_s = self._node.monotonic_s() + _FIRST_TICK_S
         for ticker in self._tickers:
             ticker.start(start_s)
 
@@ -86,22 +90,22 @@ def _cycle(parameters: SimulatorParameters) -> SewingCycle:
 class _Skipped:
     """Says how many messages a group could not publish in time, when they are many."""
 
-    def __init__(self, name: str, rate_hz: float) -> None:
-        self._name, self._rate_hz = name, rate_hz
-        self._count, self._since_s = 0, time.monotonic()
+    def __init__(self, node: NodeHandle, name: str, rate_hz: float) -> None:
+        self._node, self._name, self._rate_hz = node, name, rate_hz
+        self._count, self._since_s = 0, node.monotonic_s()
 
     def __call__(self, count: int) -> None:
         self._count += count
-        duration_s = time.monotonic() - self._since_s
+        duration_s = self._node.monotonic_s() - self._since_s
         if duration_s < _REPORT_EVERY_S:
             return
         share = self._count / (duration_s * self._rate_hz)
         if share > _TOLERATED_SHARE:
-            rospy.logwarn(
+            self._node.warn(
                 f"simulator: the computer is too busy for {self._rate_hz:g} Hz: {share:.0%} of the "
                 f"messages of group '{self._name}' were left out; lower ~{self._name}_rate"
             )
-        self._count, self._since_s = 0, time.monotonic()
+        self._count, self._since_s = 0, self._node.monotonic_s()
 
 
 def _fail(error: Exception) -> None:
@@ -120,7 +124,7 @@ def main() -> int:
         rospy.logfatal(f"simulator: parameter {error}")
         return 1
     sys.setswitchinterval(_SWITCH_INTERVAL_S)
-    simulator = Simulator(parameters)
+    simulator = Simulator(NodeHandle(), parameters)
     simulator.start()
     rospy.loginfo(f"simulator: sewing a {parameters.quality} seam, seed {parameters.seed}")
     return spin_to_end(simulator.stop)

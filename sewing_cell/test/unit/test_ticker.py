@@ -3,102 +3,126 @@
 
 from __future__ import annotations
 
-import threading
-import time
+from threading import Event, Thread
 from typing import Callable, Optional
 
 import numpy as np
 import pytest
+from simulated_node import SimulatedNode
 
 from sewing_cell.lookahead import Lookahead
 from sewing_cell.ticker import Ticker
 
-WAIT_S = 10.0
+RATE_HZ = 100.0
 
 
 class Recorder:
-    """An action that notes its ticks and times until it has ``wanted`` of them."""
+    """An action that notes its ticks, when they come, and how late; and its ticker."""
 
-    def __init__(self, wanted: int, then: Optional[Callable[[int], None]] = None) -> None:
+    def __init__(self, then: Optional[Callable[[int], None]] = None) -> None:
+        self.node = SimulatedNode()
         self.ticks: list[int] = []
         self.times_s: list[float] = []
         self.late_s: list[float] = []
         self.skipped: list[int] = []
         self.failures: list[Exception] = []
-        self.done = threading.Event()
-        self._wanted, self._then = wanted, then
+        self._then = then
+        self.ticker = Ticker(
+            self.node, "test", RATE_HZ, self, self.skipped.append, self.failures.append
+        )
 
     def __call__(self, tick: int, late_s: float) -> None:
         self.ticks.append(tick)
         self.late_s.append(late_s)
-        self.times_s.append(time.monotonic())
-        if len(self.ticks) >= self._wanted:
-            self.done.set()
+        self.times_s.append(self.node.now_s)
         if self._then is not None:
             self._then(tick)
 
-    def fail(self, error: Exception) -> None:
-        self.failures.append(error)
-        self.done.set()
 
-    def ticker(self, rate_hz: float) -> Ticker:
-        return Ticker("test", rate_hz, self, self.skipped.append, self.fail)
-
-
-def run(recorder: Recorder, rate_hz: float, start_s: float) -> None:
-    """Tick until the recorder has what it wants."""
-    ticker = recorder.ticker(rate_hz)
-    ticker.start(start_s)
-    assert recorder.done.wait(WAIT_S)
-    ticker.stop()
+def test_ticks_are_at_their_times() -> None:
+    recorder = Recorder()
+    start_s = recorder.node.now_s + 0.05
+    recorder.ticker.start(start_s)
+    recorder.node.advance(0.049)
+    assert recorder.ticks == []
+    recorder.node.advance(1.0)
+    assert recorder.ticks == list(range(100))
+    np.testing.assert_allclose(recorder.times_s, start_s + np.arange(100) / RATE_HZ, atol=1e-9)
+    np.testing.assert_allclose(recorder.late_s, 0.0, atol=1e-9)
+    assert recorder.skipped == []
 
 
-def test_ticks_are_never_early_and_every_one_is_accounted_for() -> None:
-    recorder, start_s = Recorder(40), time.monotonic() + 0.05
-    run(recorder, 100.0, start_s)
-    due = start_s + np.array(recorder.ticks) / 100.0
-    assert np.all(np.array(recorder.times_s) >= due - 1e-4)
-    told = np.array(recorder.times_s) - recorder.late_s
-    np.testing.assert_array_less(-1e-6, told - due)  # the action is called a moment later
-    assert np.median(told - due) < 0.005
-    assert len(recorder.ticks) + sum(recorder.skipped) == recorder.ticks[-1] + 1
-    assert np.all(np.diff(recorder.ticks) > 0)
+def test_what_is_over_is_skipped_and_the_deadlines_stay() -> None:
+    """The action takes long once."""
+
+    def act(tick: int) -> None:
+        if tick == 3:
+            recorder.node.now_s += 0.0452
+
+    recorder = Recorder(act)
+    start_s = recorder.node.now_s
+    recorder.ticker.start(start_s)
+    recorder.node.advance(0.105)
+    assert recorder.ticks == [0, 1, 2, 3, 7, 8, 9, 10]
+    assert recorder.skipped == [3]
+    assert recorder.late_s[4] == pytest.approx(0.0052)  # 7 was due at 70 ms
+    due_s = start_s + np.array(recorder.ticks) / RATE_HZ
+    np.testing.assert_allclose(np.array(recorder.times_s) - recorder.late_s, due_s, atol=1e-9)
 
 
 def test_a_start_in_the_past_skips_to_the_present() -> None:
-    recorder = Recorder(1)
-    run(recorder, 100.0, time.monotonic() - 1.0)
-    assert recorder.ticks[0] >= 100
-    assert recorder.skipped[0] == recorder.ticks[0]
+    recorder = Recorder()
+    recorder.ticker.start(recorder.node.now_s - 1.005)
+    recorder.node.advance(0.0)
+    assert (recorder.ticks, recorder.skipped) == ([100], [100])
 
 
 def test_stops_while_waiting() -> None:
-    recorder = Recorder(2)
-    ticker = recorder.ticker(0.001)
-    ticker.start(time.monotonic())
-    before_s = time.monotonic()
-    ticker.stop()
-    assert time.monotonic() - before_s < 2.0
-    assert len(recorder.ticks) <= 1
+    recorder = Recorder()
+    recorder.ticker.start(recorder.node.now_s)
+    recorder.node.advance(0.015)
+    recorder.ticker.stop()
+    recorder.node.advance(1.0)
+    assert recorder.ticks == [0, 1]
 
 
 def test_an_action_may_stop_its_own_ticker() -> None:
-    recorder = Recorder(1, then=lambda tick: ticker.stop())
-    ticker = recorder.ticker(200.0)
-    ticker.start(time.monotonic())
-    assert recorder.done.wait(WAIT_S)
-    ticker.stop()
-    assert len(recorder.ticks) == 1
+    recorder = Recorder(lambda tick: recorder.ticker.stop())
+    recorder.ticker.start(recorder.node.now_s)
+    recorder.node.advance(1.0)
+    assert recorder.ticks == [0]
 
 
-def test_a_failure_is_passed_on() -> None:
+def test_stopping_waits_for_an_action_that_is_under_way_but_not_for_ever() -> None:
+    acting, may_end, ended = Event(), Event(), Event()
+
+    def act(tick: int) -> None:
+        acting.set()
+        may_end.wait(60.0)
+        ended.set()
+
+    recorder = Recorder(act)
+    recorder.ticker.start(recorder.node.now_s)
+    thread = Thread(target=recorder.node.advance, args=(0.0,))
+    thread.start()
+    assert acting.wait(60.0)
+    recorder.ticker.stop(timeout_s=0.0)
+    assert not ended.is_set()
+    may_end.set()
+    recorder.ticker.stop(timeout_s=60.0)
+    assert ended.is_set()
+    thread.join(60.0)
+
+
+def test_a_failure_is_passed_on_and_ends_the_ticking() -> None:
     def break_down(tick: int) -> None:
         raise RuntimeError("broken")
 
-    recorder = Recorder(100, then=break_down)
-    run(recorder, 100.0, time.monotonic())
+    recorder = Recorder(break_down)
+    recorder.ticker.start(recorder.node.now_s)
+    recorder.node.advance(1.0)
     assert [str(error) for error in recorder.failures] == ["broken"]
-    assert len(recorder.ticks) == 1
+    assert recorder.ticks == [0]
 
 
 @pytest.mark.parametrize("ticks", [range(100), range(99, -1, -1), [7, 1000, 8]])
