@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The arrows of a robot: velocity and force, where they are, and when data stop."""
+from __future__ import annotations
+
+from typing import Any, Dict, List
+
+import numpy as np
+import pytest
+from robot_stage import MODELS, RobotStage, array, direction, moving_tool, transform
+from sensor_msgs.msg import JointState
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import Marker
+
+from process_visualizer.motion.kinematics import Kinematics, Placement
+
+PARAMETERS = {'force_frame': 'r/force',
+              'topics': {'joint_states': {'name': '/r/q_act'},
+                         'tool_center_frame': {'name': '/r/tcf'},
+                         'force_sensor': {'name': '/ft/ft'}}}
+TICK_S = 0.1
+
+
+@pytest.fixture
+def robot() -> RobotStage:
+    """The robot of robot.urdf, with the thesis' messages."""
+    return RobotStage(PARAMETERS, model='robot.urdf')
+
+
+def joints(robot: RobotStage, *positions: float) -> None:
+    """Send joint states as joint_proc does."""
+    robot.send('/r/joint_states', JointState(name=['r/turn', 'r/slide'], position=positions))
+
+
+def text_of(message: Any) -> List[str]:
+    """Return the velocity's number in an array of markers, if it has it."""
+    return [it.text.strip() for it in message.markers if (it.ns, it.id) == ('velocity', 1)]
+
+
+def test_velocity_of_a_moving_tool(robot: RobotStage) -> None:
+    joints(robot, np.pi / 2, 0.0)  # the model's tool is turned, the reported one not
+    robot.run(2.0, moving_tool(robot, '/r/tcf', (0.0, 0.1, 0.0)))
+    # Each pose waits to see what follows.
+    np.testing.assert_allclose(robot.velocities(200), [[0.0, 0.1, 0.0]] * 200, atol=1e-6)
+    assert robot.twists[-1].header.frame_id == 'r/link0'
+    arrow = robot.markers()['velocity', 0]
+    assert (arrow.header.frame_id, arrow.frame_locked) == ('r/tool', True)
+    # The tool's x axis points along the base's y axis.
+    np.testing.assert_allclose(direction(arrow), [1.0, 0.0, 0.0], atol=1e-6)
+    assert robot.text() == 'v 0.100 m/s'
+
+
+def test_markers_come_as_fast_as_a_screen_can_show_them(robot: RobotStage) -> None:
+    robot.run(0.5, moving_tool(robot, '/r/tcf', (0.0, 0.1, 0.0)))
+    robot.forget()
+    robot.run(4.0, moving_tool(robot, '/r/tcf', (0.0, 0.1, 0.0)))
+    assert len(robot.arrays) == pytest.approx(4.0 * 30.0, abs=1)
+    assert len(robot.twists) == 500
+
+
+def test_without_subscribers_nothing_is_published(robot: RobotStage) -> None:
+    for publisher in robot.node.publishers.values():
+        publisher.connections = 0
+    robot.run(1.0, moving_tool(robot, '/r/tcf', (0.0, 0.1, 0.0)))
+    assert not robot.arrays and not robot.twists
+
+
+def test_angular_velocity(robot: RobotStage) -> None:
+    robot.run(1.5, lambda time_s: robot.send(
+        '/r/tcf', array(0.5, 0.0, 0.2, 0.0, 0.0, 0.8 * time_s)))
+    assert [it.twist.angular.z for it in robot.twists[-80:]] == pytest.approx([0.8] * 80, abs=1e-4)
+    age_s = robot.node.now_s - robot.twists[-1].header.stamp.to_sec()
+    assert 0.1 <= age_s < 0.17  # the middle of the window of 0.2 s, after poses have waited
+
+
+def test_tool_frame_from_tf() -> None:
+    robot = RobotStage({'base_frame': 'f/base', 'tool_frame': 'f/tip', 'topics': {
+        'tool_center_frame': {'name': '/tf', 'msg': 'tf2_msgs/TFMessage', 'frame': 'f/tip'}}}, 'f')
+    robot.send('/tf_static', TFMessage([transform('f/flange', 'f/tip', 0.0, 0.0, 0.0, 0.25)]))
+
+    def drive(time_s: float) -> None:
+        robot.send('/tf', TFMessage([transform('f/base', 'f/flange', robot.node.now_s,
+                                               0.1 * time_s, 0.0, 0.0)]))
+    robot.run(1.0, drive, hz=60.0)
+    np.testing.assert_allclose(robot.velocities(30), [[0.1, 0.0, 0.0]] * 30, atol=1e-6)
+    assert robot.twists[-1].header.frame_id == 'f/base'
+    assert robot.markers()['velocity', 0].header.frame_id == 'f/tip'
+
+
+def test_transforms_after_a_clock_that_was_set_back() -> None:
+    """The old ones would stand in the way of the new."""
+    robot = RobotStage({'base_frame': 'f/base', 'tool_frame': 'f/tip', 'topics': {
+        'tool_center_frame': {'name': '/tf', 'msg': 'tf2_msgs/TFMessage'}}}, 'f')
+
+    def drive(time_s: float) -> None:
+        robot.send('/tf', TFMessage([transform('f/base', 'f/tip', robot.node.ros_s(),
+                                               0.1 * time_s, 0.0, 0.0)]))
+    robot.run(1.0, drive)
+    robot.node.ros_offset_s = -500.0
+    robot.forget()
+    robot.run(1.0, drive)
+    np.testing.assert_allclose(robot.velocity(), [0.1, 0.0, 0.0], atol=1e-6)
+    assert len(robot.twists) > 60
+
+
+def test_a_standing_tool_has_no_arrow_and_a_stopped_driver_is_shown(robot: RobotStage) -> None:
+    robot.run(1.0, moving_tool(robot, '/r/tcf', (0.0, 0.0, 0.0)))
+    assert robot.markers()['velocity', 0].action == Marker.DELETE
+    assert robot.text() == 'v 0.000 m/s'
+    robot.run(2.1)
+    assert robot.text().startswith('v no data for 2.')
+
+
+def test_stopped_drivers_are_shown_within_a_second(robot: RobotStage) -> None:
+    """The grey arrow, its number, and the joints; 0.7 s after the last data, not before."""
+    joints(robot, 0.1, 0.2)
+    robot.run(0.7, moving_tool(robot, '/r/tcf', (0.0, 0.1, 0.0)))
+    joints(robot, 0.1, 0.2)
+    stopped_s = robot.node.now_s
+    grey_s: Dict[str, float] = {}
+    for _ in range(100):
+        robot.forget()
+        robot.node.advance(0.01)
+        for marker in (it for message in robot.arrays for it in message.markers):
+            grey = marker.color.r == marker.color.g == marker.color.b
+            told = marker.type == Marker.ARROW or 'no data for' in marker.text
+            if grey and told and marker.action == Marker.ADD:
+                grey_s.setdefault(f'{marker.ns} {marker.type}', robot.node.now_s - stopped_s)
+    assert set(grey_s) == {f'velocity {Marker.ARROW}', f'velocity {Marker.TEXT_VIEW_FACING}',
+                           f'joints {Marker.TEXT_VIEW_FACING}'}
+    assert min(grey_s.values()) >= 0.7 - 0.01  # the last pose came a period before
+    assert max(grey_s.values()) <= 0.7 + 2 * TICK_S  # a tick, and the pace of the numbers
+
+
+def test_joint_states_that_come_again_end_the_text(robot: RobotStage) -> None:
+    joints(robot, 0.1, 0.2)
+    robot.run(1.0)
+    assert robot.text('joints').startswith('joints no data for ')
+    joints(robot, 0.1, 0.2)
+    robot.run(0.2)
+    assert robot.markers()['joints', 1].action == Marker.DELETE
+
+
+def test_arrow_and_tool_are_at_one_place_at_every_moment(robot: RobotStage) -> None:
+    model = Kinematics((MODELS / 'robot.urdf').read_text())
+    distances_m = []
+    for step in range(400):
+        robot.forget()
+        turn, slide = step * 0.01, 0.25 + step * 1e-4
+        reach = 0.5 + slide
+        robot.send('/r/tcf', array(reach * np.cos(turn), reach * np.sin(turn), 0.3, 0.0, 0.0, turn))
+        joints(robot, turn, slide)
+        robot.node.advance(0.008)
+        for arrow in (it for message in robot.arrays for it in message.markers
+                      if (it.ns, it.id, it.action) == ('velocity', 0, Marker.ADD)):
+            foot = arrow.pose.position
+            place = model.placement(arrow.header.frame_id, 'r/link0',
+                                    {'r/turn': turn, 'r/slide': slide})
+            drawn = place.then(Placement((foot.x, foot.y, foot.z))).position
+            distances_m.append(np.linalg.norm(np.subtract(
+                drawn, (reach * np.cos(turn), reach * np.sin(turn), 0.3))))
+    assert len(distances_m) > 50
+    assert max(distances_m) < 1e-9
+
+
+def test_force(robot: RobotStage) -> None:
+    robot.send('/ft/ft', array(0.0, 0.0, 45.0, 0.1, 0.2, 0.3))
+    wrench, markers = robot.node.sent('tool_force')[-1], robot.markers()
+    assert wrench.header.frame_id == 'r/force'
+    assert wrench.header.stamp.to_sec() == pytest.approx(robot.node.now_s)
+    assert (wrench.wrench.force.z, round(wrench.wrench.torque.y, 6)) == (45.0, 0.2)
+    assert markers['force', 0].header.frame_id == 'r/force'
+    assert markers['force', 0].scale.x == pytest.approx(0.6)  # the upper limit
+    assert robot.text('force') == 'F 45.0 N'
+
+
+def test_playback_rate_scales_the_time_while_it_changes(robot: RobotStage) -> None:
+    """Of another player than our own, who sets the parameter."""
+    drive = moving_tool(robot, '/r/tcf', (0.0, 0.1, 0.0))
+    for rate in (2.0, -1.0, 0.5):
+        robot.node.params['/process_visualizer/playback_rate'] = rate
+        robot.run(1.5, drive)
+        assert robot.velocity()[1] == pytest.approx(0.1 / rate, abs=1e-4)
