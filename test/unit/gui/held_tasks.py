@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Tasks that end when the test says so, and a client that notes what it is asked for."""
+"""Tasks that end when the test says so, and what else tests of them need."""
 from __future__ import annotations
 
 from typing import Any, Callable, List, Optional, Tuple
+
+from pytestqt.qtbot import QtBot
+
+from process_visualizer.gui.toolkit.tasks import Tasks
 
 Pending = Tuple[str, Callable[[], Any], Optional[Callable[[Any], None]],
                 Optional[Callable[[Exception], None]]]
@@ -36,6 +40,13 @@ class HeldTasks:
         """Run all tasks, and those that come of them."""
         while self.held:
             self.end_one()
+
+
+def wait_for_line(tasks: Tasks, line: str, qtbot: QtBot) -> None:
+    """Wait until all present tasks of a line have ended, and their results have been taken."""
+    ended: List[None] = []
+    tasks.run(line, lambda: None, ended.append)
+    qtbot.waitUntil(lambda: bool(ended))
 
 
 class Refused(Exception):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 
-from PyQt5.QtCore import Q_CLASSINFO, QCoreApplication, QObject, QTimer, pyqtSlot
+from PyQt5.QtCore import Q_CLASSINFO, QCoreApplication, QObject, pyqtSlot
 from PyQt5.QtDBus import (
     QDBusAbstractAdaptor,
     QDBusConnection,
@@ -47,20 +47,21 @@ def main() -> int:
     asker = QDBusConnection.connectToBus(QDBusConnection.SessionBus, 'asker')
     desktop = DesktopTheme(palette(LIGHT), asker)
 
-    def change() -> None:
-        portal.scheme = int(later)
-        message = QDBusMessage.createSignal(PATH, SETTINGS, 'SettingChanged')
-        message.setArguments([GROUP, KEY, QDBusVariant(portal.scheme)])
-        bus.send(message)
+    def take_answer() -> None:
+        if later:
+            desktop.changed.connect(end)
+            portal.scheme = int(later)
+            message = QDBusMessage.createSignal(PATH, SETTINGS, 'SettingChanged')
+            message.setArguments([GROUP, KEY, QDBusVariant(portal.scheme)])
+            bus.send(message)
+        else:
+            end()
 
-    def look() -> None:
-        if desktop.is_dark == (expected == 'dark'):
-            QCoreApplication.exit(0)
+    def end() -> None:
+        QCoreApplication.exit(0 if desktop.is_dark == (expected == 'dark') else 1)
 
-    if later:
-        QTimer.singleShot(500, change)
-    QTimer.singleShot(1500, look)
-    QTimer.singleShot(3000, lambda: QCoreApplication.exit(1))
+    assert desktop._watcher is not None
+    desktop._watcher.finished.connect(take_answer)  # after the program has taken it
     return app.exec_()
 
 

@@ -73,7 +73,7 @@ class StandInRecorder:
         self._do(f'mark {label}', lambda: None)
 
     def _do(self, command: str, answer: Callable[[], Any]) -> Any:
-        assert self.gate.wait(10)
+        assert self.gate.wait(60)
         self.commands.append(command)
         if self.error is not None:
             raise self.error

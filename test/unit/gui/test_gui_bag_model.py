@@ -11,6 +11,7 @@ from typing import Iterator, List
 import genpy
 import pytest
 import rosbag
+from held_tasks import wait_for_line
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
@@ -214,12 +215,16 @@ class TestWithoutIndex:
         bench.open(cut)
         assert bench.model.unindexed == '' and bench.model.path.endswith('a.reindexed.bag')
 
-    def test_it_can_be_left(self, bench: Bench, cut: str) -> None:
+    @pytest.mark.parametrize('is_made', [False, True])
+    def test_it_can_be_left(self, bench: Bench, cut: str, is_made: bool) -> None:
         bench.open(cut)
         bench.model.reindex()
+        if is_made:  # but not yet told
+            bench.tasks.run_and_wait('reindexing', lambda: None, 60.0)
         bench.model.dismiss()
         assert (bench.model.unindexed, bench.model.reindexing) == ('', None)
-        bench.qtbot.wait(100)
+        wait_for_line(bench.tasks, 'reindexing', bench.qtbot)
+        wait_for_line(bench.tasks, 'files', bench.qtbot)
         assert bench.model.catalogue is None and bench.failures == []
 
     def test_the_view_offers_it(self, bench: Bench, cut: str) -> None:
@@ -277,7 +282,7 @@ class TestCurves:
 
     def test_they_can_be_cancelled_and_read_after_all(self, bench: Bench, path: str) -> None:
         going_on = threading.Event()
-        bench.tasks.run('curves', lambda: going_on.wait(10.0))
+        bench.tasks.run('curves', lambda: going_on.wait(60.0))
         row = CurvesRow(bench.model.curves)
         bench.qtbot.addWidget(row)
         bench.model.set_devices([machine('/feed_rate')])
@@ -287,7 +292,7 @@ class TestCurves:
         assert bench.model.curves.is_cancelled and not row.isHidden()
         assert row.button.text() == 'Read them'
         going_on.set()
-        bench.qtbot.wait(100)
+        wait_for_line(bench.tasks, 'curves', bench.qtbot)
         assert bench.model.curves.curves == ()
         row.button.click()
         bench.qtbot.waitUntil(lambda: len(bench.model.curves.curves) == 1)

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any, Iterator, List, Tuple
 
 import pytest
+from held_tasks import wait_for_line
 from recording_stand_in import HERE
 
 from process_visualizer.cell.editing.pose_edit import PoseEditError, PoseEditor
@@ -33,7 +34,7 @@ class Frames:
         self.error: Any = None
 
     def move(self, frame: str, xyz: Any, ypr: Any) -> None:
-        assert self.gate.wait(10)
+        assert self.gate.wait(60)
         self.moves.append((frame, xyz, ypr))
         if self.error is not None:
             raise self.error
@@ -50,15 +51,20 @@ def frames() -> Frames:
 
 
 @pytest.fixture
-def model(frames: Frames, qtbot) -> Iterator[CalibrationModel]:
-    tasks = Tasks()
+def tasks(qtbot) -> Iterator[Tasks]:
+    lines = Tasks()
+    yield lines
+    lines.close()
+
+
+@pytest.fixture
+def model(frames: Frames, tasks: Tasks) -> CalibrationModel:
     calibration = CalibrationModel(tasks, frames.move)
     assert not calibration.can_save
     calibration.set_save(frames.save)
     calibration.set_devices([device('a'), Device(DeviceType.OTHER, 'floor', HERE), device('b')])
     calibration.set_running(True)
-    yield calibration
-    tasks.close()
+    return calibration
 
 
 def test_only_what_has_a_base_frame_is_there(model):
@@ -74,13 +80,13 @@ def test_a_number_moves_the_frame_and_leaves_the_others_exact(model, frames, qtb
     assert model.is_unsaved and model.unsaved == ['a']
 
 
-def test_only_the_newest_pose_waits(model, frames, qtbot):
+def test_only_the_newest_pose_waits(model, frames, tasks, qtbot):
     frames.gate.clear()
     for step in range(100):
         model.set_value(0, 1.0 + 0.01 * step)
     frames.gate.set()
     qtbot.waitUntil(lambda: len(frames.moves) == 2)
-    qtbot.wait(30)
+    wait_for_line(tasks, 'calibration', qtbot)
     assert [move[1][0] for move in frames.moves] == pytest.approx([1.01, 1.99])
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Iterator
 
 import pytest
+from held_tasks import wait_for_line
 from PyQt5.QtWidgets import QLabel, QPushButton
 
 from process_visualizer.gui.models.cell.cell_model import CellModel
@@ -60,11 +61,15 @@ def test_a_file_that_is_replaced_again_and_again(watch: FileWatch, qtbot: Any,
             replace(config, text)
 
 
-def test_a_file_that_goes_and_comes_back(watch: FileWatch, qtbot: Any, config: Path) -> None:
-    with qtbot.assertNotEmitted(watch.changed, wait=300):
+def test_a_file_that_goes_and_comes_back(watch: FileWatch, tasks: Tasks, qtbot: Any,
+                                         config: Path) -> None:
+    with qtbot.assertNotEmitted(watch.changed):
         config.unlink()
-    with qtbot.assertNotEmitted(watch.changed, wait=300):
+        qtbot.waitUntil(lambda: watch._watcher.files() == [])
+        wait_for_line(tasks, 'watch', qtbot)
         config.write_text(VALID)
+        qtbot.waitUntil(lambda: watch._watcher.files() == [str(config)])
+        wait_for_line(tasks, 'watch', qtbot)
     config.unlink()
     with qtbot.waitSignal(watch.changed):
         config.write_text(OTHER)

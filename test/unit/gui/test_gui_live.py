@@ -2,7 +2,6 @@
 """The curves of the running cell: model and panel, with a recorder's memory in a list."""
 from __future__ import annotations
 
-import time
 from pathlib import Path
 from typing import Any, List, Sequence, Tuple
 
@@ -78,6 +77,7 @@ class Stand:
     """The panel of a cell with three variables."""
 
     def __init__(self, qtbot: QtBot, folder: Path) -> None:
+        self.now_s = 0.0
         self.parts = list(parts_of(write_bag(folder), 8.0))
         self.tasks, self.memory, self.choices = HeldTasks(), ListedMemory(), LaneChoices()
         self.model = LiveCurvesModel(self.tasks, self.memory)  # type: ignore[arg-type]
@@ -86,7 +86,7 @@ class Stand:
         self.compare = CompareModel(self.tasks_of_runs)  # type: ignore[arg-type]
         self.comparison = LiveComparisonModel(self.compare, self.model)
         self.panel = LivePanel(self.model, self.choices, self.replay,  # type: ignore[arg-type]
-                               self.comparison)
+                               self.comparison, wall_s=lambda: self.now_s)
         self.wanted: List[float] = []
         self.panel.replay_wanted.connect(self.wanted.append)
         qtbot.addWidget(self.panel)
@@ -151,10 +151,13 @@ def test_it_is_held_and_goes_on(stand: Stand) -> None:
 def test_the_present_moves_away_from_curves_that_stand_still(stand: Stand) -> None:
     stand.come(stand.parts[0])
     assert stand.timeline.time_text(0.0, 0) == 'now'
-    ago_s = time.time() - stand.panel._end_s()
+    stand.now_s = stand.panel._end_s() + 1.5
     QTest.mouseClick(stand.panel.hold, Qt.LeftButton)
-    shown_s = -float(stand.timeline.time_text(-2.0, 2).split()[0].replace('−', '-'))
-    assert stand.panel._clock.isActive() and shown_s == pytest.approx(ago_s + 2.0, abs=5.0)
+    assert stand.timeline.time_text(-2.0, 2) == '−3.50 s'
+    assert stand.panel._clock.isActive()
+    stand.now_s += 1.0
+    stand.panel._clock.timeout.emit()
+    assert stand.timeline.time_text(-2.0, 2) == '−4.50 s'
     QTest.mouseClick(stand.panel.hold, Qt.LeftButton)
     assert stand.timeline.time_text(0.0, 0) == 'now' and not stand.panel._clock.isActive()
 

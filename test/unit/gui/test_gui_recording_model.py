@@ -2,11 +2,11 @@
 """The recording model with a stand-in for the recorder: phases, figures, faults."""
 from __future__ import annotations
 
-import time
 from pathlib import Path
 from typing import Iterator, List
 
 import pytest
+from held_tasks import wait_for_line
 from recording_stand_in import StandInRecorder, devices, told
 
 from process_visualizer.clients.recording_options import RecorderError, RecorderUnreachable
@@ -319,28 +319,28 @@ def test_nothing_runs(model, client):
     assert model.phase is Phase.WAITING
 
 
-def test_the_run_ends_while_a_recording_starts(model, client, qtbot):
+def test_the_run_ends_while_a_recording_starts(model, tasks, client, qtbot):
     client.gate.clear()
     model.start()
     model.set_running(False)
     client.gate.set()
-    qtbot.waitUntil(lambda: client.commands == ['start'])
-    qtbot.wait(50)
-    assert model.phase is Phase.OFF
+    wait_for_line(tasks, 'recorder', qtbot)
+    assert model.phase is Phase.OFF and client.commands == ['start']
     Path(client.path).touch()
     with qtbot.waitSignal(model.finished):
         model.take_end_of_run()
 
 
-def test_the_run_is_ended_while_something_is_recorded(recording, client, qtbot):
+def test_the_run_is_ended_while_something_is_recorded(recording, tasks, client, qtbot):
     recording.set_running(False)
     Path(client.path).touch()
     with qtbot.waitSignal(recording.finished) as signal:
         recording.take_end_of_run()
     assert signal.args == [client.path] and recording.state.finished.files == (client.path,)
     assert recording.phase is Phase.OFF
-    with qtbot.assertNotEmitted(recording.finished, wait=50):
+    with qtbot.assertNotEmitted(recording.finished):
         recording.take_end_of_run()
+        wait_for_line(tasks, 'files', qtbot)
 
 
 def test_a_bag_that_was_not_finished_is_told(recording, client, qtbot):
@@ -360,10 +360,9 @@ def test_settings_are_remembered(model, tasks, client):
     assert other.choices.name_choice is NameChoice.PREFIX
 
 
-def test_a_window_that_was_held_up_does_not_lose_the_recorder(recording, client, qtbot):
-    recording._silence._timer.setInterval(100)
-    recording.take_state(told('recording', files=(client.path,)))
-    time.sleep(0.5)  # the GUI thread is blocked, while states of the recorder arrive
-    qtbot.wait(5)
-    recording.take_state(told('recording', files=(client.path,)))
+def test_a_window_that_was_held_up_does_not_lose_the_recorder(recording, client):
+    """Qt tells a timer that was due several times while nothing was heard only once."""
+    for _ in range(5):
+        recording._silence._timer.timeout.emit()
+        recording.take_state(told('recording', files=(client.path,)))
     assert recording.phase is Phase.RECORDING and messages_of(recording) == []

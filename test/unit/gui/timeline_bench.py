@@ -78,6 +78,17 @@ class Bench:
             QPointF(place), QPointF(self.view.mapToGlobal(place)), QPoint(), turned, Qt.NoButton,
             modifiers, Qt.NoScrollPhase, False))
 
+    def drawn_widths(self) -> List[int]:
+        """How wide what was drawn since the last call is; the last of it is drawn by this call.
+
+        One pixel at least: Qt draws all that it has to draw at once.
+        """
+        self.view.update(0, 0, 1, 1)
+        count = len(self.view.widths)
+        self.qtbot.waitUntil(lambda: len(self.view.widths) > count)
+        drawn, self.view.widths = self.view.widths, []
+        return drawn
+
     def pixel(self, x: int, y: int) -> str:
         image = self.view.grab().toImage()
         scale = image.devicePixelRatio()

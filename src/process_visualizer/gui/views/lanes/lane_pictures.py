@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import Dict, List, Optional, Sequence, Set, Tuple
+from typing import Callable, Dict, List, Optional, Sequence, Set, Tuple
 
 from PyQt5.QtGui import QPixmap
 
@@ -20,7 +20,8 @@ _TURN_S = 0.008  # half a frame of a screen: no longer are lanes drawn without a
 class LanePictures:
     """Each time some lanes are drawn; until its turn comes, a lane has its old picture."""
 
-    def __init__(self) -> None:
+    def __init__(self, clock_s: Callable[[], float] = time.perf_counter) -> None:
+        self._clock_s = clock_s
         self._lanes: Tuple[Lane, ...] = ()
         self._looks: Tuple[LaneLook, ...] = ()
         self._theme = theme()
@@ -54,10 +55,10 @@ class LanePictures:
 
     def draw(self, rows: Sequence[int]) -> List[int]:
         """Draw missing lanes, as many as there is time for, at least one; return which."""
-        begin_s = time.perf_counter()
+        begin_s = self._clock_s()
         drawn: List[int] = []
         for row in self.missing(rows):
-            if not self._looks or (drawn and time.perf_counter() - begin_s > _TURN_S):
+            if not self._looks or (drawn and self._clock_s() - begin_s > _TURN_S):
                 break
             self._draw(row, self._looks[row])
             drawn.append(row)

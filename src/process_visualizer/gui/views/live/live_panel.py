@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
-from typing import Dict, Optional, Sequence
+from typing import Callable, Dict, Optional, Sequence
 
 from PyQt5.QtCore import Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QHideEvent, QShowEvent
@@ -38,8 +38,10 @@ class LivePanel(QWidget):
     """The scene should show this moment [s] on the recorder's clock."""
 
     def __init__(self, curves: LiveCurvesModel, choices: LaneChoices, replay: ReplayModel,
-                 comparison: LiveComparisonModel, parent: Optional[QWidget] = None) -> None:
+                 comparison: LiveComparisonModel, parent: Optional[QWidget] = None,
+                 wall_s: Callable[[], float] = time.time) -> None:
         super().__init__(parent)
+        self._wall_s = wall_s
         self._curves, self._choices, self._replay = curves, choices, replay
         self._comparison = comparison
         self._lanes: Dict[Key, Lane] = {}
@@ -60,7 +62,7 @@ class LivePanel(QWidget):
         self.hold.setCheckable(True)
         self.hold.setToolTip('Let the curves stand still to look at them; nothing is lost')
         self.timeline = LiveTimeline(choices)
-        self.replay = ReplayBar(replay, time.time)
+        self.replay = ReplayBar(replay, wall_s)
         self._clock = QTimer(self, interval=_CLOCK_MS)
         self._clock.timeout.connect(self._show_age)
         self._lay_out()
@@ -126,7 +128,7 @@ class LivePanel(QWidget):
             self._curves.is_held or not self._curves.is_running)
         if stands != self._clock.isActive():
             self._clock.start() if stands else self._clock.stop()
-        self.timeline.show_age(time.time() - self._end_s() if stands else 0.0)
+        self.timeline.show_age(self._wall_s() - self._end_s() if stands else 0.0)
 
     def _state(self) -> str:
         curves = self._curves
