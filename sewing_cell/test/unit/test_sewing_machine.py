@@ -1,10 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the sewing machine's sensors mean in the needle frame."""
+"""What the sewing machine's sensors mean in the needle frame, and what its node shows of them."""
 
 from __future__ import annotations
 
+from typing import Any, Dict, Tuple
+
 import numpy as np
 import pytest
+from simulated_node import SimulatedNode
+from std_msgs.msg import Float32, UInt16
+from visualization_msgs.msg import Marker
 
 from process_visualizer.motion.rotations import matrix_from_ypr
 from process_visualizer.parameters.reading import ParameterError, Parameters
@@ -12,6 +17,7 @@ from sewing_cell.sewing_machine import (
     FEED_DIRECTION,
     UPPER_ARROW,
     SewingParameters,
+    SewingTransformer,
     edge_text,
     edge_vector,
 )
@@ -45,3 +51,93 @@ def test_parameters():
     assert parameters.upper_arrow.scale_m == 0.01
     with pytest.raises(ParameterError, match='/s/text/position'):
         SewingParameters.read(Parameters({'text': {'position': [1, 2]}}, '/s'))
+
+
+class Machine:
+    """The node, and what RViz would know of its markers."""
+
+    def __init__(self, **parameters: Any) -> None:
+        self.node = SimulatedNode('/sewing_machine/sewing_machine',
+                                  {'/sewing_machine/setpoint_upper': 300})
+        SewingTransformer(self.node, SewingParameters.read(Parameters(parameters, '/s')))
+        self._markers: Dict[Tuple[str, int], Marker] = {}
+
+    def send(self, feed: float = 0.0625) -> None:
+        """Publish one value of each sensor."""
+        for topic, message in (('/edge_finder_upper', UInt16(310)),
+                               ('/edge_finder_lower', UInt16(225)),
+                               ('/feed_rate_est', Float32(feed))):
+            self.node.send(topic, message)
+
+    def markers(self, wait_s: float = 0.15) -> Dict[Tuple[str, int], Marker]:
+        """Let time pass, and draw."""
+        self.node.advance(wait_s)
+        for message in self.node.sent('marker_array'):
+            self._markers.update({(it.ns, it.id): it for it in message.markers})
+        return self._markers
+
+    def text(self, namespace: str, wait_s: float = 0.15) -> str:
+        """Let time pass, and return the text beside an arrow."""
+        return str(self.markers(wait_s)[namespace, 1].text.strip())
+
+
+def test_model_arrows_and_numbers():
+    machine = Machine()
+    assert list(machine.markers(0.0)) == [('machine', 0)]  # before there is any data
+    machine.send()
+    markers = machine.markers()
+    assert {name: marker.text.strip() for (name, number), marker in markers.items() if number} == {
+        'feed_rate': 'feed 0.062 m/s', 'edge_upper': 'upper edge 310, 10 above 300',
+        'edge_lower': 'lower edge 225, 30 below 255'}
+    mesh = markers['machine', 0]
+    assert (mesh.type, mesh.header.frame_id) == (Marker.MESH_RESOURCE, 'sewing_machine/base')
+    assert mesh.mesh_resource == 'package://sewing_cell/meshes/sewing_machine.dae'
+    for name in ('feed_rate', 'edge_upper', 'edge_lower'):
+        arrow = markers[name, 0]
+        assert (arrow.type, arrow.action, arrow.header.frame_id) == (
+            Marker.ARROW, Marker.ADD, 'sewing_machine/needle')
+
+
+def test_setpoints_are_read_live():
+    machine = Machine()
+    machine.send()
+    assert machine.text('edge_lower') == 'lower edge 225, 30 below 255'
+    machine.node.params['/sewing_machine/setpoint_lower'] = 225.0
+    assert machine.text('edge_lower') == 'lower edge 225, at 225'
+    assert machine.markers()['edge_lower', 0].action == Marker.DELETE
+    del machine.node.params['/sewing_machine/setpoint_lower']
+    assert machine.text('edge_lower') == 'lower edge 225, 30 below 255'
+
+
+def test_sensors_that_stopped_are_shown():
+    machine = Machine()
+    machine.send()
+    assert machine.text('feed_rate', 0.95) == 'feed 0.062 m/s'
+    assert machine.text('feed_rate', 1.05) in ('feed no data for 1.9 s', 'feed no data for 2.0 s')
+    assert machine.text('edge_upper').startswith('upper edge no data for 2.')
+
+
+def test_no_mesh_where_none_is_wanted():
+    machine = Machine(mesh='')
+    machine.send()
+    assert machine.text('feed_rate') and ('machine', 0) not in machine.markers()
+
+
+def test_a_feed_rate_that_is_no_number_leaves_the_last_one():
+    machine = Machine()
+    machine.send()
+    for feed in (float('nan'), float('inf')):
+        machine.send(feed)
+        assert machine.text('feed_rate') == 'feed 0.062 m/s'
+    assert machine.node.log == [('warn', 'sewing_machine: /feed_rate_est is NaN or infinite; the '
+                                         'last good value stays')]
+
+
+def test_markers_have_their_rate_and_only_for_somebody():
+    machine = Machine(marker_rate=20.0)
+    machine.node.sent('marker_array').clear()
+    machine.node.advance(1.999)
+    assert len(machine.node.sent('marker_array')) == 39
+    machine.node.publishers['/sewing_machine/marker_array'].connections = 0
+    machine.node.advance(2.0)
+    assert len(machine.node.sent('marker_array')) == 39
