@@ -15,7 +15,7 @@ import threading
 import time
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence
+from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 import rospy
@@ -167,17 +167,21 @@ class Driver:
             rate.sleep()
 
     def _report(self, convention: Convention, now_s: float) -> None:
-        tool = self.path.tool(now_s, convention.tool)
         assert self._tool is not None
-        if convention.form == 'PoseStamped':
-            message = PoseStamped()
-            message.header.stamp = rospy.Time.from_sec(now_s)
-            position, turn = message.pose.position, message.pose.orientation
-            position.x, position.y, position.z = tool.position
-            turn.x, turn.y, turn.z, turn.w = tool.quaternion
-            self._tool.publish(message)
-        else:
-            self._tool.publish(data=[*tool.position, *_orientation(convention.form, tool)])
+        self._tool.publish(report(convention, self.path.tool(now_s, convention.tool), now_s))
+
+
+def report(convention: Convention, tool: Placement, now_s: float) -> Any:
+    """Return the message of a driver with the convention about the tool [m] at a time [s]."""
+    if convention.form != 'PoseStamped':
+        return Float32MultiArray(
+            data=[*tool.position, *_orientation(convention.form, tool)])
+    message = PoseStamped()
+    message.header.stamp = rospy.Time.from_sec(now_s)
+    position, turn = message.pose.position, message.pose.orientation
+    position.x, position.y, position.z = tool.position
+    turn.x, turn.y, turn.z, turn.w = tool.quaternion
+    return message
 
 
 def _orientation(form: str, tool: Placement) -> Sequence[float]:
