@@ -34,11 +34,12 @@ class PoseMarker:
     topics until the process ends.
     """
 
-    def __init__(self, on_dragged: Callable[[str, Pose], None],
-                 topic: str = CALIBRATION_TOPIC) -> None:
+    def __init__(self, on_dragged: Callable[[str, Pose], None], topic: str = CALIBRATION_TOPIC,
+                 make_server: Callable[[str], InteractiveMarkerServer] = InteractiveMarkerServer
+                 ) -> None:
         """The topics are advertised with the first marker."""
         self._on_dragged = on_dragged
-        self._topic = topic
+        self._topic, self._make_server = topic, make_server
         self._server: Optional[InteractiveMarkerServer] = None
         self._frame = ''
         self._lock = threading.Lock()  # the program's thread and rospy's
@@ -52,7 +53,7 @@ class PoseMarker:
         """Show the marker for a frame at its pose in a parent frame, instead of another one."""
         with self._lock:
             if self._server is None:
-                self._server = InteractiveMarkerServer(self._topic)
+                self._server = self._make_server(self._topic)
             self._server.clear()
             self._frame = frame
             self._server.insert(_marker(parent, frame, pose), self._take_feedback)
