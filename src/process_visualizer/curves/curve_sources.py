@@ -39,9 +39,10 @@ class CurveSource(NamedTuple):
     """Where a curve comes from; ``message_type`` None: whatever the topic carries.
 
     ``field`` is that of a number; ``frames`` are the base and the tool of a pose from tf; where a
-    ``model`` is named, the tool is that model's: see tool_on_tf. A source that is ``plain`` was
-    not asked for: it has a curve only if its topic is one of plain numbers. ``tolerance`` is how
-    far a run may be from a good one.
+    ``model`` is named, the tool is that model's: see tool_on_tf. A tool whose driver sends no
+    poses has the topic of the robot's joints, of which its place is computed. A source that is
+    ``plain`` was not asked for: it has a curve only if its topic is one of plain numbers.
+    ``tolerance`` is how far a run may be from a good one.
     """
 
     device: str
@@ -84,10 +85,22 @@ def _robot_sources(device: Device) -> List[CurveSource]:
     if tool is not None:
         sources.append(_quantity_source(device, tool, Quantity.SPEED, 'v', 'm/s')._replace(
             frames=pose_frames(device, None), model='' if tool.frame else _model(device)))
+    elif tool_from_joints(device):
+        joints = device.topic_for(TopicFunction.JOINT_STATES)
+        assert joints is not None
+        sources.append(_quantity_source(device, joints, Quantity.SPEED, 'v', 'm/s')._replace(
+            model=_model(device)))
     force = device.topic_for(TopicFunction.FORCE_SENSOR)
     if force is not None:
         sources.append(_quantity_source(device, force, Quantity.FORCE, 'F', 'N'))
     return sources
+
+
+def tool_from_joints(device: Device) -> bool:
+    """Return whether a robot's tool is where model and joints say, as no topic has its pose."""
+    return (device.topic_for(TopicFunction.TOOL_CENTER_FRAME) is None
+            and device.topic_for(TopicFunction.JOINT_STATES) is not None
+            and device.model is not None)
 
 
 def _model(device: Device) -> str:

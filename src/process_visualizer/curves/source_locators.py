@@ -8,7 +8,7 @@ import numpy as np
 
 from process_visualizer.bags.recording import Recording
 from process_visualizer.cell.model import Device
-from process_visualizer.curves.curve_sources import CurveSource, Quantity
+from process_visualizer.curves.curve_sources import CurveSource, Quantity, tool_from_joints
 from process_visualizer.curves.number_columns import Numbers
 from process_visualizer.curves.tool_on_tf import Messages, tool_on_tf
 from process_visualizer.messages.connection import Connection
@@ -94,10 +94,13 @@ def source_locators(messages: Messages, source: CurveSource,
         on_tf = [number for number in numbers if connections[number].type == TF_MESSAGE
                  and source.message_type in ('', TF_MESSAGE)]
         device = next(it for it in devices if it.name == source.device)
-        is_on_tf = on_tf or source.message_type == TF_MESSAGE
+        is_computed = tool_from_joints(device)
+        is_on_tf = on_tf or source.message_type == TF_MESSAGE or is_computed
         found = tool_on_tf(messages, source, device, on_tf) if is_on_tf else None
         if found is not None:
             return SourceLocators(found[1], found[0])
+        if is_computed:
+            return SourceLocators(({},))
     located = {number: locator_for(source, connections[number]) for number in numbers}
     return SourceLocators(({number: locator for number, locator in located.items()
                             if locator is not None},))

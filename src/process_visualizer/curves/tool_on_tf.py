@@ -17,6 +17,7 @@ from process_visualizer.descriptions.robot_description import (
     describe_device,
 )
 from process_visualizer.descriptions.robot_frames import pose_frames
+from process_visualizer.descriptions.tool_frame import tool_frame
 from process_visualizer.messages.number_places import (
     FloatArrayLocator,
     JointLocator,
@@ -26,6 +27,7 @@ from process_visualizer.messages.number_places import (
 )
 from process_visualizer.motion.joint_matching import JointMatching
 from process_visualizer.motion.kinematics import Kinematics, Placement
+from process_visualizer.motion.rotations import quaternion_from_ypr
 from process_visualizer.motion.tool_path import (
     FrameSources,
     MovingPart,
@@ -62,6 +64,7 @@ def tool_on_tf(messages: Messages, source: CurveSource, device: Device,
     loaded where it is needed. None where nothing that moves leads to the tool.
     """
     frames = _recorded_frames(messages, connections)
+    _add_tool(frames, device)
     description = _description(device) if source.model else None
     base, tool = pose_frames(device, description) if source.model else source.frames
     path, matching = frames.path(base, tool), None
@@ -75,6 +78,14 @@ def tool_on_tf(messages: Messages, source: CurveSource, device: Device,
         return None
     return path, tuple(_locators(messages, part, device, matching, connections)
                        for part in path.moving)
+
+
+def _add_tool(frames: FrameSources, device: Device) -> None:
+    """Add the frame in which a configured tool is: cell_frames sends it."""
+    tool = tool_frame(device, None)
+    if device.tool is not None and tool.frame != tool.parent:
+        x, y, z, w = (float(it) for it in quaternion_from_ypr(tool.pose.ypr))
+        frames.add_fixed(tool.parent, tool.frame, Placement(tool.pose.xyz, (x, y, z, w)))
 
 
 def joint_matching(device: Device, description: RobotDescription) -> JointMatching:

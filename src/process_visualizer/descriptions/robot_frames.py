@@ -16,7 +16,12 @@ def base_frame(device: Device) -> str:
 
 
 def pose_frames(device: Device, description: Optional[RobotDescription]) -> Tuple[str, str]:
-    """Parent and child of the transform that is the pose of a robot's tool in tf."""
-    tool = device.topic_for(TopicFunction.TOOL_CENTER_FRAME)
-    frame = tool.frame if tool is not None else None
-    return base_frame(device), frame or tool_frame(device, description).parent
+    """Parent and child of the transform that is the pose of a robot's tool in tf.
+
+    Without a topic that has the pose, the child is the tool frame itself, where model and joints
+    have it.
+    """
+    topic, tool = device.topic_for(TopicFunction.TOOL_CENTER_FRAME), tool_frame(device, description)
+    if topic is None:
+        return base_frame(device), tool.frame
+    return base_frame(device), topic.frame or tool.parent

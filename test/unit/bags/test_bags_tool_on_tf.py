@@ -134,6 +134,32 @@ def test_several_recorded_frames(tmp_path: Path, cell: Any) -> None:
     assert_speed(tmp_path / 'a.bag', cell('end'), rows, 2.5 * 0.5)
 
 
+def joints_only(tmp_path: Path, tool: str) -> Sequence[Device]:
+    """A cell whose driver sends no pose of the tool."""
+    (tmp_path / 'robot.urdf').write_text(MODEL.replace('KIND', 'revolute'))
+    path = tmp_path / 'joints_only.xml'
+    path.write_text(f"""<visualizer><device type="robot" name="r">
+        <model path="robot.urdf"/><base frame="root"/>{tool}
+        <topic name="joints" type="joint_states"/></device></visualizer>""")
+    return XmlParser().parse(str(path)).devices
+
+
+@pytest.mark.parametrize('tool', ['', '<tool frame="flange" xyz="0 0.4 0"/>'])
+def test_a_driver_sends_joints_only(tmp_path: Path, tool: str) -> None:
+    """As most do: the tool is where model and joints say, also if each joint comes by itself."""
+    rows = [Row('/joints', time_s, JointState(name=[name], position=[position]))
+            for time_s in times(100)
+            for name, position in (('other', 5.0), ('j', TURN_RAD_PER_S * time_s))]
+    assert_speed(tmp_path / 'a.bag', joints_only(tmp_path, tool), rows,
+                 TURN_RAD_PER_S * (0.5 if tool else 0.3))
+
+
+def test_arrays_of_joints_are_not_taken_for_poses(tmp_path: Path) -> None:
+    devices = joints_only(tmp_path, '<tool frame="nowhere"/>')
+    rows = [Row('/joints', time_s, Float32MultiArray(data=[time_s] * 6)) for time_s in times(50)]
+    assert curves(tmp_path / 'a.bag', devices, rows) == ()
+
+
 def test_there_is_no_speed_where_joints_are_missing(tmp_path: Path, cell: Any) -> None:
     rows = [Row('/tf', time_s, TFMessage([sent('flange', 'tip')])) for time_s in times(30)]
     joints = [Row('/joints', time_s, JointState(name=['j'], position=[2.0 * time_s]))

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Callable
 
+import genpy
 import numpy as np
 import pytest
+import rosbag
 from cycle_bags import BEGIN_S, write_bag
+from sensor_msgs.msg import JointState
 
 from process_visualizer.bags.marks import Mark, add_mark
 from process_visualizer.bags.recording import Recording
@@ -99,6 +103,45 @@ def test_without_a_span_a_recording_is_one_run(bag: Bag,
                                                capsys: pytest.CaptureFixture[str]) -> None:
     assert main(['runs', bag(run='')]) == 0
     assert capsys.readouterr().out.startswith('a.bag  from 0:00.00, 24.0 s: starts at')
+
+
+ARM = """<robot name="arm"><link name="root"/><link name="upper"/><link name="fore"/>
+  <link name="tool0"/>
+  <joint name="a" type="continuous"><parent link="root"/><child link="upper"/>
+    <axis xyz="0 0 1"/></joint>
+  <joint name="b" type="continuous"><parent link="upper"/><child link="fore"/>
+    <origin xyz="0.6 0 0"/><axis xyz="0 0 1"/></joint>
+  <joint name="c" type="fixed"><parent link="fore"/><child link="tool0"/>
+    <origin xyz="0.4 0 0"/></joint></robot>"""
+
+
+@pytest.mark.parametrize('start_s, pace, said', [
+    (2.5, 1.0, ''), (1.0, 0.9, r'its motion took 0\.\d+ s \(1[01]\.\d %\) longer than in the ref')])
+def test_a_driver_of_joints_only_may_begin_later_or_be_slower(
+        tmp_path: Path, capsys: pytest.CaptureFixture[str], start_s: float, pace: float,
+        said: str) -> None:
+    (tmp_path / 'arm.urdf').write_text(ARM)
+    (tmp_path / 'cell.xml').write_text(
+        '<visualizer><device type="robot" name="arm"><model path="arm.urdf"/>'
+        '<base frame="root"/><topic name="joints" type="joint_states"/></device></visualizer>')
+
+    def write(name: str, start_s: float, pace: float) -> str:
+        with rosbag.Bag(str(tmp_path / name), 'w') as bag:
+            for row in range(1100):
+                now_s = row / 100
+                part = min(max((now_s - start_s) * pace / 6.0, 0.0), 1.0)
+                turn = 10 * part ** 3 - 15 * part ** 4 + 6 * part ** 5
+                state = JointState(name=['a', 'b'],
+                                   position=[1.5 * turn, 0.8 * np.sin(4.0 * turn)])
+                state.header.stamp = genpy.Time(1000 + now_s)
+                bag.write('/joints', state, genpy.Time(1000 + now_s + 0.002))
+        return str(tmp_path / name)
+
+    assert main(['compare', write('other.bag', start_s, pace), '--reference',
+                 write('good.bag', 1.0, 1.0), '--config', str(tmp_path / 'cell.xml')]) == 0
+    out = capsys.readouterr().out
+    assert 'other.bag: stays within the band' in out
+    assert re.search(said, out) and ('took' in out) == bool(said)
 
 
 @pytest.mark.parametrize('words, reason', [

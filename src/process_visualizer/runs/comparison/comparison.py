@@ -25,6 +25,9 @@ USUAL_RATE = 0.05
 _LEAST_SHARE = 0.8
 """Of the reference, or of the run: if less than that has a counterpart in the other, it is told."""
 
+_MIN_LONGER_S, _MIN_PACE = 0.1, 0.02
+"""From so much on, also as a share of the reference, a different pace is reported."""
+
 
 class Comparison(NamedTuple):
     """What came of a run: its signals on the reference's clock, and where they left a band."""
@@ -130,6 +133,8 @@ class GoodRuns:
             notes.append('it is the reference itself')
         if alignment.means is not Means.MOTION:
             notes.append(f'aligned by {alignment.means.value}: there is no motion that both have')
+        else:
+            notes += _pace(alignment)
         notes += self._missing(run)
         known = {run.configuration, self.reference.configuration} - {''}
         if len(known) > 1:
@@ -157,6 +162,16 @@ class GoodRuns:
                 more = f' and {len(only) - 4} more' if len(only) > 4 else ''
                 notes.append(f'only {where} has {names}{more}')
         return notes
+
+
+def _pace(alignment: Alignment) -> List[str]:
+    """Return how much longer or shorter the motion took, if that is worth a word."""
+    reference_s, run_s = (float(it[-1] - it[0]) for it in alignment.time_map)
+    longer_s = run_s - reference_s
+    if reference_s <= 0.0 or abs(longer_s) < max(_MIN_LONGER_S, _MIN_PACE * reference_s):
+        return []
+    return [f'its motion took {abs(longer_s):.2f} s ({100 * abs(longer_s) / reference_s:.1f} %) '
+            f'{"longer" if longer_s > 0 else "less"} than in the reference']
 
 
 def incomparable(reference: Run, run: Run) -> Optional[str]:
