@@ -2,6 +2,7 @@
 """Where every message of a recording is, as arrays in the order of time."""
 from __future__ import annotations
 
+from datetime import datetime, timezone
 from typing import Iterable, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
@@ -26,21 +27,44 @@ class ChunkPlaces(NamedTuple):
     position: np.ndarray
 
 
+class Strays(NamedTuple):
+    """Messages of a topic with times [ns since the epoch] far from those of all others.
+
+    They are left out, or count from the beginning if they hold until they are replaced.
+    """
+
+    topic: str
+    message_count: int
+    first_ns: int
+    last_ns: int
+    are_kept: bool
+
+    def __str__(self) -> str:
+        is_one = self.message_count == 1
+        some = 'one message has' if is_one else f'{self.message_count} messages have'
+        times = ' to '.join(dict.fromkeys(map(_date, (self.first_ns, self.last_ns))))
+        time = f'a time far from that of all others ({times})' if self.last_ns else 'no time (0)'
+        kept = 'from the beginning on' if self.are_kept else 'left out'
+        return (f'{self.topic}: {some} {time} and {"is" if is_one else "are"} '
+                f'{"there " if self.are_kept else ""}{kept}')
+
+
 class BagIndex:
     """All messages of a recording by their position, 0 for the earliest; not to be changed.
 
     Messages of the same time stand in the order in which they were recorded (file, chunk, byte).
     ``connections`` has what the column ``connection`` counts, ``chunks`` what ``chunk`` counts;
-    ``gaps`` are the parts of the files that could not be read.
+    ``gaps`` are the parts of the files that could not be read; ``strays`` were told apart by their
+    times.
     """
 
     def __init__(self, connections: Sequence[Connection], columns: Columns, chunks: ChunkPlaces,
-                 gaps: Iterable[Gap] = ()) -> None:
+                 gaps: Iterable[Gap] = (), strays: Iterable[Strays] = ()) -> None:
         """Take columns of any order; they are sorted by time only if they are not yet."""
         self.connections = tuple(connections)
         self.time_ns, self.connection, self.chunk, self.offset = _in_order(columns)
         self.chunks = chunks
-        self.gaps = tuple(gaps)
+        self.gaps, self.strays = tuple(gaps), tuple(strays)
         # a stable sort of 16-bit numbers is a radix sort: it takes no longer for more connections
         self._grouped = np.argsort(self.connection, kind='stable').astype(np.int32)
         counts = np.bincount(self.connection, minlength=len(self.connections))
@@ -52,6 +76,16 @@ class BagIndex:
     def __len__(self) -> int:
         """Return the number of messages."""
         return len(self.time_ns)
+
+    @property
+    def columns(self) -> Columns:
+        """All rows in the order of time."""
+        return Columns(self.time_ns, self.connection, self.chunk, self.offset)
+
+    @property
+    def left_out(self) -> int:
+        """How many messages of the files it does not have, as their times cannot be."""
+        return sum(it.message_count for it in self.strays if not it.are_kept)
 
     @property
     def begin_ns(self) -> int:
@@ -70,9 +104,10 @@ class BagIndex:
         if wanted.all():
             return self
         rows = wanted[self.connection]
-        columns = Columns(self.time_ns[rows], self.connection[rows], self.chunk[rows],
-                          self.offset[rows])
-        return BagIndex(self.connections, columns, self.chunks, self.gaps)
+        columns = Columns(*(column[rows] for column in self.columns))
+        topics = {self.connections[number].topic for number in np.flatnonzero(wanted)}
+        return BagIndex(self.connections, columns, self.chunks, self.gaps,
+                        [it for it in self.strays if it.topic in topics])
 
     def count_until(self, time_ns: int) -> int:
         """Return how many messages have a time at or before this one: the next one's position."""
@@ -134,3 +169,7 @@ def _in_order(columns: Columns) -> Columns:
         return columns
     order = np.argsort(columns.time_ns, kind='stable')
     return Columns(*(column[order] for column in columns))
+
+
+def _date(time_ns: int) -> str:
+    return datetime.fromtimestamp(time_ns // 1_000_000_000, timezone.utc).strftime('%Y-%m-%d')

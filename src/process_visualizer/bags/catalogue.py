@@ -32,7 +32,7 @@ class Catalogue(NamedTuple):
     ``topics`` are those of the devices, by name, without what the recorder adds;
     ``message_count`` counts all messages in the files, as rosbag does. ``marks`` are in the order
     of time. ``problems`` are texts: what cannot be read in the files or beside them; ``gaps`` are
-    the former.
+    the former. ``remarks`` are what else the operator should know of them.
     """
 
     paths: Tuple[str, ...]
@@ -45,6 +45,7 @@ class Catalogue(NamedTuple):
     problems: Tuple[str, ...] = ()
     configuration: Optional[StoredConfiguration] = None
     gaps: Tuple[Gap, ...] = ()
+    remarks: Tuple[str, ...] = ()
 
     @property
     def topic_names(self) -> Tuple[str, ...]:
@@ -71,8 +72,9 @@ def read_catalogue(paths: Sequence[str]) -> Catalogue:
         return Catalogue(
             recording.paths, recording.begin_ns,
             (recording.end_ns - recording.begin_ns) / 1e9, recording.size_bytes,
-            len(recording.index), topics, tuple(marks),
-            (*map(str, recording.gaps), *bad_marks), configuration, recording.gaps)
+            len(recording.index) + recording.index.left_out, topics, tuple(marks),
+            (*map(str, recording.gaps), *bad_marks), configuration, recording.gaps,
+            recording.remarks)
 
 
 def missing_topics(catalogue: Catalogue,

@@ -16,10 +16,12 @@ from process_visualizer.bags.bag_index import BagIndex
 from process_visualizer.bags.bag_records import (
     OP_CHUNK,
     OP_MESSAGE,
+    Fields,
     fields_of,
     number,
     operation,
     sized_part,
+    time_ns,
     u32_at,
 )
 
@@ -92,17 +94,42 @@ class ChunkStore:
         Raises:
             BagDamaged: the message or its chunk cannot be read; the others still can.
         """
-        number_ = int(self._index.chunk[position])
-        if number_ in self._damaged:
-            raise BagDamaged(self._damaged[number_])
+        number_, offset = self._place(position)
         chunk, content = self._open_chunk(number_)
-        offset = int(self._index.offset[position])
         try:
             if content is not None:
                 return _message_in(memoryview(content)[offset:])
             return self._message_on_disk(self._file(number_), chunk, offset)
         except RecordError as error:
             raise BagDamaged(self._gap_of_message(position, str(error))) from error
+
+    def own_time_ns(self, position: int) -> int:
+        """Return the time of a message as its own record says it.
+
+        Raises:
+            BagDamaged: the record or its chunk cannot be read.
+        """
+        number_, offset = self._place(position)
+        chunk, content = self._open_chunk(number_)
+        try:
+            if content is not None:
+                return _time_of(memoryview(content)[offset:])
+            left = max(0, chunk.size - offset)
+            return _time_of(memoryview(self._file(number_).read(
+                chunk.offset + offset, min(_FIRST_READ_BYTES, left))))
+        except RecordError as error:
+            raise BagDamaged(self._gap_of_message(position, str(error))) from error
+
+    def _place(self, position: int) -> Tuple[int, int]:
+        """The chunk of a message, and the byte in it.
+
+        Raises:
+            BagDamaged: the chunk has failed already.
+        """
+        number_ = int(self._index.chunk[position])
+        if number_ in self._damaged:
+            raise BagDamaged(self._damaged[number_])
+        return number_, int(self._index.offset[position])
 
     def _open_chunk(self, number_: int) -> Tuple[Chunk, Optional[bytes]]:
         """The chunk and, where it is compressed, its content."""
@@ -228,7 +255,18 @@ def _message_in(record: memoryview) -> memoryview:
 
 def _message_span(record: memoryview) -> Tuple[int, int]:
     """Begin and size of the data of the message record that a buffer begins with."""
-    begin, end = sized_part(record, 0)
-    if operation(fields_of(record[begin:end])) != OP_MESSAGE:
-        raise RecordError('no message begins where the index says')
+    _, end = _message_head(record)
     return end + 4, u32_at(record, end)
+
+
+def _time_of(record: memoryview) -> int:
+    return time_ns(_message_head(record)[0].get(b'time', b''))
+
+
+def _message_head(record: memoryview) -> Tuple[Fields, int]:
+    """The fields of the message record that a buffer begins with, and where its header ends."""
+    begin, end = sized_part(record, 0)
+    fields = fields_of(record[begin:end])
+    if operation(fields) != OP_MESSAGE:
+        raise RecordError('no message begins where the index says')
+    return fields, end

@@ -32,7 +32,10 @@ from process_visualizer.bags.bag_records import (
     records_in,
     sized_part,
 )
+from process_visualizer.bags.chunk_store import ChunkStore
+from process_visualizer.bags.usable_times import with_usable_times
 from process_visualizer.messages.connection import Connection
+from process_visualizer.messages.installed_definitions import with_definition
 
 _LARGEST_SUMMARY_BYTES = 1 << 30
 _INDEX_HEAD_BYTES = 128
@@ -54,7 +57,8 @@ class Part(NamedTuple):
 def read_index(file: BagFile) -> BagIndex:
     """Return the index of one bag.
 
-    Parts of the index that are damaged become gaps.
+    Parts of the index that are damaged become gaps. Where a publisher did not send the definition
+    of its messages, the installed one stands, if it is the same.
 
     Raises:
         BagUnindexed: the bag has no index, or only a part of it.
@@ -74,7 +78,8 @@ def read_index(file: BagFile) -> BagIndex:
             gaps.append(_gap(file, info, by_id, f'a part of the index cannot be read: {error}'))
     places = ChunkPlaces(np.zeros(len(infos), np.int32),
                          np.array([info.position for info in infos], np.uint64))
-    return BagIndex([by_id[it] for it in sorted(by_id)], entries.columns(), places, gaps)
+    index = BagIndex([by_id[it] for it in sorted(by_id)], entries.columns(), places, gaps)
+    return with_usable_times(index, ChunkStore([file], index).own_time_ns)
 
 
 class IndexEntries:
@@ -168,7 +173,7 @@ def _check_summary(file: BagFile, position: int) -> None:
 def _take(record: Record, connections: Connections, infos: List[ChunkInfo]) -> None:
     kind = operation(record.fields)
     if kind == OP_CONNECTION:
-        connections[number(record.fields, b'conn')] = connection_of(record)
+        connections[number(record.fields, b'conn')] = with_definition(connection_of(record))
     elif kind == OP_CHUNK_INFO:
         infos.append(chunk_info_of(record))
 

@@ -13,6 +13,7 @@ from process_visualizer.bags.bag_index import BagIndex, ChunkPlaces, Columns, co
 from process_visualizer.bags.chunk_store import ChunkStore
 from process_visualizer.bags.index_reader import read_index
 from process_visualizer.messages.connection import Connection
+from process_visualizer.messages.installed_definitions import definition_problem
 
 
 class Recording:
@@ -75,6 +76,14 @@ class Recording:
         return tuple(self._files)
 
     @property
+    def remarks(self) -> Tuple[str, ...]:
+        """What its reader should know: messages without a usable time, or without a definition."""
+        used = [it for number, it in enumerate(self.index.connections)
+                if len(self.index.positions(number))]
+        lacking = dict.fromkeys(map(definition_problem, used))
+        return (*map(str, self.index.strays), *filter(None, lacking))
+
+    @property
     def size_bytes(self) -> int:
         """The size of all files."""
         return sum(file.size for file in self._files)
@@ -130,7 +139,8 @@ def joined(indexes: Sequence[BagIndex]) -> BagIndex:
     columns = Columns(*map(np.concatenate, zip(*parts)))
     columns = columns._replace(connection=columns.connection.astype(connection_dtype(len(numbers))))
     return BagIndex(tuple(numbers), columns, _joined_places(indexes),
-                    [gap for index in indexes for gap in index.gaps])
+                    [gap for index in indexes for gap in index.gaps],
+                    [it for index in indexes for it in index.strays])
 
 
 def _joined_places(indexes: Sequence[BagIndex]) -> ChunkPlaces:

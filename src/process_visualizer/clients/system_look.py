@@ -28,6 +28,8 @@ from process_visualizer.discovery.new_configuration import (
     of_stored,
 )
 from process_visualizer.launching.ros_api import is_registered
+from process_visualizer.messages.connection import Connection
+from process_visualizer.messages.installed_definitions import definition_problem, with_definition
 from process_visualizer.ros_names import BAG_RECORDER, STATIC_TF_TOPIC, TF_TOPIC
 
 LOOK_S = 3.0
@@ -87,14 +89,16 @@ def look_at_system(master: rosgraph.Master, look_s: float = LOOK_S) -> Seen:
     known = _published(master)
     wanted = {it.name for it in device_topics(known)} | {
         it.name for it in known if it.name in _FRAME_TOPICS}
-    sources = _Listener(wanted).listen(look_s)
+    listener = _Listener(wanted)
+    sources = listener.listen(look_s)
     heard = seen_topics(sources)
     names = {topic.name for topic in heard}
     silent = [it for it in known if it.name in wanted - names - set(_FRAME_TOPICS)]
     descriptions = {it.namespace: it for it in (*seen_descriptions(sources),
                                                 *_descriptions(master))}
     return Seen(f'what is running at {master.master_uri}', (*heard, *silent),
-                seen_transforms(sources), tuple(descriptions.values()), _remarks(silent),
+                seen_transforms(sources), tuple(descriptions.values()),
+                (*_remarks(silent), *(f'{it}.' for it in listener.problems)),
                 is_moment=True)
 
 
@@ -123,7 +127,10 @@ def _remarks(silent: Iterable[SeenTopic]) -> Tuple[str, ...]:
 
 
 class _Listener:
-    """Subscribes to topics of any type and keeps some messages of each publisher."""
+    """Subscribes to topics of any type and keeps some messages of each publisher.
+
+    ``problems`` are the topics whose messages cannot be understood.
+    """
 
     def __init__(self, topics: Set[str]) -> None:
         self._topics = topics
@@ -131,6 +138,7 @@ class _Listener:
         self._messages: Dict[Tuple[str, str], List[bytes]] = defaultdict(list)
         self._headers: Dict[Tuple[str, str], Dict[str, str]] = {}
         self._enough: Set[str] = set()
+        self.problems: Tuple[str, ...] = ()
 
     def listen(self, look_s: float) -> List[Source]:
         subscribers = {topic: rospy.Subscriber(topic, rospy.AnyMsg, self._take, topic)
@@ -141,8 +149,11 @@ class _Listener:
             for subscriber in subscribers.values():
                 subscriber.unregister()
         with self._changed:
-            return [_source(topic, self._headers[topic, node], messages)
-                    for (topic, node), messages in self._messages.items()]
+            found = [(_connection(topic, self._headers[topic, node]), tuple(messages))
+                     for (topic, node), messages in self._messages.items()]
+        self.problems = tuple(filter(None, (definition_problem(its) for its, _ in found)))
+        return [Source(its.topic, its.type, its.message_definition, its.caller_id, messages)
+                for its, messages in found]
 
     def _wait(self, look_s: float, subscribers: Dict[str, rospy.Subscriber]) -> None:
         """Wait; of topics with large messages, listen to only one message."""
@@ -169,6 +180,8 @@ class _Listener:
                 self._changed.notify()
 
 
-def _source(topic: str, header: Dict[str, str], messages: List[bytes]) -> Source:
-    return Source(topic, header.get('type', ''), header.get('message_definition', ''),
-                  header.get('callerid', ''), tuple(messages))
+def _connection(topic: str, header: Dict[str, str]) -> Connection:
+    """What a publisher said; not each sends a definition along."""
+    return with_definition(Connection(
+        topic, header.get('type', ''), header.get('md5sum', ''),
+        header.get('message_definition', ''), False, header.get('callerid', '')))

@@ -73,9 +73,14 @@ def from_bags(paths: Sequence[str]) -> NewConfiguration:
                 refused = [f'The configuration in the recording is not used: {error}']
         models, of_models = recorded_models(recording)
         motions = recorded_motions(recording)
-    remarks = (*refused, *of_models, *(() if models else seen.remarks))
-    return new_configuration(replace(seen, remarks=remarks), models,
-                             ModelSearch(motions=motions))
+        of_bags = recording.remarks
+    remarks = (*refused, *(f'{it}.' for it in of_bags), *of_models,
+               *(() if models else seen.remarks))
+    try:
+        return new_configuration(replace(seen, remarks=remarks), models,
+                                 ModelSearch(motions=motions))
+    except ValueError as error:
+        raise ValueError('; '.join([str(error), *of_bags])) from None
 
 
 def of_stored(stored: StoredConfiguration, seen: Seen, source: str) -> NewConfiguration:

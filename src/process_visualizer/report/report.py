@@ -50,7 +50,7 @@ class TopicReport(NamedTuple):
     ``largest_interval_s`` begins at ``largest_interval_ns`` [since the epoch]. ``gaps`` can be
     seen in its messages; ``lost`` counts the known losses among them: messages that never reached
     the recorder. ``dropped`` counts messages that it received and could not write, None without an
-    account.
+    account. ``untimed`` are those without a usable time.
     """
 
     topic: str
@@ -62,10 +62,14 @@ class TopicReport(NamedTuple):
     gaps: Tuple[StreamGap, ...]
     dropped: Optional[int]
     lost: int
+    untimed: int = 0
 
 
 class Report(NamedTuple):
-    """A whole report; times in ns since the epoch."""
+    """A whole report; times in ns since the epoch.
+
+    ``remarks`` are what else its reader should know of the files.
+    """
 
     files: Tuple[str, ...]
     begin_ns: int
@@ -75,6 +79,7 @@ class Report(NamedTuple):
     marks: Tuple[Mark, ...]
     unreadable: Tuple[str, ...]
     has_account: bool
+    remarks: Tuple[str, ...] = ()
 
     @property
     def completeness(self) -> Completeness:
@@ -109,7 +114,7 @@ def make_report(recording: Recording) -> Report:
                    for topic in _topics(recording, account))
     return Report(recording.paths, recording.index.begin_ns, recording.index.end_ns, topics,
                   _clock_jumps(recording, account), tuple(read_marks(recording)),
-                  tuple(str(gap) for gap in recording.gaps), has_account)
+                  tuple(str(gap) for gap in recording.gaps), has_account, recording.remarks)
 
 
 def _topics(recording: Recording, account: Optional[Dict[str, Any]]) -> List[str]:
@@ -131,10 +136,12 @@ def _topic_report(recording: Recording, topic: str, sequence: np.ndarray,
     # A latching publisher speaks when something changes: no interval of it is usual.
     gaps = () if any(it.latching for it in connections) else find_gaps(stream)
     duration_s = float(times_ns[-1] - times_ns[0]) / 1e9 if len(times_ns) else 0.0
+    untimed = sum(it.message_count for it in index.strays if it.topic == topic)
     return TopicReport(topic, tuple(sorted({it.type for it in connections})), len(positions),
                        (len(positions) - 1) / duration_s if duration_s else 0.0,
                        *largest_interval(times_ns), gaps, _dropped(account, topic),
-                       0 if account is None else _lost(gaps, len(positions)))
+                       0 if account is None else _lost(gaps, len(positions), untimed),
+                       untimed)
 
 
 def _publishers(connections: Sequence[Connection]) -> np.ndarray:
@@ -144,13 +151,16 @@ def _publishers(connections: Sequence[Connection]) -> np.ndarray:
                      for number, it in enumerate(connections)], np.int64)
 
 
-def _lost(gaps: Tuple[StreamGap, ...], message_count: int) -> int:
+def _lost(gaps: Tuple[StreamGap, ...], message_count: int, untimed: int) -> int:
     """How many messages never arrived: where numbers are missing now and then, not all the time.
 
-    A topic that comes through a throttle has the numbers of its source.
+    A topic that comes through a throttle has the numbers of its source. Messages without a usable
+    time did arrive.
     """
     left_out = [gap.missing for gap in gaps if gap.is_numbered]
-    return sum(left_out) if len(left_out) <= max(_RARE * message_count, 1) else 0
+    if len(left_out) > max(_RARE * message_count, 1):
+        return 0
+    return max(sum(left_out) - untimed, 0)
 
 
 def _dropped(account: Optional[Dict[str, Any]], topic: str) -> Optional[int]:
@@ -174,9 +184,11 @@ def _clock_jumps(recording: Recording, account: Optional[Dict[str, Any]]) -> Tup
         noticed = map(_clock_jump, jumps if isinstance(jumps, list) else ())
         return tuple(jump for jump in noticed if jump is not None)
     index = recording.index
-    as_written = np.lexsort((index.offset, index.chunk))
+    moved = {it.topic for it in index.strays}  # to the beginning
+    timed = np.array([it.topic not in moved for it in index.connections], bool)[index.connection]
+    as_written = np.lexsort((index.offset[timed], index.chunk[timed]))
     return tuple(ClockJump(*jump)
-                 for jump in backward_jumps(index.time_ns[as_written], _LEAST_JUMP_S))
+                 for jump in backward_jumps(index.time_ns[timed][as_written], _LEAST_JUMP_S))
 
 
 def _clock_jump(value: Any) -> Optional[ClockJump]:

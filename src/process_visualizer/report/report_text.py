@@ -21,7 +21,7 @@ _KNOWN = {
 def verdict(report: Report) -> str:
     """Return in one line whether the recording is complete, or how much is missing."""
     known = ': '.join([_KNOWN[report.completeness], *filter(None, ['; '.join(_missing(report))])])
-    return '; '.join([known, *_silent(report)])
+    return '; '.join([known, *_untimed(report), *_silent(report)])
 
 
 def _missing(report: Report) -> List[str]:
@@ -39,8 +39,15 @@ def _missing(report: Report) -> List[str]:
     return parts
 
 
+def _untimed(report: Report) -> List[str]:
+    count = sum(topic.untimed for topic in report.topics)
+    some = 'one message has' if count == 1 else f'{count} messages have'
+    return [f'{some} no usable time'] if count else []
+
+
 def _silent(report: Report) -> List[str]:
-    topics = [topic.topic for topic in report.topics if not topic.message_count]
+    topics = [topic.topic for topic in report.topics
+              if not topic.message_count and not topic.untimed]
     return ['nothing was received on ' + ', '.join(topics)] if topics else []
 
 
@@ -56,7 +63,7 @@ def as_text(report: Report) -> str:
                      f'at {_clock(jump.time_ns - report.begin_ns)}')
     lines += [f'mark at {_clock(mark.time_ns - report.begin_ns)}: {mark.label}'
               for mark in report.marks]
-    return '\n'.join([*lines, *report.unreadable, f'verdict: {verdict(report)}'])
+    return '\n'.join([*lines, *report.remarks, *report.unreadable, f'verdict: {verdict(report)}'])
 
 
 def as_json(report: Report) -> str:
@@ -69,7 +76,8 @@ def as_json(report: Report) -> str:
         'clock_jumps': [{'time': it.time_ns / 1e9, 'seconds': it.seconds}
                         for it in report.clock_jumps],
         'marks': [{'time': it.time_ns / 1e9, 'label': it.label} for it in report.marks],
-        'unreadable': list(report.unreadable)}, indent=1, ensure_ascii=False)
+        'unreadable': list(report.unreadable), 'remarks': list(report.remarks)},
+                      indent=1, ensure_ascii=False)
 
 
 def _as_bool(completeness: Completeness) -> Optional[bool]:
@@ -81,7 +89,7 @@ def _topic_json(topic: TopicReport) -> 'dict[str, object]':
     return {'topic': topic.topic, 'types': list(topic.types), 'messages': topic.message_count,
             'rate_hz': topic.rate_hz, 'largest_interval_s': topic.largest_interval_s,
             'largest_interval_at': topic.largest_interval_ns / 1e9, 'lost': topic.lost,
-            'dropped': topic.dropped,
+            'dropped': topic.dropped, 'without_time': topic.untimed,
             'gaps': [{'at': gap.begin_ns / 1e9, 'duration_s': gap.duration_s,
                       'missing': gap.missing, 'exact': gap.is_numbered} for gap in topic.gaps]}
 

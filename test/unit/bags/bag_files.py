@@ -66,7 +66,10 @@ def some_rows(count: int, step_ns: int = 10_000_000, size: int = 40) -> List[Row
                 number.to_bytes(4, 'little') + bytes(size)) for number in range(count)]
 
 
-times_ns = st.one_of(st.integers(1, 20), st.integers(1, 4_294_967_295_999_999_999))
+END_NS = 4_294_967_295_999_999_999
+"""Of ROS's time."""
+_DAY_NS = 24 * 3600 * 10 ** 9
+times_ns = st.one_of(st.integers(1, 20), st.integers(1, _DAY_NS)).map(lambda it: END_NS - it)
 rows_of_messages = st.lists(
     st.builds(Row, st.sampled_from(['/a', '/b', '/ns/c', '/tf']), times_ns,
               st.binary(max_size=300)), max_size=60)

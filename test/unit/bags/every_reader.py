@@ -104,5 +104,5 @@ def _reindex(path: str) -> None:
     copy = reindex(path)
     with Recording([copy.path]) as recording:
         assert not recording.gaps
-        assert len(recording.index) == copy.message_count
+        assert len(recording.index) + recording.index.left_out == copy.message_count
     _read_messages(copy.path)

@@ -23,9 +23,11 @@ def serialised(message: Any) -> bytes:
     return buffer.getvalue()
 
 
-def write(path: Path, definition: str, messages: List[bytes]) -> str:
+def write(path: Path, definition: str, messages: List[bytes], type_name: str = PoseStamped._type
+          ) -> str:
     class Kind(PoseStamped):
         _full_text = definition
+        _type = type_name
 
     with rosbag.Bag(str(path), 'w') as bag:
         for number, data in enumerate(messages):
@@ -48,9 +50,10 @@ def poses(count: int) -> List[bytes]:
     'float64 x', WHOLE.replace('Point position', ''), 'what is this?'])
 def test_messages_are_played_though_their_definition_is_not_whole(
         tmp_path: Path, definition: str) -> None:
-    """With the stamps that they have, as rosbag does; that is told once."""
+    """With the stamps that they have, as rosbag does, if their type is not installed."""
     messages = poses(5)
-    with Recording([write(tmp_path / 'a.bag', definition, messages)]) as recording:
+    bag = write(tmp_path / 'a.bag', definition, messages, 'their_msgs/PoseStamped')
+    with Recording([bag]) as recording:
         loader = MessageLoader(recording)
         loaded = loader.load_all(list(range(5)))
         assert [bytes(it.data) for it in loaded] == messages

@@ -286,6 +286,7 @@ def test_an_account_that_is_none_does_no_harm(tmp_path: Path, account: object) -
 class Numbered(Header):
     """A message that is nothing but a header."""
 
+    _type = 'test_msgs/Numbered'
     _full_text = f'Header header\n{"=" * 80}\nMSG: std_msgs/Header\n{Header._full_text}'
 
 

@@ -2,6 +2,7 @@
 """Chooses the recording, and shows its contents and what is missing."""
 from __future__ import annotations
 
+import html
 import os
 from datetime import datetime
 from typing import List, Optional, Sequence, Tuple
@@ -30,6 +31,7 @@ from process_visualizer.health.figures import count_text, size_text
 from process_visualizer.playback.time_text import format_time
 
 _MOST_NAMED = 3
+_MOST_REMARKS = 2
 
 
 class BagView(QWidget):
@@ -203,17 +205,21 @@ def _warnings(bag: BagModel) -> List[str]:
     lines = [(theme().bad, f'{os.path.basename(path)} no longer exists') for path in bag.gone]
     lines += [(theme().warning, f'<b>{device}</b>: not in the recording: {_named(topics)}')
               for device, topics in bag.missing.items()]
-    problems = () if bag.catalogue is None else bag.catalogue.problems
+    problems, remarks = ((), ()) if bag.catalogue is None else (
+        bag.catalogue.problems, bag.catalogue.remarks)
     if problems:
         parts = 'a part' if len(problems) == 1 else f'{len(problems)} parts'
         lines.append((theme().warning, f'{parts} of the files cannot be read; the rest is played'))
+    lines += [(theme().warning, html.escape(it)) for it in remarks[:_MOST_REMARKS]]
+    if len(remarks) > _MOST_REMARKS:
+        lines.append((theme().warning, f'and {len(remarks) - _MOST_REMARKS} more such remarks'))
     return [f'<span style="color: {colour}">{text}</span>' for colour, text in lines]
 
 
 def _whole_warnings(bag: BagModel) -> str:
     lines = [f'{device}: {", ".join(topics)}' for device, topics in bag.missing.items()]
-    return '\n'.join([*bag.gone, *lines, *(() if bag.catalogue is None
-                                           else bag.catalogue.problems)])
+    return '\n'.join([*bag.gone, *lines, *(() if bag.catalogue is None else (
+        *bag.catalogue.problems, *bag.catalogue.remarks))])
 
 
 def _named(topics: Tuple[str, ...]) -> str:
