@@ -84,7 +84,8 @@ class BagPlayer:
         self._recording = recording
         self._marks, bad_marks = _marks(recording)
         self._left_out_topics = self._choose(recording, settings)
-        self._problems = self._left_out_topics + bad_marks
+        untimed = [str(it) for it in recording.index.strays if not it.are_kept]
+        self._problems = self._left_out_topics + bad_marks + untimed
         self._told_problems = 0
         self._others: Others = ()
         self._changed = threading.Condition()
