@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a test needs of its own: a port for a master, a screen, processes that stand still."""
+"""What a test needs of its own: a port for a master, a screen, patience with other processes."""
 from __future__ import annotations
 
 import os
@@ -9,10 +9,22 @@ import subprocess
 import time
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Iterator
+from typing import Callable, Iterator
 
 SOFTWARE_GRAPHICS = {'LIBGL_ALWAYS_SOFTWARE': '1', 'QT_X11_NO_MITSHM': '1'}
 """The environment of programs that draw on a virtual screen."""
+PATIENCE_S = 120.0
+"""For what happens anyway, on a machine that has other work; reached only if it does not happen."""
+_PERIOD_S = 0.05
+
+
+def wait_until(condition: Callable[[], bool], what: str, timeout_s: float = PATIENCE_S,
+               instead: Callable[[], object] = lambda: '') -> None:
+    """Wait for what happens in other processes; ``instead`` is told if it does not."""
+    deadline_s = time.monotonic() + timeout_s
+    while not condition():
+        assert time.monotonic() < deadline_s, f'not in {timeout_s} s: {what}; {instead()}'
+        time.sleep(_PERIOD_S)
 
 
 def free_port() -> int:
@@ -44,14 +56,11 @@ def hear_hangup() -> None:
 
 
 @contextmanager
-def suspended(process_id: int, timeout_s: float = 60.0) -> Iterator[None]:
+def suspended(process_id: int, timeout_s: float = PATIENCE_S) -> Iterator[None]:
     """Let a process stand still: all of its threads, which go on for a moment after the signal."""
     os.kill(process_id, signal.SIGSTOP)
     try:
-        deadline_s = time.monotonic() + timeout_s
-        while not _stands_still(process_id):
-            assert time.monotonic() < deadline_s, f'process {process_id} does not stop'
-            time.sleep(0.001)
+        wait_until(lambda: _stands_still(process_id), f'process {process_id} stops', timeout_s)
         yield
     finally:
         with suppress(ProcessLookupError):  # the test may have ended it

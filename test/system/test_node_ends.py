@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A node ends soon after SIGINT, whatever hangs in rospy."""
+"""A node ends after SIGINT, whatever hangs in rospy."""
 from __future__ import annotations
 
 import signal
@@ -9,11 +9,10 @@ from typing import Dict
 
 import pytest
 from running import run_command
+from surroundings import PATIENCE_S
 
 from process_visualizer.launching.ros_master import RosMaster
 
-LONGEST_S = 6.0
-"""The limit of 1.2 s on a machine that is busy; roslaunch waits for 15 s."""
 TOPIC = '/feed_rate_est'
 SIMULATOR = """
 import logging
@@ -41,16 +40,16 @@ TROUBLES = {
 
 
 @pytest.mark.parametrize('trouble', TROUBLES.values(), ids=TROUBLES)
-def test_simulator_ends_in_time(master: RosMaster, ros_environment: Dict[str, str],
+def test_simulator_ends(master: RosMaster, ros_environment: Dict[str, str],
                                 trouble: str) -> None:
     node = subprocess.Popen([sys.executable, '-c', SIMULATOR.format(trouble)],
                             env=ros_environment, stdout=subprocess.PIPE)
     try:
-        heard = run_command(ros_environment, 'timeout', '40', 'rostopic', 'echo', '-n', '20',
+        heard = run_command(ros_environment, 'timeout', '120', 'rostopic', 'echo', '-n', '20',
                             TOPIC)
         assert heard.returncode == 0 and node.poll() is None, heard.stdout
         node.send_signal(signal.SIGINT)
-        assert node.wait(LONGEST_S) == 0
+        assert node.wait(PATIENCE_S) == 0
     finally:
         node.kill()
         node.communicate()
