@@ -8,12 +8,12 @@ import socket
 import subprocess
 import sys
 import threading
-import time
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, Tuple
+from typing import Any, Dict, Iterator, List, Tuple
 from xmlrpc.server import SimpleXMLRPCServer
 
 import pytest
+from surroundings import PATIENCE_S, wait_until
 
 from process_visualizer.launching.forked_process import ForkedProcess
 from process_visualizer.launching.process_scan import (
@@ -90,7 +90,7 @@ def launch_file(tmp_path: Path) -> str:
 def endless(tmp_path: Path) -> str:
     """A launch file whose parameter never comes."""
     path = tmp_path / 'endless.launch'
-    path.write_text('<launch><param name="never" command="sleep 60"/></launch>')
+    path.write_text('<launch><param name="never" command="sleep 600"/></launch>')
     return str(path)
 
 
@@ -98,14 +98,14 @@ def finished(process: ForkedProcess) -> 'tuple[int, str]':
     assert process.stdout is not None
     with process.stdout as output:
         text = output.read()
-    return process.wait(30), text
+    return process.wait(PATIENCE_S), text
 
 
 def exit_code(process: ForkedProcess) -> int:
     """Wait for the end of one whose output goes on: what a dead roslaunch leaves holds that."""
     assert process.stdout is not None
     process.stdout.close()
-    return process.wait(30)
+    return process.wait(PATIENCE_S)
 
 
 def records(environment: Dict[str, str]) -> 'list[Path]':
@@ -127,7 +127,7 @@ def test_a_file_that_is_loaded_ahead_is_launched_when_it_is_started(
     path = tmp_path / 'ahead.launch'
     path.write_text(f'<launch><param name="/ahead" command="touch {loaded}"/></launch>')
     forks.load(str(path), environment)
-    assert is_soon(loaded.exists)
+    wait_until(loaded.exists, 'it is loaded')
     path.write_text('<launch/>')  # too late
     assert '/ahead' not in master.parameters
     code, output = finished(forks.start(['--option', str(path)], environment))
@@ -141,7 +141,7 @@ def test_what_is_loaded_ahead_and_not_started_ends(
     for path in (launch_file, endless):
         forks.load(path, environment)
     (record,) = records(environment)
-    assert is_soon(lambda: len(processes_of_run(record.stem)) >= 3)
+    wait_until(lambda: len(processes_of_run(record.stem)) >= 3, 'both are loaded')
     assert finished(forks.start([launch_file], environment))[0] == 0
     forks.discard()
     forks.close()
@@ -153,7 +153,7 @@ def test_loaded_ones_end_when_they_are_discarded(
     forks.load(launch_file, environment)
     (record,) = records(environment)
     forks.discard()
-    assert is_soon(lambda: len(processes_of_run(record.stem)) == 1), 'only the server is left'
+    wait_until(lambda: len(processes_of_run(record.stem)) == 1, 'only the server is left')
 
 
 def test_errors_of_a_file_that_is_loaded_ahead(
@@ -163,15 +163,6 @@ def test_errors_of_a_file_that_is_loaded_ahead(
     forks.load(str(path), environment)
     code, output = finished(forks.start([str(path)], environment))
     assert (code, 'RLException: Invalid roslaunch XML syntax' in output) == (1, True)
-
-
-def is_soon(condition: Callable[[], bool], timeout_s: float = 20.0) -> bool:
-    end_s = time.monotonic() + timeout_s
-    while not condition():
-        if time.monotonic() > end_s:
-            return False
-        time.sleep(0.02)
-    return True
 
 
 def test_in_a_process_whose_sockets_have_a_timeout(
@@ -264,21 +255,35 @@ def test_nothing_survives_a_program_that_is_killed(environment: Dict[str, str],
               'from process_visualizer.launching.roslaunch_forks import RoslaunchForks\n'
               'process = RoslaunchForks().start([sys.argv[1]], os.environ)\n'
               'print(process.poll() is None, flush=True)\n'
-              'time.sleep(60)\n')
+              'time.sleep(600)\n')
     program = subprocess.Popen([sys.executable, '-c', script, endless], env=environment,
                                stdout=subprocess.PIPE, text=True)
     assert program.stdout is not None and program.stdout.readline() == 'True\n'
     (record,) = records(environment)
     program.kill()
     program.communicate()
-    assert wait_until_gone(record.stem, 10.0)
+    assert wait_until_gone(record.stem, PATIENCE_S)
 
 
-def test_preparing_takes_no_time(forks: RoslaunchForks) -> None:
-    begin = time.monotonic()
-    forks.prepare()
-    forks.prepare()
-    assert time.monotonic() - begin < 0.3
+def test_preparing_does_not_wait_until_the_server_has_loaded_anything(
+        forks: RoslaunchForks, environment: Dict[str, str], launch_file: str, tmp_path: Path,
+        monkeypatch: pytest.MonkeyPatch) -> None:
+    gate = tmp_path / 'gate'
+    os.mkfifo(str(gate))
+    (tmp_path / 'roslaunch.py').write_text(
+        f'import sys\nopen("{gate}").close()\nsys.path.remove("{tmp_path}")\n'
+        'del sys.modules["roslaunch"]\nimport roslaunch\n')
+    monkeypatch.setenv('PYTHONPATH', f'{tmp_path}:{os.environ["PYTHONPATH"]}')
+    opened: List[int] = []
+    too_late = threading.Timer(PATIENCE_S, lambda: opened.append(os.open(str(gate), os.O_RDWR)))
+    too_late.start()
+    for _ in range(2):
+        forks.prepare()
+    assert not opened
+    too_late.cancel()
+    opened.append(os.open(str(gate), os.O_RDWR))
+    assert finished(forks.start([launch_file], environment))[0] == 0
+    os.close(opened[0])
 
 
 def test_environment_that_is_no_text(forks: RoslaunchForks, environment: Dict[str, str],
