@@ -93,6 +93,17 @@ class SimulatedService:
         """Close it."""
 
 
+class SimulatedServer:
+    """A service of the node."""
+
+    def __init__(self, name: str, services: Dict[str, Callable[[Any], Any]]) -> None:
+        self._name, self._services = name, services
+
+    def shutdown(self) -> None:
+        """End it."""
+        self._services.pop(self._name, None)
+
+
 class SimulatedTimer:
     """A timer of the node, called while the test lets time pass."""
 
@@ -124,6 +135,8 @@ class SimulatedNode:
         self.name, self.params, self.now_s = name, dict(params or {}), now_s
         self.ros_offset_s = self.wall_offset_s = 0.0
         self.log: List[Tuple[str, str]] = []
+        self.hooks: List[Callable[[], None]] = []
+        """What is to be called when the node ends."""
         self.services: Dict[str, Callable[[Any], Any]] = {}
         self.publishers: Dict[str, SimulatedPublisher] = {}
         self._messages: DefaultDict[str, List[Any]] = defaultdict(list)
@@ -172,6 +185,14 @@ class SimulatedNode:
         """Return a parameter."""
         return self.params.get(self.resolve(name), default)
 
+    def set_param(self, name: str, value: Any) -> None:
+        """Set a parameter."""
+        self.params[self.resolve(name)] = value
+
+    def at_shutdown(self, hook: Callable[[], None]) -> None:
+        """Keep what is to be called at the end."""
+        self.hooks.append(hook)
+
     def follow_param(self, name: str) -> Callable[[], Any]:
         """Follow a parameter."""
         return lambda: self.param(name)
@@ -193,9 +214,11 @@ class SimulatedNode:
             self.call_in(0.0, lambda it=message: subscriber.take(it))
         return subscriber
 
-    def serve(self, name: str, _service_class: Any, handler: Callable[[Any], Any]) -> None:
+    def serve(self, name: str, _service_class: Any, handler: Callable[[Any], Any]
+              ) -> SimulatedServer:
         """Offer a service."""
         self.services[self.resolve(name)] = handler
+        return SimulatedServer(self.resolve(name), self.services)
 
     def connect(self, name: str, service_class: Any, timeout_s: float) -> SimulatedService:
         """Connect to a service that the test offers."""

@@ -1,56 +1,368 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The real playback engine on the clock of a simulated node, with the node as its only receiver."""
+"""The real player on the clock of a simulated node, which receives all that it publishes."""
 from __future__ import annotations
 
 import threading
+from collections import defaultdict
 from concurrent.futures import Future
-from typing import Any, Callable, List, NamedTuple, Optional, Sequence
+from typing import Any, Callable, DefaultDict, Dict, List, NamedTuple, Optional, Sequence
 
-import rosbag
 import rospy
-from genpy import Duration, Time
-from simulated_node import SimulatedNode
+from simulated_node import SimulatedNode, SimulatedPublisher, SimulatedServer
+from std_srvs.srv import TriggerRequest
 
 from process_visualizer.bags.recording import Recording
-from process_visualizer.curves.topic_messages import topic_messages, topic_period_s
-from process_visualizer.msg import PlayerState, TopicCount
-from process_visualizer.playback.clock import Clock
-from process_visualizer.playback.engine import Playback
-from process_visualizer.playback.player_control import PlayerControl
-from process_visualizer.playback.step_target import Step
-from process_visualizer.playback.timeline import FOREVER_NS, NS_PER_S, Timeline
-from process_visualizer.player.bag_player import HEAD_START_NS
-from process_visualizer.player.player_state import PERIOD_S
-from process_visualizer.player.topic_reading import LARGEST_BYTES
-from process_visualizer.ros_names import BAG_PLAYER, PLAYER_STATE_TOPIC
-from process_visualizer.srv import ReadTopicRequest, ReadTopicResponse
+from process_visualizer.health.other_publishers import OtherPublisher, Others
+from process_visualizer.msg import PlayerState
+from process_visualizer.playback.clock import Clock, Result
+from process_visualizer.playback.timeline import FOREVER_NS, NS_PER_S
+from process_visualizer.player.bag_player import BagPlayer, PlayerSettings, Surroundings
+from process_visualizer.player.bag_publishers import PlaybackListener, PublishedTopic
+from process_visualizer.player.topic_conflicts import OtherNodes
+from process_visualizer.ros_names import BAG_PLAYER
+from process_visualizer.srv import (
+    ReadTopicRequest,
+    SeekRequest,
+    SetLoopRequest,
+    SetRateRequest,
+    StepRequest,
+)
 
-BEGIN_S = 1_600_000_000
+PLAIN = PlayerSettings()
 _ANSWER_S = 60.0  # in which the engine's thread must have come to its next wait
 
 
-class Row(NamedTuple):
-    """A message to be recorded: topic, time [ms from the beginning], content."""
+class Received(NamedTuple):
+    """A message that the player has sent: when [s], topic, bytes."""
 
+    time_s: float
     topic: str
-    time_ms: int
-    message: Any
+    data: bytes
 
 
-def stamp(time_ms: float) -> Time:
-    """Return a bag time."""
-    return Time.from_sec(BEGIN_S) + Duration.from_sec(time_ms / 1000.0)
+class SimulatedPlayer:
+    """Plays bags in the time of a simulated node; that node receives all that is published.
+
+    It is paused at the beginning. Close it when it is no longer needed.
+    """
+
+    def __init__(self, node: SimulatedNode, *bags: str,
+                 settings: PlayerSettings = PLAIN, rate: float = 1.0,
+                 start_s: Optional[float] = None, loop: bool = False, plays: bool = False,
+                 others: Optional[SimulatedOthers] = None,
+                 recording_type: Callable[[List[str]], Recording] = Recording,
+                 starts: bool = True) -> None:
+        """Start to play, or not yet."""
+        self._turns = _Turns(node)
+        self.node = _PlayerNode(node, self._turns)
+        self._recording = recording_type(list(bags))
+        self.others = others or SimulatedOthers()
+        self.player = BagPlayer(self._recording, settings, Surroundings(
+            self.node, self._turns, self.others, self._publish_to))
+        self.player.prepare(rate, start_s, loop)
+        if starts:
+            self.start(plays)
+
+    def _publish_to(self, topics: Sequence[PublishedTopic], sources: Sequence[int],
+                    _queue_size: int, listener: PlaybackListener) -> SimulatedPublishers:
+        self.publishers = SimulatedPublishers(topics, sources, listener, self.node)
+        return self.publishers
+
+    def start(self, plays: bool = False) -> None:
+        """Begin to publish, paused or playing."""
+        self.player.start(paused=not plays)
+        self.node.advance(0.0)
+
+    def close(self) -> None:
+        """End: nothing follows, no state either."""
+        self.player.quit()
+        self.player.close()
+        self._recording.close()
+
+    def end(self) -> None:
+        """Play to the end, and no longer than a minute."""
+        while not self.player.has_ended and self.node.now_s < 60.0 + self.publishers.begin_s:
+            self.node.advance(0.1)
+        assert self.player.has_ended
+
+    # What it has published.
+
+    @property
+    def received(self) -> List[Received]:
+        """What was sent, in its order; it may be cleared."""
+        return self.publishers.received
+
+    def of(self, topic: str) -> List[bytes]:
+        """Return the messages sent on a topic."""
+        return [it.data for it in self.received if it.topic == topic]
+
+    def late(self, topic: str) -> List[bytes]:
+        """Return what somebody gets who subscribes to a topic now."""
+        return self.publishers.late(topic)
+
+    @property
+    def states(self) -> List[PlayerState]:
+        """All states that were published; the list may be cleared."""
+        return self.node.sent('~state')
+
+    @property
+    def state(self) -> PlayerState:
+        """The last state."""
+        return self.states[-1]
+
+    # Commands, as its services take them. What they do at once is done when they return.
+
+    def call(self, name: str, request: Any = None) -> Any:
+        """Call a service; it is one without a request unless that is given."""
+        return self.node.call(f'~{name}', TriggerRequest() if request is None else request)
+
+    def seek(self, position_s: float) -> Any:
+        """Go to a position [s]."""
+        return self.call('seek', SeekRequest(position_s))
+
+    def play(self, rate: Optional[float] = None) -> Any:
+        """Play, at a rate if one is given."""
+        if rate is not None:
+            self.set_rate(rate)
+        return self.call('play')
+
+    def pause(self) -> Any:
+        """Pause."""
+        return self.call('pause')
+
+    def set_rate(self, rate: float) -> Any:
+        """Change the rate."""
+        return self.call('set_rate', SetRateRequest(rate))
+
+    def step(self, count: int, topic: str = '', duration_s: float = 0.0) -> Any:
+        """Step by messages of a topic, or (count 0) by a time [s]."""
+        return self.call('step', StepRequest(count, topic, duration_s))
+
+    def set_loop(self, loop: bool, begin_s: float = 0.0, end_s: float = 0.0) -> Any:
+        """Repeat a part, or no more."""
+        return self.call('set_loop', SetLoopRequest(loop, begin_s, end_s))
+
+    def read(self, topic: str, begin_s: float, end_s: float) -> Any:
+        """Read messages of the recording."""
+        return self.call('read', ReadTopicRequest(topic, begin_s, end_s))
+
+    def repeat(self) -> None:
+        """Send the scene once more, as for a new subscriber."""
+        self.player.on_subscribe()
+        self.node.let_work()
+
+    @property
+    def position_s(self) -> float:
+        """The position [s]."""
+        return self.player.control.status().position_s
 
 
-def write_bag(path: Any, rows: Sequence[Row], latched: Sequence[str] = ('/tf_static',)) -> str:
-    """Write messages into a bag as `rosbag record` does."""
-    with rosbag.Bag(str(path), 'w', chunk_threshold=100_000) as bag:
-        for row in sorted(rows, key=lambda it: it.time_ms):
-            bag.write(row.topic, row.message, stamp(row.time_ms), connection_header={
-                'topic': row.topic, 'type': row.message._type, 'md5sum': row.message._md5sum,
-                'callerid': '/recorded', 'message_definition': row.message._full_text,
-                'latching': '1' if row.topic in latched else '0'})
-    return str(path)
+class SimulatedOthers(OtherNodes):
+    """Other nodes, as the test wants them."""
+
+    def __init__(self) -> None:
+        self.nodes: Dict[str, List[str]] = {}
+        """By topic."""
+        self.headers: Dict[str, Dict[str, str]] = {}
+        """Of the publishers that answer, by node."""
+
+    def publishing(self) -> Dict[str, List[str]]:
+        """See OtherNodes."""
+        return self.nodes
+
+    def header(self, topic: str, node: str) -> Dict[str, str]:
+        """See OtherNodes."""
+        return self.headers.get(node, {})
+
+    def beside(self, topics: Any) -> Others:
+        """See OtherNodes."""
+        return tuple(OtherPublisher(topic, node) for topic in topics
+                     for node in self.nodes.get(topic, []))
+
+
+class SimulatedPublishers:
+    """Sends what the player publishes, as BagPublishers do, to a node and to a list."""
+
+    dropped = 0
+    all_subscribed = True
+
+    def __init__(self, topics: Sequence[PublishedTopic], sources: Sequence[int],
+                 listener: PlaybackListener, node: _PlayerNode) -> None:
+        self._by_number = {number: topic for topic in topics for number in topic.numbers}
+        self._sources, self.listener, self._node = sources, listener, node
+        self.begin_s = node.now_s
+        self.published: Dict[str, int] = {topic.name: 0 for topic in topics}
+        self.received: List[Received] = []
+        self._latched: DefaultDict[str, Dict[int, bytes]] = defaultdict(dict)
+        self._given: List[_Scheduled] = []
+
+    def late(self, topic: str) -> List[bytes]:
+        """Return what is sent to a new subscriber, whom the player notices."""
+        self.listener.on_subscribe()
+        self._node.let_work()
+        return list(self._latched[topic].values())
+
+    def publish(self, connection: int, pieces: Sequence[bytes], due_ns: int) -> None:
+        """See BagPublishers."""
+        topic, data = self._by_number[connection], b''.join(pieces)
+        self._give(due_ns, lambda: self._send(topic, self._sources[connection], data))
+
+    def withdraw(self, connection: int, due_ns: int) -> None:
+        """See BagPublishers."""
+        latched = self._latched[self._by_number[connection].name]
+        self._give(due_ns, lambda: latched.pop(self._sources[connection], None))
+
+    def revoke(self, after_ns: int) -> int:
+        """See BagPublishers."""
+        until_ns = max([after_ns, *(it.due_ns for it in self._given if not it.may_be_revoked)])
+        kept = [it for it in self._given if it.due_ns <= until_ns]
+        for scheduled in self._given[len(kept):]:
+            scheduled.is_revoked = True
+        count = len(self._given) - len(kept)
+        self._given = kept[-1:]
+        return count
+
+    def jump(self, bag_ns: int) -> None:
+        """See BagPublishers."""
+        self.listener.on_jump(bag_ns)
+
+    def finish(self) -> bool:
+        """See BagPublishers."""
+        return self.listener.on_finish()
+
+    def wait_until_sent(self, _timeout_s: float) -> bool:
+        """See BagPublishers."""
+        if self._given:
+            self._node.advance(max(self._given[-1].due_ns / NS_PER_S - self._node.now_s, 0.0))
+        return True
+
+    def close(self) -> None:
+        """See BagPublishers."""
+        self.revoke(0)
+
+    def _give(self, due_ns: int, send: Callable[[], Any]) -> None:
+        now_ns = round(self._node.now_s * NS_PER_S)
+        last_ns = self._given[-1].due_ns if self._given else 0
+        scheduled = _Scheduled(max(due_ns, now_ns, last_ns), due_ns > now_ns, send)
+        self._given.append(scheduled)
+        self._node.call_in((scheduled.due_ns - now_ns) / NS_PER_S, scheduled.fire)
+
+    def _send(self, topic: PublishedTopic, source: int, data: bytes) -> None:
+        self.published[topic.name] += 1
+        self.received.append(Received(self._node.now_s, topic.name, data))
+        if topic.latch:
+            self._latched[topic.name].pop(source, None)
+            self._latched[topic.name][source] = data
+        message = rospy.AnyMsg()
+        message._buff = data
+        message._connection_header = {'type': topic.connection.type,
+                                      'md5sum': topic.connection.md5sum,
+                                      'callerid': f'/{BAG_PLAYER}'}
+        self._node.receiver.send(topic.name, message, topic.latch)
+
+
+class _Scheduled:
+    """Something that was given to the sender."""
+
+    def __init__(self, due_ns: int, may_be_revoked: bool, send: Callable[[], Any]) -> None:
+        self.due_ns, self.may_be_revoked, self._send = due_ns, may_be_revoked, send
+        self.is_revoked = False
+
+    def fire(self) -> None:
+        """Send it, unless it was taken back."""
+        if not self.is_revoked:
+            self._send()
+
+
+class _PlayerNode(SimulatedNode):
+    """The player's handle, in the time of the node that receives what it publishes.
+
+    After whatever happens to the player, its engine has done what this causes at once.
+    """
+
+    def __init__(self, receiver: SimulatedNode, turns: _Turns) -> None:
+        self.receiver, self._turns = receiver, turns
+        super().__init__(f'/{BAG_PLAYER}')
+
+    @property
+    def now_s(self) -> float:
+        """The time [s]."""
+        return self.receiver.now_s
+
+    @now_s.setter
+    def now_s(self, _value: float) -> None:
+        """Nothing: it is the receiver's."""
+
+    def wall_s(self) -> float:
+        """Return the time of day [s]."""
+        return self.receiver.wall_s()
+
+    def let_work(self) -> None:
+        """Let the engine work, and everybody do what this causes at once."""
+        self._turns.let_engine_work()
+        self.advance(0.0)
+
+    def publisher(self, topic: str, message_class: type, queue_size: int = 10,
+                  latch: bool = False, tcp_nodelay: bool = False) -> SimulatedPublisher:
+        """Advertise; the receiver gets what is published."""
+        own, name = super().publisher(topic, message_class), self.resolve(topic)
+
+        def send(message: Any) -> None:
+            own.messages.append(message)
+            self.receiver.call_in(0.0, lambda: self.receiver.send(name, message, latch))
+        found = SimulatedPublisher(message_class, [])
+        found.publish = send
+        return found
+
+    def serve(self, name: str, service_class: Any, handler: Callable[[Any], Any]
+              ) -> SimulatedServer:
+        """Offer a service, to the receiver too."""
+        self.receiver.offered[self.resolve(name)] = handler
+        return super().serve(name, service_class, handler)
+
+    def call(self, service: str, request: Any) -> Any:
+        """Return the answer of a service; its effect has come."""
+        answer = super().call(service, request)
+        self.let_work()
+        return answer
+
+    def call_in(self, wait_s: float, callback: Callable[[], None]) -> None:
+        """Call something after a time, and let the engine work then."""
+        def act() -> None:
+            callback()
+            self._turns.let_engine_work()
+        self.receiver.call_in(wait_s, act)
+
+    def advance(self, duration_s: float) -> None:
+        """Let time pass."""
+        self.receiver.advance(duration_s)
+
+    def thread(self, work: Callable[[], None], name: str) -> _EngineThread:
+        """Start the engine's thread; it has done what it can at once."""
+        thread = _EngineThread(work, self._turns)
+        self._turns.begin(thread)
+        return thread
+
+
+class _EngineThread(threading.Thread):
+    """Works only when it is its turn."""
+
+    def __init__(self, work: Callable[[], None], turns: _Turns) -> None:
+        super().__init__(daemon=True)
+        self._work, self._turns = work, turns
+
+    def run(self) -> None:
+        """Work to the end."""
+        try:
+            self._work()
+        finally:
+            self._turns.end()
+
+    def join(self, timeout: Optional[float] = None) -> None:
+        """Let it come to its end."""
+        self._turns.let_engine_work()
+        super().join(_ANSWER_S)
+        assert not self.is_alive()
 
 
 class _Turns(Clock):
@@ -62,16 +374,19 @@ class _Turns(Clock):
     def __init__(self, node: SimulatedNode) -> None:
         self._node = node
         self._engine, self._test = threading.Semaphore(0), threading.Semaphore(0)
+        self._works = False
         self._waits = 0
-        self.error: Optional[BaseException] = None
 
     def monotonic_ns(self) -> int:
+        """Return the node's time [ns]."""
         return round(self._node.monotonic_s() * NS_PER_S)
 
     def wall_ns(self) -> int:
+        """Return the node's time of day [ns]."""
         return round(self._node.wall_s() * NS_PER_S)
 
     def wait(self, condition: threading.Condition, timeout_ns: int) -> None:
+        """Let the test go on; the engine looks again after each event, and after the time."""
         self._waits += 1
         if timeout_ns < FOREVER_NS:
             number = self._waits
@@ -81,180 +396,31 @@ class _Turns(Clock):
         self._engine.acquire()
         condition.acquire()
 
-    def _time_is_over(self, number: int) -> None:
-        if number == self._waits:
-            self.let_engine_work()
+    def result(self, answer: Future[Result], timeout_s: float) -> Result:
+        """Return the engine's answer."""
+        self.let_engine_work()
+        return answer.result(0.0)
+
+    def begin(self, thread: threading.Thread) -> None:
+        """Start the engine's thread."""
+        self._works = True
+        thread.start()
+        self._wait_for_engine()
 
     def let_engine_work(self) -> None:
         """Let the engine go on until it waits again, or ends."""
-        self._engine.release()
-        self.wait_for_engine()
+        if self._works:
+            self._engine.release()
+            self._wait_for_engine()
 
-    def wait_for_engine(self) -> None:
-        """Wait until the engine waits, or has ended."""
-        assert self._test.acquire(timeout=_ANSWER_S), 'the engine does not come to a wait'
-        if self.error is not None:
-            raise self.error
+    def _time_is_over(self, number: int) -> None:
+        if number == self._waits:  # it has not looked since then
+            self.let_engine_work()
 
     def end(self) -> None:
         """Take note that the engine has ended."""
+        self._works = False
         self._test.release()
 
-
-class _Scheduled:
-    """A message that was given to the sender."""
-
-    def __init__(self, due_ns: int, may_be_revoked: bool, send: Callable[[], None]) -> None:
-        self.due_ns, self.may_be_revoked, self._send = due_ns, may_be_revoked, send
-        self.is_revoked = False
-
-    def fire(self) -> None:
-        """Send it, unless it was taken back."""
-        if not self.is_revoked:
-            self._send()
-
-
-class SimulatedPlayer:
-    """Plays a bag to a simulated node: messages, states and the service ~read of bag_player.
-
-    It is paused at the beginning. Close it when it is no longer needed.
-    """
-
-    def __init__(self, node: SimulatedNode, bag: str) -> None:
-        self._node = node
-        self._recording = Recording([bag])
-        self._begin_ns = self._recording.begin_ns
-        self._turns = _Turns(node)
-        self._timeline = Timeline(self._begin_ns, self._recording.end_ns, self._turns,
-                                  HEAD_START_NS)
-        self._playback = Playback(self._recording, self._timeline, self, clock=self._turns)
-        self.control = PlayerControl(self._timeline, self._playback)
-        self._sent: List[_Scheduled] = []
-        self._topics = {it.topic for it in self._recording.index.connections}
-        node.offered[f'/{BAG_PLAYER}/read'] = self._read
-        self._timer = node.every(PERIOD_S, self._tell)
-        self._thread = threading.Thread(target=self._run, daemon=True)
-        self._thread.start()
-        self._turns.wait_for_engine()
-        self._tell()
-
-    def _run(self) -> None:
-        try:
-            self._playback.run()
-        except BaseException as error:  # noqa: B902, the test's thread raises it
-            self._turns.error = error
-        self._turns.end()
-
-    def close(self) -> None:
-        """End: nothing follows, no state either."""
-        if not self._thread.is_alive():
-            return
-        self._timer.shutdown()
-        self._node.offered.clear()
-        self._playback.close()
-        self._turns.let_engine_work()
-        self._thread.join(_ANSWER_S)
-        self._recording.close()
-
-    # Commands, each with its effect at once.
-
-    def seek(self, position_s: float) -> None:
-        """Go to a position [s]."""
-        self._do(lambda: self.control.seek(position_s))
-
-    def play(self, rate: float = 1.0) -> None:
-        """Play at a rate."""
-        self._do(lambda: self.control.set_rate(rate))
-        self._do(self.control.play)
-
-    def pause(self) -> None:
-        """Pause."""
-        self._do(self.control.pause)
-
-    def step(self, count: int, topic: str = '', duration_s: float = 0.0) -> None:
-        """Step by messages of a topic, or (count 0) by a time [s]."""
-        answers: List[Future[Any]] = []
-        self._do(lambda: answers.append(self._playback.request(
-            Step(count, topic, round(duration_s * NS_PER_S)))))
-        answers[0].result(0.0)
-
-    def repeat(self) -> None:
-        """Publish the scene once more, as for a new subscriber."""
-        self._do(self._playback.repeat_scene)
-
-    @property
-    def position_s(self) -> float:
-        """The position [s]."""
-        return self.control.status().position_s
-
-    def _do(self, command: Callable[[], Any]) -> None:
-        command()
-        self._turns.let_engine_work()
-        self._tell()
-        self._node.advance(0.0)
-
-    # What is played, as the sender sends it.
-
-    def publish(self, connection: int, pieces: Sequence[bytes], due_ns: int) -> None:
-        """See Output."""
-        message = rospy.AnyMsg()
-        message._buff = b''.join(pieces)
-        found = self._recording.index.connections[connection]
-        message._connection_header = {'type': found.type, 'md5sum': found.md5sum,
-                                      'callerid': f'/{BAG_PLAYER}'}
-        last_ns = self._sent[-1].due_ns if self._sent else 0
-        now_ns = self._turns.monotonic_ns()
-        due_ns = max(due_ns, now_ns, last_ns)
-        scheduled = _Scheduled(due_ns, due_ns > now_ns, lambda: self._node.send(
-            found.topic, message, found.latching))
-        self._sent.append(scheduled)
-        self._node.call_in((due_ns - now_ns) / NS_PER_S, scheduled.fire)
-
-    def withdraw(self, connection: int, due_ns: int) -> None:
-        """See Output."""
-
-    def revoke(self, after_ns: int) -> int:
-        """See Output."""
-        until_ns = max([after_ns, *(it.due_ns for it in self._sent if not it.may_be_revoked)])
-        kept = [it for it in self._sent if it.due_ns <= until_ns]
-        for scheduled in self._sent[len(kept):]:
-            scheduled.is_revoked = True
-        count = len(self._sent) - len(kept)
-        self._sent = kept[-1:]
-        return count
-
-    def jump(self, _bag_ns: int) -> None:
-        """See Output; the state comes before the scene."""
-        self._node.call_in(0.0, self._tell)
-
-    def finish(self) -> bool:
-        """See Output."""
-        return False
-
-    def _tell(self) -> None:
-        status = self.control.status()
-        offset_ns = self._turns.wall_ns() - self._turns.monotonic_ns()
-        self._node.send(PLAYER_STATE_TOPIC, PlayerState(
-            stamp=_time(status.monotonic_ns + offset_ns), since=_time(status.since_ns + offset_ns),
-            begin=_time(self._begin_ns), duration=status.duration_s, position=status.position_s,
-            rate=status.rate, achieved_rate=status.achieved_rate, paused=status.paused,
-            segment=status.segment, files=list(self._recording.paths),
-            topics=[TopicCount(topic, 0) for topic in sorted(self._topics)]))
-
-    def _read(self, request: ReadTopicRequest) -> ReadTopicResponse:
-        numbers = self._recording.index.connections_of(request.topic)
-        if request.topic not in self._topics:
-            return ReadTopicResponse(success=False, message=f'{request.topic} is not played')
-        found = topic_messages(self._recording, numbers, *(
-            self._begin_ns + round(it * NS_PER_S) for it in (request.begin, request.end)),
-            LARGEST_BYTES)
-        return ReadTopicResponse(
-            success=True, type=self._recording.index.connections[numbers[0]].type,
-            recording_begin=_time(self._begin_ns), end=(found.end_ns - self._begin_ns) / NS_PER_S,
-            period=topic_period_s(self._recording, numbers),
-            positions=[(it - self._begin_ns) / NS_PER_S for it in found.times_ns],
-            sizes=[len(message) for message in found.messages], data=b''.join(found.messages))
-
-
-def _time(time_ns: int) -> Time:
-    return Time(*divmod(time_ns, NS_PER_S))
+    def _wait_for_engine(self) -> None:
+        assert self._test.acquire(timeout=_ANSWER_S), 'the engine does not come to a wait'

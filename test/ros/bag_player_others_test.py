@@ -14,7 +14,7 @@ import rostest
 from player_testing import Player, cell_rows, temporary_folder, write_bag
 from std_srvs.srv import Trigger
 
-from process_visualizer.health.other_publishers import PERIOD_S
+from process_visualizer.health.other_publishers import LOOK_PERIOD_S
 
 DRIVER = """
 import sys, rospy
@@ -24,7 +24,7 @@ publishers = [rospy.Publisher(topic, Float32MultiArray, queue_size=1) for topic 
 print('publishes', flush=True)
 rospy.spin()
 """
-LOOKS = rospy.Duration(3 * PERIOD_S)
+LOOKS = rospy.Duration(3 * LOOK_PERIOD_S)
 MIXED = ['/tcf is published by /driver']
 
 

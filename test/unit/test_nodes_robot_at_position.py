@@ -9,8 +9,9 @@ from typing import Callable, Dict, Iterator, List, Mapping, Optional, Tuple
 
 import numpy as np
 import pytest
+from recorded_rows import BEGIN_S, Row, write_bag
 from robot_stage import RobotStage, array, transform
-from simulated_player import BEGIN_S, Row, SimulatedPlayer, write_bag
+from simulated_player import SimulatedPlayer
 from tf2_msgs.msg import TFMessage
 
 from process_visualizer.motion.velocity.recorded_velocity import RecordedVelocity

@@ -10,10 +10,11 @@ from typing import Any, Callable, Dict, Iterator, List
 import numpy as np
 import pytest
 from geometry_msgs.msg import PoseStamped
+from recorded_rows import BEGIN_S, Row, stamp, write_bag
 from robot_stage import MODELS, RobotStage, array, transform
 from sensor_msgs.msg import JointState
 from simulated_node import SimulatedNode
-from simulated_player import BEGIN_S, Row, SimulatedPlayer, stamp, write_bag
+from simulated_player import SimulatedPlayer
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 

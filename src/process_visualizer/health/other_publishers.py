@@ -13,7 +13,7 @@ from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_TOPIC
 SHARED_TOPICS = frozenset({TF_TOPIC, STATIC_TF_TOPIC, '/rosout', '/rosout_agg', '/clock',
                            '/diagnostics', '/diagnostics_agg', '/statistics'})
 """Topics on which several publishers are normal."""
-PERIOD_S = 0.5
+LOOK_PERIOD_S = 0.5
 """How often a watch looks [s]."""
 _MOST_NAMED = 2
 _PLAYER_SERVICES = ({'pause_playback'}, {'seek', 'set_loop', 'set_rate'})
@@ -88,12 +88,18 @@ class PublisherWatch:
         """Stop looking; a look in progress may still finish."""
         self._closed.set()
 
+    def look_again(self) -> None:
+        """Look once, as the thread does."""
+        if self._closed.is_set():
+            return
+        try:
+            self._take(self._look())
+        except (rosgraph.MasterException, OSError):
+            return  # without a master nobody new can come; it may come back
+
     def _run(self) -> None:
-        while not self._closed.wait(PERIOD_S):
-            try:
-                self._take(self._look())
-            except (rosgraph.MasterException, OSError):
-                continue  # without a master nobody new can come; it may come back
+        while not self._closed.wait(LOOK_PERIOD_S):
+            self.look_again()
 
     def _take(self, found: Others) -> None:
         if found != self._known and not self._closed.is_set():

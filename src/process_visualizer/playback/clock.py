@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import threading
 import time
+from concurrent.futures import Future
+from typing import TypeVar
+
+Result = TypeVar('Result')
 
 LONGEST_WAIT_S = 3600.0  # threading refuses what does not fit its own time type
 
@@ -22,3 +26,11 @@ class Clock:
     def wait(self, condition: threading.Condition, timeout_ns: int) -> None:
         """Wait for a notification, at most for a time [ns]; the condition's lock is held."""
         condition.wait(min(timeout_ns * 1e-9, LONGEST_WAIT_S))
+
+    def result(self, answer: Future[Result], timeout_s: float) -> Result:
+        """Wait for the answer of another thread, at most for a time [s]; return or raise it.
+
+        Raises:
+            concurrent.futures.TimeoutError: it has not come.
+        """
+        return answer.result(timeout_s)

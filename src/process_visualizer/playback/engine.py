@@ -125,7 +125,7 @@ class Playback:
         """
         if not self._runs:  # nothing is published yet: ``run`` will begin there
             return self._stepped(step)[1]
-        return target_in_time(self.request(step), answer_s)
+        return target_in_time(self.request(step), answer_s, self._clock)
 
     def request(self, step: Step) -> Future[StepTarget]:
         """Ask for a step without waiting for it."""

@@ -7,6 +7,7 @@ from concurrent.futures import Future
 from concurrent.futures import TimeoutError as FutureTimeout
 from typing import Callable, NoReturn, Tuple
 
+from process_visualizer.playback.clock import Clock
 from process_visualizer.playback.step_target import Step, StepTarget
 from process_visualizer.playback.timeline import CommandRefused
 
@@ -53,14 +54,14 @@ class StepRequests:
             self.answer(refused)
 
 
-def target_in_time(answer: Future[StepTarget], timeout_s: float) -> StepTarget:
+def target_in_time(answer: Future[StepTarget], timeout_s: float, clock: Clock) -> StepTarget:
     """Wait for the target of a step; give the step up if it is not begun within a time [s].
 
     Raises:
         CommandRefused: the step was refused, or given up.
     """
     try:
-        return answer.result(timeout_s)
+        return clock.result(answer, timeout_s)
     except FutureTimeout:
         if answer.cancel():
             raise CommandRefused('the player is busy: nothing was changed; try again') from None

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import os
 import threading
-import time
 import traceback
-from typing import List, NamedTuple, Optional, Tuple
+from typing import Callable, List, NamedTuple, Optional, Sequence, Tuple
 
 import rospy
 
@@ -14,15 +13,16 @@ from process_visualizer.bags.bag_errors import BagError
 from process_visualizer.bags.marks import Mark, mark_at, read_marks
 from process_visualizer.bags.recording import Recording
 from process_visualizer.health.other_publishers import (
+    LOOK_PERIOD_S,
     SHARED_TOPICS,
     Others,
     PublisherWatch,
     described,
-    other_publishers,
 )
 from process_visualizer.motion.playback_clock import PlaybackClock, PlaybackState
 from process_visualizer.msg import PlayerState, TopicCount
-from process_visualizer.nodes.common.process_end import at_shutdown
+from process_visualizer.nodes.common.node_handle import NodeHandle
+from process_visualizer.playback.clock import Clock
 from process_visualizer.playback.course import Course
 from process_visualizer.playback.engine import Playback
 from process_visualizer.playback.play_summary import play_summary, printable
@@ -31,18 +31,24 @@ from process_visualizer.playback.progress import Progress
 from process_visualizer.playback.scene.scene import sources
 from process_visualizer.playback.timeline import NS_PER_S, Timeline
 from process_visualizer.playback.topic_choice import TopicChoice
-from process_visualizer.player.bag_publishers import BagPublishers, published_topics
+from process_visualizer.player.bag_publishers import (
+    BagPublishers,
+    PlaybackListener,
+    PublishedTopic,
+    published_topics,
+)
 from process_visualizer.player.player_services import PlayerServices
 from process_visualizer.player.player_state import StatePublisher
 from process_visualizer.player.rate_control import RateControl
 from process_visualizer.player.simulated_clock import SimulatedClock
-from process_visualizer.player.topic_conflicts import without_conflicts
+from process_visualizer.player.topic_conflicts import OtherNodes, without_conflicts
 from process_visualizer.player.topic_reading import TopicReadingService
 
 DRAIN_S = 5.0
 HEAD_START_NS = 50_000_000
 """Too short to be noticed, but enough to have the first messages ready when they are due."""
 SIGNALS_S = 0.5  # how long the main thread waits at most before it looks at signals
+TENDING_S = 0.5  # period of what has to be done from time to time
 REPEAT_S = 2.0
 """Period [s] of publishing the scene while paused, for nodes that have started in the meantime
 or lost it, without subscribing to the player (a robot's model follows its /tf)."""
@@ -72,16 +78,32 @@ class PlayerSettings(NamedTuple):
     rate_control_max_delay_s: float = 1.0
 
 
+class Surroundings(NamedTuple):
+    """What the player has to do with: tests put in its place what they can look into and move."""
+
+    node: NodeHandle = NodeHandle()
+    clock: Clock = Clock()
+    others: OtherNodes = OtherNodes()
+    publishers: Callable[[Sequence[PublishedTopic], Sequence[int], int, PlaybackListener],
+                         BagPublishers] = BagPublishers
+
+
+REAL = Surroundings()
+
+
 class BagPlayer:
     """A recording being played in this node; paused at the beginning until told to play."""
 
-    def __init__(self, recording: Recording, settings: PlayerSettings) -> None:
+    def __init__(self, recording: Recording, settings: PlayerSettings,
+                 surroundings: Surroundings = REAL) -> None:
         """Advertise the topics and services, in a node that has been initialised.
 
         Raises:
             NothingToPlay: no topic is left that can be played.
         """
         self._recording = recording
+        self._node, self._clock = surroundings.node, surroundings.clock
+        self._other_nodes = surroundings.others
         self._marks, bad_marks = _marks(recording)
         self._left_out_topics = self._choose(recording, settings)
         untimed = [str(it) for it in recording.index.strays if not it.are_kept]
@@ -92,27 +114,27 @@ class BagPlayer:
         self._started = self._finished = self._quitting = False
         self._failure: Optional[PlaybackFailed] = None
         self._repeats, self._repeated_ns = settings.restamp, 0
-        self._timeline = _timeline(recording, settings.end_s)
+        self._timeline = _timeline(recording, settings.end_s, self._clock)
         self._begin = _ros_time(self._timeline.basis.begin_ns)
-        self._publishers = BagPublishers(self._topics, sources(recording.index.connections),
-                                         settings.queue_size, self)
+        self._publishers = surroundings.publishers(
+            self._topics, sources(recording.index.connections), settings.queue_size, self)
         self._playback = Playback(recording, self._timeline, self._publishers, settings.restamp,
-                                  course=_course(self._timeline, settings))
+                                  self._clock, course=_course(self._timeline, settings))
         self._stays = settings.keep_alive
         self._published_states = PlaybackClock()
         self._control_rate(settings)
-        self._clock = (SimulatedClock(self._timeline, settings.clock_hz,
-                                      self._playback.repeat_scene)
+        self._ros_clock = (SimulatedClock(self._timeline, settings.clock_hz,
+                                      self._playback.repeat_scene, self._node)
                        if settings.clock_hz else None)
         self.control = PlayerControl(self._timeline, self._playback)
-        self._thread = threading.Thread(target=self._run, name='playback', daemon=True)
-        self._reading = TopicReadingService(recording, self._topics)
-        self._state = StatePublisher(self.state_message)
+        self._thread: Optional[threading.Thread] = None
+        self._reading = TopicReadingService(recording, self._topics, self._node)
+        self._state = StatePublisher(self.state_message, self._node)
         self._services: Optional[PlayerServices] = None
         self._pauses_beside_others = settings.pauses_beside_others
         self._watch = self._watch_others(settings.choice)
         self._watch.look()
-        self._watch.begin()
+        self._node.every_real(LOOK_PERIOD_S, self._watch.look_again)
 
     @property
     def dropped(self) -> int:
@@ -156,12 +178,12 @@ class BagPlayer:
             self.control.set_loop(True, start_s or 0.0, end_s)
         self.control.seek((0.0 if rate > 0.0 else end_s) if start_s is None else start_s)
         # a command that came before would have been undone by this one
-        self._services = PlayerServices(self.control, self._state.update)
+        self._services = PlayerServices(self.control, self._state.update, self._node)
         self._state.begin()
 
     def wait_for_subscribers(self, delay_s: float, all_topics: bool) -> bool:
         """Wait for a time [s] and until every topic has a subscriber; False if quit meanwhile."""
-        at_shutdown(self.quit)
+        self._node.at_shutdown(self.quit)
         with self._changed:
             self._changed.wait_for(lambda: self._quitting, delay_s)
             while not self._quitting and all_topics and not self._publishers.all_subscribed:
@@ -173,8 +195,14 @@ class BagPlayer:
         self._playback.prepare()
         if not (paused or self.control.pause_requested):
             self._timeline.begin()
-        self._thread.start()
+        self._thread = self._node.thread(self._run, 'playback')
         self._started = True
+        self._node.every_real(TENDING_S, self._tend)
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether it was told to quit, or play has come to its end and does not stay there."""
+        return self._quitting or (self._finished and not self._stays)
 
     def wait(self) -> None:
         """Wait until the node is shut down or told to quit, or for the end, unless it stays there.
@@ -183,18 +211,16 @@ class BagPlayer:
             PlaybackFailed: publishing has failed.
         """
         with self._changed:
-            while not (self._quitting or (self._finished and not self._stays)):
+            while not self.has_ended:
                 # a signal just before the wait is handled only after it
                 self._changed.wait(SIGNALS_S)
-                self._repeat_while_paused()
-                self.print_problems()
         if self._failure is not None:
             raise self._failure
 
     def print_problems(self) -> None:
         """Print problems since the last call on the terminal."""
         for problem in self.problems[self._told_problems:]:
-            rospy.logwarn(problem)
+            self._node.warn(problem)
             self._told_problems += 1
 
     def quit(self) -> None:
@@ -216,19 +242,19 @@ class BagPlayer:
         if self._services is not None:
             self._services.close()
         self._reading.close()
-        if self._thread.is_alive():
+        if self._thread is not None:
             self._playback.close()
             self._thread.join()
-        if not rospy.is_shutdown():
+        if not self._node.is_shutdown():
             self._publishers.wait_until_sent(DRAIN_S)
         self._state.close()
-        if self._clock is not None:
-            self._clock.close()
+        if self._ros_clock is not None:
+            self._ros_clock.close()
         self._publishers.close()
 
     def state_message(self) -> PlayerState:
         """Return the present state of the player."""
-        status, offset_ns = self.control.status(), _wall_offset_ns()
+        status, offset_ns = self.control.status(), self._wall_offset_ns()
         self._published_states.add(PlaybackState(
             (status.monotonic_ns + offset_ns) / NS_PER_S, status.position_s, status.rate,
             status.paused, status.segment, (status.since_ns + offset_ns) / NS_PER_S))
@@ -248,6 +274,15 @@ class BagPlayer:
             not_begun=[self._names[topic] for topic
                        in self._playback.not_begun(self._bag_ns(status.position_s))])
 
+    def _wall_offset_ns(self) -> int:
+        """Return the difference of wall and monotonic time [ns], not disturbed by other threads."""
+        clock, readings = self._clock, []
+        for _ in range(3):
+            before_ns, wall_ns, after_ns = (clock.monotonic_ns(), clock.wall_ns(),
+                                            clock.monotonic_ns())
+            readings.append((after_ns - before_ns, wall_ns - (before_ns + after_ns) // 2))
+        return min(readings)[1]
+
     def _mark(self, position_s: float) -> str:
         """The label of the last mark before a position [s]."""
         mark = mark_at(self._marks, self._bag_ns(position_s))
@@ -259,7 +294,7 @@ class BagPlayer:
     def _choose(self, recording: Recording, settings: PlayerSettings) -> List[str]:
         topics, problems = published_topics(recording.index.connections,
                                             settings.choice.published_name)
-        self._topics, conflicts = without_conflicts(topics)
+        self._topics, conflicts = without_conflicts(topics, self._other_nodes)
         self._names = {recording.index.connections[number].topic: topic.name
                        for topic in self._topics for number in topic.numbers}
         recording.choose(number for topic in self._topics for number in topic.numbers)
@@ -270,8 +305,8 @@ class BagPlayer:
     def _watch_others(self, choice: TopicChoice) -> PublisherWatch:
         """Also watch topics chosen by name that are not in the recording, but may be shown."""
         names = {topic.name for topic in self._topics} | set(choice.named())
-        topics, own = sorted(names - SHARED_TOPICS), {rospy.get_name()}
-        return PublisherWatch(lambda: other_publishers(topics, own), self._take_others)
+        topics = sorted(names - SHARED_TOPICS)
+        return PublisherWatch(lambda: self._other_nodes.beside(topics), self._take_others)
 
     def _take_others(self, others: Others) -> None:
         """Report new publishers of played topics, and pause, if that is wanted."""
@@ -279,9 +314,9 @@ class BagPlayer:
         self._others = others
         pauses = bool(new) and self._pauses_beside_others
         for sentence in described(new):
-            rospy.logwarn(f'{sentence}, in addition to the recording: stop it, or play under '
-                          'other names '
-                          f'(-p PREFIX){"; playback is paused" if pauses else ""}')
+            self._node.warn(f'{sentence}, in addition to the recording: stop it, or play under '
+                            'other names '
+                            f'(-p PREFIX){"; playback is paused" if pauses else ""}')
         if pauses:
             self.control.pause()
         self._state.update()
@@ -290,7 +325,7 @@ class BagPlayer:
         if settings.rate_control_topic:
             RateControl(settings.rate_control_topic,
                         self._played_at if settings.restamp else lambda stamp_ns: stamp_ns,
-                        self._playback.course.heard)
+                        self._playback.course.heard, self._node)
 
     def _played_at(self, stamp_ns: int) -> Optional[int]:
         """The bag time [ns] that was played at a wall time; None before a jump."""
@@ -299,8 +334,14 @@ class BagPlayer:
             return None
         return self._bag_ns(time.time_s)
 
+    def _tend(self) -> None:
+        """Do what has to be done from time to time."""
+        if not self._quitting:
+            self._repeat_while_paused()
+            self.print_problems()
+
     def _repeat_while_paused(self) -> None:
-        basis, now_ns = self._timeline.basis, time.monotonic_ns()
+        basis, now_ns = self._timeline.basis, self._clock.monotonic_ns()
         quiet_ns = now_ns - max(basis.monotonic_ns, self._repeated_ns)
         if self._repeats and basis.paused and not basis.held and quiet_ns >= REPEAT_S * NS_PER_S:
             self._repeated_ns = now_ns
@@ -324,8 +365,8 @@ class BagPlayer:
 
     def on_jump(self, bag_ns: int) -> None:
         """Note a jump to a bag time [ns], before its scene is published."""
-        if self._clock is not None:
-            self._clock.jump(bag_ns)
+        if self._ros_clock is not None:
+            self._ros_clock.jump(bag_ns)
         self._state.update()
 
     def on_finish(self) -> bool:
@@ -352,12 +393,12 @@ def _marks(recording: Recording) -> Tuple[List[Mark], List[str]]:
         return [], [str(error)]
 
 
-def _timeline(recording: Recording, end_s: Optional[float]) -> Timeline:
+def _timeline(recording: Recording, end_s: Optional[float], clock: Clock) -> Timeline:
     """The timeline of a recording up to a time; it ends where the recording does at the latest."""
     end_ns = recording.end_ns
     if end_s is not None:
         end_ns = min(recording.begin_ns + round(end_s * NS_PER_S), end_ns)
-    return Timeline(recording.begin_ns, end_ns, head_start_ns=HEAD_START_NS)
+    return Timeline(recording.begin_ns, end_ns, clock, HEAD_START_NS)
 
 
 def _course(timeline: Timeline, settings: PlayerSettings) -> Course:
@@ -365,15 +406,6 @@ def _course(timeline: Timeline, settings: PlayerSettings) -> Course:
     return Course(timeline, None if skip_s is None else round(skip_s * NS_PER_S),
                   settings.pause_topics,
                   round(delay_s * NS_PER_S) if settings.rate_control_topic else None)
-
-
-def _wall_offset_ns() -> int:
-    """Return the difference of wall and monotonic time [ns], not disturbed by other threads."""
-    readings = []
-    for _ in range(3):
-        before_ns, wall_ns, after_ns = time.monotonic_ns(), time.time_ns(), time.monotonic_ns()
-        readings.append((after_ns - before_ns, wall_ns - (before_ns + after_ns) // 2))
-    return min(readings)[1]
 
 
 def _ros_time(time_ns: int) -> rospy.Time:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any, Callable, Dict, Type
 
-import rospy
 from std_srvs.srv import Trigger, TriggerResponse
 
+from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.playback.player_control import PlayerControl
 from process_visualizer.playback.timeline import CommandRefused
 from process_visualizer.srv import (
@@ -24,9 +24,11 @@ from process_visualizer.srv import (
 class PlayerServices:
     """One service for each command; each answers success and message."""
 
-    def __init__(self, control: PlayerControl, after: Callable[[], None]) -> None:
+    def __init__(self, control: PlayerControl, after: Callable[[], None],
+                 node: NodeHandle) -> None:
         """Advertise them; ``after`` is called after each command."""
         self._after = after
+        self._node = node
         triggers: Dict[str, Callable[[], str]] = {
             'play': control.play, 'pause': control.pause, 'stop': control.stop,
             'toggle_paused': control.toggle_paused, 'repeat': control.repeat}
@@ -47,7 +49,7 @@ class PlayerServices:
             service.shutdown()
 
     def _offer(self, name: str, service: Type[Any], response: Type[Any],
-               command: Callable[[Any], str]) -> rospy.Service:
+               command: Callable[[Any], str]) -> Any:
         def answer(request: Any) -> Any:
             try:
                 result = response(True, command(request))
@@ -56,7 +58,7 @@ class PlayerServices:
             self._after()
             return result
 
-        return rospy.Service(f'~{name}', service, answer)
+        return self._node.serve(f'~{name}', service, answer)
 
 
 def _without_request(command: Callable[[], str]) -> Callable[[Any], str]:

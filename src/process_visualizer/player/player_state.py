@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import threading
-from typing import Callable
+from typing import Callable, Optional
 
 import rospy
 
 from process_visualizer.msg import PlayerState
+from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.ros_names import PLAYBACK_RATE
 
 PERIOD_S = 0.09
@@ -16,41 +17,43 @@ PERIOD_S = 0.09
 class StatePublisher:
     """A thread that publishes ~state, latched, and keeps the parameter of the rate up to date."""
 
-    def __init__(self, state: Callable[[], PlayerState]) -> None:
+    def __init__(self, state: Callable[[], PlayerState], node: NodeHandle) -> None:
         """``state`` returns the message; nothing is published before ``begin``."""
-        self._state = state
-        self._publisher = rospy.Publisher('~state', PlayerState, latch=True, queue_size=10,
-                                          tcp_nodelay=True)
-        self._changed = threading.Event()
-        self._closed = False
+        self._state, self._node = state, node
+        self._publisher = node.publisher('~state', PlayerState, latch=True, queue_size=10,
+                                         tcp_nodelay=True)
+        self._publishing = threading.Lock()
+        self._begun = self._closed = False
         self._rate = 0.0  # as the parameter has it
-        self._thread = threading.Thread(target=self._run, name='player state', daemon=True)
+        self._worker = node.worker(self._work, 'player state')
 
     def begin(self) -> None:
         """Begin to publish: who receives a state may send commands."""
-        self._thread.start()
+        self._begun = True
+        self._worker.wake()
 
     def update(self) -> None:
         """Publish soon, as something has changed."""
-        self._changed.set()
+        self._worker.wake()
 
     def close(self) -> None:
         """Publish for the last time and end."""
-        self._closed = True
-        self._changed.set()
-        if self._thread.is_alive():
-            self._thread.join()
-            self._follow_rate(1.0)  # what comes then is live, or another recording
+        with self._publishing:
+            self._closed = True
+            if self._begun:
+                self._publish()
+                self._follow_rate(1.0)  # what comes then is live, or another recording
 
-    def _run(self) -> None:
-        while not self._closed:
-            self._changed.wait(PERIOD_S)
-            self._changed.clear()
-            state = self._state()
-            self._follow_rate(state.rate)
-            self._publish(state)
+    def _work(self) -> Optional[float]:
+        with self._publishing:
+            if not self._begun or self._closed:
+                return None
+            self._publish()
+        return PERIOD_S
 
-    def _publish(self, state: PlayerState) -> None:
+    def _publish(self) -> None:
+        state = self._state()
+        self._follow_rate(state.rate)
         try:
             self._publisher.publish(state)
         except rospy.ROSException as error:  # the node is shutting down
@@ -61,7 +64,7 @@ class StatePublisher:
         if rate == self._rate:
             return
         try:
-            rospy.set_param(PLAYBACK_RATE, rate)
+            self._node.set_param(PLAYBACK_RATE, rate)
             self._rate = rate
         except (OSError, rospy.ROSException) as error:
             rospy.logwarn_throttle(10.0, f'{PLAYBACK_RATE} cannot be set: {error}')

@@ -8,6 +8,7 @@ from typing import Callable, Optional
 
 import rospy
 
+from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.playback.timeline import NS_PER_S
 
 _STAMP = struct.Struct('<4xII')  # behind the sequence number
@@ -18,18 +19,19 @@ class RateControl:
     """The option --rate-control-topic of `rosbag play`: any type that begins with a header."""
 
     def __init__(self, topic: str, bag_ns_of: Callable[[int], Optional[int]],
-                 heard: Callable[[int], None]) -> None:
+                 heard: Callable[[int], None], node: NodeHandle) -> None:
         """Subscribe to the topic.
 
         Args:
             topic: its global name.
             bag_ns_of: maps a stamp [ns] to the bag time [ns], None where it cannot.
             heard: is called with that in rospy's thread.
+            node: subscribes.
         """
         self._topic = topic
         self._bag_ns_of = bag_ns_of
         self._heard = heard
-        rospy.Subscriber(topic, rospy.AnyMsg, self._receive, queue_size=10, tcp_nodelay=True)
+        node.subscribe(topic, rospy.AnyMsg, self._receive, queue_size=10)
 
     def _receive(self, message: rospy.AnyMsg) -> None:
         if not begins_with_header(message._connection_header.get('message_definition', '')):

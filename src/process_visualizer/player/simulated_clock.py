@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import threading
-import time
-from typing import Callable
+from typing import Callable, Optional
 
 import rospy
 from genpy import Time
 from rosgraph_msgs.msg import Clock
 
+from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.playback.simulated_time import SimulatedTime, next_tick_s
 from process_visualizer.playback.timeline import NS_PER_S, Basis, Timeline
 
@@ -24,19 +24,19 @@ class SimulatedClock:
     """
 
     def __init__(self, timeline: Timeline, frequency_hz: float,
-                 on_settled: Callable[[], None]) -> None:
+                 on_settled: Callable[[], None], node: NodeHandle) -> None:
         """Begin to publish."""
         self._timeline = timeline
         self._period_s = 1.0 / frequency_hz
         self._on_settled = on_settled
-        self._publisher = rospy.Publisher('/clock', Clock, queue_size=10, tcp_nodelay=True)
+        self._node = node
+        self._publisher = node.publisher('/clock', Clock, queue_size=10, tcp_nodelay=True)
         self._lock = threading.Lock()  # later times must not be published earlier
         self._time = SimulatedTime()
+        self._due_s = node.monotonic_s()
         self._settled_s = float('inf')
-        self._changed = threading.Event()
         self._closed = False
-        self._thread = threading.Thread(target=self._run, name='clock', daemon=True)
-        self._thread.start()
+        node.worker(self._work, 'clock').wake()
 
     def jump(self, bag_ns: int) -> None:
         """Publish a bag time [ns] now, before its scene is published."""
@@ -44,27 +44,27 @@ class SimulatedClock:
             self._publish(self._timeline.basis, bag_ns)
 
     def close(self) -> None:
-        """End the thread."""
-        self._closed = True
-        self._changed.set()
-        self._thread.join()
+        """Publish nothing more."""
+        with self._lock:
+            self._closed = True
 
-    def _run(self) -> None:
-        due_s = time.monotonic()
-        while not self._changed.wait(max(due_s - time.monotonic(), 0.0)) and not self._closed:
-            with self._lock:
-                basis, now_ns = self._timeline.now()
-                self._publish(basis, basis.position_at(now_ns))
-            now_s = time.monotonic()
-            if now_s >= self._settled_s:
-                self._settled_s = float('inf')
-                self._on_settled()
-            due_s = next_tick_s(due_s, now_s, self._period_s)
+    def _work(self) -> Optional[float]:
+        with self._lock:
+            if self._closed:
+                return None
+            basis, now_ns = self._timeline.now()
+            self._publish(basis, basis.position_at(now_ns))
+        now_s = self._node.monotonic_s()
+        if now_s >= self._settled_s:
+            self._settled_s = float('inf')
+            self._on_settled()
+        self._due_s = next_tick_s(self._due_s, now_s, self._period_s)
+        return max(self._due_s - self._node.monotonic_s(), 0.0)
 
     def _publish(self, basis: Basis, bag_ns: int) -> None:
         told_ns, goes_back = self._time.at(basis, bag_ns)
         if goes_back:
-            self._settled_s = time.monotonic() + SETTLING_S
+            self._settled_s = self._node.monotonic_s() + SETTLING_S
         try:
             self._publisher.publish(Clock(Time(*divmod(told_ns, NS_PER_S))))
         except rospy.ROSException as error:  # the node is shutting down

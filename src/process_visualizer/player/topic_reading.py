@@ -12,6 +12,7 @@ from process_visualizer.curves.topic_messages import (
     topic_messages,
     topic_period_s,
 )
+from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.playback.timeline import NS_PER_S
 from process_visualizer.player.bag_publishers import PublishedTopic
 from process_visualizer.srv import ReadTopic, ReadTopicRequest, ReadTopicResponse
@@ -23,13 +24,14 @@ _FARTHEST_S = 1e9  # from the beginning of a recording; times further away are n
 class TopicReadingService:
     """Offers ~read: the messages of a topic between two positions, as they were recorded."""
 
-    def __init__(self, recording: Recording, topics: Sequence[PublishedTopic]) -> None:
+    def __init__(self, recording: Recording, topics: Sequence[PublishedTopic],
+                 node: NodeHandle) -> None:
         """Advertise it for the topics that are played."""
         self._recording = recording
         self._begin_ns = recording.begin_ns
-        self._topics = {rospy.resolve_name(topic.name): topic for topic in topics}
+        self._topics = {node.resolve(topic.name): topic for topic in topics}
         self._periods_s: Dict[str, float] = {}
-        self._service = rospy.Service('~read', ReadTopic, self._read)
+        self._service = node.serve('~read', ReadTopic, self._read)
 
     def close(self) -> None:
         """Shut the service down."""

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from process_visualizer.playback.clock import Clock
 from process_visualizer.playback.step_requests import StepRequests, target_in_time
 from process_visualizer.playback.step_target import Step, StepTarget
 from process_visualizer.playback.timeline import CommandRefused
@@ -66,7 +67,7 @@ def test_every_sequence(actions: List[str]) -> None:
 def test_who_waits_too_long_gives_the_step_up() -> None:
     requests = StepRequests()
     with pytest.raises(CommandRefused, match='the player is busy'):
-        target_in_time(requests.add(Step(1, '', 0)), 0.001)
+        target_in_time(requests.add(Step(1, '', 0)), 0.0, Clock())
     requests.answer(fails)  # it is not done any more
 
 
@@ -79,4 +80,4 @@ def test_a_step_that_has_begun_is_waited_for() -> None:
         return stepped(step)
 
     requests.answer(begun)
-    assert target_in_time(future, 0.0) == StepTarget(1, 0)
+    assert target_in_time(future, 0.0, Clock()) == StepTarget(1, 0)

@@ -10,6 +10,7 @@ import rospy
 from rospy.impl.paramserver import get_param_server_cache
 
 from process_visualizer.clients.service_connection import ServiceConnection
+from process_visualizer.nodes.common.process_end import at_shutdown
 
 
 class Worker:
@@ -76,9 +77,21 @@ class NodeHandle:
         """Whether the node is ending."""
         return bool(rospy.is_shutdown())
 
+    def at_shutdown(self, hook: Callable[[], None]) -> None:
+        """Call a function once when the node ends."""
+        at_shutdown(hook)
+
     def param(self, name: str, default: Any = None) -> Any:
         """Return a parameter of the parameter server, or the default."""
         return rospy.get_param(name, default)
+
+    def set_param(self, name: str, value: Any) -> None:
+        """Set a parameter of the parameter server.
+
+        Raises:
+            OSError, rospy.ROSException: the master does not answer.
+        """
+        rospy.set_param(name, value)
 
     def follow_param(self, name: str) -> Callable[[], Any]:
         """Return a function that returns a parameter's present value; None if it is not set.
@@ -142,6 +155,12 @@ class NodeHandle:
     def worker(self, step: Callable[[], Optional[float]], name: str) -> Worker:
         """Start a thread for work that must not hold up the callbacks; see `Worker`."""
         return Worker(step, name)
+
+    def thread(self, work: Callable[[], None], name: str) -> threading.Thread:
+        """Start a thread that does some work and waits by `playback.clock`; returns it."""
+        thread = threading.Thread(target=work, name=name, daemon=True)
+        thread.start()
+        return thread
 
     def warn(self, text: str) -> None:
         """Log a warning."""
