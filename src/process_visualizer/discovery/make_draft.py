@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
+from xml.etree import ElementTree
 
 from process_visualizer.discovery.camera_device import camera_device
 from process_visualizer.discovery.cell_names import CellNames
@@ -56,7 +57,7 @@ class _Making:
 
     def made(self) -> Made:
         groups = robot_groups(self._topics, self._models)
-        robots = [self._robot(group) for group in groups]
+        robots = [self._robot(group, groups) for group in groups]
         self._add_still_models(groups)
         taken = {it.name for group in groups for it in group.topics}
         cameras = camera_groups([it for it in self._topics if it.name not in taken])
@@ -67,11 +68,12 @@ class _Making:
         self._draft.remarks += self._places.remarks
         return Made(self._draft, self._texts)
 
-    def _robot(self, group: RobotGroup) -> DraftDevice:
+    def _robot(self, group: RobotGroup, groups: Sequence[RobotGroup]) -> DraftDevice:
         name = self._names.device('robot', robot_name(group))
         tool = self._tools.of(group.model) if group.pose_topic is None else None
         device = robot_device(group, name, self._prefix(group.model), self._names, self._places,
                               self._forest, tool)
+        _tell_odd_joints(device, group, groups)
         if tool is not None and tool.is_sure:
             self._links.update(map(self._names.frame, tool.chain))  # tf has these in playback too
         self._add(device, group.model)
@@ -130,6 +132,24 @@ class _Making:
                 device = DraftDevice('other', self._names.device('other', first or ROOT_DEVICE))
                 self._add(device)
             machines.add_topics(device, found)
+
+
+def _tell_odd_joints(device: DraftDevice, group: RobotGroup,
+                     groups: Sequence[RobotGroup]) -> None:
+    """Name the joints that only the topic of a robot has, or only its model."""
+    topic, model = group.joint_topic, group.model
+    if model is None or not topic.joints:
+        return
+    drawn = {joint.get('name') for it in groups if it.joint_topic is topic and it.model is not None
+             for joint in ElementTree.fromstring(it.model.description.text).findall('joint')}
+    left = [it for it in topic.joints if it not in drawn]
+    if left:
+        device.comments.append(f'{topic.name} has joints that the model has not, and that are not '
+                               f'drawn: {", ".join(left)}.')
+    silent = sorted(model.joints - set(topic.joints))
+    if silent:
+        device.comments.append(f'The model of {device.name} has joints that are not on '
+                               f'{topic.name}, and stay where they are: {", ".join(silent)}.')
 
 
 def _first(name: str) -> str:

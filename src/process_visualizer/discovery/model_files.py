@@ -58,11 +58,10 @@ class ModelFiles:
                            for it in self._look_into(package)]
         return self._files
 
-    def may_have(self, package: str, joints: Collection[str]) -> bool:
-        """Whether the files of a package name joints that may come out as all of these."""
+    def count_of(self, package: str, joints: Collection[str]) -> int:
+        """How many of these joints the files of a package may have, by the names in them."""
         patterns = self._joints.get(package, [])
-        return bool(patterns) and all(
-            any(pattern.fullmatch(joint) for pattern in patterns) for joint in joints)
+        return sum(any(pattern.fullmatch(joint) for pattern in patterns) for joint in joints)
 
     def _look_into(self, package: str) -> Iterator[ModelFile]:
         folder = str(self._packages.get_path(package))

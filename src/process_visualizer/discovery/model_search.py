@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import tempfile
+from collections import Counter
 from dataclasses import replace
 from typing import Dict, Iterator, List, Optional, Sequence, Set, Tuple
 from xml.etree import ElementTree
@@ -29,6 +30,9 @@ from process_visualizer.discovery.robot_topics import (
 
 _MOST_TRIES = 24
 """Files that are expanded for one robot."""
+_FEWEST_JOINTS = 3
+"""That a topic and a model have in common, unless the model has fewer; what else is on the topic
+may be a gripper or a track."""
 _DIGITS = 5
 _HANDS = ('hand', 'gripper')
 _PREFIX = re.compile('prefix$')
@@ -63,17 +67,19 @@ class ModelSearch:
 
     def _for_topic(self, topic: SeenTopic, frames: Set[str],
                    evidence: ModelEvidence) -> List[FoundModel]:
-        """Models for a topic with joints: several where it has those of several robots."""
+        """Models for a topic with joints: several where it has those of several robots.
+
+        Together they have most of its joints.
+        """
         models: List[FoundModel] = []
-        left = set(topic.joints)
-        while left or not models:
-            model = self._for_joints(topic, left, evidence,
-                                     list(self._fitting(topic, frames, {it.path for it in models})))
+        rest = topic
+        while len(rest.joints) >= _FEWEST_JOINTS or not models:
+            model = self._for_joints(rest, evidence, list(self._fitting(rest, frames)))
             if model is None:
                 break
             models.append(model)
-            left -= model.joints
-        return models
+            rest = replace(rest, joints=tuple(it for it in rest.joints if it not in model.joints))
+        return models if 2 * len(rest.joints) < len(topic.joints) or not topic.joints else []
 
     def _of_description(self, seen: SeenDescription) -> List[FoundModel]:
         try:
@@ -97,20 +103,23 @@ class ModelSearch:
         joints = list(description.joints)
         named = [it for it in self._files.all() if it.name == name]
         others = [it for it in self._files.all() if it.name != name and joints
-                  and self._files.may_have(it.package, joints)]
+                  and self._files.count_of(it.package, joints) == len(joints)]
         others.sort(key=lambda it: -len(words(it.stem) & words(name)))
         return [*named, *others][:_MOST_TRIES]
 
     @staticmethod
-    def _for_joints(topic: SeenTopic, joints: Set[str], evidence: ModelEvidence,
+    def _for_joints(topic: SeenTopic, evidence: ModelEvidence,
                     fitting: Sequence[FoundModel]) -> Optional[FoundModel]:
-        """The model with the most joints of a topic, which nobody has described: not its hand."""
-        most = max((len(it.joints & joints) for it in fitting), default=0)
-        if not fitting or (joints and not most):
+        """The model with the most joints of a topic, which nobody has described: not its hand.
+
+        Of those the one with the fewest others.
+        """
+        if not fitting:
             return None
+        most = max(_rank(it.description, topic) for it in fitting)
         best: List[FoundModel] = []
         for model in fitting:
-            if len(model.joints & joints) == most \
+            if _rank(model.description, topic) == most \
                     and not any(_same(model.description.text, it.description.text) for it in best):
                 best.append(model)
         if len(best) == 1:
@@ -118,28 +127,31 @@ class ModelSearch:
         choice = evidence.choose(topic, best)
         return replace(best[choice.number], reason=choice.reason)
 
-    def _fitting(self, topic: SeenTopic, frames: Set[str], used: Set[str]) -> Iterator[FoundModel]:
+    def _fitting(self, topic: SeenTopic, frames: Set[str]) -> Iterator[FoundModel]:
         """The models that suit the joints of a topic, from the likeliest files."""
         reason = 'the names of its joints' if topic.joints else \
             'its name and the number of its joints'
-        for file in self._likely(topic, used)[:_MOST_TRIES]:
-            for arguments in self._arguments(file, topic):
-                found = self._expand(file, arguments)
-                if found is not None and _fits(found, topic, frames):
-                    yield FoundModel(topic.name.rpartition('/')[0], file.name, found, file.package,
-                                     file.path, f'found by {reason}: is it the one?', arguments)
-                    break
+        for file in self._likely(topic)[:_MOST_TRIES]:
+            expanded = ((self._expand(file, it), it) for it in self._arguments(file, topic))
+            fitting = [(found, it) for found, it in expanded
+                       if found is not None and _fits(found, topic, frames)]
+            if fitting:
+                found, arguments = max(fitting, key=lambda it: _rank(it[0], topic))
+                yield FoundModel(topic.name.rpartition('/')[0], file.name, found, file.package,
+                                 file.path, f'found by {reason}: is it the one?', arguments)
 
-    def _likely(self, topic: SeenTopic, used: Set[str]) -> List[ModelFile]:
+    def _likely(self, topic: SeenTopic) -> List[ModelFile]:
         namespace = topic.name.rpartition('/')[0]
         own = words(namespace)
-        likely = [it for it in self._files.all() if it.path not in used
-                  and (own & words(it.stem) or own & words(it.name) or topic.joints)
-                  and (not topic.joints or self._files.may_have(it.package, topic.joints))]
+        likely = [it for it in self._files.all()
+                  if own & words(it.stem) or own & words(it.name) or topic.joints]
         likely.sort(key=lambda it: -len(own & (words(it.stem) | words(it.name))))
         if not topic.joints:
             return [it for it in likely if namespace.rpartition('/')[2] in (it.stem, it.name)]
-        return likely
+        counts = {it.package: self._files.count_of(it.package, topic.joints) for it in likely}
+        least = min(_FEWEST_JOINTS, (len(topic.joints) + 1) // 2)
+        return sorted((it for it in likely if counts[it.package] >= least),
+                      key=lambda it: -counts[it.package])
 
     def _arguments(self, file: ModelFile, topic: SeenTopic) -> List[_Arguments]:
         """What to try: with a hand if there are more joints, with a prefix of all joints, bare."""
@@ -176,23 +188,27 @@ def _loaded(text: str) -> RobotDescription:
 
 
 def _fits(description: RobotDescription, topic: SeenTopic, frames: Set[str]) -> bool:
-    """Whether a model has just the joints of a topic, or all of its own are among them."""
+    """Whether most joints of a model are on a topic, or it has as many as an array has numbers."""
     joints = set(description.joints)
     if topic.joints:
-        return len(joints) > 0 and joints <= set(topic.joints)
+        common = len(joints & set(topic.joints))
+        return common >= min(_FEWEST_JOINTS, max(len(joints), 1)) and 2 * common > len(joints)
     return len(joints) == topic.length or (topic.length is None and bool(
         frames & set(description.links)))
 
 
+def _rank(description: RobotDescription, topic: SeenTopic) -> Tuple[int, int]:
+    """How well a model suits a topic: by the joints of both, then by how few only the model has."""
+    joints = set(description.joints)
+    return len(joints & set(topic.joints)), -len(joints - set(topic.joints))
+
+
 def _common_prefix(description: RobotDescription, topic: SeenTopic) -> str:
-    """What stands before the names of all joints of a model in a topic; '' if nothing does."""
-    first = next(iter(description.joints), '')
-    for joint in topic.joints if first else ():
-        prefix = joint[:-len(first)]
-        if prefix and joint.endswith(first) and {
-                prefix + name for name in description.joints} <= set(topic.joints):
-            return prefix
-    return ''
+    """What stands before the names of most joints of a model in a topic; '' if nothing does."""
+    prefixes = Counter(joint[:-len(name)] for name in description.joints for joint in topic.joints
+                       if joint.endswith(name))
+    prefix, count = max(prefixes.items(), key=lambda it: it[1], default=('', 0))
+    return prefix if 2 * count > len(description.joints) else ''
 
 
 _Shape = Tuple[Tuple[object, ...], ...]

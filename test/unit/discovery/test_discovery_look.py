@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, List, Tuple
+from typing import Any, List, Optional, Tuple
 
 import pytest
 import rosbag
 from genpy import Time
 from geometry_msgs.msg import PoseStamped, Quaternion, Transform, TransformStamped, Vector3
+from seen_cells import urdf
 from sensor_msgs.msg import Image, JointState, Temperature
 from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
@@ -166,6 +167,54 @@ def test_the_model_with_the_most_joints_is_taken(package: Path) -> None:
         'type="continuous"><parent link="a" /><child link="b" /></joint></robot>')
     topic = SeenTopic('/arm/joint_states', 'sensor_msgs/JointState', joints=JOINTS)
     assert [it.path for it in ModelSearch().find(Seen('x', (topic,)))] == ['urdf/little.urdf.xacro']
+
+
+@pytest.mark.parametrize('on_topic, told', [
+    ((*JOINTS, 'gripper_joint'), '/arm/joint_states has joints that the model has not, and that '
+                                 'are not drawn: gripper_joint.'),
+    ((*JOINTS, 'rail', 'gripper_joint'), None),  # half of them are of something else
+    (('left_pan', 'gripper_joint'), None),
+    (('left_pan', 'left_lift', 'left_turn', 'left_tilt', 'gripper_joint', 'rail'),
+     '/arm/joint_states has joints that the model has not, and that are not drawn: gripper_joint, '
+     'rail.'),
+    (('left_pan', 'left_lift', 'left_turn', 'finger'),
+     'The model of arm_robot has joints that are not on /arm/joint_states, and stay where they '
+     'are: left_tilt.')])
+def test_a_model_may_lack_some_joints(tmp_path: Path, package: Path, on_topic: Tuple[str, ...],
+                                      told: Optional[str]) -> None:
+    """Of a gripper, or of a track; or else the topic lacks some."""
+    names = JOINTS if len(on_topic) < 4 or told is None else (*JOINTS, 'left_turn', 'left_tilt')
+    (package / 'urdf' / 'little.urdf.xacro').write_text(urdf(
+        ['left_base', *(f'left_{i}' for i in range(len(names)))], names))
+    bag = write_bag(tmp_path / 'a.bag', [('/arm/joint_states', lambda number: JointState(
+        name=list(on_topic), position=[0.1 * number] * len(on_topic)))])
+    text = ' '.join(from_bags([bag]).text.split())
+    assert ('pkg="little_description"' in text, 'no model was found' in text) == (
+        (False, True) if told is None else (True, False))
+    assert told is None or told in text
+
+
+def test_a_model_without_surplus_is_preferred(package: Path) -> None:
+    """The same arm, alone and with a gripper whose joints nobody publishes."""
+    names = (*JOINTS, 'left_turn', 'left_tilt')
+    for stem, more in (('a_with_gripper', ('finger',)), ('little', ())):
+        joints = (*names, *more)
+        (package / 'urdf' / f'{stem}.urdf').write_text(urdf(
+            ['left_base', *(f'left_{i}' for i in range(len(joints)))], joints))
+    topic = SeenTopic('/arm/joint_states', 'sensor_msgs/JointState', joints=(*names, 'rail'))
+    assert [it.path for it in ModelSearch().find(Seen('x', (topic,)))] == ['urdf/little.urdf']
+
+
+def test_two_robots_of_one_model_on_one_topic(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With a prefix each, and something else beside them."""
+    monkeypatch.setenv('ROS_PACKAGE_PATH', str(MAKERS))
+    file = 'ur_style_description/urdf/arm.xacro'
+    joints = tuple(prefix + name for prefix in ('left_', 'right_')
+                   for name in load_robot_description(str(MAKERS / file)).joints)
+    topic = SeenTopic('/joint_states', 'sensor_msgs/JointState', joints=(*joints, 'table_lift'))
+    models = ModelSearch().find(Seen('x', (topic,)))
+    assert [(f'{it.package}/{it.path}', it.arguments) for it in models] == [
+        (file, (('tf_prefix', 'left_'),)), (file, (('tf_prefix', 'right_'),))]
 
 
 def test_a_description_with_a_hand_is_that_of_its_package(monkeypatch: pytest.MonkeyPatch) -> None:
