@@ -33,9 +33,9 @@ def array(*values: float) -> Float32MultiArray:
     return Float32MultiArray(data=values)
 
 
-def publisher(topic: str) -> rospy.Publisher:
+def publisher(topic: str, message_class: type = Float32MultiArray) -> rospy.Publisher:
     """Return a publisher that has its subscriber, one of the nodes."""
-    result = rospy.Publisher(topic, Float32MultiArray, queue_size=10)
+    result = rospy.Publisher(topic, message_class, queue_size=10)
     wait_until(lambda: result.get_num_connections() > 0, f'a subscriber of {topic}')
     return result
 
@@ -51,6 +51,7 @@ class RobotProcessorTest(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls) -> None:
+        cls.log = log_listener()  # early, so that it misses nothing
         cls.joints, cls.tool, cls.force = map(publisher, ('/r/q_act', '/r/tcf', '/ft/ft'))
         cls.buffer = tf2_ros.Buffer()
         tf2_ros.TransformListener(cls.buffer)
@@ -128,12 +129,26 @@ class RobotProcessorTest(unittest.TestCase):
             self.tool.publish(array(1.0))
             self.joints.publish(array(1.0))
 
-        with Listener('/diagnostics', DiagnosticArray) as reports, log_listener() as log:
+        with Listener('/diagnostics', DiagnosticArray) as reports:
             wait_until(lambda: all(told(reports, name, problem)
-                                   and logged(log, Log.WARN, 'r: ', problem)
+                                   and logged(self.log, Log.WARN, 'r: ', problem)
                                    for name, problem in problems.items()), 'complaints', send)
             wait_until(lambda: all(told(reports, name, 'all is well') for name in problems),
                        'the end of the complaints', self.move)
+
+    def test_joints_of_other_robots_are_named_only_without_those_of_the_own(self) -> None:
+        joints = publisher('/m/joints', JointState)
+
+        def publish(*names: str) -> None:
+            for name in names:
+                joints.publish(JointState(name=[name], position=[0.5]))
+
+        with Listener('/m/joint_states', JointState) as states:
+            wait_until(lambda: bool(states.messages), 'a joint state',
+                       lambda: publish('arm', 'shared', 'arm'))
+            wait_until(lambda: logged(self.log, Log.WARN, 'm: ', 'none of the names alone is'),
+                       'a warning', lambda: publish('alone'))
+            self.assertFalse(logged(self.log, Log.WARN, 'none of the names shared'))
 
     def test_wrong_parameters_end_the_node_with_a_message(self) -> None:
         rospy.set_param('/broken', '<robot>')
