@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measures how long the GUI thread was blocked; used by the tests of the window."""
+"""Measures how long the GUI thread was blocked."""
 from __future__ import annotations
 
 import faulthandler
@@ -10,7 +10,7 @@ import threading
 import time
 from collections import deque
 from pathlib import Path
-from typing import Deque, Dict, List, NamedTuple, Optional, Union
+from typing import Callable, Deque, Dict, List, NamedTuple, Optional, Union
 
 from PyQt5.QtCore import QObject, Qt, QTimer
 
@@ -34,11 +34,11 @@ class Watchdog(QObject):
     ``beats``, ``blocks``.
     """
 
-    def __init__(self, file: str, limit_s: float = LIMIT_S,
-                 parent: Optional[QObject] = None) -> None:
+    def __init__(self, file: str, limit_s: float = LIMIT_S, parent: Optional[QObject] = None,
+                 clock_s: Callable[[], float] = time.monotonic) -> None:
         """Watch the thread that calls this, from its first beat on."""
         super().__init__(parent)
-        self._limit_s = limit_s
+        self._limit_s, self._clock_s = limit_s, clock_s
         self._gui_thread = threading.get_ident()
         self._wait = ProcessorWait()
         self._beat_s = self._computed_s = 0.0
@@ -73,7 +73,7 @@ class Watchdog(QObject):
         self._write()
 
     def _beat(self) -> None:
-        now_s, times, computed_s = time.monotonic(), self._wait.times(), time.process_time()
+        now_s, times, computed_s = self._clock_s(), self._wait.times(), time.process_time()
         if self._beats:
             blocked_s = now_s - self._beat_s
             self._note(blocked_s, times.kept_waiting_s(self._times, blocked_s),
@@ -94,7 +94,7 @@ class Watchdog(QObject):
     def _watch(self) -> None:
         while not self._end.wait(self._limit_s / 2):
             beat_s = self._beat_s
-            is_late = beat_s > 0.0 and time.monotonic() - beat_s > self._limit_s
+            is_late = beat_s > 0.0 and self._clock_s() - beat_s > self._limit_s
             if is_late and self._seen != beat_s:
                 self._take_stack()
                 self._seen = beat_s
