@@ -220,15 +220,34 @@ def test_own_outputs_are_left_out(tmp_path: Path) -> None:
            ('/c/roi_points', CLOUD, '/camera/manager'),
            ('/c/objects_markers', 'visualization_msgs/MarkerArray', '/camera/manager'),
            ('/c/unknown_points', CLOUD, '/camera/manager'),
-           ('/c/points', CLOUD, '/c/depth_proc'), ('/rosout', 'rosgraph_msgs/Log', '/x'),
+           ('/c/points', CLOUD, ''), ('/c/points_age', 'std_msgs/Float32', '/c/depth_proc'),
+           ('/rosout', 'rosgraph_msgs/Log', '/x'),
            ('/clicked_point', 'geometry_msgs/PointStamped', '/rviz_1234'),
            ('/tf', 'tf2_msgs/TFMessage', '/x'), ('/move/goal', 'm/MoveActionGoal', '/x'),
            ('/process_visualizer/configuration', 'std_msgs/String', '/bag_recorder')]
-    topics = [SeenTopic(name, kind, (node,), joints=('j',)) for name, kind, node in own]
+    topics = [SeenTopic(name, kind, (node,), ('optical',), ('j',)) for name, kind, node in own]
     recorded = [dataclasses.replace(it, publishers=()) for it in topics[:2]]
     marks = SeenTopic('/a/tool_velocity', 'geometry_msgs/TwistStamped')
-    assert make_draft(Seen('x', tuple(topics)), []).draft.devices == []
+    whole = camera('depth_registered/points')
+    devices = make_draft(Seen('x', (*topics, *whole)), []).draft.devices
+    assert [it.topics for it in devices] == [['cam/depth_registered/points']]
     assert make_draft(Seen('x', (*recorded, marks)), []).draft.devices == []
+
+
+@pytest.mark.parametrize('others', [
+    [], [SeenTopic('/eye/image_raw', IMAGE)], [SeenTopic('/eye/depth/image_raw/compressed',
+                                                         'sensor_msgs/CompressedImage')],
+    [SeenTopic('/eye/depth/image_raw', IMAGE)],  # no cloud without its camera info
+    [SeenTopic('/front/points', CLOUD, frames=('front_optical',))]])
+def test_a_cropped_cloud_stands_for_its_sensor(tmp_path: Path, others: List[SeenTopic]) -> None:
+    """The whole one is often too large to be recorded."""
+    topics = [SeenTopic('/eye/roi_filter/outline', 'visualization_msgs/Marker'),
+              SeenTopic('/eye/roi_points', CLOUD, frames=('eye_optical',)),
+              SeenTopic('/eye/points', CLOUD, frames=('eye_optical',))]
+    _, cell = written(Seen('x', (*topics, *others)), [], tmp_path)
+    clouds = [it.topic_for(TopicFunction.POINTCLOUD) for it in cell.devices]
+    assert '/eye/roi_points' in [it.name for it in clouds if it is not None]
+    assert len(cell.devices) == (2 if others and others[0].name == '/front/points' else 1)
 
 
 def test_the_global_frame(tmp_path: Path) -> None:

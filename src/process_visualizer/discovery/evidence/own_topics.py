@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import Iterable, Set, Tuple
 
+from process_visualizer.discovery.evidence.camera_groups import CameraGroup, camera_groups
 from process_visualizer.discovery.evidence.seen import SeenTopic
 from process_visualizer.ros_names import (
     BAG_PLAYER,
@@ -32,15 +33,24 @@ _PREFIXES = (OWN_TOPICS, *(f'/{name}/' for name in (BAG_PLAYER, BAG_RECORDER, GH
 _PACKAGES = frozenset({'actionlib_msgs', 'bond', 'diagnostic_msgs', 'dynamic_reconfigure',
                        PACKAGE, 'rosgraph_msgs', 'theora_image_transport'})
 _TYPES = re.compile(r'.*Action(Goal|Feedback|Result)|visualization_msgs/InteractiveMarker.*')
+_CROPPED, _SHOWN = '/roi_points', ('/points', '/points_age')
 _COMPRESSED = re.compile(r'(.+)/(compressed|compressedDepth|theora)')
 
 
 def device_topics(topics: Iterable[SeenTopic]) -> Tuple[SeenTopic, ...]:
-    """Return the topics that may be what a device sends."""
+    """Return the topics that may be what a device sends.
+
+    A cloud that we cropped stands for its sensor if nothing else of that was seen: images and whole
+    clouds are often too large to be recorded.
+    """
     found = tuple(topics)
     names = {topic.name for topic in found}
     own = _robots_outputs(names) | _crops_outputs(names) | _finders_outputs(names)
-    return tuple(it for it in found if it.name not in own and not _is_other(it, names))
+    kept = [it for it in found if it.name not in own and not _is_other(it, names)]
+    cropped = [it for it in found if it.name in own and it.name.endswith(_CROPPED)]
+    kept += [it for it in cropped
+             if not any(_is_source(group, it) for group in camera_groups(kept))]
+    return tuple(it for it in found if it in kept)
 
 
 def _is_other(topic: SeenTopic, names: Set[str]) -> bool:
@@ -65,10 +75,16 @@ def _robots_outputs(names: Set[str]) -> Set[str]:
 
 
 def _crops_outputs(names: Set[str]) -> Set[str]:
-    """What a depth sensor's crop sends, which may run in a nodelet manager of any name."""
+    """What a depth sensor's crop sends, which may run in a manager of any name, and is shown."""
     outline = f'/{ROI_FILTER}/outline'
     sensors = {name[:-len(outline)] for name in names if name.endswith(outline)}
-    return {f'{sensor}{output}' for sensor in sensors for output in (outline, '/roi_points')}
+    return {f'{sensor}{output}' for sensor in sensors for output in (outline, _CROPPED, *_SHOWN)}
+
+
+def _is_source(group: CameraGroup, cloud: SeenTopic) -> bool:
+    """Whether a cloud may have been made of what a camera sends."""
+    is_near = group.namespace.partition('/')[0] == cloud.name.split('/')[1]
+    return group.is_depth_sensor and (is_near or bool(set(group.frames) & set(cloud.frames)))
 
 
 def _finders_outputs(names: Set[str]) -> Set[str]:
