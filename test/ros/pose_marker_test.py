@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The marker by which a frame is dragged, with the real server of markers."""
+"""The markers by which a frame and a box are dragged, with the real server of markers."""
 from __future__ import annotations
 
 import math
@@ -18,11 +18,14 @@ from visualization_msgs.msg import (
     InteractiveMarkerUpdate,
 )
 
-from process_visualizer.cell.model import Pose
+from process_visualizer.cell.errors import Location
+from process_visualizer.cell.model import Pose, RegionOfInterest
+from process_visualizer.gui.ros.box_marker import BoxMarker
 from process_visualizer.gui.ros.pose_marker import PoseMarker
 
 TOPIC = '/process_visualizer/calibration'
 TURNED = math.sqrt(0.5)
+BOX = RegionOfInterest('tool', (1.0, 2.0, 3.0), (0.2, 0.4, 0.6), Location('cell.xml', 1))
 
 
 class PoseMarkerTest(unittest.TestCase):
@@ -54,9 +57,24 @@ class PoseMarkerTest(unittest.TestCase):
             with Listener(f'{TOPIC}/update_full', InteractiveMarkerInit) as full:
                 wait_until(lambda: bool(full.messages), 'what RViz gets that comes late')
                 self.assertEqual([it.name for it in full.messages[-1].markers], ['camera_link'])
+            self.assert_stands_beside_a_box(updates, feedback)
             marker.hide()
             wait_until(lambda: any('camera_link' in it.erases for it in updates.messages),
                        'its end')
+
+    def assert_stands_beside_a_box(self, updates: Listener, feedback: rospy.Publisher) -> None:
+        """Both use the topics of one display."""
+        dragged: List[str] = []
+        box = BoxMarker(lambda device, _region: dragged.append(device))
+        box.show('kinect', BOX)
+        message = InteractiveMarkerFeedback(
+            client_id='rviz', marker_name='kinect middle',
+            event_type=InteractiveMarkerFeedback.POSE_UPDATE)
+        wait_until(lambda: bool(dragged), 'dragging of the box',
+                   lambda: feedback.publish(message))
+        self.assertEqual(set(dragged), {'kinect'})
+        self.assertEqual({it.server_id for it in updates.messages},
+                         {'/pose_marker_test', '/pose_marker_test/box'})
 
 
 if __name__ == '__main__':

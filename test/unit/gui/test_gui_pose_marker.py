@@ -3,44 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Callable, Dict, List, Tuple
+from typing import Any, List, Tuple
 
 import pytest
 from geometry_msgs.msg import Point, Quaternion
 from geometry_msgs.msg import Pose as PoseMessage
-from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerFeedback
+from marker_server import MarkerServer
+from visualization_msgs.msg import InteractiveMarkerFeedback
 
 from process_visualizer.cell.model import Pose
 from process_visualizer.gui.ros.pose_marker import PoseMarker
 
 TURNED = math.sqrt(0.5)
-
-
-class Server:
-    """Takes the place of interactive_markers' server; what is applied is what RViz shows."""
-
-    def __init__(self) -> None:
-        self.shown: Dict[str, InteractiveMarker] = {}
-        self._pending: Dict[str, InteractiveMarker] = {}
-        self._callbacks: Dict[str, Callable[[Any], None]] = {}
-
-    def insert(self, marker: InteractiveMarker, callback: Callable[[Any], None]) -> None:
-        self._pending[marker.name], self._callbacks[marker.name] = marker, callback
-
-    def setPose(self, name: str, pose: PoseMessage) -> None:  # noqa: N802
-        self._pending[name].pose = pose
-
-    def clear(self) -> None:
-        self._pending = {}
-
-    def applyChanges(self) -> None:  # noqa: N802
-        self.shown = dict(self._pending)
-
-    def feed_back(self, event: int, frame: str = 'camera_link', height_m: float = -1.0) -> None:
-        """Say what RViz would while the mouse does something."""
-        self._callbacks[frame](InteractiveMarkerFeedback(
-            marker_name=frame, event_type=event, pose=PoseMessage(
-                Point(0.5, 0.0, height_m), Quaternion(0.0, 0.0, TURNED, TURNED))))
 
 
 class Stage:
@@ -49,9 +23,14 @@ class Stage:
     def __init__(self) -> None:
         self.dragged: List[Tuple[str, Pose]] = []
         self.topics: List[str] = []
-        self.server = Server()
+        self.server = MarkerServer()
         self.marker = PoseMarker(lambda frame, pose: self.dragged.append((frame, pose)),
                                  '/calibration', self._make_server)
+
+    def feed_back(self, event: int, frame: str = 'camera_link') -> None:
+        """Say what RViz would while the mouse does something."""
+        self.server.feed_back(event, frame, PoseMessage(
+            Point(0.5, 0.0, -1.0), Quaternion(0.0, 0.0, TURNED, TURNED)))
 
     def _make_server(self, topic: str) -> Any:
         self.topics.append(topic)
@@ -87,7 +66,7 @@ def test_a_marker_has_six_degrees_of_freedom(stage: Stage) -> None:
 
 
 def test_dragging_tells_the_pose(stage: Stage) -> None:
-    stage.server.feed_back(InteractiveMarkerFeedback.POSE_UPDATE)
+    stage.feed_back(InteractiveMarkerFeedback.POSE_UPDATE)
     (frame, pose), = stage.dragged
     assert (frame, pose.xyz) == ('camera_link', (0.5, 0.0, -1.0))
     assert pose.ypr == pytest.approx((math.pi / 2, 0.0, 0.0))
@@ -97,7 +76,7 @@ def test_dragging_tells_the_pose(stage: Stage) -> None:
     InteractiveMarkerFeedback.MOUSE_DOWN, InteractiveMarkerFeedback.MOUSE_UP,
     InteractiveMarkerFeedback.BUTTON_CLICK, InteractiveMarkerFeedback.KEEP_ALIVE])
 def test_only_dragging_does(stage: Stage, event: int) -> None:
-    stage.server.feed_back(event)
+    stage.feed_back(event)
     assert stage.dragged == []
 
 
@@ -112,8 +91,8 @@ def test_it_follows_what_is_set_and_says_nothing_then(stage: Stage) -> None:
 def test_another_frame_takes_its_place(stage: Stage) -> None:
     stage.marker.show('world', 'base', Pose())
     assert list(stage.server.shown) == ['base']
-    stage.server.feed_back(InteractiveMarkerFeedback.POSE_UPDATE)  # on its way since before
-    stage.server.feed_back(InteractiveMarkerFeedback.POSE_UPDATE, 'base')
+    stage.feed_back(InteractiveMarkerFeedback.POSE_UPDATE)  # on its way since before
+    stage.feed_back(InteractiveMarkerFeedback.POSE_UPDATE, 'base')
     assert [frame for frame, _ in stage.dragged] == ['base']
 
 

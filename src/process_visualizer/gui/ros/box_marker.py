@@ -33,9 +33,11 @@ class BoxMarker:
     box, in rospy's thread. Make only one in a process: it keeps its topics until the process ends.
     """
 
-    def __init__(self, on_dragged: Callable[[str, RegionOfInterest], None]) -> None:
+    def __init__(self, on_dragged: Callable[[str, RegionOfInterest], None],
+                 make_server: Callable[..., InteractiveMarkerServer] = InteractiveMarkerServer
+                 ) -> None:
         """The topics, which `PoseMarker` has too, are advertised with the first box."""
-        self._on_dragged = on_dragged
+        self._on_dragged, self._make_server = on_dragged, make_server
         self._server: Optional[InteractiveMarkerServer] = None
         self._shown: Optional[Tuple[str, RegionOfInterest]] = None
         self._lock = threading.RLock()  # the program's thread and rospy's
@@ -44,7 +46,7 @@ class BoxMarker:
         """Show the box of a device, instead of another one."""
         with self._lock:
             if self._server is None:
-                self._server = InteractiveMarkerServer(CALIBRATION_TOPIC, '/box')
+                self._server = self._make_server(CALIBRATION_TOPIC, '/box')
             self._server.clear()
             self._shown = device, region
             for handle, place in handle_places(region).items():
