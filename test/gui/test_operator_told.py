@@ -2,6 +2,7 @@
 """What nodes say reaches the operator: what is left out and why, and which tool the poses have."""
 from __future__ import annotations
 
+import math
 import shutil
 import threading
 from pathlib import Path
@@ -35,7 +36,7 @@ CELL = """<visualizer>
   </device>
 </visualizer>
 """
-ZERO_TEXT = 'its quaternion is zero, which is not a rotation'
+BAD_TEXT = 'it holds NaN or infinity'
 
 
 class Driver:
@@ -78,13 +79,12 @@ class Driver:
 
 
 def pose(place: Placement, is_wrong: bool) -> PoseStamped:
-    """Return the message of a pose, without a rotation if it is a wrong one."""
+    """Return the message of a pose, with NaN for its rotation if it is a wrong one."""
     message = PoseStamped()
     message.header.stamp = rospy.Time.now()
     at, turn = message.pose.position, message.pose.orientation
     at.x, at.y, at.z = place.position
-    if not is_wrong:
-        turn.x, turn.y, turn.z, turn.w = place.quaternion
+    turn.x, turn.y, turn.z, turn.w = (math.nan,) * 4 if is_wrong else place.quaternion
     return message
 
 
@@ -129,7 +129,7 @@ def launch(operator: Operator, config: Path) -> None:
 
 
 def a_message_is_left_out_and_why(operator: Operator) -> None:
-    operator.wait(lambda: ZERO_TEXT in told(operator), 'the warning',
+    operator.wait(lambda: BAD_TEXT in told(operator), 'the warning',
                   instead=lambda: told(operator))
     row = devices(operator).topLevelItem(0)
     # at the beginning there may be one more, of what has not come yet
@@ -137,7 +137,7 @@ def a_message_is_left_out_and_why(operator: Operator) -> None:
                   instead=lambda: f'{row.text(1)}: {told(operator)}')
     QTest.mouseClick(devices(operator).viewport(), Qt.LeftButton,
                      pos=devices(operator).visualItemRect(row).center() + _right(operator))
-    operator.wait(lambda: ZERO_TEXT in warnings_text(operator), 'all of it')
+    operator.wait(lambda: BAD_TEXT in warnings_text(operator), 'all of it')
     assert '/arm/robot_proc, warning, ' in warnings_text(operator)
 
 
@@ -152,9 +152,9 @@ def _right(operator: Operator) -> Any:
 
 
 def what_is_mended_goes_away(operator: Operator) -> None:
-    operator.wait(lambda: ZERO_TEXT not in told(operator), 'it has gone',
+    operator.wait(lambda: BAD_TEXT not in told(operator), 'it has gone',
                   instead=lambda: told(operator))
-    assert ZERO_TEXT not in warnings_text(operator)
+    assert BAD_TEXT not in warnings_text(operator)
     operator.widget('warnings').close()
 
 

@@ -47,13 +47,15 @@ ROBOTS = {
     'array': robot_parameters('array', 'left_tip', ''),
     # the tool's frame is a link of the model: the driver sends nothing of it
     'link': robot_parameters('joints', 'left_tool'),
+    # as of most makers: the driver sends joints, and no pose of the tool
+    'only': robot_parameters('joints', {}),
     # poses in the frame of a link that a joint moves
     'cart': robot_parameters('joints', {'name': '/driver/pose'}),
     # behind a link by the name that it has without the prefix
     'bare': robot_parameters('joints', 'bare_tip'),
     # behind a link by a name with a prefix that the model lacks
     'odd': robot_parameters('joints', 'odd_tip', '')}
-PLACED = ('tip', 'array', 'link', 'cart', 'bare')
+PLACED = ('tip', 'array', 'link', 'cart', 'bare', 'only')
 
 
 def axis(time_s: float) -> float:
@@ -171,7 +173,7 @@ def test_after_seeks_and_steps(hand: Callable[..., Hand], name: str) -> None:
 
 
 @pytest.mark.parametrize('rate, begin_s', [(1.0, 1.0), (-1.0, 7.5), (4.0, 0.5), (0.25, 3.0)])
-@pytest.mark.parametrize('name', ['tip', 'array', 'link', 'cart'])
+@pytest.mark.parametrize('name', ['tip', 'array', 'link', 'cart', 'only'])
 def test_when_it_is_paused_while_it_plays(hand: Callable[..., Hand], name: str, rate: float,
                                           begin_s: float) -> None:
     stage = hand(name)

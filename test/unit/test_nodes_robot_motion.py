@@ -6,8 +6,10 @@ from typing import Any, Dict, List
 
 import numpy as np
 import pytest
+from geometry_msgs.msg import WrenchStamped
 from robot_stage import MODELS, RobotStage, array, direction, moving_tool, transform
 from sensor_msgs.msg import JointState
+from simulated_node import any_message
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker
 
@@ -140,6 +142,28 @@ def test_joint_states_that_come_again_end_the_text(robot: RobotStage) -> None:
     assert robot.markers()['joints', 1].action == Marker.DELETE
 
 
+def test_arrows_are_drawn_with_the_joint_states_that_move_the_drawn_robot(robot: RobotStage
+                                                                          ) -> None:
+    drive, drawn = moving_tool(robot, '/r/tcf', (0.0, 0.1, 0.0)), {'poses': 0, 'joints': 0}
+    robot.run(0.5, drive)
+    for step in range(200):
+        for name, send in (('poses', lambda: drive(0.5 + 0.008 * step)),
+                           ('joints', lambda: joints(robot, 0.1, 0.2))):
+            robot.node.advance(0.004)
+            robot.forget()
+            send()
+            drawn[name] += len(robot.arrays)
+    assert drawn['poses'] <= 1  # before the first joint states
+    assert drawn['joints'] > 40
+
+
+def test_the_last_poses_before_a_driver_stops_count(robot: RobotStage) -> None:
+    """Poses wait to see what follows, but not for ever."""
+    robot.run(0.2, moving_tool(robot, '/r/tcf', (0.0, 0.1, 0.0)), hz=10.0)
+    robot.node.advance(0.3)
+    assert robot.text() == 'v 0.100 m/s'
+
+
 def test_arrow_and_tool_are_at_one_place_at_every_moment(robot: RobotStage) -> None:
     model = Kinematics((MODELS / 'robot.urdf').read_text())
     distances_m = []
@@ -180,3 +204,43 @@ def test_playback_rate_scales_the_time_while_it_changes(robot: RobotStage) -> No
         robot.node.params['/process_visualizer/playback_rate'] = rate
         robot.run(1.5, drive)
         assert robot.velocity()[1] == pytest.approx(0.1 / rate, abs=1e-4)
+
+
+JOINTS_ONLY = {'force_frame': 'r/force', 'topics': {'joint_states': {'name': '/r/q_act'},
+                                                    'force_sensor': {'name': '/ft/ft'}}}
+
+
+@pytest.mark.parametrize('hz', [125.0, 30.0])
+def test_a_driver_without_poses_has_velocity_and_force_at_the_tool_of_the_model(hz: float) -> None:
+    """The joints come one by one: 0.5 rad/s at 0.6 m, and the slide stands still."""
+    robot = RobotStage(JOINTS_ONLY, model='robot.urdf')
+
+    def drive(time_s: float) -> None:
+        for name, position in (('r/slide', 0.1), ('r/turn', 0.5 * time_s)):
+            state = JointState(name=[name], position=[position])
+            state.header.stamp = robot.node.now()
+            robot.send('/r/joint_states', state)
+        wrench = WrenchStamped()
+        wrench.header.frame_id, wrench.wrench.force.z = 'r/link0', 9.0
+        robot.send('/ft/ft', wrench)
+    robot.run(2.0, drive, hz=hz)
+    speeds = np.linalg.norm(robot.velocities(10), axis=1)
+    np.testing.assert_allclose(speeds, 0.3, rtol=0.01)
+    markers = robot.markers()
+    assert (robot.speed(), robot.text('force')) == (0.3, 'F 9.0 N')
+    for name in ('velocity', 'force'):
+        assert (markers[name, 0].header.frame_id, markers[name, 0].frame_locked) == ('r/tool', True)
+    assert robot.warnings() == []
+    robot.node.advance(2.0)
+    assert 'v no data for' in robot.text()
+
+
+def test_two_publishers_that_contradict_each_other_are_named(robot: RobotStage) -> None:
+    def drive(_time_s: float) -> None:
+        for publisher, place in (('/driver', 0.5), ('/simulator', 0.0)):
+            message = any_message(array(place, 0.0, 0.3, 0.0, 0.0, 0.0))
+            message._connection_header['callerid'] = publisher
+            robot.send('/r/tcf', message)
+    robot.run(1.0, drive)
+    assert robot.warnings('/r/tcf', '2 nodes publish on this topic, /driver, /simulator')
+    assert robot.reports('2 nodes publish')

@@ -11,7 +11,6 @@ from typing import Dict, Iterator, Set
 REPOSITORY = Path(__file__).resolve().parents[2]
 PACKAGE = REPOSITORY / 'src' / 'process_visualizer'
 FOREIGN = 'ros1_packages'  # stands for a package of ROS 2, and has its name
-MOST_FILES = 22
 
 Rooms = Dict[str, Set[str]]
 ROW = re.compile(r'^\| `([a-z/]+)` \|[^|]*\| ([^|]*) \|$', re.MULTILINE)
@@ -59,13 +58,6 @@ def test_each_room_imports_only_those_above_it() -> None:
     for name, others in rooms_of_the_document().items():
         assert others <= above, name
         above.add(name)
-
-
-def test_no_room_is_a_warehouse() -> None:
-    counts: Dict[str, int] = defaultdict(int)
-    for path in modules():
-        counts[room(path)] += path.name != '__init__.py'
-    assert {name: count for name, count in counts.items() if count > MOST_FILES} == {}
 
 
 def test_each_file_that_the_document_names_exists() -> None:

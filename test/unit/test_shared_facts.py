@@ -52,7 +52,7 @@ def test_the_player_that_sensor_fit_asks() -> None:
 
 
 def test_types_and_parameter_that_joint_proc_reads() -> None:
-    file = 'joints/joint_processor.cpp'
+    file = 'joints/joint_message.cpp'
     assert constant(file, 'kArray') == f'"{FLOAT_ARRAY}"'
     assert constant(file, 'kJointState') == f'"{JOINT_STATE}"'
     assert f'"~{JOINT_OFFSETS[len(JOINT_PROC) + 1:]}"' in (

@@ -144,10 +144,14 @@ class Kinematics:
 
     def moves(self, frame: str, other: str) -> bool:
         """Return whether a joint lies between two frames that are connected."""
+        return bool(self.joints_between(frame, other))
+
+    def joints_between(self, frame: str, other: str) -> List[str]:
+        """Return the names of the joints that move one frame in another that is connected."""
         root = self._common(frame, other)
-        return root is not None and any(
-            joint.kind != 'fixed' for end in (frame, other)
-            for joint in self._chain(end, root) or ())
+        return [] if root is None else [
+            joint.name for end in (frame, other) for joint in self._chain(end, root) or ()
+            if joint.kind != 'fixed']
 
     def _common(self, frame: str, other: str) -> Optional[str]:
         """Return the first frame that carries both, which may be one of them."""

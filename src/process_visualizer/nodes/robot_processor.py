@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 import sys
 import threading
-from typing import Any, Optional, Tuple
+from typing import Mapping, Optional, Tuple
 
 import rospy
 from geometry_msgs.msg import TwistStamped, Vector3, WrenchStamped
+from sensor_msgs.msg import JointState
 from visualization_msgs.msg import MarkerArray
 
 from process_visualizer.motion.joint_matching import JointMatching
@@ -40,6 +41,8 @@ ABOUT_RECORDING = 'recorded velocity'
 LOG_PERIOD_S = 30.0
 PATIENCE_S = 2.0  # before missing data is reported: static transforms may come later
 TICK_S = 0.1
+_EQUAL_N = 2.0  # so near, two publishers say the same
+_GROUPS = 20  # of joints, each in a message of its own
 CHAIN_S = 1.0  # within which all transforms of a chain come
 
 
@@ -79,11 +82,13 @@ class RobotProcessor:
         self._tool_velocity = node.publisher('tool_velocity', TwistStamped)
         self._tool_force = node.publisher('tool_force', WrenchStamped)
         self._markers = node.publisher('marker_array', MarkerArray, queue_size=1)
+        self._tool_by_joints = bool(parameters.joint_states.name and model.links
+                                    and not parameters.tool_center_frame.name)
         self._recorded = self._recording_of(parameters.tool_center_frame, model)
         self._twist = TwistSource(node, self._recorded, parameters.velocity_window_s,
                                   parameters.stale_after_s)
         if parameters.joint_states.name or model.links:
-            node.subscribe('joint_states', rospy.AnyMsg, self._on_joints, queue_size=1)
+            node.subscribe('joint_states', JointState, self._on_joints, queue_size=_GROUPS)
         self._input = ToolInput(node, parameters, self._complaints, self._on_tool_pose,
                                 self._on_static, self._base_frames, model)
         self._subscribe_force(parameters.force_sensor)
@@ -93,7 +98,7 @@ class RobotProcessor:
 
     def _recording_of(self, topic: TopicParameters,
                       model: Kinematics) -> Optional[RecordedMotion]:
-        if not topic.name:
+        if not topic.name and not self._tool_by_joints:
             return None
         preroll_s = CHAIN_S if TF_MESSAGE in (topic.message_type, '') else 0.0
         reader = RecordedReader(
@@ -105,19 +110,36 @@ class RobotProcessor:
     def _subscribe_force(self, topic: TopicParameters) -> None:
         if topic.name:
             TopicReader(self._node, self._complaints, topic.name, topic.message_type,
-                        WRENCH_DECODERS, self._on_wrench)
+                        WRENCH_DECODERS, self._on_wrench, lambda wrench: wrench.force, _EQUAL_N)
 
-    def _on_joints(self, message: Any) -> None:
-        """Draw with the joint states that move the drawn robot: arrows turn with it."""
+    def _on_joints(self, state: JointState) -> None:
+        """Draw with the joint states that move the drawn robot: arrows turn with it.
+
+        They are those of joint_proc, which may have a part of the joints.
+        """
         now_s = self._node.ros_s()
-        self._base_frames.take_joints(message._buff)
+        positions, stamp_s = dict(zip(state.name, state.position)), state.header.stamp.to_sec()
+        self._base_frames.take_joints(stamp_s, positions)
         with self._lock:
             self._joints_time_s = self._playback.clock.data_time_s(now_s)
             self._joints_s = now_s
-            self._tool.take_joints(message._buff)
+            self._tool.take_joints(positions)
             self._came_s = self._node.wall_s()
+            if self._tool_by_joints:
+                self._take_tool_of_joints(positions, stamp_s, now_s)
             if not self._shows_position():
                 self._draw(now_s, early_s=0.5 / self._parameters.marker_rate_hz)
+
+    def _take_tool_of_joints(self, positions: Mapping[str, float], stamp_s: float,
+                             now_s: float) -> None:
+        """Take the tool's pose that the model has; of groups with one stamp, the first counts."""
+        pose = self._tool.pose_of_joints(positions, stamp_s)
+        if pose is None or (self._pose is not None and self._pose.stamp_s == stamp_s):
+            return
+        self._twist.add(pose, now_s)
+        self._pose, self._pose_time_s = pose, self._playback.clock.data_time_s(now_s)
+        if not self._shows_position():
+            self._publish_velocity()
 
     def _joints_age_s(self, data_s: float) -> Optional[float]:
         """Return how long no joint states have come; None if there are none."""
@@ -245,7 +267,8 @@ class RobotProcessor:
         oldest_s = data_s - self._parameters.stale_after_s
         is_fresh = self._pose_time_s > oldest_s and (self._joints_time_s or 0.0) > oldest_s
         place = self._tool.place(self._pose, is_fresh)
-        self._frames.want(place.frame, self._parameters.tool_center_frame.name)
+        self._frames.want(place.frame, self._parameters.tool_center_frame.name
+                          or self._parameters.joint_states.name)
         time_s = data_s - shown.age_s if self._twist.is_recorded else self._pose_time_s
         return ToolMotion(place, shown.velocity, time_s)
 

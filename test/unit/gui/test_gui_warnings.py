@@ -24,7 +24,7 @@ from process_visualizer.launching.node_state import NodeReport, NodeState
 from process_visualizer.launching.part_report import PartReport, PartState
 
 ARM = Device(DeviceType.ROBOT, 'arm', Location('cell.xml', 1))
-ZERO = 'a message on /arm/tcf is left out: its quaternion is zero, which is not a rotation'
+ZERO = 'a message on /arm/tcf is left out: it holds NaN or infinity'
 SHORT = '1 warning: click to read'
 
 

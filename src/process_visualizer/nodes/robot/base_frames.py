@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import threading
 from dataclasses import replace
-from typing import Any, Callable, Dict, Optional, Tuple
+from typing import Any, Callable, Dict, Mapping, Optional, Tuple
 
-import genpy
 import rospy
-from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 
 from process_visualizer.motion.frame_names import meant_frame
@@ -53,16 +51,11 @@ class BaseFrames:
         return meant_frame(frame, self._model.links, self._parameters.robot_name,
                            self._parameters.link_prefix)
 
-    def take_joints(self, message: bytes) -> None:
-        """Note a received sensor_msgs/JointState; it is read only if a joint matters."""
-        if not self.follows_joints:
-            return
-        try:
-            state = deserialize(JointState, message)
-        except genpy.DeserializationError:  # not from the joint processor, which checks its own
-            return
-        with self._lock:
-            self._joints.add(state.header.stamp.to_sec(), dict(zip(state.name, state.position)))
+    def take_joints(self, stamp_s: float, positions: Mapping[str, float]) -> None:
+        """Note positions [rad or m] of joints, if one matters."""
+        if self.follows_joints:
+            with self._lock:
+                self._joints.add(stamp_s, positions)
 
     def in_base(self, pose: ToolPose, joints: Optional[JointHistory] = None) -> ToolPose:
         """Return a pose in the base frame.

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import threading
-from typing import Any, Callable, Dict, Generic, Optional, TypeVar
+from typing import Any, Callable, Dict, Generic, Optional, Sequence, TypeVar
 
 import genpy
 import rospy
 
+from process_visualizer.motion.source_conflict import SourceConflict
 from process_visualizer.motion.time_watch import TimeWatch
 from process_visualizer.nodes.common.complaints import Complaints
 from process_visualizer.nodes.common.node_handle import NodeHandle
@@ -31,7 +32,9 @@ class TopicReader(Generic[Quantity]):
 
     def __init__(self, node: NodeHandle, complaints: Complaints, topic: str, message_type: str,
                  decoders: Dict[str, Decoder[Quantity]],
-                 callback: Callable[[Quantity], None]) -> None:
+                 callback: Callable[[Quantity], None],
+                 numbers: Optional[Callable[[Quantity], Sequence[float]]] = None,
+                 equal: float = 0.0) -> None:
         """Subscribe.
 
         Args:
@@ -44,6 +47,8 @@ class TopicReader(Generic[Quantity]):
             (with the problem) for content that cannot be used.
             callback: called in the thread of the subscription; may raise ValueError likewise, or
                 DoubtfulMessage when it has used the content nevertheless.
+            numbers: the values by which publishers that contradict each other are noticed.
+            equal: see SourceConflict.
         """
         self._node, self._complaints = node, complaints
         self._topic = node.resolve(topic)
@@ -52,13 +57,16 @@ class TopicReader(Generic[Quantity]):
         self._callback = callback
         self._lock = threading.Lock()  # two publishers of a topic are two threads
         self._time_watch = TimeWatch()
+        self._numbers, self._conflict = numbers, SourceConflict(equal)
         node.subscribe(topic, rospy.AnyMsg, self._receive)
 
     def _receive(self, message: rospy.AnyMsg) -> None:
         with self._lock:
             try:
-                self._callback(self._decode(message))
+                quantity = self._decode(message)
+                self._callback(quantity)
                 self._watch_time()
+                self._watch_publishers(quantity, message._connection_header.get('callerid', ''))
                 self._complaints.note_good(self._topic)
             except ValueError as error:
                 self._warn(f'is left out: {error}')
@@ -69,6 +77,13 @@ class TopicReader(Generic[Quantity]):
         problem = self._time_watch.problem(self._node.ros_s(), self._node.monotonic_s())
         if problem:
             raise DoubtfulMessage(problem)
+
+    def _watch_publishers(self, quantity: Quantity, publisher: str) -> None:
+        if self._numbers is not None:
+            problem = self._conflict.add(publisher, self._numbers(quantity),
+                                         self._node.monotonic_s())
+            if problem:
+                raise DoubtfulMessage(problem)
 
     def _decode(self, message: Any) -> Quantity:
         carried: str = message._connection_header['type']

@@ -53,12 +53,13 @@ class RecordedReader:
 
         Args:
             node: its connection to ROS.
-            topic: the topic of the poses.
+            topic: the topic of the poses; '' if joints and model give them.
             decoders: returns a new decoder of messages of a type, None for an unsupported one.
             joints: those of the robot, if they have a topic.
             preroll_s: how much a decoder receives before the wanted poses [s].
         """
-        self._node, self.topic = node, node.resolve(topic)
+        self._node, self._has_poses = node, bool(topic)
+        self.topic = node.resolve(topic or (joints.topic if joints else topic))
         self._decoders, self._joints, self._preroll_s = decoders, joints, preroll_s
         self._needs_joints = False
         self._service = node.connect(SERVICE, ReadTopic, _ANSWER_S)
@@ -70,8 +71,9 @@ class RecordedReader:
             ServiceUnreachable: the player does not answer.
         """
         reach = Part(max(part.begin_s - self._preroll_s, 0.0), part.end_s)
-        tool = self._messages(self.topic, reach)
-        reading = None if self._needs_joints else self._decoded(part, tool, None)
+        tool = self._messages(self.topic, reach) if self._has_poses else None
+        reading = None if self._needs_joints or not self._has_poses \
+            else self._decoded(part, tool, None)
         if self._joints is None or (reading is not None and not reading.problem):
             return reading
         topic = self._node.resolve(self._joints.topic)

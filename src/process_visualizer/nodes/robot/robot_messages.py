@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Dict, Sequence, Type
 
 import genpy
@@ -24,7 +24,7 @@ class ToolPose:
     """Pose of the tool in a frame ('' is the robot's base frame)."""
 
     position: Sequence[float]  # (3,) [m]
-    quaternion: Quaternion  # x y z w, not zero, of any length
+    quaternion: Quaternion = NO_ROTATION  # x y z w, not zero, of any length
     frame: str = ''
     stamp_s: float = 0.0  # when it was measured; 0: the message does not say
     has_rotation: bool = True  # False: the message holds a position only
@@ -44,11 +44,11 @@ def _pose_from_array(message: bytes) -> ToolPose:
     """Read x y z [m], and a rotation vector [rad] (Universal Robots) or a quaternion x y z w."""
     values = _finite(float32_values(message))
     if len(values) == 3:
-        return ToolPose(values, NO_ROTATION, has_rotation=False)
+        return ToolPose(values, has_rotation=False)
     if len(values) == 6:
         return ToolPose(values[:3], quaternion_from_rotation_vector(values[3:]))
     if len(values) == 7:
-        return ToolPose(values[:3], _not_zero(values[3:]))
+        return _with_rotation(ToolPose(values[:3]), values[3:])
     raise ValueError('3 values (x y z), 6 (with a rotation vector) or 7 (with a quaternion '
                      f'x y z w) are expected, not {len(values)}')
 
@@ -57,8 +57,9 @@ def _pose_from_pose_stamped(message: bytes) -> ToolPose:
     stamped = deserialize(PoseStamped, message)
     position, rotation = stamped.pose.position, stamped.pose.orientation
     quaternion = _finite((rotation.x, rotation.y, rotation.z, rotation.w))
-    return ToolPose(_finite(_numbers(position)), _not_zero(quaternion),
-                    stamped.header.frame_id.lstrip('/'), stamped.header.stamp.to_sec())
+    return _with_rotation(ToolPose(
+        _finite(_numbers(position)), frame=stamped.header.frame_id.lstrip('/'),
+        stamp_s=stamped.header.stamp.to_sec()), quaternion)
 
 
 def _wrench_from_array(message: bytes) -> Wrench:
@@ -102,8 +103,9 @@ def _finite(values: Sequence[float]) -> Sequence[float]:
     return values
 
 
-def _not_zero(quaternion: Sequence[float]) -> Quaternion:
+def _with_rotation(pose: ToolPose, quaternion: Sequence[float]) -> ToolPose:
+    """Return a pose with its rotation; drivers that know only the position leave that zero."""
     if max(map(abs, quaternion)) < 1e-6:
-        raise ValueError('its quaternion is zero, which is not a rotation')
+        return replace(pose, has_rotation=False)
     x, y, z, w = quaternion
-    return x, y, z, w
+    return replace(pose, quaternion=(x, y, z, w))

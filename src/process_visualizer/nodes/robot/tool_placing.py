@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Dict, Optional
+from typing import Any, Dict, Mapping, Optional
 
-import genpy
 import rospy
-from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 
 from process_visualizer.motion.kinematics import Kinematics, Placement
@@ -46,7 +44,6 @@ class ToolPlacer:
         self._node, self._complaints = node, complaints
         self._parameters = parameters
         self._kinematics = kinematics
-        self._joint_states = b''
         self._positions: Dict[str, float] = {}
         self._difference = ToolDifference()
         self._speed_m_per_s = self._turning_rad_per_s = 0.0
@@ -56,9 +53,23 @@ class ToolPlacer:
         if kinematics.links and parameters.tool_frame not in kinematics.links:
             self._node.subscribe(STATIC_TF_TOPIC, rospy.AnyMsg, self._on_static)
 
-    def take_joints(self, message: bytes) -> None:
-        """Note a received sensor_msgs/JointState."""
-        self._joint_states = message
+    def take_joints(self, positions: Mapping[str, float]) -> None:
+        """Note positions [rad or m] of some joints."""
+        self._positions.update(positions)
+
+    def pose_of_joints(self, positions: Mapping[str, float], stamp_s: float) -> Optional[ToolPose]:
+        """Return where the model has the tool; None if these joints do not move it.
+
+        Args:
+            positions: those that have just come; the others are where they were.
+            stamp_s: when they were measured.
+        """
+        frame, base = self._parameters.tool_frame, self._parameters.base_frame
+        if positions.keys().isdisjoint(self._kinematics.joints_between(frame, base)):
+            return None
+        place = self._model_placement()
+        return None if place is None else ToolPose(place.position, place.quaternion,
+                                                   stamp_s=stamp_s, child_frame=frame)
 
     def place(self, pose: ToolPose, is_fresh: bool) -> ToolPlace:
         """Return where to draw the arrows of a tool.
@@ -145,18 +156,8 @@ class ToolPlacer:
                 f'{foot}. If another frame is meant, name it in <tool>')
 
     def _model_placement(self) -> Optional[Placement]:
-        if self._joint_states:
-            state = self._decoded(self._joint_states)
-            self._joint_states = b''
-            self._positions.update(zip(state.name, state.position))
         return self._kinematics.placement(self._parameters.tool_frame,
                                           self._parameters.base_frame, self._positions)
-
-    def _decoded(self, message: bytes) -> Any:
-        try:
-            return deserialize(JointState, message)
-        except genpy.DeserializationError:  # not from the joint processor, which checks its own
-            return JointState()
 
     def _on_static(self, message: Any) -> None:
         if message._connection_header['type'] != TF_MESSAGE:
