@@ -158,10 +158,11 @@ def test_between_runs_there_is_none(cell: Cell) -> None:
     assert cell.phases[-1].known and cell.markers
 
 
-def test_the_deviation_is_shown(cell: Cell) -> None:
+def test_the_deviation_is_shown_also_if_joints_come_in_parts(cell: Cell) -> None:
     cell.follow(REFERENCE)
     cell.begin()
     cell.send(-0.01, 1.0)
+    cell.node.send('/arm/joint_states', JointState(name=['other'], position=[1.0]))
     cell.node.advance(0.3)
     assert any(it.text.startswith('Δ') for it in cell.markers)
 
@@ -196,11 +197,14 @@ def test_it_may_be_followed_without_being_drawn(cell: Cell) -> None:
 
 
 def test_nothing_is_said_after_the_end_of_following(cell: Cell) -> None:
-    cell.follow(REFERENCE)
+    odd = ProcessEvent('odd', '/odd', 'no_field', 0.0, True, 0.0, HERE)
+    cell.follow(REFERENCE._replace(events=(*REFERENCE.events, ReferenceEvent(odd, ()))))
     cell.begin()
     assert cell.markers
     cell.follow(LiveReference(()))
     cell.phases.clear()
+    cell.node.send('/odd', Float64(1.0))
+    assert cell.node.log == []  # nobody looks at it any longer
     cell.send(0.0, 0.0)
     cell.send(0.0, 1.0)
     cell.node.advance(1.0)

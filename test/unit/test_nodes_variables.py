@@ -286,6 +286,8 @@ def test_bad_message_leaves_the_last_good_state(message: Any, problem: str) -> N
     display.wait(0.5)
     assert {it.key: it.value for it in display.reports()[-1].values}['messages'] == '5'
     assert display.shown(Float32(0.25)) == 'v 0.25 m/s'
+    display.wait(4.0)
+    assert display.reports()[-1].level == DiagnosticStatus.OK
 
 
 def test_wrong_field_is_named_with_what_there_is() -> None:
