@@ -29,6 +29,7 @@ from process_visualizer.srv import (
 )
 
 PLAIN = PlayerSettings()
+_ROUNDING_S = 1e-9  # of times that are sums
 _ANSWER_S = 60.0  # in which the engine's thread must have come to its next wait
 
 
@@ -84,6 +85,7 @@ class SimulatedPlayer:
         while not self.player.has_ended and self.node.now_s < 60.0 + self.publishers.begin_s:
             self.node.advance(0.1)
         assert self.player.has_ended
+        self.publishers.wait_until_sent(0.0)
 
     # What it has published.
 
@@ -233,7 +235,8 @@ class SimulatedPublishers:
     def wait_until_sent(self, _timeout_s: float) -> bool:
         """See BagPublishers."""
         if self._given:
-            self._node.advance(max(self._given[-1].due_ns / NS_PER_S - self._node.now_s, 0.0))
+            left_s = self._given[-1].due_ns / NS_PER_S - self._node.now_s
+            self._node.advance(max(left_s, 0.0) + _ROUNDING_S)
         return True
 
     def close(self) -> None:

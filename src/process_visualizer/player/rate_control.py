@@ -11,6 +11,7 @@ import rospy
 from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.playback.timeline import NS_PER_S
 
+_WARNING_PERIOD_S = 10.0
 _STAMP = struct.Struct('<4xII')  # behind the sequence number
 _BEGINS_WITH_HEADER = re.compile(r'(?:\s*(?:#[^\n]*)?\n)*\s*(?:std_msgs/|roslib/)?Header\s')
 
@@ -31,17 +32,24 @@ class RateControl:
         self._topic = topic
         self._bag_ns_of = bag_ns_of
         self._heard = heard
+        self._node, self._warns_from_s = node, 0.0
         node.subscribe(topic, rospy.AnyMsg, self._receive, queue_size=10)
 
     def _receive(self, message: rospy.AnyMsg) -> None:
         if not begins_with_header(message._connection_header.get('message_definition', '')):
-            rospy.logwarn_throttle(10.0, f'{self._topic} cannot control the rate: its messages do '
-                                         'not begin with a header')
+            self._warn()
             return
         seconds, nanoseconds = _STAMP.unpack_from(message._buff)
         bag_ns = self._bag_ns_of(seconds * NS_PER_S + nanoseconds)
         if bag_ns is not None:
             self._heard(bag_ns)
+
+    def _warn(self) -> None:
+        now_s = self._node.monotonic_s()
+        if now_s >= self._warns_from_s:
+            self._warns_from_s = now_s + _WARNING_PERIOD_S
+            self._node.warn(f'{self._topic} cannot control the rate: its messages do not begin '
+                            'with a header')
 
 
 def begins_with_header(definition: str) -> bool:

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A recording of one second, and the real player that plays it on a simulated clock."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Callable, Iterator, List
+
+import pytest
+from recorded_rows import cell_rows, write_bag
+from simulated_node import SimulatedNode
+from simulated_player import SimulatedPlayer
+
+
+@pytest.fixture(scope='session')
+def cell_bag(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """A bag of one second, in which a number is the time."""
+    return write_bag(tmp_path_factory.mktemp('bags') / 'cell.bag', cell_rows())
+
+
+@pytest.fixture
+def bag_of(tmp_path: Path) -> Callable[..., str]:
+    """Write messages into a bag; returns its path."""
+    def write(rows: Any, name: str = 'a.bag', **options: Any) -> str:
+        return write_bag(tmp_path / name, rows, **options)
+    return write
+
+
+@pytest.fixture
+def play() -> Iterator[Callable[..., SimulatedPlayer]]:
+    """Start a player in a time of its own; see SimulatedPlayer."""
+    players: List[SimulatedPlayer] = []
+
+    def start(*bags: str, **options: Any) -> SimulatedPlayer:
+        players.append(SimulatedPlayer(SimulatedNode('/viewer'), *bags, **options))
+        return players[-1]
+
+    yield start
+    for player in players:
+        player.close()
