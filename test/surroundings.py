@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
+import random
 import signal
 import socket
 import subprocess
 import time
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Callable, Iterator
+from typing import Callable, Iterator, List, Sequence, Set
 
 SOFTWARE_GRAPHICS = {'LIBGL_ALWAYS_SOFTWARE': '1', 'QT_X11_NO_MITSHM': '1'}
 """The environment of programs that draw on a virtual screen."""
@@ -27,11 +28,26 @@ def wait_until(condition: Callable[[], bool], what: str, timeout_s: float = PATI
         time.sleep(_PERIOD_S)
 
 
+_PORTS = range(20_000, 32_000)  # not those that systems give to whoever asks for any
+_taken: List[socket.socket] = []
+
+
 def free_port() -> int:
-    """A port at which nobody listens."""
-    with socket.socket() as probe:
-        probe.bind(('', 0))
-        return int(probe.getsockname()[1])
+    """A port at which nobody listens; as long as this process lives no other test run takes it."""
+    for _ in _PORTS:
+        port = random.choice(_PORTS)
+        mark, probe = socket.socket(socket.AF_UNIX), socket.socket()
+        try:
+            mark.bind(f'\0process_visualizer test port {port}')  # goes with this process
+            probe.bind(('', port))
+        except OSError:
+            mark.close()
+        else:
+            _taken.append(mark)
+            return port
+        finally:
+            probe.close()
+    raise AssertionError('no port is free')
 
 
 @contextmanager
@@ -44,10 +60,47 @@ def virtual_screen() -> Iterator[str]:
     os.close(writer)
     try:
         with os.fdopen(reader) as numbers:
-            yield ':' + numbers.readline().strip()
+            number = numbers.readline().strip()
+        assert number, 'Xvfb has not started'
+        yield f':{number}'
     finally:
         process.terminate()
         process.wait()
+
+
+def marked_processes(mark: str) -> Set[str]:
+    """The processes, but this one, whose environment has ``NAME=value``: ids, command lines."""
+    found = set()
+    for path in Path('/proc').iterdir():
+        if path.name.isdigit() and int(path.name) != os.getpid():
+            command = _command(path, mark.encode())
+            if command:
+                found.add(f'{path.name} {command}')
+    return found
+
+
+def _command(path: Path, wanted: bytes) -> str:
+    try:
+        if wanted not in (path / 'environ').read_bytes().split(b'\0'):
+            return ''
+        return (path / 'cmdline').read_bytes().replace(b'\0', b' ').decode(errors='replace')
+    except OSError:
+        return ''
+
+
+def wait_until_alone(mark: str, besides: Sequence[str] = ()) -> None:
+    """Wait until all marked processes have ended; those with a word of ``besides`` may stay."""
+    def left() -> Set[str]:
+        return {it for it in marked_processes(mark) if not any(word in it for word in besides)}
+
+    wait_until(lambda: not left(), 'nothing is left', instead=left)
+
+
+def end_marked_processes(mark: str) -> None:
+    """Kill what a failed test has left."""
+    for it in marked_processes(mark):
+        with suppress(ProcessLookupError):
+            os.kill(int(it.split()[0]), signal.SIGKILL)
 
 
 def hear_hangup() -> None:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Looks at a running simulated cell, as a program of its own; prints what it saw as JSON.
 
-usage: cell_observer.py objects SECONDS    what was found in the clouds of some time
+usage: cell_observer.py objects SECONDS    what was found in the clouds of so much time
        cell_observer.py fit CONFIG         Fit, from 20 mm and 2° beside the Kinect's place
        cell_observer.py played POSITIONS   what is found in a recording after jumps from playing to
                                            positions [s], and in all of it backwards
@@ -34,15 +34,21 @@ from process_visualizer.srv import SetFrame
 CLOUD = '/camera/depth_registered/points'
 OBJECTS = '/kinect/objects'
 SEWS_M_PER_S = 0.01
-TIMEOUT_S = 60.0
+TIMEOUT_S = 120.0
 
 
 def watched(seconds: float) -> Dict[str, object]:
     """Return the number of clouds, and of each object its places and sizes when it was seen."""
     arrays: List[DetectedObjects] = []
-    rospy.wait_for_message(OBJECTS, DetectedObjects, TIMEOUT_S)
-    subscriber = rospy.Subscriber(OBJECTS, DetectedObjects, arrays.append)
-    threading.Event().wait(seconds)
+    is_over = threading.Event()
+
+    def take(array: DetectedObjects) -> None:
+        arrays.append(array)
+        if (array.header.stamp - arrays[0].header.stamp).to_sec() > seconds:
+            is_over.set()
+
+    subscriber = rospy.Subscriber(OBJECTS, DetectedObjects, take)
+    assert is_over.wait(seconds + TIMEOUT_S)
     subscriber.unregister()
     found: Dict[int, List[object]] = {}
     for it in [it for array in arrays for it in array.objects if it.is_seen]:

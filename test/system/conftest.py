@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Dict, Iterator
 
 import pytest
-from running import CellRun, end_marked_processes
-from surroundings import SOFTWARE_GRAPHICS, free_port, virtual_screen
+from running import CellRun
+from surroundings import SOFTWARE_GRAPHICS, end_marked_processes, free_port, virtual_screen
 
 from process_visualizer.launching.ros_master import RosMaster
 

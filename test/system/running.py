@@ -2,22 +2,16 @@
 """Runs the command ``cell`` as a user would, and looks at what it leaves behind."""
 from __future__ import annotations
 
-import os
 import signal
 import subprocess
 import threading
-import time
-from pathlib import Path
 from typing import Dict, List, Optional, Sequence
 
 from roslib.packages import find_node
-from surroundings import hear_hangup
+from surroundings import PATIENCE_S, hear_hangup
 
 CELL = find_node('process_visualizer', 'cell')[0]
 """The command `cell`; rosrun would search for it for a second each time."""
-SOON_S = 10.0
-"""For what has been ended to be gone on a busy machine; roslaunch waits for 15 s for a node."""
-_PERIOD_S = 0.1
 
 
 class CellRun:
@@ -40,7 +34,7 @@ class CellRun:
         with self._changed:
             return ''.join(self._lines)
 
-    def wait_for_line(self, part: str, timeout_s: float = 40.0) -> str:
+    def wait_for_line(self, part: str, timeout_s: float = PATIENCE_S) -> str:
         """Wait for a line that contains the part; returns it, or fails with all lines."""
         def found() -> Optional[str]:
             return next((line for line in self._lines if part in line), None)
@@ -50,12 +44,12 @@ class CellRun:
             assert line is not None, f'no line with "{part}" in:\n' + ''.join(self._lines)
             return str(line)
 
-    def signal_and_wait(self, number: int, timeout_s: float = 40.0) -> int:
+    def signal_and_wait(self, number: int, timeout_s: float = PATIENCE_S) -> int:
         """Send a signal and wait for the end; returns the exit code."""
         self.process.send_signal(number)
         return self.wait(timeout_s)
 
-    def wait(self, timeout_s: float = 40.0) -> int:
+    def wait(self, timeout_s: float = PATIENCE_S) -> int:
         """Wait for the end; returns the exit code."""
         code = self.process.wait(timeout_s)
         self._reader.join(timeout_s)
@@ -76,51 +70,5 @@ class CellRun:
 
 def run_command(environment: Dict[str, str], *command: str) -> 'subprocess.CompletedProcess[str]':
     """Run a command to its end, with its output as text."""
-    return subprocess.run(command, env=environment, stdout=subprocess.PIPE,
-                          stderr=subprocess.STDOUT, text=True, timeout=150, check=False)
-
-
-def marked_processes(mark: str) -> List[str]:
-    """The command lines of the processes whose environment has ``NAME=value``."""
-    found = []
-    for path in Path('/proc').iterdir():
-        if path.name.isdigit() and int(path.name) != os.getpid():
-            command = _marked_command(path, mark.encode())
-            if command:
-                found.append(command)
-    return found
-
-
-def _marked_command(path: Path, mark: bytes) -> str:
-    try:
-        if mark not in (path / 'environ').read_bytes().split(b'\0'):
-            return ''
-        return (path / 'cmdline').read_bytes().replace(b'\0', b' ').decode()
-    except OSError:
-        return ''
-
-
-def wait_until_alone(mark: str, timeout_s: float = 40.0, besides: Sequence[str] = ()) -> List[str]:
-    """Wait until no marked process is left; returns those that are still there.
-
-    Those with one of the words ``besides`` in their command lines may stay.
-    """
-    def left() -> List[str]:
-        return [command for command in marked_processes(mark)
-                if not any(word in command for word in besides)]
-
-    deadline = time.monotonic() + timeout_s
-    while left() and time.monotonic() < deadline:
-        time.sleep(_PERIOD_S)
-    return left()
-
-
-def end_marked_processes(mark: str) -> None:
-    """Kill what a failed test has left."""
-    for path in Path('/proc').iterdir():
-        if path.name.isdigit() and int(path.name) != os.getpid() \
-                and _marked_command(path, mark.encode()):
-            try:
-                os.kill(int(path.name), signal.SIGKILL)
-            except ProcessLookupError:
-                continue
+    return subprocess.run(command, env=environment, stdout=subprocess.PIPE, check=False,
+                          stderr=subprocess.STDOUT, text=True, timeout=2.0 * PATIENCE_S)

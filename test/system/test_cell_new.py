@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import signal
 import subprocess
-import time
 from pathlib import Path
-from typing import Callable, Dict, Iterator
+from typing import Callable, Dict, Iterator, Set
 
 import pytest
 import rosgraph
 from running import CELL, CellRun, run_command
+from surroundings import wait_until
 
 from process_visualizer.cell.model import TopicFunction
 from process_visualizer.cell.xml_parser import XmlParser
@@ -39,10 +39,10 @@ def drivers(master: RosMaster, ros_environment: Dict[str, str]) -> Iterator[None
 
 
 def wait_for_topics(*names: str) -> None:
-    deadline_s = time.monotonic() + 40.0
-    while not set(names) <= {name for name, _ in rosgraph.Master(CALLER_ID).getTopicTypes()}:
-        assert time.monotonic() < deadline_s, f'not all of {names} are there'
-        time.sleep(0.1)
+    def topics() -> Set[str]:
+        return {name for name, _ in rosgraph.Master(CALLER_ID).getTopicTypes()}
+
+    wait_until(lambda: set(names) <= topics(), f'all of {names}', instead=topics)
 
 
 def test_a_configuration_for_what_runs(drivers: None, ros_environment: Dict[str, str],

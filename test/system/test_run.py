@@ -6,7 +6,8 @@ import signal
 from pathlib import Path
 
 import pytest
-from running import SOON_S, CellRun, run_command, wait_until_alone
+from running import CellRun, run_command
+from surroundings import wait_until_alone
 
 ROBOT = '''
 <device type="robot" name="arm">
@@ -22,7 +23,7 @@ def test_a_signal_stops_everything(run_cell, write_config, mark, number):
     run.wait_for_line('/arm/robot_proc: running')
     run.wait_for_line('/arm/robot_state_publisher: running')
     assert run.signal_and_wait(number) == 0
-    assert wait_until_alone(mark, SOON_S) == []
+    wait_until_alone(mark)
 
 
 def test_nohup_is_respected(ros_environment, write_config):
@@ -42,19 +43,7 @@ def test_a_killed_run_leaves_nothing(run_cell, write_config, mark):
     run = run_cell(write_config(ROBOT), '--no-rviz')
     run.wait_for_line('/arm/robot_proc: running')
     run.signal_and_wait(signal.SIGKILL)
-    assert wait_until_alone(mark) == []
-
-
-def test_nodes_that_a_killed_roslaunch_leaves_are_ended(run_cell, write_config, mark,
-                                                       ros_environment):
-    run = run_cell(write_config(ROBOT), '--no-rviz')
-    run.wait_for_line('/arm/robot_proc: running')
-    killed = run_command(ros_environment, 'pkill', '-KILL', '-P', str(run.process.pid),
-                         '-f', 'roslaunch')
-    assert killed.returncode == 0
-    run.wait()
-    assert 'that roslaunch had left' in run.text
-    assert wait_until_alone(mark, SOON_S) == []
+    wait_until_alone(mark)
 
 
 def test_the_next_run_cleans_up_after_a_crash(run_cell, write_config, ros_environment, mark):
@@ -69,7 +58,7 @@ def test_the_next_run_cleans_up_after_a_crash(run_cell, write_config, ros_enviro
     second.wait_for_line('processes that a crashed run had left')
     second.wait_for_line('/cell_frames: running')
     assert second.signal_and_wait(signal.SIGINT) == 0
-    assert wait_until_alone(mark, SOON_S) == []
+    wait_until_alone(mark)
 
 
 def test_a_second_cell_is_refused_beside_the_first(run_cell, write_config):
@@ -91,51 +80,7 @@ def test_a_failed_required_node_ends_the_run(run_cell, write_config, mark):
     assert run.wait() == 1
     assert '/box/bad: ended with code' in run.text
     assert 'the required node /box/bad' in run.text
-    assert wait_until_alone(mark, SOON_S) == []
-
-
-def test_a_respawned_node_is_reported(run_cell, write_config):
-    node = ('<node pkg="process_visualizer" type="view_picture" name="bad" respawn="true" '
-            'respawn_delay="1" />')
-    run = run_cell(write_config(FRAMES.format(node)), '--no-rviz')
-    run.wait_for_line('/box/bad: ended with code')
-    run.wait_for_line('(restarted 1 time)')
-    assert run.signal_and_wait(signal.SIGINT) == 0
-
-
-def test_a_broken_configuration_starts_nothing(run_cell, write_config, mark):
-    run = run_cell(write_config('<device type="robt" name="a" />'), '--no-rviz')
-    assert run.wait() == 1
-    assert 'cell.xml:1: <device>: attribute "type": "robt" is not a valid value; did you mean ' \
-           '"robot"?' in run.text
-    assert 'starting' not in run.text and 'Traceback' not in run.text
-    assert wait_until_alone(mark, SOON_S) == []
-
-
-@pytest.mark.parametrize(('urdf', 'message'), [
-    ('<robot name="a"><link name="l"/><joint name="j" type="fixed"><parent link="l"/>'
-     '<child link="missing"/></joint></robot>', 'not a valid URDF'),
-    ('<robot name="a"><link name="l">', 'not well-formed XML'),
-])
-def test_a_broken_model_starts_nothing(run_cell, write_config, ros_environment, tmp_path, mark,
-                                       urdf, message):
-    package = tmp_path / 'models'
-    package.mkdir()
-    (package / 'package.xml').write_text(
-        '<package format="2"><name>models</name><version>0.0.0</version><description>x'
-        '</description><maintainer email="a@b.c">x</maintainer><license>BSD</license></package>')
-    (package / 'robot.urdf').write_text(urdf)
-    search = ros_environment['ROS_PACKAGE_PATH']
-    ros_environment['ROS_PACKAGE_PATH'] = f'{tmp_path}:{search}'
-    try:
-        run = run_cell(write_config('<device type="robot" name="a"><model pkg="models" '
-                                    'path="robot.urdf" /></device>'), '--no-rviz')
-        assert run.wait() == 1
-    finally:
-        ros_environment['ROS_PACKAGE_PATH'] = search
-    assert f'{package}/robot.urdf: {message}' in run.text
-    assert 'starting' not in run.text and 'Traceback' not in run.text
-    assert wait_until_alone(mark, SOON_S) == []
+    wait_until_alone(mark)
 
 
 def test_the_default_configuration_runs_without_the_driver(run_cell, mark):
@@ -148,4 +93,4 @@ def test_the_default_configuration_runs_without_the_driver(run_cell, mark):
     assert 'device "kinect": openni_live.launch: the node /camera/driver needs the package ' \
            '"openni_camera", which is not installed' in run.text
     assert run.signal_and_wait(signal.SIGINT) == 0
-    assert wait_until_alone(mark, SOON_S) == []
+    wait_until_alone(mark)

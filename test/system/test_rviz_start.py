@@ -8,12 +8,12 @@ from typing import Dict
 
 import pytest
 from slow_x_connection import SlowXConnection
+from surroundings import PATIENCE_S
 
 from process_visualizer.launching.ros_master import RosMaster
 
 VIEW = Path(__file__).parents[1] / 'ros' / 'display_status.rviz'
 LATE_S = 0.1
-WITHIN_S = 60.0
 
 
 @pytest.mark.parametrize('slow', [1, 2])
@@ -26,10 +26,10 @@ def test_rviz_starts_if_one_of_its_connections_is_slow(
     try:
         # Of the display that tells of the others, which does so after the first frame.
         subprocess.run(['rostopic', 'echo', '-n', '2', '/rviz/display_status'], check=True,
-                       env=ros_environment, stdout=subprocess.DEVNULL, timeout=WITHIN_S)
+                       env=ros_environment, stdout=subprocess.DEVNULL, timeout=PATIENCE_S)
         assert rviz.poll() is None
         assert connections.connections > slow
     finally:
         rviz.terminate()
-        rviz.wait(WITHIN_S)
+        rviz.wait(PATIENCE_S)
         connections.close()

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Iterator, List, Mapping, Optional
 
 import pytest
+from surroundings import PATIENCE_S
 
 from process_visualizer.generate.plan import Part
 from process_visualizer.launching.launched_part import LaunchedPart
@@ -37,7 +38,8 @@ class Launch:
         """Wait until it has this state."""
         with self._changed:
             assert self._changed.wait_for(
-                lambda: bool(self.reports) and self.reports[-1].state is state, 10), self.reports
+                lambda: bool(self.reports) and self.reports[-1].state is state,
+                PATIENCE_S), self.reports
             return self.reports[-1]
 
     def _take(self, report: PartReport) -> None:
