@@ -279,6 +279,10 @@ class SimulatedNode:
         self.advance(0.0)
         return answer
 
+    def listens(self, topic: str) -> bool:
+        """Whether the node has a subscription to a topic."""
+        return any(it.is_open for it in self._subscribers[self.resolve(topic)])
+
     def sent(self, topic: str) -> List[Any]:
         """Return all messages that the node has published on a topic; the list may be cleared."""
         return self._messages[self.resolve(topic)]

@@ -17,6 +17,7 @@ from tf2_msgs.msg import TFMessage
 from process_visualizer.motion.velocity.recorded_velocity import RecordedVelocity
 from process_visualizer.motion.velocity.speed_series import measuring_times, speeds
 from process_visualizer.player.bag_player import HEAD_START_NS
+from process_visualizer.srv import ReadTopicRequest
 
 LENGTH_MS, GAP_MS = 12_000, (8_000, 10_500)
 NEAR_M_PER_S = 2e-4  # what a print of a float32 position may make of a velocity
@@ -265,12 +266,68 @@ def test_data_is_not_stale_while_playback_is_paused_but_once_the_player_is_gone(
     assert shown.robot.text().startswith('v no data for ')
 
 
-def test_a_player_that_does_not_answer_is_named_now_and_then(shown: Shown) -> None:
+def test_what_comes_before_the_player_has_told_its_position_is_not_shown(shown: Shown) -> None:
+    """Messages of a jump may be faster than the state, in which its position is."""
+    shown.seek(4.0)
+    shown.check(4.0)
+    shown.robot.forget()
+    shown.robot.send('/n/tcf', array(*place(7000.0), 0.0, 0.0, 0.0))
+    assert not shown.robot.twists
+    assert not shown.robot.arrays
+
+
+def test_while_the_recording_is_read_nothing_is_drawn_and_then_no_old_number(
+        shown: Shown) -> None:
+    shown.seek(4.0)
+    shown.check(4.0)
     del shown.robot.node.offered['/bag_player/read']
-    shown.player.seek(4.0)
+    shown.seek(11.9)
+    shown.robot.node.advance(0.04)
+    assert not shown.robot.arrays  # it takes a moment only
+    shown.robot.node.advance(0.3)
+    assert not shown.robot.twists
+    assert shown.robot.text() == ''
+
+
+def test_a_static_transform_that_comes_later_gives_poses_their_meaning(
+        stage: Callable[..., Shown], tmp_path: Path) -> None:
+    shown = stage('t', played=write_bag(tmp_path / 'tf.bag', [
+        row for row in rows() if row.topic == '/tf']))
+    shown.seek(4.0)
     shown.robot.node.advance(0.5)
-    assert shown.robot.node.log == []  # it may just have ended
-    shown.robot.node.advance(4.0)
+    assert not shown.robot.twists
+    shown.robot.send('/tf_static', TFMessage([transform('t/flange', 't/tip', 0.0, 0.25, 0.0, 0.0)]))
+    shown.robot.node.advance(3.0)  # the player repeats the scene
+    before, after = (np.array(place(1000 * (4.0 + by))) for by in (-0.05, 0.05))
+    np.testing.assert_allclose(shown.robot.velocity()[:2], (after - before)[:2] / 0.1, atol=0.005)
+
+
+def test_what_does_not_fit_into_an_answer_is_asked_for_again(shown: Shown) -> None:
+    offered = shown.robot.node.offered
+    service = offered['/bag_player/read']
+    offered['/bag_player/read'] = lambda request: service(ReadTopicRequest(
+        request.topic, request.begin, min(request.end, request.begin + 0.03)))
+    for position_s in (4.0, 7.0):
+        shown.seek(position_s)
+        shown.check(position_s)
+
+
+def test_a_player_that_does_not_answer_is_named_now_and_then(shown: Shown) -> None:
+    node = shown.robot.node
+    service = node.offered.pop('/bag_player/read')
+    shown.player.seek(4.0)
+    node.advance(0.5)
+    assert node.log == []  # it may just have ended
+    node.advance(4.0)
     assert len(shown.robot.warnings('/n/tcf: its recorded velocities are not known')) == 1
-    shown.robot.node.advance(8.0)
+    node.advance(8.0)
     assert len(shown.robot.warnings('/n/tcf: its recorded velocities are not known')) == 2
+    node.advance(10.0)
+    node.offered['/bag_player/read'] = service
+    shown.seek(5.0)
+    node.advance(1.2)
+    shown.check(5.0)
+    del node.offered['/bag_player/read'], node.log[:]
+    shown.player.seek(7.0)
+    node.advance(0.5)
+    assert node.log == []  # once more it may just have ended

@@ -158,7 +158,11 @@ def test_a_frame_that_tf_does_not_know_is_named() -> None:
         robot.send('/loose/ft', array(0, 0, 20))
     robot.run(4.0, drive)
     assert robot.node.log == []  # other nodes may start later
-    robot.run(4.0, drive)
+    assert not robot.node.listens('/tf')  # that is expensive, with many robots
+    robot.run(1.5, drive)
+    assert robot.node.listens('/tf')
+    robot.run(2.5, drive)
+    assert not robot.node.listens('/tf')
     assert robot.warnings('loose: the data of /loose/ft is not drawn, as tf does not connect the '
                           'frame loose/force with loose/link0')
     assert not robot.warnings('/loose/tcf')  # it is drawn at the reported position

@@ -82,7 +82,9 @@ def test_tool_frame_from_tf() -> None:
     def drive(time_s: float) -> None:
         robot.send('/tf', TFMessage([transform('f/base', 'f/flange', robot.node.now_s,
                                                0.1 * time_s, 0.0, 0.0)]))
+        robot.send('/tf', TFMessage([transform('others', 'frame', robot.node.now_s)]))
     robot.run(1.0, drive, hz=60.0)
+    assert robot.node.log == []
     np.testing.assert_allclose(robot.velocities(30), [[0.1, 0.0, 0.0]] * 30, atol=1e-6)
     assert robot.twists[-1].header.frame_id == 'f/base'
     assert robot.markers()['velocity', 0].header.frame_id == 'f/tip'
@@ -144,17 +146,18 @@ def test_joint_states_that_come_again_end_the_text(robot: RobotStage) -> None:
 
 def test_arrows_are_drawn_with_the_joint_states_that_move_the_drawn_robot(robot: RobotStage
                                                                           ) -> None:
-    drive, drawn = moving_tool(robot, '/r/tcf', (0.0, 0.1, 0.0)), {'poses': 0, 'joints': 0}
+    drive, drawn = moving_tool(robot, '/r/tcf', (0.0, 0.1, 0.0)), [0, 0]
     robot.run(0.5, drive)
-    for step in range(200):
-        for name, send in (('poses', lambda: drive(0.5 + 0.008 * step)),
-                           ('joints', lambda: joints(robot, 0.1, 0.2))):
-            robot.node.advance(0.004)
-            robot.forget()
-            send()
-            drawn[name] += len(robot.arrays)
-    assert drawn['poses'] <= 1  # before the first joint states
-    assert drawn['joints'] > 40
+    for step in range(400):
+        robot.node.advance(0.004)
+        robot.forget()
+        if step % 2:
+            joints(robot, 0.1, 0.2)
+        else:
+            drive(0.5 + 0.004 * step)
+        drawn[step % 2] += len(robot.arrays)
+    assert drawn[0] <= 1  # before the first joint states
+    assert drawn[1] > 40
 
 
 def test_the_last_poses_before_a_driver_stops_count(robot: RobotStage) -> None:
