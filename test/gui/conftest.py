@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 import pytest
 from patient_qtbot import PatientQtBot
 from PyQt5.QtWidgets import QApplication
-from surroundings import SOFTWARE_GRAPHICS, free_port, virtual_screen
+from surroundings import SOFTWARE_GRAPHICS, end_marked_processes, free_port, virtual_screen
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / 'bench'))  # it makes bags
 MARK = 'GUI_TEST_MARK'
@@ -46,5 +46,6 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
-    """End the screen; nothing of these tests stays behind."""
+    """End the screen, and what a failed test has left."""
     _STARTED.close()
+    end_marked_processes(f'{MARK}={os.environ[MARK]}')

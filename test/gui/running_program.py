@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import os
-import signal
 import socket
 import subprocess
 import threading
-import time
 import uuid
 from pathlib import Path
-from typing import Callable, Dict, List, Sequence, Set
+from typing import Dict, List, Sequence, Set
 
 import rosgraph
-from operator_at_work import marked_processes
+from surroundings import PATIENCE_S, end_marked_processes, free_port, marked_processes
 
 MARK = 'GUI_PROGRAM_MARK'
-_PERIOD_S = 0.1
 
 SMALL_CELL = """<visualizer>
   <device type="other" name="sensors">
@@ -82,13 +79,12 @@ class Surroundings:
         """Call a service of a node, with the request as YAML; returns the answer."""
         done = subprocess.run(['rosservice', 'call', service, request], env=self.environment,
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                              timeout=20, check=True)
+                              timeout=PATIENCE_S, check=True)
         return done.stdout
 
     def end_all(self) -> None:
         """End what a test has left."""
-        for line in self.processes():
-            os.kill(int(line.split()[0]), signal.SIGKILL)
+        end_marked_processes(f'{MARK}={self.mark}')
 
 
 class Program:
@@ -106,11 +102,11 @@ class Program:
         """Whether it has written this."""
         return part in ''.join(self.lines)
 
-    def end(self, number: int, timeout_s: float = 30.0) -> int:
+    def end(self, number: int) -> int:
         """Send a signal and wait for the end; returns the exit code."""
         self.process.send_signal(number)
-        code = self.process.wait(timeout_s)
-        self._reader.join(5.0)
+        code = self.process.wait(PATIENCE_S)
+        self._reader.join(PATIENCE_S)
         return code
 
     def _read(self) -> None:
@@ -121,19 +117,3 @@ class Program:
 def gui(*words: str) -> List[str]:
     """The command that starts the window."""
     return ['rosrun', 'process_visualizer', 'gui', *words]
-
-
-def wait_until(condition: Callable[[], bool], what: str, timeout_s: float = 40.0,
-               instead: Callable[[], object] = lambda: '') -> None:
-    """Wait for what happens in other processes; ``instead`` is told if it does not."""
-    deadline_s = time.monotonic() + timeout_s
-    while not condition():
-        assert time.monotonic() < deadline_s, f'not in {timeout_s} s: {what}; {instead()}'
-        time.sleep(_PERIOD_S)
-
-
-def free_port() -> int:
-    """A port at which nobody listens."""
-    with socket.socket() as probe:
-        probe.bind(('', 0))
-        return int(probe.getsockname()[1])
