@@ -94,7 +94,8 @@ def _model(parsed: Optional[Parsed]) -> Optional[Model]:
     values = parsed.values
     package, path = values['pkg'] or '', values['path']
     if not package:
-        path = os.path.join(os.path.dirname(os.path.abspath(parsed.location.file)), path)
+        folder = os.path.dirname(os.path.abspath(parsed.location.file))
+        path = os.path.normpath(os.path.join(folder, path))
     return Model(package, path, parsed.location, _passed_arguments(parsed),
                  values['prefix'] or '')
 

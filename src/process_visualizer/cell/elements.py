@@ -158,9 +158,9 @@ _STRUCTURE: Dict[str, Tag] = {
         alternatives=('rpy', 'ypr')),
     'model': Tag(
         'The model of the device: a URDF or xacro file; `<arg>` elements are for the latter.',
-        {'pkg': _optional('package', 'package that contains the file; default: the folder of this '
-                                     'configuration'),
-         'path': _required('path', 'path below the package or folder; ends in .urdf or .xacro'),
+        {'pkg': _optional('package', 'package that contains the file'),
+         'path': _required('text', 'path of the file, which ends in .urdf or .xacro: below the '
+                                   'package, or without `pkg` any, relative to this file'),
          'prefix': _optional('frame', 'put before the names of its links, such as `left_`; '
                                       'distinguishes two robots of one model')},
         children=('arg',), variants={'arg': PASSED_ARGUMENT}),

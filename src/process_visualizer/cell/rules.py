@@ -20,7 +20,9 @@ from process_visualizer.cell.model import (
     TopicFunction,
 )
 from process_visualizer.cell.roslaunch_rules import check_node, check_parameter
-from process_visualizer.cell.suggestions import advice, nearest
+from process_visualizer.cell.stored_configuration import MODEL_ENDINGS
+from process_visualizer.cell.suggestions import advice, nearest, root_as_global_frame
+from process_visualizer.cell.values import path_below
 from process_visualizer.ros_names import (
     BAG_PLAYER,
     BAG_RECORDER,
@@ -61,9 +63,19 @@ def check_devices(parsed_devices: Sequence[Parsed], global_frame: str,
         _check_message_of_wrong_type(topic, problems)
     for launch in (child for parsed in parsed_devices for child in parsed.all('launch')):
         passed_arguments(launch, problems)
-    for frame, location, tag in frames:
-        if frame == global_frame:
-            problems.add(location, tag, f'"{frame}" is the global frame; choose another name')
+    for parsed in parsed_devices:
+        for child in parsed.children:
+            if child.tag in ('base', 'force') and child.values.get('frame') == global_frame:
+                problems.add(child.location, child.tag, f'"{global_frame}" is the global frame; '
+                             + _other_than_global(parsed, child))
+
+
+def _other_than_global(device: Parsed, child: Parsed) -> str:
+    name = device.values.get('name')
+    if child.tag != 'base' or device.first('model') is None or not name:
+        return 'choose another name'
+    return ('choose another name; if it is the root link of the model, '
+            + root_as_global_frame(str(name), str(child.values['frame'])))
 
 
 def check_node_names(devices: Sequence[Device], problems: ProblemList) -> None:
@@ -105,7 +117,7 @@ def check_device(device: Device, parsed: Parsed, problems: ProblemList) -> None:
     What could not be read has been reported already.
     """
     rules: List[Callable[[Device, ProblemList], None]] = [
-        _check_model_file_name, _check_force, _check_topics, _check_arrows]
+        _check_model_path, _check_force, _check_topics, _check_arrows]
     if parsed.values['type'] is not None:
         rules += [_check_elements_of_type, _check_topics_of_type]
     if parsed.sound:
@@ -144,9 +156,17 @@ def _check_elements_of_type(device: Device, problems: ProblemList) -> None:
                                                        f'has the type "{device.type.value}"')
 
 
-def _check_model_file_name(device: Device, problems: ProblemList) -> None:
+def _check_model_path(device: Device, problems: ProblemList) -> None:
+    """Check that the model of a package is in that, and that its name is one of a model."""
     model = device.model
-    if model is not None and not model.path.endswith(('.urdf', '.xacro')):
+    if model is None:
+        return
+    if model.package:
+        try:
+            path_below(model.path)
+        except ValueError as error:
+            problems.add(model.location, 'model', f'attribute "path": {error}, or leave "pkg" out')
+    if not model.path.endswith(MODEL_ENDINGS):
         problems.add(model.location, 'model', f'"{model.path}" is neither URDF nor xacro; name a '
                                               'file that ends in .urdf or .xacro')
 

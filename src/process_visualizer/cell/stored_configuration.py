@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from pathlib import Path
 from typing import Any, Dict, List, NamedTuple
 
 from process_visualizer.cell.model import Cell
+
+MODEL_ENDINGS = ('.urdf', '.xacro')
 
 
 class StoredConfiguration(NamedTuple):
@@ -37,6 +40,31 @@ def _models_beside(cell: Cell) -> List[str]:
     return [model.path for model in models if not model.package and os.path.isfile(model.path)]
 
 
+def with_models_beside(stored: StoredConfiguration) -> StoredConfiguration:
+    """Return a configuration with those models beside it that were outside of its folder.
+
+    That is possible where it names them by their path, not by an argument.
+    """
+    folder = os.path.dirname(stored.file)
+    files = dict(stored.files)
+    for model in [it for it in files if it.endswith(MODEL_ENDINGS)]:
+        if os.path.relpath(model, folder).startswith(os.pardir):
+            place = os.path.join(folder, os.path.basename(model))
+            texts = {file: _naming(text, file, model, place) for file, text in files.items()}
+            if place not in files and texts != files:
+                text = texts.pop(model)
+                files = {**texts, place: text}
+    return stored._replace(files=files)
+
+
+def _naming(text: str, file: str, model: str, place: str) -> str:
+    """The text of a file that names a model at another place."""
+    before, behind = (os.path.relpath(it, os.path.dirname(file)) for it in (model, place))
+    names = '|'.join(map(re.escape, (model, before, f'$(dirname)/{before}')))
+    return re.sub(rf'(<model\b[^>]*\bpath\s*=\s*)(["\'])(?:{names})\2',
+                  lambda it: f'{it[1]}{it[2]}{behind}{it[2]}', text)
+
+
 def stored_configuration(value: Dict[str, Any]) -> StoredConfiguration:
     """Return the configuration in the JSON of `configuration_text`.
 
@@ -64,12 +92,15 @@ def _texts(value: Dict[str, Any], name: str) -> Dict[str, str]:
 def write_configuration(configuration: StoredConfiguration, folder: str) -> str:
     """Write the files into a folder, in their former layout; return the path of the first.
 
+    Models that were outside of the configuration's folder are beside it.
+
     Raises:
         FileExistsError: a file exists already.
         OSError: a file cannot be written.
     """
-    top = os.path.commonpath([os.path.dirname(file) for file in configuration.files])
-    for file, text in configuration.files.items():
+    files = with_models_beside(configuration).files
+    top = os.path.commonpath([os.path.dirname(file) for file in files])
+    for file, text in files.items():
         path = Path(folder, os.path.relpath(file, top))
         path.parent.mkdir(parents=True, exist_ok=True)
         with path.open('xb') as stream:

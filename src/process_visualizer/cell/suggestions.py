@@ -25,6 +25,13 @@ def advice(word: str, names: Iterable[str]) -> str:
     return 'expected one of: ' + ', '.join(known)
 
 
+def root_as_global_frame(device: str, root: str) -> str:
+    """What to do about a model whose root link has the name of the global frame."""
+    return (f'as that is the global frame, write prefix="{device}_" in <model> and '
+            f'frame="{device}_{root}" in <base>, or call the global frame otherwise: '
+            '<visualizer frame="cell">')
+
+
 def missing_file(path: str) -> str:
     """A message that the file does not exist, and what to name instead."""
     file = Path(path)

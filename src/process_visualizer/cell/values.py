@@ -150,7 +150,7 @@ def command_line(text: str) -> str:
     return text if '"' in text or "'" in text else ' '.join(_words(text))
 
 
-def path(text: str) -> str:
+def path_below(text: str) -> str:
     """A relative path that stays below its folder."""
     if text.startswith('/') or '..' in text.split('/') or not text.strip():
         raise ValueError(f'{quoted(text)} must be a path below the package, such as '
@@ -244,7 +244,7 @@ def _matched(kind: str, text: str, advice: str) -> str:
 CONVERTERS: Dict[str, Callable[[str], object]] = {
     'number': number, 'positive': positive, 'length': length, 'integer': integer,
     'vector': vector, 'size': size, 'axis': axis, 'color': color, 'boolean': boolean,
-    'text': text_value, 'command_line': command_line, 'path': path, 'name': name,
+    'text': text_value, 'command_line': command_line, 'path': path_below, 'name': name,
     'names': names, 'namespace': namespace, 'topic': topic, 'resource': resource, 'frame': frame,
     'package': package, 'executable': executable, 'environment': environment,
     'message': message, 'field': field, 'choice': text_value,

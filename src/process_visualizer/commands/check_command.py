@@ -10,7 +10,11 @@ from process_visualizer.cell.environment import check_environment
 from process_visualizer.cell.errors import Location, Problem, ProblemList
 from process_visualizer.cell.model import Cell, Mode
 from process_visualizer.cell.xml_parser import XmlParser
-from process_visualizer.descriptions.robot_description import RobotDescription, describe_devices
+from process_visualizer.descriptions.robot_description import (
+    RobotDescription,
+    describe_devices,
+    resource_problems,
+)
 from process_visualizer.generate.cell_extent import cell_extent
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.drivers import LaunchFiles, inspect_launch_files
@@ -57,8 +61,9 @@ def find_problems(path: str, arguments: Mapping[str, str]) -> Findings:
     """
     cell, found = XmlParser(arguments).read(path)
     found.extend(check_environment(cell))
-    descriptions, model_problems = describe_devices(cell.devices)
+    descriptions, model_problems = describe_devices(cell.devices, cell.frame)
     _extend(found, model_problems)
+    _extend(found, resource_problems(cell.devices, descriptions))
     _extend(found, frame_problems(cell.devices, descriptions))
     problems = list(dict.fromkeys(found.sorted()))
     return Findings(cell, problems, _warnings(cell, descriptions, _places(problems)))

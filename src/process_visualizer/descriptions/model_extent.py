@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import itertools
 import math
-import os
 import random
 from typing import Callable, Dict, List, Optional, Tuple
-from urllib.parse import unquote
 from xml.etree import ElementTree
 
 import numpy as np
 import rospkg
 
 from process_visualizer.descriptions.mesh_extent import mesh_corners
+from process_visualizer.descriptions.model_resources import resource_path
 from process_visualizer.motion.kinematics import Kinematics, Placement
 from process_visualizer.motion.rotations import matrix_from_quaternion, matrix_from_ypr
 
@@ -107,7 +106,7 @@ class ModelExtent:
         if shape is None:
             return None
         if shape.tag == 'mesh':
-            corners = mesh_corners(self._mesh_path(shape.get('filename', '')))
+            corners = mesh_corners(resource_path(shape.get('filename', ''), self._packages))
             return None if corners is None else corners * _numbers(shape.get('scale', '1 1 1'))
         radius, length = float(shape.get('radius', '0')), float(shape.get('length', '0'))
         halves: Dict[str, Callable[[], np.ndarray]] = {
@@ -116,19 +115,6 @@ class ModelExtent:
             'cylinder': lambda: np.array([radius, radius, 0.5 * length])}
         half = halves.get(shape.tag)
         return None if half is None else np.array([-half(), half()])
-
-    def _mesh_path(self, uri: str) -> str:
-        """The path of a mesh; empty if its package does not exist."""
-        scheme, separator, rest = uri.partition('://')
-        if not separator:
-            return uri
-        if scheme == 'file':
-            return unquote(rest)
-        package, _, path = rest.partition('/')
-        try:
-            return os.path.join(self._packages.get_path(package), path)
-        except rospkg.ResourceNotFound:
-            return ''
 
 
 def _limits(joint: ElementTree.Element) -> Tuple[float, float]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import subprocess
 import tempfile
-from dataclasses import dataclass
-from typing import Dict, FrozenSet, List, Optional, Tuple
+from dataclasses import dataclass, replace
+from typing import Dict, FrozenSet, Iterable, List, Mapping, Optional, Tuple
 from xml.etree import ElementTree
 
 import rospkg
@@ -14,8 +14,9 @@ import rospkg
 from process_visualizer.cell.errors import Problem
 from process_visualizer.cell.model import Device, Model
 from process_visualizer.cell.substitution import package_advice
-from process_visualizer.cell.suggestions import missing_file
+from process_visualizer.cell.suggestions import missing_file, root_as_global_frame
 from process_visualizer.descriptions.link_prefix import rename_links
+from process_visualizer.descriptions.model_resources import missing_resources, with_resources
 from process_visualizer.descriptions.xacro_file import XacroError, expand_xacro
 from process_visualizer.motion.kinematics import MOVABLE
 
@@ -174,35 +175,50 @@ def _links_with(root: ElementTree.Element, tag: str) -> FrozenSet[str]:
                      if link.find(tag) is not None)
 
 
-def describe_device(device: Device) -> Optional[RobotDescription]:
+def describe_device(device: Device, global_frame: str = '') -> Optional[RobotDescription]:
     """The checked description of a device's model, or None.
+
+    Files beside the model are named so that RViz opens them. With the ``global_frame`` the advice
+    about the base frame is better.
 
     Raises:
         ModelError: it cannot be read, or is not a robot description.
     """
     if device.model is None:
         return None
-    model = device.model
-    description = load_robot_description(model_path(model), model.arguments, model.prefix)
-    _check_base_frame(device, description)
-    return description
+    model, path = device.model, model_path(device.model)
+    description = load_robot_description(path, model.arguments, model.prefix)
+    _check_base_frame(device, description, global_frame)
+    return replace(description, text=with_resources(description.text, path))
 
 
-def _check_base_frame(device: Device, description: RobotDescription) -> None:
-    if device.base is not None and device.base.frame != description.root_link:
-        raise ModelError(f'the base frame "{device.base.frame}" is not the root link of the '
-                         f'model, which is "{description.root_link}"; write this name in <base>')
+def _check_base_frame(device: Device, description: RobotDescription, global_frame: str) -> None:
+    root = description.root_link
+    if device.base is None or device.base.frame == root:
+        return
+    advice = root_as_global_frame(device.name, root) if root == global_frame else \
+        'write this name in <base>'
+    raise ModelError(f'the base frame "{device.base.frame}" is not the root link of the model, '
+                     f'which is "{root}"; {advice}')
 
 
-def describe_devices(devices: Tuple[Device, ...]
+def resource_problems(devices: Iterable[Device],
+                      descriptions: Mapping[str, RobotDescription]) -> List[Problem]:
+    """The meshes and textures of models that RViz will not find."""
+    return [Problem(device.model.location, 'model', text)
+            for device in devices if device.model is not None and device.name in descriptions
+            for text in missing_resources(descriptions[device.name].text)]
+
+
+def describe_devices(devices: Tuple[Device, ...], global_frame: str = ''
                      ) -> Tuple[Dict[str, RobotDescription], List[Problem]]:
-    """The descriptions by device name, and the problems of the others."""
+    """The descriptions by device name, and the problems of the others; see describe_device."""
     descriptions: Dict[str, RobotDescription] = {}
     problems: List[Problem] = []
     owners: Dict[str, str] = {}
     for device in devices:
         try:
-            description = describe_device(device)
+            description = describe_device(device, global_frame)
             if description is not None:
                 _claim_links(device, description, owners)
                 descriptions[device.name] = description

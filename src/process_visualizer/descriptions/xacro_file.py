@@ -12,8 +12,10 @@ from typing import Any, Dict, FrozenSet, List, Mapping, Sequence, Tuple
 from process_visualizer.cell.substitution import package_advice
 from process_visualizer.cell.suggestions import advice
 from process_visualizer.descriptions.made_text import MadeText
+from process_visualizer.descriptions.model_resources import packages_beside
 
 TIMEOUT_S = 60.0
+_PACKAGE_PATH = 'ROS_PACKAGE_PATH'
 
 
 class XacroError(Exception):
@@ -66,12 +68,18 @@ def _unused(name: str, known: Sequence[str]) -> str:
     return f'it has no argument "{name}"; ' + (advice(name, known) if known else 'leave it out')
 
 
+def _environment(path: str) -> Dict[str, str]:
+    """Packages beside the file that are not installed are found, too."""
+    folders = [os.environ.get(_PACKAGE_PATH, ''), *packages_beside(path).values()]
+    return {**os.environ, _PACKAGE_PATH: os.pathsep.join(filter(None, folders))}
+
+
 def _run(path: str, mappings: Mapping[str, str]) -> Dict[str, Any]:
     words = [f'{name}:={value}' for name, value in mappings.items()]
     command = [sys.executable, '-m', 'process_visualizer.descriptions.xacro_child', path, *words]
     try:
         done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                              timeout=TIMEOUT_S, check=False)
+                              timeout=TIMEOUT_S, check=False, env=_environment(path))
     except subprocess.TimeoutExpired:
         raise XacroError(f'{path}: xacro did not finish within {TIMEOUT_S:g} s') from None
     try:

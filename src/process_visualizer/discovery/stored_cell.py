@@ -12,7 +12,11 @@ import numpy as np
 from process_visualizer.cell.editing.pose_edit import PoseEditError, PoseEditor
 from process_visualizer.cell.editing.start_tags import encoding_of, start_tags, tag_text
 from process_visualizer.cell.model import Cell, Pose
-from process_visualizer.cell.stored_configuration import StoredConfiguration, write_configuration
+from process_visualizer.cell.stored_configuration import (
+    StoredConfiguration,
+    with_models_beside,
+    write_configuration,
+)
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.descriptions.robot_description import describe_devices
 from process_visualizer.discovery.draft_text import comment_lines
@@ -42,6 +46,7 @@ def from_stored(stored: StoredConfiguration, seen: Seen, source: str) -> StoredC
         ValueError: its files or models cannot be used.
         OSError: it cannot be written.
     """
+    stored = with_models_beside(stored)
     beside = {path: os.path.relpath(path, os.path.dirname(stored.file)) for path in stored.files
               if path != stored.file}
     if any(name.startswith(os.pardir) for name in beside.values()):
@@ -50,7 +55,7 @@ def from_stored(stored: StoredConfiguration, seen: Seen, source: str) -> StoredC
         path = write_configuration(stored, folder)
         Path(path).write_bytes(_with_arguments(Path(path).read_bytes(), stored.arguments))
         cell = XmlParser().parse(path)
-        problems = describe_devices(cell.devices)[1]
+        problems = describe_devices(cell.devices, cell.frame)[1]
         if problems:
             raise ValueError(str(problems[0]))
         remarks = [_origin(stored, source), *_with_seen_poses(cell, seen), *_not_named(cell, seen)]

@@ -12,7 +12,11 @@ from process_visualizer.cell.errors import ConfigurationError, Location, Problem
 from process_visualizer.cell.model import Cell
 from process_visualizer.cell.stored_configuration import configuration_text
 from process_visualizer.descriptions.own_description import marked_description
-from process_visualizer.descriptions.robot_description import RobotDescription, describe_devices
+from process_visualizer.descriptions.robot_description import (
+    RobotDescription,
+    describe_devices,
+    resource_problems,
+)
 from process_visualizer.generate.cell_extent import cell_extent
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.drivers import inspect_launch_files
@@ -56,7 +60,7 @@ class _Generation:
 
     def __init__(self, choice: Choice) -> None:
         self._choice = choice
-        self._descriptions, problems = describe_devices(choice.devices)
+        self._descriptions, problems = describe_devices(choice.devices, choice.cell.frame)
         problems += frame_problems(choice.devices, self._descriptions)
         if problems:
             raise ConfigurationError(problems)
@@ -75,7 +79,8 @@ class _Generation:
             if device.name in self._descriptions:
                 files[urdf_file(device)] = marked_description(
                     self._descriptions[device.name].text)
-        return Plan(files, self.launch_files.warnings)
+        lacking = resource_problems(choice.devices, self._descriptions)
+        return Plan(files, [*self.launch_files.warnings, *lacking])
 
 
 def default_rviz_file() -> str:

@@ -2,6 +2,7 @@
 """A configuration that a bag holds is what a new one begins from."""
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any, Dict
 
@@ -59,6 +60,24 @@ def write_bag(tmp_path: Path, text: str, arguments: Dict[str, str], x: float = 1
                                ('/odd', Float64(1.0))):
             file.write(topic, message, Time(1000))
     return str(tmp_path / 'a.bag')
+
+
+@pytest.mark.parametrize('place', ['../models/arm.urdf', '$(dirname)/../models/arm.urdf',
+                                   '{folder}/models/arm.urdf'])
+def test_a_model_outside_of_the_folder_comes_beside_the_configuration(tmp_path: Path,
+                                                                      place: str) -> None:
+    """On another computer it is not where it was."""
+    named = place.format(folder=tmp_path)
+    (tmp_path / 'models').mkdir()
+    (tmp_path / 'models' / 'arm.urdf').write_text(URDF)
+    bag = write_bag(tmp_path, CELL.replace('models/arm.urdf', named), {'speed': '1'})
+    shutil.rmtree(tmp_path / 'models')
+    shutil.rmtree(tmp_path / 'was')
+    model = new_cell(bag, tmp_path / 'new').devices[0].model
+    assert model is not None and model.path == str(tmp_path / 'new' / 'arm.urdf')
+    (tmp_path / 'again').mkdir()
+    assert main(['configuration', bag, '--output', str(tmp_path / 'again')]) == 0
+    assert main(['check', str(tmp_path / 'again' / 'cell.xml'), 'speed:=1']) == 0
 
 
 def new_cell(bag: str, folder: Path) -> Cell:
