@@ -59,6 +59,14 @@ def test_markers_come_as_fast_as_a_screen_can_show_them(robot: RobotStage) -> No
     assert len(robot.twists) == 500
 
 
+@pytest.mark.parametrize('model', ['', 'robot.urdf'])
+def test_a_robot_without_markers_says_so(model: str) -> None:
+    """RViz takes a topic without messages for a process that is dead; pictures wait for it."""
+    robot = RobotStage({'topics': {}}, model=model)
+    robot.run(1.0)
+    assert robot.arrays and not robot.markers()
+
+
 def test_without_subscribers_nothing_is_published(robot: RobotStage) -> None:
     for publisher in robot.node.publishers.values():
         publisher.connections = 0

@@ -246,7 +246,10 @@ class RobotProcessor:
             self._draw(now_s)
 
     def _draw(self, now_s: float, early_s: float = 0.0) -> None:
-        """Publish the markers if it is time and there are subscribers."""
+        """Publish the markers if it is time and there are subscribers.
+
+        No markers are published too: whoever waits for the robot knows that there is nothing more.
+        """
         if self._twist.is_awaited():
             return
         if self._twist.is_recorded and not self._twist.is_known:
@@ -255,8 +258,7 @@ class RobotProcessor:
             data_s = self._playback.clock.data_time_s(now_s)
             markers = self._display.markers(self._motion(data_s), self._force, data_s, now_s,
                                             self._joints_age_s(data_s))
-            if markers:
-                self._markers.publish(MarkerArray(markers))
+            self._markers.publish(MarkerArray(markers))
 
     def _motion(self, data_s: float) -> Optional[ToolMotion]:
         if self._pose is None:
