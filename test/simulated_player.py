@@ -34,7 +34,7 @@ _ANSWER_S = 60.0  # in which the engine's thread must have come to its next wait
 
 
 class Received(NamedTuple):
-    """A message that the player has sent: when [s], topic, bytes."""
+    """A message that the player has sent: when [s of the day], topic, bytes."""
 
     time_s: float
     topic: str
@@ -252,7 +252,7 @@ class SimulatedPublishers:
 
     def _send(self, topic: PublishedTopic, source: int, data: bytes) -> None:
         self.published[topic.name] += 1
-        self.received.append(Received(self._node.now_s, topic.name, data))
+        self.received.append(Received(self._node.wall_s(), topic.name, data))
         if topic.latch:
             self._latched[topic.name].pop(source, None)
             self._latched[topic.name][source] = data

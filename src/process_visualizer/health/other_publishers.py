@@ -90,8 +90,6 @@ class PublisherWatch:
 
     def look_again(self) -> None:
         """Look once, as the thread does."""
-        if self._closed.is_set():
-            return
         try:
             self._take(self._look())
         except (rosgraph.MasterException, OSError):

@@ -27,11 +27,13 @@ def bag_of(tmp_path: Path) -> Callable[..., str]:
 
 @pytest.fixture
 def play() -> Iterator[Callable[..., SimulatedPlayer]]:
-    """Start a player in a time of its own; see SimulatedPlayer."""
+    """Start a player in a time of its own, some days after 1970; see SimulatedPlayer."""
     players: List[SimulatedPlayer] = []
 
     def start(*bags: str, **options: Any) -> SimulatedPlayer:
-        players.append(SimulatedPlayer(SimulatedNode('/viewer'), *bags, **options))
+        viewer = SimulatedNode('/viewer')
+        viewer.ros_offset_s = viewer.wall_offset_s = 500_000.0
+        players.append(SimulatedPlayer(viewer, *bags, **options))
         return players[-1]
 
     yield start

@@ -91,6 +91,21 @@ def test_it_goes_back_once_at_a_seek_back_while_it_plays(play: Play, bag_of: Any
         round(0.008 * it, 4) for it in range(125, 250)]
 
 
+def test_a_late_one_does_not_delay_those_that_follow(play: Play, cell_bag: str) -> None:
+    player = play(cell_bag, start_s=0.5, settings=SIMULATED)
+    begin_s, receiver = player.node.now_s, player.node.receiver
+    told_ms: List[int] = []
+
+    def hear(_message: Any) -> None:
+        told_ms.append(round(1000 * (receiver.now_s - begin_s)))
+        if len(told_ms) == 3:
+            receiver.now_s += 0.025  # something held up the machine
+
+    receiver.subscribe('/clock', rospy.AnyMsg, hear)
+    receiver.advance(0.15)
+    assert told_ms == [20, 40, 60, 85, 100, 120, 140]
+
+
 def test_without_it_there_is_none(play: Play, cell_bag: str) -> None:
     player = play(cell_bag, plays=True)
     player.node.advance(0.5)

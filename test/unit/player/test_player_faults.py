@@ -68,6 +68,14 @@ def test_a_damaged_chunk_is_a_gap_that_is_told_and_summed_up(play: Play, damaged
     assert not player.player.is_complete
 
 
+def test_after_the_end_only_the_summary_tells_it(play: Play, damaged_bag: str) -> None:
+    player = play(damaged_bag)
+    player.seek(0.9)
+    player.close()
+    player.node.advance(1.0)
+    assert player.node.log == []
+
+
 def test_what_is_left_out_does_not_matter_where_it_was_not_chosen(play: Play,
                                                                   damaged_bag: str) -> None:
     player = play(damaged_bag, plays=True, settings=PlayerSettings(TopicChoice(['/marker'])))

@@ -98,9 +98,30 @@ def test_it_waits_for_the_node_that_controls_the_rate(play: Play, bag: str) -> N
 def test_that_node_tells_stamps_as_it_got_them(play: Play, bag: str) -> None:
     player = play(bag, plays=True, settings=controlled())
     player.node.advance(HEAD_START_S + 0.25)
-    player.node.send('/done', raw(done_at(Time.from_sec(player.node.now_s - 0.05))))
+    player.node.send('/done', raw(done_at(Time.from_sec(player.node.wall_s() - 0.05))))
     player.node.advance(10.0)
     assert numbers(player)[-1] == 550
+
+
+def test_a_stamp_of_that_node_belongs_to_how_it_played_then(play: Play, bag: str) -> None:
+    player = play(bag, plays=True, settings=controlled())
+    player.node.advance(HEAD_START_S + 0.25)
+    player.set_rate(0.1)
+    player.node.advance(1.0)
+    player.node.send('/done', raw(done_at(Time.from_sec(player.node.wall_s() - 1.13))))
+    player.node.advance(5.0)
+    assert numbers(player)[-1] == 450
+
+
+def test_what_that_node_tells_of_before_a_jump_does_not_count(play: Play, bag: str) -> None:
+    player = play(bag, plays=True, settings=controlled())
+    player.node.advance(HEAD_START_S + 0.25)
+    before = Time.from_sec(player.node.wall_s() - 0.05)
+    player.seek(0.0)
+    player.node.advance(0.1)
+    player.node.send('/done', raw(done_at(before)))
+    player.node.advance(10.0)
+    assert numbers(player)[-1] == 350
 
 
 def test_a_node_whose_messages_have_no_header_controls_nothing(play: Play, bag: str) -> None:

@@ -50,10 +50,14 @@ def test_a_driver_that_starts_is_told_and_pauses_once(play: Play, cell_bag: str)
     player.play()  # the operator wants it all the same
     player.node.advance(5 * LOOK_PERIOD_S)
     assert not player.state.paused, 'it was told already'
+    player.others.nodes = {'/tcf': ['/driver', '/second']}
+    player.node.advance(LOOK_PERIOD_S)
+    assert player.state.paused
+    assert warnings(player)[1:] == [f'{WARNING.replace("driver", "second")}; playback is paused']
     player.others.nodes = {}
     player.node.advance(LOOK_PERIOD_S)
     assert player.state.others == []
-    assert len(warnings(player)) == 1
+    assert len(warnings(player)) == 2
 
 
 def test_what_the_recording_has_not_must_not_come_from_elsewhere(play: Play,
@@ -62,9 +66,11 @@ def test_what_the_recording_has_not_must_not_come_from_elsewhere(play: Play,
     assert player.state.others == ['/other_tcf is published by /driver']
 
 
-def test_shared_topics_and_other_names_are_no_mixture(play: Play, cell_bag: str) -> None:
-    settings = PlayerSettings(TopicChoice(prefix='/recorded'), pauses_beside_others=True)
-    player = play(cell_bag, settings=settings, others=others('/tf', '/tcf'), plays=True)
+@pytest.mark.parametrize('prefix, topic', [('', '/tf'), ('/recorded', '/tcf')])
+def test_shared_topics_and_other_names_are_no_mixture(play: Play, cell_bag: str, prefix: str,
+                                                      topic: str) -> None:
+    settings = PlayerSettings(TopicChoice(prefix=prefix), pauses_beside_others=True)
+    player = play(cell_bag, settings=settings, others=others(topic), plays=True)
     player.node.advance(0.6)
     assert (player.state.others, player.state.paused) == ([], False)
 

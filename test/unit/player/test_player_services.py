@@ -43,7 +43,7 @@ def test_a_seek_while_paused_sends_the_scene(play: Play, cell_bag: str) -> None:
         assert numbers(player) == [tcf_s]
         assert Marker().deserialize(player.of('/marker')[0]).action == Marker.DELETEALL
         assert len(TFMessage().deserialize(player.of('/tf_static')[-1]).transforms) == frames
-        assert all(it.time_s == player.node.now_s for it in player.received)
+        assert all(it.time_s == player.node.wall_s() for it in player.received)
         assert (player.state.position, player.state.paused) == (position_s, True)
 
 
@@ -196,7 +196,7 @@ def test_the_position_of_a_state_is_that_of_its_stamp(play: Play, cell_bag: str)
     for state in player.states[2:]:
         assert state.position == pytest.approx(
             0.25 * (state.stamp - state.since).to_sec(), abs=1e-8)
-        assert state.stamp.to_sec() <= player.node.now_s
+        assert state.stamp.to_sec() <= player.node.wall_s()
 
 
 def test_the_state_comes_ten_times_a_second(play: Play, cell_bag: str) -> None:
@@ -213,7 +213,13 @@ def test_the_state_comes_at_once_after_a_command(play: Play, cell_bag: str) -> N
     player = play(cell_bag)
     player.states.clear()
     player.set_rate(3.0)
-    assert [(it.rate, it.stamp.to_sec()) for it in player.states] == [(3.0, player.node.now_s)]
+    assert [(it.rate, it.stamp.to_sec()) for it in player.states] == [(3.0, player.node.wall_s())]
+
+
+def test_the_end_is_told_at_once(play: Play, cell_bag: str) -> None:
+    player = play(cell_bag, plays=True)
+    player.end()
+    assert [it.position for it in player.states if it.paused and it.stamp == it.since] == [1.0]
 
 
 def test_the_state_counts_the_messages_of_each_topic(play: Play, cell_bag: str) -> None:
