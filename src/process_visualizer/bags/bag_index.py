@@ -11,6 +11,10 @@ from process_visualizer.bags.bag_errors import Gap
 from process_visualizer.messages.connection import Connection
 
 
+MAX_UNSET_NS = 2_000_000
+"""Some who know no time write the least one that ROS has (1 ns), or a millisecond more."""
+
+
 class Columns(NamedTuple):
     """One row per message: time [ns], connection number, chunk number, byte in the chunk."""
 
@@ -43,7 +47,8 @@ class Strays(NamedTuple):
         is_one = self.message_count == 1
         some = 'one message has' if is_one else f'{self.message_count} messages have'
         times = ' to '.join(dict.fromkeys(map(_date, (self.first_ns, self.last_ns))))
-        time = f'a time far from that of all others ({times})' if self.last_ns else 'no time (0)'
+        time = f'a time far from that of all others ({times})' if self.last_ns > MAX_UNSET_NS \
+            else 'no time (0)'
         kept = 'from the beginning on' if self.are_kept else 'left out'
         return (f'{self.topic}: {some} {time} and {"is" if is_one else "are"} '
                 f'{"there " if self.are_kept else ""}{kept}')

@@ -11,14 +11,14 @@ from typing import Callable, Iterator, List, Tuple
 import numpy as np
 
 from process_visualizer.bags.bag_errors import BagDamaged
-from process_visualizer.bags.bag_index import BagIndex, Columns, Strays
+from process_visualizer.bags.bag_index import MAX_UNSET_NS, BagIndex, Columns, Strays
 from process_visualizer.messages.connection import Connection
 from process_visualizer.ros_names import STATIC_TF_TOPIC
 
 _MAX_PAUSE_NS = 7 * 24 * 3600 * 1_000_000_000
 """No recording pauses for longer."""
 _MAX_FROM_ZERO_NS = 10 * 1_000_000_000
-"""Simulated time may begin at 0; if nothing follows for so long, 0 stands for no time."""
+"""Simulated time may begin at 0; if nothing follows for so long, that stands for no time."""
 _MAX_LOOKS = 100_000
 
 
@@ -31,7 +31,7 @@ def with_usable_times(index: BagIndex, own_time_ns: Callable[[int], int]) -> Bag
     such times are at an unknown time (0).
     """
     first_ns, last_ns = _span(index.time_ns)
-    doubtful = np.flatnonzero((index.time_ns == 0) | ~_inside(index.time_ns, first_ns, last_ns))
+    doubtful = np.flatnonzero((index.time_ns <= MAX_UNSET_NS) | ~_inside(index.time_ns, first_ns, last_ns))
     if len(doubtful):
         index = _corrected(index, doubtful[:_MAX_LOOKS], own_time_ns)
         first_ns, last_ns = _span(index.time_ns)
@@ -51,7 +51,7 @@ def _span(time_ns: np.ndarray) -> Tuple[int, int]:
     """The first and the last of rising times that belong together: most of them, or else all."""
     if not len(time_ns):
         return 0, 0
-    zeros = int(np.searchsorted(time_ns, 0, side='right'))
+    zeros = int(np.searchsorted(time_ns, MAX_UNSET_NS, side='right'))
     if zeros == len(time_ns) or time_ns[zeros] <= _MAX_FROM_ZERO_NS:
         zeros = 0
     known = time_ns[zeros:]

@@ -35,13 +35,14 @@ def with_definition(connection: Connection) -> Connection:
 
 def definition_problem(connection: Connection) -> str:
     """Return why the messages of a connection cannot be understood; '' if they can be."""
-    found = _checksum(connection.type, connection.message_definition)
     sent = connection.message_definition.strip()
-    if found == connection.md5sum or (found and sent):  # std_msgs/Empty has an empty one
+    found = _checksum(connection.type, connection.message_definition)
+    if found and sent:
         return ''
     kind = short_name(connection.type)
-    package = kind.partition('/')[0]
-    installed = _installed(kind)
+    package, installed = kind.partition('/')[0], _installed(kind)
+    if found == connection.md5sum and not installed:  # that of std_msgs/Empty is empty
+        return ''
     if installed is not None:
         why = (f'the one that is installed has the MD5 sum {_checksum(kind, installed)} instead of '
                f'{connection.md5sum}; install the version of {package} that was used then')

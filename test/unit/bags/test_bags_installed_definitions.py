@@ -106,6 +106,7 @@ def test_everything_understands_the_messages(tmp_path: Path) -> None:
      f'no definition of sensor_msgs/JointState, and the one that is installed has the MD5 sum '
      f'{JointState._md5sum} instead of {"f" * 32}; install the version of sensor_msgs that was '
      'used then'),
+    ('sensor_msgs/JointState', Empty._md5sum, 'no definition of sensor_msgs/JointState, and the'),
     ('sensor_msgs/JointState', '*', 'no definition of sensor_msgs/JointState, and the one'),
     ('../os/system', 'f' * 32, 'the type is not installed here either'),
     ('os/path', 'f' * 32, 'the type is not installed here either'),

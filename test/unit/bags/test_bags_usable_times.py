@@ -31,6 +31,7 @@ GOOD = rows(range(BEGIN_NS, BEGIN_NS + 10 * S, S // 10))
 
 @pytest.mark.parametrize('odd, told', [
     (rows([0] * 5), '/a: 5 messages have no time (0) and are left out'),
+    (rows([0, 1, 1_000_001]), '/a: 3 messages have no time (0) and are left out'),
     (rows([0], '/b'), '/b: one message has no time (0) and is left out'),
     (rows([5 * S, 6 * S]), '/a: 2 messages have a time far from that of all others (1970-01-01) '
                            'and are left out'),
@@ -59,7 +60,7 @@ def test_odd_times_are_no_part_of_the_timeline(tmp_path: Path, odd: List[Row], t
 
 @pytest.mark.parametrize('times_ns', [
     [0] * 9,  # no other time is known
-    [0, *range(S // 100, S, S // 100)],  # a simulated clock
+    [0, *range(S // 100, S, S // 100)], [1, *range(2, 9)],  # a simulated clock
     [BEGIN_NS, BEGIN_NS + 6 * DAY_S * S, BEGIN_NS + 12 * DAY_S * S],
     [BEGIN_NS, BEGIN_NS + 9 * DAY_S * S],  # which of them is right?
 ])
