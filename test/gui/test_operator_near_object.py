@@ -17,7 +17,6 @@ from process_visualizer.health.device_state import Level
 from process_visualizer.health.object_spans import times
 from process_visualizer.msg import DetectedObject, DetectedObjects
 
-LAUNCH_S = 60.0
 CELL = """<visualizer>
   <device type="depth_sensor" name="kinect">
     <base frame="kinect_link" />
@@ -78,7 +77,7 @@ def test_an_object_near_a_robot(operator: Operator, tmp_path: Path) -> None:
     operator.wait(lambda: operator.launcher.blocked_reason() == '', 'it can be launched')
     operator.click('launch')
     operator.wait(lambda: '/kinect/object_finder' in nodes()
-                  and operator.launcher.launch.is_running, 'all is up', LAUNCH_S)
+                  and operator.launcher.launch.is_running, 'all is up')
     finder = Finder()
     try:
         it_is_told(operator, finder)

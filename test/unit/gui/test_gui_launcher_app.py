@@ -3,18 +3,32 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Iterator
+from typing import Any, Iterator, List, Tuple
 
 import pytest
 from PyQt5.QtCore import QSettings
-from PyQt5.QtWidgets import QApplication, QLabel, QMessageBox
+from PyQt5.QtWidgets import (
+    QAbstractButton,
+    QApplication,
+    QLabel,
+    QMessageBox,
+    QPlainTextEdit,
+    QPushButton,
+)
+from rospy import Time
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.settings import Settings
+from process_visualizer.gui.models.cell.launch_model import Phase
+from process_visualizer.gui.views.cell.alarm_strip import AlarmChip
 from process_visualizer.gui.views.parts.column_scroll import ColumnScroll
 from process_visualizer.gui.views.parts.current_page import CurrentPage
+from process_visualizer.health.device_state import Level
+from process_visualizer.health.near_objects import HOLD_S
+from process_visualizer.health.object_spans import times
+from process_visualizer.msg import DetectedObject, DetectedObjects
 from process_visualizer.rviz.screen_layout import LEAST_LAUNCHER_PX
 
 DEVICES = ''.join(f'<device type="other" name="oven_{number}"/>' for number in range(8))
@@ -115,3 +129,59 @@ def test_question_about_the_master_answers_itself(window: LauncherApp, qtbot: An
     qtbot.waitUntil(lambda: window.findChild(QMessageBox, 'question') is None)
     assert window.statusBar().currentMessage() == 'The ROS master answers again'
     assert not window.restarts
+
+
+NEAR = """<visualizer>
+  <device type="depth_sensor" name="kinect">
+    <base frame="kinect_link" />
+    <topic ns="kinect" name="cloud" type="pointcloud" />
+    <objects warn="0.5" stop="0.2" />
+  </device>
+</visualizer>
+"""
+
+
+def near(*levels_and_distances: Tuple[int, float]) -> DetectedObjects:
+    """Return what a depth sensor says of objects near the hand of a robot."""
+    message = DetectedObjects(objects=[
+        DetectedObject(number=3, link='arm/hand', distance=distance_m, level=level)
+        for level, distance_m in levels_and_distances])
+    for it in message.objects:
+        it.size.x, it.size.y, it.size.z = 0.24, 0.18, 0.3
+    message.header.stamp = Time(1000)
+    return message
+
+
+def test_an_object_near_a_robot_is_told_until_it_is_gone(
+        window: LauncherApp, qtbot: Any, config: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    launcher = window._launcher
+    link, followed = launcher.objects._link, []  # type: Any, List[Tuple[str, ...]]
+    monkeypatch.setattr(link, 'follow', followed.append)
+    now_s = [1000.0]
+    monkeypatch.setattr(launcher.objects.model, '_wall_s', lambda: now_s[0])
+    load(window, qtbot, config, NEAR)
+    launcher.launch.running, launcher.launch.phase = launcher.choice(), Phase.RUNNING
+    launcher.launch.changed.emit()
+    qtbot.waitUntil(lambda: followed == [('kinect',)])
+
+    def chips() -> List[str]:
+        return [it.text.text().split('  ')[1] for it in window.findChildren(AlarmChip)
+                if it.isVisible()]
+
+    link._take(near((DetectedObject.WARN, 0.31)), 'kinect')
+    assert chips() == ["kinect: object 3 is 0.31 m from arm's hand: 24 × 18 × 30 cm"]
+    link._take(near((DetectedObject.STOP, 0.12)), 'kinect')
+    assert launcher.alarms.alarms[0].condition.level is Level.BAD
+    qtbot.waitUntil(lambda: [it[:29] for it in chips()] == ['kinect: object 3 is 0.12 m fr'])
+    assert any(it.isVisible() for it in window.findChildren(QPushButton, 'alarm_replay'))
+    link._take(near(), 'kinect')
+    now_s[0] += HOLD_S
+    qtbot.waitUntil(lambda: chips() == [])
+    window.findChild(QAbstractButton, 'show_events').click()
+    events = window.findChild(QPlainTextEdit, 'events_text').toPlainText()
+    assert [line.split('  ')[1][:24] for line in events.splitlines() if 'object' in line] == [
+        'kinect: object 3 is 0.31', 'kinect: object 3 is 0.12', 'kinect: object 3 is 0.12']
+    spans = window.live.timeline.near
+    assert len(times(spans, Level.WARNING)) == len(times(spans, Level.BAD)) == 1
+    launcher.launch.running, launcher.launch.phase = None, Phase.IDLE
+    launcher.launch.changed.emit()
