@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
-from typing import List, Optional, Sequence, Type
+from typing import Callable, List, Optional, Sequence, Type
 
 import rosgraph
 import rospy
@@ -49,8 +49,13 @@ def main(arguments: Optional[Sequence[str]] = None,
     sys.setswitchinterval(SWITCH_INTERVAL_S)
     take_priority()
     take_long_slices()
+    return exit_code(lambda: _play(options, words, recording_type))
+
+
+def exit_code(play: Callable[[], int]) -> int:
+    """Play; return the exit code, and print what prevents it."""
     try:
-        return _play(options, words, recording_type)
+        return play()
     except (BagError, NothingToPlay, PlaybackFailed, ReindexRefused, CommandRefused,
             ValueError) as error:
         print(f'bag_player: {error}', file=sys.stderr)

@@ -6,7 +6,7 @@ import os
 import sys
 import threading
 from types import TracebackType
-from typing import Callable, Dict, List, Optional, Type
+from typing import Callable, Dict, List, Optional, TextIO, Type
 
 from process_visualizer.playback.player_control import PlayerControl
 from process_visualizer.playback.progress import Progress
@@ -58,25 +58,48 @@ class TerminalCommands:
         return self._control.set_loop(True, self._loop_begin_s, self._control.status().position_s)
 
 
+class Screen:
+    """Where a program writes to: a terminal, or a file."""
+
+    def __init__(self, output: TextIO) -> None:
+        """Write to an output."""
+        self._output = output
+        self.is_terminal = output.isatty()
+        self.encoding = output.encoding
+
+    def width(self) -> Optional[int]:
+        """Return how many columns there are; None while another program is in the foreground."""
+        if not in_foreground(self._output.fileno()):
+            return None
+        return os.get_terminal_size(self._output.fileno()).columns
+
+    def write(self, text: str) -> None:
+        """Write at once."""
+        self._output.write(text)
+        self._output.flush()
+
+
 class PlayerTerminal:
     """In a ``with``: shows the position of playback, and carries out the commands of the keys."""
 
     def __init__(self, status: Callable[[], Progress], control: PlayerControl,
-                 quit_player: Callable[[], None], quiet: bool) -> None:
+                 quit_player: Callable[[], None], quiet: bool,
+                 keyboard: Optional[Keyboard] = None, screen: Optional[Screen] = None) -> None:
         """``status`` returns the position of playback, ``quit_player`` ends the player."""
         self._status = status
         self._commands = TerminalCommands(control)
         self._quit = quit_player
-        self._shown = not quiet and sys.stdout.isatty()
-        self._symbols = symbols_for(sys.stdout.encoding)
-        self._keyboard = Keyboard()
+        self._screen = screen or Screen(sys.stdout)
+        self._shown = not quiet and self._screen.is_terminal
+        self._symbols = symbols_for(self._screen.encoding)
+        self._keyboard = keyboard or Keyboard()
         self._ended = threading.Event()
         self._threads: List[threading.Thread] = []
 
     def __enter__(self) -> PlayerTerminal:
         """Start using the terminal."""
         self._keyboard.__enter__()
-        for work in (self._read_keys, self._show):
+        for work in (self.read_keys, self._show_repeatedly):
             self._threads.append(threading.Thread(target=work, name='terminal', daemon=True))
             self._threads[-1].start()
         return self
@@ -89,9 +112,10 @@ class PlayerTerminal:
         for thread in self._threads:
             thread.join()
         if self._shown:
-            sys.stdout.write('\n')
+            self._screen.write('\n')
 
-    def _read_keys(self) -> None:
+    def read_keys(self) -> None:
+        """Carry out the commands of the keys, until there are no more or one ends the player."""
         for key in iter(self._keyboard.read_key, None):
             action = key_action(key)
             if action is None:
@@ -101,13 +125,15 @@ class PlayerTerminal:
                 return
             answer = self._commands.perform(action)
             if self._shown and ('\n' in answer or not action.command.value.startswith('seek')):
-                sys.stdout.write(f'{_CLEAR_LINE}{answer}\n')
+                self._screen.write(f'{_CLEAR_LINE}{answer}\n')
 
-    def _show(self) -> None:
-        while self._shown and not self._ended.wait(PERIOD_S):
-            if not in_foreground(sys.stdout.fileno()):
-                continue
-            width = os.get_terminal_size(sys.stdout.fileno()).columns
+    def show(self) -> None:
+        """Show the position, if this program is in the foreground."""
+        width = self._screen.width() if self._shown else None
+        if width is not None:
             line = progress_line(self._status(), width - 1, self._symbols)
-            sys.stdout.write(_CLEAR_LINE + line)
-            sys.stdout.flush()
+            self._screen.write(_CLEAR_LINE + line)
+
+    def _show_repeatedly(self) -> None:
+        while not self._ended.wait(PERIOD_S):
+            self.show()
