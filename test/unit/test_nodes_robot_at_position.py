@@ -322,12 +322,11 @@ def test_a_player_that_does_not_answer_is_named_now_and_then(shown: Shown) -> No
     assert len(shown.robot.warnings('/n/tcf: its recorded velocities are not known')) == 1
     node.advance(8.0)
     assert len(shown.robot.warnings('/n/tcf: its recorded velocities are not known')) == 2
-    node.advance(10.0)
     node.offered['/bag_player/read'] = service
     shown.seek(5.0)
-    node.advance(1.2)
+    node.advance(20.0)
     shown.check(5.0)
     del node.offered['/bag_player/read'], node.log[:]
-    shown.player.seek(7.0)
+    shown.player.seek(11.9)
     node.advance(0.5)
     assert node.log == []  # once more it may just have ended

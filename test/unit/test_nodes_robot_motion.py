@@ -154,18 +154,21 @@ def test_joint_states_that_come_again_end_the_text(robot: RobotStage) -> None:
 
 def test_arrows_are_drawn_with_the_joint_states_that_move_the_drawn_robot(robot: RobotStage
                                                                           ) -> None:
-    drive, drawn = moving_tool(robot, '/r/tcf', (0.0, 0.1, 0.0)), [0, 0]
+    """Also if there are not as many as the screen could show."""
+    drive = moving_tool(robot, '/r/tcf', (0.0, 0.1, 0.0))
     robot.run(0.5, drive)
+    joints(robot, 0.1, 0.2)
+    drawn = {'poses': 0, 'joints': 0}
     for step in range(400):
-        robot.node.advance(0.004)
+        robot.node.advance(0.008)
         robot.forget()
-        if step % 2:
+        drive(0.5 + 0.008 * step)
+        drawn['poses'] += len(robot.arrays)
+        robot.forget()
+        if step % 8 == 7:
             joints(robot, 0.1, 0.2)
-        else:
-            drive(0.5 + 0.004 * step)
-        drawn[step % 2] += len(robot.arrays)
-    assert drawn[0] <= 1  # before the first joint states
-    assert drawn[1] > 40
+        drawn['joints'] += len(robot.arrays)
+    assert drawn['poses'] == 0 and drawn['joints'] > 30
 
 
 def test_the_last_poses_before_a_driver_stops_count(robot: RobotStage) -> None:
