@@ -14,7 +14,7 @@ class FoundModel:
 
     It is the file ``path`` of the ``package``; without a package its text has to be written beside
     the configuration. ``arguments`` are for xacro; ``prefix`` is what its links should get.
-    ``reason`` says how it was found.
+    ``reason`` says how it was found; its driver puts the ``joint_prefix`` before names of joints.
     """
 
     namespace: str
@@ -25,8 +25,9 @@ class FoundModel:
     reason: str = ''
     arguments: Tuple[Tuple[str, str], ...] = ()
     prefix: str = ''
+    joint_prefix: str = ''
 
     @property
     def joints(self) -> FrozenSet[str]:
-        """The names of its movable joints."""
-        return frozenset(self.description.joints)
+        """The names of its movable joints, as its driver has them."""
+        return frozenset(self.joint_prefix + name for name in self.description.joints)

@@ -140,8 +140,9 @@ def _tell_odd_joints(device: DraftDevice, group: RobotGroup,
     topic, model = group.joint_topic, group.model
     if model is None or not topic.joints:
         return
-    drawn = {joint.get('name') for it in groups if it.joint_topic is topic and it.model is not None
-             for joint in ElementTree.fromstring(it.model.description.text).findall('joint')}
+    models = [it.model for it in groups if it.joint_topic is topic and it.model is not None]
+    drawn = {f'{it.joint_prefix}{joint.get("name")}' for it in models
+             for joint in ElementTree.fromstring(it.description.text).findall('joint')}
     left = [it for it in topic.joints if it not in drawn]
     if left:
         device.comments.append(f'{topic.name} has joints that the model has not, and that are not '

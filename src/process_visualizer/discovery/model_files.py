@@ -76,9 +76,9 @@ class ModelFiles:
 
 
 def _patterns(text: str) -> List[Pattern[str]]:
-    """The names of joints in a file, where any text may stand for what xacro fills in."""
+    """The names of joints in a file, with any prefix, and any text for what xacro fills in."""
     names = {_EXPRESSION.sub('*', name) for name in _JOINT.findall(text)}
-    return [re.compile('.*'.join(map(re.escape, name.split('*'))))
+    return [re.compile('.*' + '.*'.join(map(re.escape, name.split('*'))))
             for name in sorted(names)]
 
 

@@ -20,7 +20,7 @@ class ModelFit:
     """A model beside what was seen; distances are root mean squares in m, None: not comparable."""
 
     def __init__(self, model: FoundModel) -> None:
-        self._description = model.description
+        self._description, self._prefix = model.description, model.joint_prefix
         self._kinematics = Kinematics(model.description.text)
 
     def lengths_m(self, transforms: Sequence[SeenTransform]) -> Optional[float]:
@@ -29,8 +29,9 @@ class ModelFit:
                  if kind in _KEEP_DISTANCE}
         away = []
         for it in transforms:
-            if self._description.parents.get(it.child) == it.parent:
-                place = self._kinematics.placement(it.child, it.parent, zeros)
+            child, parent = self._own(it.child), self._own(it.parent)
+            if self._description.parents.get(child) == parent:
+                place = self._kinematics.placement(child, parent, zeros)
                 if place is not None:
                     away.append(np.subtract(place.position, it.placement.position))
         return _rms(np.array(away)) if len(away) >= _LEAST_LENGTHS else None
@@ -65,9 +66,16 @@ class ModelFit:
 
     def _places(self, frame: str, motion: Motion) -> List[Placement]:
         """Where a frame is in the root link at each sample; nothing if it is not known."""
-        found = [self._kinematics.connection(frame, self._description.root_link, it.positions)
-                 for it in motion.samples]
+        found = [self._kinematics.connection(
+            self._own(frame), self._description.root_link,
+            {self._own(name): position for name, position in it.positions.items()})
+            for it in motion.samples]
         return [it for it in found if it is not None] if None not in found else []
+
+
+    def _own(self, name: str) -> str:
+        """What the model calls a link or joint that its driver gives a prefix."""
+        return name[len(self._prefix):] if name.startswith(self._prefix) else name
 
 
 def _offset_residuals(places: Sequence[Placement], reported: Sequence[Placement]) -> np.ndarray:

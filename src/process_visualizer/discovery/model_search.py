@@ -35,7 +35,7 @@ _FEWEST_JOINTS = 3
 may be a gripper or a track."""
 _DIGITS = 5
 _HANDS = ('hand', 'gripper')
-_PREFIX = re.compile('prefix$')
+_PREFIX, _NUMBER = re.compile('prefix$'), re.compile('[0-9]+')
 _Arguments = Tuple[Tuple[str, str], ...]
 
 
@@ -116,10 +116,10 @@ class ModelSearch:
         """
         if not fitting:
             return None
-        most = max(_rank(it.description, topic) for it in fitting)
+        most = max(_rank(it, topic) for it in fitting)
         best: List[FoundModel] = []
         for model in fitting:
-            if _rank(model.description, topic) == most \
+            if _rank(model, topic) == most \
                     and not any(_same(model.description.text, it.description.text) for it in best):
                 best.append(model)
         if len(best) == 1:
@@ -132,13 +132,22 @@ class ModelSearch:
         reason = 'the names of its joints' if topic.joints else \
             'its name and the number of its joints'
         for file in self._likely(topic)[:_MOST_TRIES]:
-            expanded = ((self._expand(file, it), it) for it in self._arguments(file, topic))
-            fitting = [(found, it) for found, it in expanded
-                       if found is not None and _fits(found, topic, frames)]
+            fitting = [it for it in self._variants(file, topic) if _fits(it, topic, frames)]
             if fitting:
-                found, arguments = max(fitting, key=lambda it: _rank(it[0], topic))
-                yield FoundModel(topic.name.rpartition('/')[0], file.name, found, file.package,
-                                 file.path, f'found by {reason}: is it the one?', arguments)
+                best = max(fitting, key=lambda it: _rank(it, topic))
+                yield replace(best, reason=f'found by {reason}: is it the one?')
+
+    def _variants(self, file: ModelFile, topic: SeenTopic) -> Iterator[FoundModel]:
+        """A file with different arguments, and with the prefix that its driver may have."""
+        for arguments in self._arguments(file, topic):
+            found = self._expand(file, arguments)
+            if found is not None:
+                model = FoundModel(topic.name.rpartition('/')[0], file.name, found, file.package,
+                                   file.path, arguments=arguments)
+                yield model
+                prefix = _common_prefix(found, topic)
+                if prefix and not _has_siblings(found, topic, prefix):
+                    yield replace(model, prefix=prefix, joint_prefix=prefix)
 
     def _likely(self, topic: SeenTopic) -> List[ModelFile]:
         namespace = topic.name.rpartition('/')[0]
@@ -187,20 +196,20 @@ def _loaded(text: str) -> RobotDescription:
         return load_robot_description(path)
 
 
-def _fits(description: RobotDescription, topic: SeenTopic, frames: Set[str]) -> bool:
+def _fits(model: FoundModel, topic: SeenTopic, frames: Set[str]) -> bool:
     """Whether most joints of a model are on a topic, or it has as many as an array has numbers."""
-    joints = set(description.joints)
+    joints = model.joints
     if topic.joints:
         common = len(joints & set(topic.joints))
         return common >= min(_FEWEST_JOINTS, max(len(joints), 1)) and 2 * common > len(joints)
     return len(joints) == topic.length or (topic.length is None and bool(
-        frames & set(description.links)))
+        frames & set(model.description.links)))
 
 
-def _rank(description: RobotDescription, topic: SeenTopic) -> Tuple[int, int]:
+def _rank(model: FoundModel, topic: SeenTopic) -> Tuple[int, int]:
     """How well a model suits a topic: by the joints of both, then by how few only the model has."""
-    joints = set(description.joints)
-    return len(joints & set(topic.joints)), -len(joints - set(topic.joints))
+    seen = set(topic.joints)
+    return len(model.joints & seen), -len(model.joints - seen)
 
 
 def _common_prefix(description: RobotDescription, topic: SeenTopic) -> str:
@@ -209,6 +218,13 @@ def _common_prefix(description: RobotDescription, topic: SeenTopic) -> str:
                        if joint.endswith(name))
     prefix, count = max(prefixes.items(), key=lambda it: it[1], default=('', 0))
     return prefix if 2 * count > len(description.joints) else ''
+
+
+def _has_siblings(description: RobotDescription, topic: SeenTopic, prefix: str) -> bool:
+    """Whether there are more numbered joints than the model has: they are those of another one."""
+    kinds = {_NUMBER.sub('#', name) for name in description.joints}
+    others = (it[len(prefix):] for it in topic.joints if it.startswith(prefix))
+    return any(it not in description.joints and _NUMBER.sub('#', it) in kinds for it in others)
 
 
 _Shape = Tuple[Tuple[object, ...], ...]

@@ -217,6 +217,30 @@ def test_two_robots_of_one_model_on_one_topic(monkeypatch: pytest.MonkeyPatch) -
         (file, (('tf_prefix', 'left_'),)), (file, (('tf_prefix', 'right_'),))]
 
 
+@pytest.mark.parametrize('names, rest, prefix', [
+    (('pan', 'lift', 'turn'), ('left_pan', 'left_lift', 'left_turn', 'finger'), 'left_'),
+    (('joint_1', 'joint_2', 'joint_3'), ('r2/joint_1', 'r2/joint_2', 'r2/joint_3'), 'r2/'),
+    (('joint_1', 'joint_2', 'joint_3'), tuple(f'big_joint_{i}' for i in range(1, 5)), None)])
+def test_a_driver_may_put_a_prefix_before_the_joints(
+        tmp_path: Path, package: Path, names: Tuple[str, ...], rest: Tuple[str, ...],
+        prefix: Optional[str]) -> None:
+    """Of which the model knows nothing; one with more joints of that kind is another robot."""
+    (package / 'urdf' / 'little.urdf.xacro').write_text(urdf(['base', 'a', 'b', 'c'], names))
+    bag = write_bag(tmp_path / 'a.bag', [
+        ('/joint_states', lambda number: JointState(
+            name=list(rest), position=[0.1 * number] * len(rest))),
+        ('/tf_static', lambda _: frames('world', f'{prefix}base', 2.0))])
+    new = from_bags([bag])
+    write_new(new, str(tmp_path / 'cell.xml'))
+    device, = XmlParser().parse(str(tmp_path / 'cell.xml')).devices
+    assert (None if device.model is None else device.model.prefix) == prefix
+    if prefix is not None:
+        assert device.base is not None
+        assert (device.base.frame, device.base.pose.xyz) == (f'{prefix}base', (2.0, 0.0, 0.0))
+        assert main(['check', str(tmp_path / 'cell.xml')]) == 0
+        assert ('finger' in new.text) == ('finger' in rest)
+
+
 def test_a_description_with_a_hand_is_that_of_its_package(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv('ROS_PACKAGE_PATH', str(MAKERS))
     file, arguments = 'panda_style_description/robots/arm.urdf.xacro', (('hand', 'true'),)
