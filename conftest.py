@@ -11,5 +11,6 @@ from hypothesis import HealthCheck, settings
 # How long an example takes, or is made, proves nothing. Where examples share a fixture, they may.
 settings.register_profile(
     'any machine', deadline=None, derandomize=bool(os.environ.get('CI')),
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture])
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large,
+                           HealthCheck.function_scoped_fixture])
 settings.load_profile('any machine')

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-_MEAN_S, _ROUGH_S = 0.2, 0.5
+ROUGH_S = 0.5
+_MEAN_S = 0.2
 _LEAST_SHARE = 3e-3
 
 
@@ -50,7 +51,7 @@ def roughness(times_s: np.ndarray, values: np.ndarray, value_range: float) -> np
         return np.zeros(len(values))
     rate_hz = (len(values) - 1) / (times_s[-1] - times_s[0])
     fine = values - moving_mean(values, max(int(_MEAN_S * rate_hz), 3))
-    square = _mean_of_last(fine * fine, max(int(_ROUGH_S * rate_hz), 3))
+    square = _mean_of_last(fine * fine, max(int(ROUGH_S * rate_hz), 3))
     least = max(_LEAST_SHARE * value_range, 1e-12)
     result: np.ndarray = 0.5 * np.log(square + least * least)
     return result

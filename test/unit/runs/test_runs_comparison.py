@@ -217,3 +217,50 @@ def test_the_page_is_whole_and_needs_nothing_else(learned: GoodRuns) -> None:
                                           (3725.5, '62:05.50'), (-1.5, '-0:01.50')])
 def test_clock(time_s: float, text: str) -> None:
     assert clock(time_s) == text
+
+
+def interrupted(run: Run, begin_s: float, end_s: float) -> Run:
+    """The run, of which nothing was recorded for a while."""
+    def kept(times_s: np.ndarray) -> np.ndarray:
+        return (times_s < begin_s) | (times_s > end_s)
+    return run._replace(
+        channels=tuple(it._replace(times_s=it.times_s[kept(it.times_s)],
+                                   values=it.values[kept(it.times_s)]) for it in run.channels),
+        motions=tuple(it._replace(times_s=it.times_s[kept(it.times_s)],
+                                  positions=it.positions[kept(it.times_s)]) for it in run.motions))
+
+
+def held_up(run: Run, at_s: float, late_s: float) -> Run:
+    """The run, all of whose messages were held up for a moment, and then came at once."""
+    def arrival(times_s: np.ndarray) -> np.ndarray:
+        waits = (times_s >= at_s) & (times_s < at_s + late_s)
+        return np.where(waits, at_s + late_s + 1e-4 * np.cumsum(waits), times_s)
+    return run._replace(
+        channels=tuple(it._replace(times_s=arrival(it.times_s)) for it in run.channels),
+        motions=tuple(it._replace(times_s=arrival(it.times_s)) for it in run.motions))
+
+
+@pytest.mark.parametrize('begin_s, end_s', [(4.5, 6.0), (5.0, 5.4), (9.0, 11.0), (2.5, 3.5)])
+def test_a_gap_in_the_recording_is_no_fault_of_the_process(learned: GoodRuns, begin_s: float,
+                                                           end_s: float) -> None:
+    for good in (learned, GoodRuns(made_run())):
+        found = good.compare(interrupted(made_run(77, speed=1.01), begin_s, end_s))
+        assert found.departures == ()
+        text = as_text(good, [found])
+        assert f'not judged: robot tool force from {clock(begin_s - 0.4)[:-1]}' in text
+        assert '(no data' in text
+        assert json.loads(as_json(good, [found]))['runs'][0]['not_judged']
+
+
+@pytest.mark.parametrize('at_s', [2.9, 4.3, 5.01, 8.6, 10.2])
+def test_messages_that_were_held_up_are_no_fault_of_the_process(learned: GoodRuns,
+                                                                at_s: float) -> None:
+    for good in (learned, GoodRuns(made_run())):
+        for late_s in (0.04, 0.09, 0.3):
+            assert good.compare(held_up(made_run(77), at_s, late_s)).departures == ()
+
+
+def test_a_fault_beside_a_gap_is_found(learned: GoodRuns) -> None:
+    found = learned.compare(interrupted(made_run(77, value=pushed), 7.0, 8.0))
+    assert found.departures[0].signal.name == 'robot tool force'
+    assert found.departures[0].onset_s == pytest.approx(5.0, abs=0.2)

@@ -6,11 +6,10 @@ from typing import NamedTuple, Sequence, Tuple
 
 import numpy as np
 
-from process_visualizer.motion.placements import interpolated
+from process_visualizer.runs.data_gaps import known_at
 from process_visualizer.runs.moving_window import moving_maximum
 from process_visualizer.runs.run import Run, ToolMotion
 
-_LONGEST_GAP_S = 0.5
 _LEAST_SPEED_M_S = 0.002
 _SHARE_OF_FASTEST, _AROUND_S = 0.5, 0.5
 
@@ -42,7 +41,7 @@ def _motion(run: Run, names: Sequence[str], rate_hz: float) -> Motion:
 
 
 def _at(times_s: np.ndarray, motion: ToolMotion) -> np.ndarray:
-    return interpolated(times_s, motion.times_s, motion.positions, _LONGEST_GAP_S)
+    return known_at(times_s, motion.times_s, motion.positions)
 
 
 def velocities(motion: Motion) -> np.ndarray:

@@ -16,8 +16,8 @@ from process_visualizer.runs.deviation.band import (
     fewest_runs,
     tolerance_band,
 )
-from process_visualizer.runs.deviation.departures import Departure, departures
-from process_visualizer.runs.deviation.signals import Columns, grid_s, signals
+from process_visualizer.runs.deviation.departures import Departure, departures, spans
+from process_visualizer.runs.deviation.signals import Columns, Signal, SignalKind, grid_s, signals
 from process_visualizer.runs.run import Run, fingerprint
 
 USUAL_RATE = 0.05
@@ -25,8 +25,20 @@ USUAL_RATE = 0.05
 _LEAST_SHARE = 0.8
 """Of the reference, or of the run: if less than that has a counterpart in the other, it is told."""
 
+_FOLLOWING = (SignalKind.TIMING, SignalKind.NOISE)
+_FOLLOWING_LABELS = ('tool sideways', 'tool up')
+"""They have data where another signal of theirs has."""
+_MIN_UNJUDGED_ROWS = 10
 _MIN_LONGER_S, _MIN_PACE = 0.1, 0.02
 """From so much on, also as a share of the reference, a different pace is reported."""
+
+
+class Unjudged(NamedTuple):
+    """A signal of which the run has no data from one time of the recording to another [s]."""
+
+    signal: Signal
+    begin_s: float
+    end_s: float
 
 
 class Comparison(NamedTuple):
@@ -38,6 +50,7 @@ class Comparison(NamedTuple):
     band: Band
     departures: Tuple[Departure, ...]
     notes: Tuple[str, ...]
+    unjudged: Tuple[Unjudged, ...] = ()
 
     def run_s(self, reference_s: float) -> float:
         """Return the time of the run [s from its begin] that belongs to one of the reference."""
@@ -96,7 +109,8 @@ class GoodRuns:
         band = self.band if own is None else self._band(own)
         found = departures(self.times_s, columns, band)
         notes = [*alignment.notes, *self._notes(run, alignment, columns)]
-        return Comparison(run, alignment, columns, band, found, tuple(notes))
+        return Comparison(run, alignment, columns, band, found, tuple(notes),
+                          _unjudged(run, alignment, self.times_s, columns, band))
 
     def _outstanding(self) -> Tuple[str, ...]:
         """What is told of the good runs themselves."""
@@ -162,6 +176,24 @@ class GoodRuns:
                 more = f' and {len(only) - 4} more' if len(only) > 4 else ''
                 notes.append(f'only {where} has {names}{more}')
         return notes
+
+
+def _unjudged(run: Run, alignment: Alignment, times_s: np.ndarray, columns: Columns,
+              band: Band) -> Tuple[Unjudged, ...]:
+    """Return where the good runs have data of a channel or tool, and the run has none."""
+    run_s = alignment.time_map.to_run(times_s)
+    is_there = (run_s >= 0.0) & (run_s <= run.duration_s)
+    found = []
+    for signal, limits in band.signals.items():
+        if signal.kind in _FOLLOWING or signal.label in _FOLLOWING_LABELS:
+            continue
+        missing = np.isnan(columns[signal]) & is_there & np.isfinite(limits.middle) \
+            if signal in columns else is_there & np.isfinite(limits.middle)
+        for begin, end in spans(missing):
+            if end - begin >= _MIN_UNJUDGED_ROWS:
+                found.append(Unjudged(signal, run.begin_s + float(run_s[begin]),
+                                      run.begin_s + float(run_s[end - 1])))
+    return tuple(sorted(found, key=lambda it: it.begin_s))
 
 
 def _pace(alignment: Alignment) -> List[str]:

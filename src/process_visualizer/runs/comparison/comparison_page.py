@@ -10,7 +10,7 @@ from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns
 from process_visualizer.runs.comparison.curve_drawing import curve_drawing
 from process_visualizer.runs.comparison.scene_pair import ScenePair
 from process_visualizer.runs.comparison.verdict import band_text, verdict
-from process_visualizer.runs.comparison.wording import amount, clock, moment
+from process_visualizer.runs.comparison.wording import amount, clock, moment, unjudged_texts
 
 _MOST_RUNS, _MOST_ROWS, _MOST_CURVES = 20, 12, 4
 _STYLE = '''
@@ -70,7 +70,8 @@ def _table(head: Sequence[str], rows: Sequence[str]) -> str:
 def _details(good: GoodRuns, comparison: Comparison, scene: Optional[ScenePair]) -> List[str]:
     name = escape(comparison.run.name)
     parts = [f'<h2>{name}</h2>', f'<p class="poor">{escape(verdict(comparison))}</p>']
-    parts += [f'<p class="note">{escape(note)}</p>' for note in comparison.notes]
+    parts += [f'<p class="note">{escape(note)}</p>'
+              for note in (*comparison.notes, *unjudged_texts(comparison))]
     rows = [f'<tr><td>{number}</td><td>{escape(it.signal.name)}</td>'
             f'<td>{escape(moment(comparison, it.onset_s))} ± {it.uncertainty_s:.2f} s</td>'
             f'<td>{escape(moment(comparison, it.worst_s))}</td><td>{escape(amount(it))}</td></tr>'

@@ -7,7 +7,7 @@ from typing import Any, Dict, List, Sequence
 
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns
 from process_visualizer.runs.comparison.verdict import band_text, verdict
-from process_visualizer.runs.comparison.wording import amount, moment
+from process_visualizer.runs.comparison.wording import amount, moment, unjudged_texts
 from process_visualizer.runs.deviation.departures import Departure
 
 _MOST_LINES = 10
@@ -19,7 +19,7 @@ def as_text(good: GoodRuns, comparisons: Sequence[Comparison]) -> str:
     lines += [f'note: {note}' for note in good.notes]
     for it in comparisons:
         lines.append(f'{it.run.name}: {verdict(it)}')
-        lines += [f'  note: {note}' for note in it.notes]
+        lines += [f'  note: {note}' for note in (*it.notes, *unjudged_texts(it))]
     if len(comparisons) == 1:
         lines += _table(comparisons[0])
     else:
@@ -54,6 +54,9 @@ def _run(comparison: Comparison) -> Dict[str, Any]:
             'duration_s': round(run.duration_s, 3), 'aligned_by': comparison.alignment.means.name,
             'is_within': not comparison.departures, 'verdict': verdict(comparison),
             'notes': list(comparison.notes),
+            'not_judged': [{'device': it.signal.device, 'signal': it.signal.label,
+                            'from_s': round(it.begin_s, 3), 'to_s': round(it.end_s, 3)}
+                           for it in comparison.unjudged],
             'departures': [_departure(comparison, it) for it in comparison.departures]}
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Dict, List
 
 from process_visualizer.runs.comparison.comparison import Comparison
 from process_visualizer.runs.deviation.departures import Departure
@@ -30,6 +31,17 @@ def moment(comparison: Comparison, reference_s: float) -> str:
         return text
     event = max(before, key=lambda it: it.time_s)
     return f'{text} ({event.name} + {max(run_s - event.time_s, 0.0):.1f} s)'
+
+
+def unjudged_texts(comparison: Comparison) -> List[str]:
+    """Return a sentence for each signal of which the run has no data somewhere."""
+    stretches: Dict[str, List[str]] = {}
+    for it in comparison.unjudged:
+        stretches.setdefault(it.signal.name, []).append(f'{clock(it.begin_s)} to '
+                                                        f'{clock(it.end_s)}')
+    return [f'not judged: {name} from {", ".join(found[:3])}'
+            f'{f" and {len(found) - 3} more times" if len(found) > 3 else ""} (no data, or too seldom)'
+            for name, found in stretches.items()]
 
 
 def amount(departure: Departure) -> str:

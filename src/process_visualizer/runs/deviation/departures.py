@@ -73,19 +73,19 @@ def outside_since(is_outside: np.ndarray) -> Optional[int]:
 
     Here, too, what swings back for a moment is not back.
     """
-    spans, count = _spans(is_outside), len(is_outside)
-    return next((begin for begin, end in (_for_good(spans, it, count) for it in spans)
+    found, count = spans(is_outside), len(is_outside)
+    return next((begin for begin, end in (_for_good(found, it, count) for it in found)
                  if end > count - _BACK_ROWS), None)
 
 
 def _departure(times_s: np.ndarray, signal: Signal, values: np.ndarray,
                limits: SignalBand) -> Optional[Departure]:
     deviation = values - limits.middle
-    spans = _spans(outside(values, limits))
-    if not spans:
+    found = spans(outside(values, limits))
+    if not found:
         return None
-    begin, end = next((it for it in spans if it[1] - it[0] >= _SHORTEST_ROWS), spans[0])
-    begin, end = _for_good(spans, (begin, end), len(times_s))
+    begin, end = next((it for it in found if it[1] - it[0] >= _SHORTEST_ROWS), found[0])
+    begin, end = _for_good(found, (begin, end), len(times_s))
     ratio = np.nan_to_num(np.abs(deviation[begin:end]) / limits.half_width[begin:end], nan=0.0)
     worst = begin + int(ratio.argmax())
     since = onset(times_s, deviation / limits.half_width, begin)
@@ -95,17 +95,17 @@ def _departure(times_s: np.ndarray, signal: Signal, values: np.ndarray,
                      float(limits.half_width[worst]))
 
 
-def _spans(is_outside: np.ndarray) -> List[Tuple[int, int]]:
-    """The rows of each stretch outside, the end not included."""
+def spans(is_outside: np.ndarray) -> List[Tuple[int, int]]:
+    """Return the rows of each stretch (bool) that is true, the end not included."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], is_outside, [False])).astype(np.int8)))
     return [(int(first), int(behind)) for first, behind in edges.reshape(-1, 2)]
 
 
-def _for_good(spans: Sequence[Tuple[int, int]], first: Tuple[int, int],
+def _for_good(stretches: Sequence[Tuple[int, int]], first: Tuple[int, int],
               count: int) -> Tuple[int, int]:
     """The stretch with those that follow it closely: what swings back for a moment is not back."""
     begin, end = first
-    for other in spans:
+    for other in stretches:
         if end <= other[0] <= end + max(end - begin, _BACK_ROWS):
             end = other[1]
     return begin, min(end, count)

@@ -7,17 +7,18 @@ from typing import Dict, List, Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from process_visualizer.motion.placements import interpolated
 from process_visualizer.runs.alignment.time_map import TimeMap
+from process_visualizer.runs.data_gaps import data_gaps, inside, known_at
 from process_visualizer.runs.deviation.tool_path_axes import path_axes
-from process_visualizer.runs.moving_window import moving_mean, roughness
+from process_visualizer.runs.moving_window import ROUGH_S, moving_maximum, moving_mean, roughness
 from process_visualizer.runs.run import Channel, ChannelKind, Run, ToolMotion
 
 RATE_HZ = 50.0
 MEAN_ROWS = int(0.1 * RATE_HZ)
 """Each value is the mean of so many."""
 _LOST_WITHIN_S = 0.5
-_LONGEST_GAP_S = 0.5
+_NEAR_GAP_S = 0.4
+"""So near to a gap in the motion it is not known well which moment of the reference it is."""
 TIMING_LABEL, SLOWER_LABEL, NOISE_SUFFIX = 'time lost', 'slower by', ' noise'
 
 
@@ -75,8 +76,10 @@ def signals(reference: Run, run: Run, time_map: TimeMap) -> Columns:
     times_s = grid_s(reference)
     run_s = time_map.to_run(times_s)
     run_s = np.where((run_s >= 0.0) & (run_s <= run.duration_s), run_s, np.nan)
-    found = _timing(times_s, run_s)
     others = {motion.device: motion for motion in run.motions}
+    unsure = _unsure(reference, run, times_s, run_s)
+    found = _timing(times_s, run_s, unsure)
+    run_s = np.where(unsure, np.nan, run_s)
     for motion in reference.motions:
         if motion.device in others and len(motion.times_s) and len(others[motion.device].times_s):
             found.update(_places(motion, others[motion.device], times_s, run_s))
@@ -87,10 +90,22 @@ def signals(reference: Run, run: Run, time_map: TimeMap) -> Columns:
     return {signal: values.astype(np.float32) for signal, values in found.items()}
 
 
-def _timing(times_s: np.ndarray, run_s: np.ndarray) -> Columns:
+def _unsure(reference: Run, run: Run, times_s: np.ndarray, run_s: np.ndarray) -> np.ndarray:
+    """Return where (t,) (bool) no tool tells which moment of the run it is: data are missing."""
+    found = np.zeros(len(times_s), bool)
+    for moments_s, motions in ((times_s, reference.motions), (run_s, run.motions)):
+        gaps = [inside(moments_s, data_gaps(it.times_s), _NEAR_GAP_S) for it in motions
+                if len(it.times_s)]
+        if gaps:
+            found |= np.logical_and.reduce(gaps)
+    return found
+
+
+def _timing(times_s: np.ndarray, run_s: np.ndarray, unsure: np.ndarray) -> Columns:
     rows = int(_LOST_WITHIN_S * RATE_HZ)
     took_s = np.full(len(times_s), np.nan)
     took_s[rows:] = run_s[rows:] - run_s[:-rows]
+    took_s[moving_maximum(unsure.astype(float), rows) > 0.0] = np.nan
     known = took_s[np.isfinite(took_s)]
     usual_s = float(np.median(known)) if len(known) else _LOST_WITHIN_S
     slower = np.where(np.isfinite(run_s), usual_s / _LOST_WITHIN_S - 1.0, np.nan)
@@ -100,26 +115,18 @@ def _timing(times_s: np.ndarray, run_s: np.ndarray) -> Columns:
 
 def _places(reference: ToolMotion, run: ToolMotion, times_s: np.ndarray,
             run_s: np.ndarray) -> Columns:
-    mine = interpolated(times_s, reference.times_s, reference.positions, _LONGEST_GAP_S)
-    difference = _at(run_s, run.times_s, run.positions) - mine
+    mine = known_at(times_s, reference.times_s, reference.positions)
+    difference = known_at(run_s, run.times_s, run.positions) - mine
     axes = path_axes(mine, RATE_HZ)
     parts = np.einsum('tij,tj->ti', axes, difference)
     return {Signal(reference.device, label, 'm', SignalKind.PLACE): moving_mean(part, MEAN_ROWS)
             for label, part in zip(('tool along', 'tool sideways', 'tool up'), parts.T)}
 
 
-def _at(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """The values at times of which some are NaN, as are theirs."""
-    known = np.isfinite(times_s)
-    found = np.full((len(times_s), values.shape[1]), np.nan)
-    found[known] = interpolated(times_s[known], known_s, values, _LONGEST_GAP_S)
-    return found
-
-
 def _channel(reference: Channel, run: Channel, run_s: np.ndarray) -> Columns:
     finite = np.isfinite(run.values)
     times_s, values = run.times_s[finite], run.values[finite]
-    value = moving_mean(_at(run_s, times_s, values[:, np.newaxis])[:, 0], MEAN_ROWS)
+    value = moving_mean(known_at(run_s, times_s, values[:, np.newaxis])[:, 0], MEAN_ROWS)
     signal = Signal(reference.device, reference.label, reference.unit, _KINDS[reference.kind],
                     reference.tolerance)
     if reference.kind.is_motion:
@@ -127,7 +134,8 @@ def _channel(reference: Channel, run: Channel, run_s: np.ndarray) -> Columns:
     theirs = reference.values[np.isfinite(reference.values)]
     rough = roughness(times_s, values, float(np.ptp(theirs)) if len(theirs) else 0.0)
     noise = Signal(reference.device, reference.label + NOISE_SUFFIX, '', SignalKind.NOISE)
-    return {signal: value, noise: _at(run_s, times_s, rough[:, np.newaxis])[:, 0]}
+    rough_s = np.where(inside(run_s, data_gaps(times_s), ROUGH_S), np.nan, run_s)
+    return {signal: value, noise: known_at(rough_s, times_s, rough[:, np.newaxis])[:, 0]}
 
 
 def common_signals(columns: Tuple[Mapping[Signal, np.ndarray], ...]) -> List[Signal]:
