@@ -5,7 +5,9 @@ usage: python3 bench/own_parts.py [--runs 5]    (in the workspace)
 
 All message types that are installed are parsed and summed; some definitions that are right for
 ROS, and unusual, are too. Messages are read for the first time, which includes their definition,
-and then again; and damaged in thousands of ways. The last row is a chunk of 530 bytes that holds
+and then again; and damaged in thousands of ways. Stamps are moved in the bytes of a message, beside
+reading, changing and writing it with rosbags, and of a picture beside a copy of its bytes: a row
+that ends with (!) is slower than these. The last row is a chunk of 530 bytes that holds
 700 MB, though its header says 1 kB: how much memory is taken. Medians of the runs.
 """
 from __future__ import annotations
@@ -27,12 +29,13 @@ import genpy.dynamic
 from geometry_msgs.msg import TransformStamped, WrenchStamped
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.msg import normalize_msgtype
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import Image, JointState
 from tf2_msgs.msg import TFMessage
 
 from process_visualizer.messages.definition_checksum import definition_checksum
 from process_visualizer.messages.message_definition import parse_definitions
 from process_visualizer.messages.message_values import message_values
+from process_visualizer.messages.stamps import StampLocator
 
 _UNUSUAL = ('uint8 kIdle=0\nuint8 state', 'float64 EPS=1e-3\nfloat64 x', 'float64 X=1.50\nint8 x',
             'int8 A=+3\nint8 b', 'uint8 A=007\nint8 b', 'int32 x\r\nint32 y\r\n',
@@ -40,6 +43,7 @@ _UNUSUAL = ('uint8 kIdle=0\nuint8 state', 'float64 EPS=1e-3\nfloat64 x', 'float6
 _DAMAGES = 3000
 _WILD = (b'\xff\xff\xff\xff', b'\xff\xff\xff\x7f', b'\0\0\0\x10')
 _REPEATS = 200
+_PICTURE_BYTES = 20_000_000
 _BOMB_BYTES = 700 << 20
 _BOMBS = {
     'ours': 'from process_visualizer.bags.chunk_store import Chunk, decompressed\n'
@@ -73,6 +77,7 @@ def main() -> None:
                                  parse_definitions))), 1e3 / len(types))
     for message in (JointState(name=['joint'] * 7, position=[0.1] * 7), WrenchStamped(), _frames()):
         _compare_readers(message, runs)
+    _move_stamps(runs)
     for name, code in _BOMBS.items():
         print(f'memory for the chunk, MB, {name}: {_memory_mb(code):.0f}')
 
@@ -118,9 +123,7 @@ def _readers(kind: str, text: str) -> Tuple[Reader, Reader]:
 
 
 def _compare_readers(message: Any, runs: int) -> None:
-    buffer = io.BytesIO()
-    message.serialize(buffer)
-    kind, text, data = message._type, message._full_text, buffer.getvalue()
+    kind, text, data = message._type, message._full_text, _serialised(message)
 
     def first_of_rosbags() -> None:
         _store(kind, text).deserialize_ros1(data, normalize_msgtype(kind))
@@ -133,6 +136,45 @@ def _compare_readers(message: Any, runs: int) -> None:
         runs, _REPEATS, *(lambda read=read: read(data) for read in readers)), 1e6)
     for name, read in zip(('rosbags', 'ours'), readers):
         print(f'  damaged, {name}:', dict(_damaged(read, data)))
+
+
+def _move_stamps(runs: int) -> None:
+    def with_rosbags() -> Any:
+        message = store.deserialize_ros1(small, name)
+        message.header.stamp.sec += 1
+        return store.serialize_ros1(message, name)
+
+    kind, name = WrenchStamped._type, normalize_msgtype(WrenchStamped._type)
+    store, small = _store(kind, WrenchStamped._full_text), _serialised(_stamped(WrenchStamped()))
+    locator = StampLocator(kind, WrenchStamped._full_text)
+    _judge('stamp of a wrench moved, us: rosbags', *_in_pairs(
+        runs, _REPEATS, with_rosbags, lambda: locator.moved(small, _later)), 1e6)
+    large = _serialised(_stamped(Image(data=bytes(_PICTURE_BYTES))))
+    pictures = StampLocator(Image._type, Image._full_text)
+    copy_s, move_s = _in_pairs(runs, 5, lambda: bytearray(large),
+                               lambda: pictures.moved(large, _later))
+    _judge('stamp of a picture of 20 MB moved, ms: 2 copies', 2.0 * copy_s, move_s, 1e3)
+
+
+def _stamped(message: Any) -> Any:
+    message.header.stamp.secs = 5
+    return message
+
+
+def _serialised(message: Any) -> bytes:
+    buffer = io.BytesIO()
+    message.serialize(buffer)
+    return buffer.getvalue()
+
+
+def _later(stamp_ns: int) -> int:
+    return stamp_ns + 10 ** 9
+
+
+def _judge(what: str, limit_s: float, ours_s: float, scale: float) -> None:
+    """Print a row; what is slower than its peer is marked."""
+    print(f'{what} {limit_s * scale:.3f}, ours {ours_s * scale:.3f}'
+          f'{" (!)" if ours_s > limit_s else ""}')
 
 
 def _in_pairs(runs: int, repeats: int, *calls: Callable[[], Any]) -> List[float]:
