@@ -68,7 +68,7 @@ class Listener:
         with self._changed:
             del self.received[:]
 
-    def wait_for(self, condition: Callable[[], bool], what: str, timeout_s: float = 20.0) -> None:
+    def wait_for(self, condition: Callable[[], bool], what: str, timeout_s: float = 60.0) -> None:
         """Wait until what has come fulfils a condition."""
         with self._changed:
             assert self._changed.wait_for(condition, timeout_s), \
@@ -100,16 +100,16 @@ class Player:
         self._subscriber.unregister()
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGINT)
-        self.process.communicate(timeout=20)
+        self.process.communicate(timeout=60)
 
-    def wait(self, timeout_s: float = 40.0) -> Tuple[int, str]:
+    def wait(self, timeout_s: float = 120.0) -> Tuple[int, str]:
         """Wait for the end; return exit code and output."""
         output, _ = self.process.communicate(timeout=timeout_s)
         return self.process.returncode, output
 
     def call(self, name: str, service: Type[Any], *arguments: Any) -> Any:
         """Call one of its services."""
-        rospy.wait_for_service(f'{PLAYER}/{name}', 20.0)
+        rospy.wait_for_service(f'{PLAYER}/{name}', 60.0)
         return rospy.ServiceProxy(f'{PLAYER}/{name}', service)(*arguments)
 
     def wait_for_state(self, condition: Callable[[PlayerState], bool], what: str) -> PlayerState:
@@ -117,7 +117,7 @@ class Player:
         with self._changed:
             del self.states[:-1]
             assert self._changed.wait_for(
-                lambda: any(map(condition, self.states)), 20.0), f'{what}: {self.states[-1:]}'
+                lambda: any(map(condition, self.states)), 60.0), f'{what}: {self.states[-1:]}'
             return next(filter(condition, self.states))
 
     def _receive(self, state: PlayerState) -> None:
