@@ -102,6 +102,14 @@ class Operator:
                                  f'{self.text("status")}; {self.messages()}; {instead()}'
                                  ) from error
 
+    def is_seen(self, condition: Callable[[], bool], within_s: float) -> bool:
+        """Whether something is to be seen within a time."""
+        try:
+            self._qtbot.waitUntil(condition, timeout=round(1000 * within_s))
+        except TimeoutError:
+            return False
+        return True
+
     def beside(self, function: Callable[[], Found]) -> Found:
         """What a function returns that is run in a thread, beside the window."""
         with ThreadPoolExecutor(1) as thread:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import subprocess
-from typing import Callable, Optional
+from typing import Optional
 
 import numpy as np
 from PyQt5.QtCore import QPoint, QRect
@@ -30,18 +30,21 @@ def press_key_in(title: str, key: str) -> None:
     xdotool('search', '--onlyvisible', '--name', title, 'windowfocus', '--sync', 'key', key)
 
 
-def drag(begin: QPoint, end: QPoint, steps: int, pause: Callable[[], None]) -> None:
-    """Press the left button, move the mouse in steps, and let go."""
-    xdotool('mousemove', str(begin.x()), str(begin.y()))
-    pause()
+def move_to(place: QPoint) -> None:
+    """Move the mouse to a place on the screen."""
+    xdotool('mousemove', str(place.x()), str(place.y()))
+
+
+def press() -> None:
+    """Press the left button."""
     xdotool('mousedown', '1')
-    for step in range(1, steps + 1):
-        place = begin + (end - begin) * (step / steps)
-        xdotool('mousemove', str(place.x()), str(place.y()))
-        pause()
+
+
+def release() -> None:
+    """Let the left button go."""
     xdotool('mouseup', '1')
 
 
 def xdotool(*words: str) -> None:
     """Do what a mouse or keyboard would."""
-    subprocess.run(['xdotool', *words], check=True, timeout=20)
+    subprocess.run(['xdotool', *words], check=True, timeout=120)

@@ -14,11 +14,10 @@ import rosbag
 import rosgraph
 from genpy import Time
 from operator_at_work import Operator, nodes
-from PyQt5.QtWidgets import QApplication, QFileDialog, QMenu, QMessageBox
+from PyQt5.QtWidgets import QApplication, QMessageBox
 from running_program import SMALL_CELL
 from std_msgs.msg import Float64
 
-LAUNCH_S = 60.0
 DRIVER = """
 import rospy, std_msgs.msg
 rospy.init_node('feed_driver')
@@ -59,7 +58,6 @@ def test_beside_a_driver(operator: Operator, tmp_path: Path) -> None:
     with rosbag.Bag(str(bag), 'w') as written:
         for number in range(6000):
             written.write('/feed_rate_est', Float64(number), Time.from_sec(1000.0 + 0.1 * number))
-    a_configuration_is_made(operator, tmp_path / 'made.xml', bag)
     operator.launcher.cell.open(str(config))
     operator.wait(lambda: operator.widget('launch').isEnabled(), 'it can be launched')
     operator.click('playback')
@@ -72,38 +70,6 @@ def test_beside_a_driver(operator: Operator, tmp_path: Path) -> None:
     with driver(operator):
         it_is_told_and_pauses(operator)
     operator.wait(lambda: not operator.widget('mixture').isVisible(), 'it is told no more')
-
-
-def a_configuration_is_made(operator: Operator, path: Path, bag: Path) -> None:
-    """Of what runs, and of a recording; the notice goes when there is one."""
-    operator.window.new.offer()
-    operator.wait(lambda: operator.launcher.master.is_connected, 'the master')
-    with driver(operator):
-        operator.click('new_from_system')
-        choose(operator, 'new_path', path)
-        operator.wait(lambda: devices(operator) == {'sensors': ['/feed_rate_est']},
-                      'the device that runs')
-    assert not operator.widget('new_offer').isVisible()
-    operator.widget('new_menu', QMenu).actions()[1].trigger()
-    choose(operator, 'new_bags', bag)
-    choose(operator, 'new_path', path.with_name('made_of_bag.xml'))
-    operator.wait(lambda: len(operator.launcher.cell.devices[0].variables) == 1,
-                  'the variable that was recorded')
-
-
-def choose(operator: Operator, name: str, path: Path) -> None:
-    """Choose a file in a dialog that is open, as its list of files would."""
-    [dialog] = [it for it in operator.window.findChildren(QFileDialog, name) if it.isVisible()]
-    if name == 'new_bags':
-        dialog.filesSelected.emit([str(path)])
-    else:
-        dialog.fileSelected.emit(str(path))
-    dialog.reject()
-
-
-def devices(operator: Operator) -> 'dict[str, list[str]]':
-    return {device.name: [topic.name for topic in device.topics]
-            for device in operator.launcher.cell.devices}
 
 
 def it_is_asked(operator: Operator) -> None:
@@ -123,7 +89,7 @@ def it_is_asked_and_can_be_left(operator: Operator) -> None:
 
 def it_begins_by_itself(operator: Operator) -> None:
     playback = operator.launcher.playback
-    operator.wait(lambda: playback.is_playing and playback.position_s > 0.1, 'it plays', LAUNCH_S)
+    operator.wait(lambda: playback.is_playing and playback.position_s > 0.1, 'it plays')
     assert question(operator) == ''
     assert '/bag_player' in nodes()
     assert not operator.widget('mixture').isVisible()

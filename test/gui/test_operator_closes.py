@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, List
+from typing import Any, Dict, Iterator, List
 
 import pytest
 import rospy
@@ -11,7 +11,7 @@ from operator_at_work import Operator, processes
 from PyQt5.QtCore import QPoint, QRect
 from PyQt5.QtWidgets import QMessageBox
 from running_program import SMALL_CELL
-from screen_mouse import drag, press_key_in, topmost_blue
+from screen_mouse import move_to, press, press_key_in, release, topmost_blue
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import InteractiveMarkerFeedback
 
@@ -20,7 +20,6 @@ from process_visualizer.generate.rviz_config import CALIBRATION_TOPIC
 from process_visualizer.gui.models.recording.recording_types import Phase
 from process_visualizer.rviz.window_geometry import Rectangle
 
-LAUNCH_S = 60.0
 RVIZ = Rectangle(460, 0, 1140, 620)
 
 
@@ -31,16 +30,16 @@ def operator(qtbot: Any) -> Iterator[Operator]:
     person.close()
 
 
-def test_drag_record_and_close(operator: Operator, tmp_path: Path, qtbot: Any) -> None:
+def test_drag_record_and_close(operator: Operator, tmp_path: Path) -> None:
     launch(operator, tmp_path)
-    drag_the_frame(operator, lambda: qtbot.wait(200))
+    drag_the_frame(operator)
     start_recording(operator)
     operator.window.close()
     assert operator.window.isVisible()
     assert 'Finish it, quit all nodes and close?' in operator.widget('question', QMessageBox).text()
     assert operator.text('yes') == 'Finish and close'
     operator.click('yes')
-    operator.wait(lambda: not operator.window.isVisible(), 'the window closes', LAUNCH_S)
+    operator.wait(lambda: not operator.window.isVisible(), 'the window closes')
     operator.close()
     [bag] = tmp_path.glob('*.bag')
     assert read_catalogue([str(bag)]).duration_s > 0.5
@@ -58,12 +57,12 @@ def launch(operator: Operator, folder: Path) -> None:
     operator.launcher.cell.open(str(config))
     operator.wait(lambda: operator.widget('launch').isEnabled(), 'it can be launched')
     operator.click('launch')
-    operator.wait(lambda: operator.widget('record').isEnabled(), 'it can record', LAUNCH_S)
-    operator.wait(lambda: bool(displays), 'RViz draws', LAUNCH_S)
+    operator.wait(lambda: operator.widget('record').isEnabled(), 'it can record')
+    operator.wait(lambda: bool(displays), 'RViz draws')
 
 
-def drag_the_frame(operator: Operator, pause: Callable[[], None]) -> None:
-    """By the arrow that points upwards, as fast as a hand: the frame goes up, and nowhere else."""
+def drag_the_frame(operator: Operator) -> None:
+    """By the arrow that points upwards: the frame goes up, and nowhere else."""
     frames: Dict[str, float] = {}
     events: List[int] = []
     ear = rospy.Subscriber(f'{CALIBRATION_TOPIC}/feedback', InteractiveMarkerFeedback,
@@ -76,13 +75,21 @@ def drag_the_frame(operator: Operator, pause: Callable[[], None]) -> None:
     operator.wait(lambda: operator.widget('calibration_marker').isEnabled(), 'it can be moved')
     assert model.base is not None and model.base.frame == 'sensors/base'
     operator.click('calibration_marker')
-    operator.wait(lambda: topmost_blue(area) is not None, 'the arrow upwards', LAUNCH_S)
+    operator.wait(lambda: topmost_blue(area) is not None, 'the arrow upwards')
     press_key_in('RViz', 'i')
     tip = topmost_blue(area)
     assert tip is not None
-    drag(tip + QPoint(0, 12), tip - QPoint(0, 88), 5, pause)
-    operator.wait(lambda: InteractiveMarkerFeedback.MOUSE_UP in events, 'RViz lets go',
-                  instead=lambda: events)
+    take_hold(operator, tip + QPoint(0, 12), events)
+    for step in range(1, 6):
+        count = events.count(InteractiveMarkerFeedback.POSE_UPDATE)
+        move_to(tip + QPoint(0, 12 - 20 * step))
+        operator.wait(lambda before=count:  # type: ignore[misc]
+                      events.count(InteractiveMarkerFeedback.POSE_UPDATE) > before, 'it moves',
+                      instead=lambda: events)
+    count = events.count(InteractiveMarkerFeedback.MOUSE_UP)
+    release()
+    operator.wait(lambda: events.count(InteractiveMarkerFeedback.MOUSE_UP) > count,
+                  'RViz lets go', instead=lambda: events)
     operator.wait(lambda: model.pose.xyz[2] > 0.1, 'the frame is higher',
                   instead=lambda: model.pose)
     assert model.pose.xyz[:2] + model.pose.ypr == pytest.approx((0.0,) * 5, abs=1e-6)
@@ -93,6 +100,18 @@ def drag_the_frame(operator: Operator, pause: Callable[[], None]) -> None:
     operator.wait(lambda: frames['sensors/base'] == 0.0, 'it is back', instead=lambda: frames)
     for subscriber in (listener, ear):
         subscriber.unregister()
+
+
+def take_hold(operator: Operator, place: QPoint, events: List[int]) -> None:
+    """Press the mouse there, until RViz takes it for the arrow: it has to see the mouse come."""
+    held = InteractiveMarkerFeedback.MOUSE_DOWN
+    for attempt in range(60):
+        move_to(place + QPoint(0, attempt % 2))
+        press()
+        if operator.is_seen(lambda: held in events, 2.0):
+            return
+        release()
+    raise AssertionError(f'RViz does not take the arrow: {events}')
 
 
 def start_recording(operator: Operator) -> None:

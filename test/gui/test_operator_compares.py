@@ -10,7 +10,6 @@ from cycle_bags import write_bag
 from operator_at_work import Operator
 from PyQt5.QtWidgets import QTreeWidget
 
-LAUNCH_S = 60.0
 POOR_S = 27.0
 """In the third of four cycles."""
 
@@ -45,7 +44,6 @@ def test_from_a_poor_run_to_its_cause(operator: Operator, bag: str, tmp_path: Pa
     playback = operator.launcher.playback
     operator.wait(lambda: abs(playback.position_s - POOR_S) < 0.2, 'the playback goes there',
                   instead=lambda: playback.position_s)
-    assert operator.blocks() == []
 
 
 def play(operator: Operator, bag: str, config: Path) -> None:
@@ -55,4 +53,4 @@ def play(operator: Operator, bag: str, config: Path) -> None:
     operator.launcher.bag.open([bag])
     operator.wait(lambda: operator.launcher.bag.catalogue is not None, 'the recording is open')
     operator.click('launch')
-    operator.wait(lambda: operator.launcher.playback.is_available, 'the player is there', LAUNCH_S)
+    operator.wait(lambda: operator.launcher.playback.is_available, 'the player is there')

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import subprocess
-import time
 from pathlib import Path
-from typing import Any, Callable, Iterator, List
+from typing import Any, Iterator, List
 
 import pytest
 from operator_at_work import Operator, nodes, processes
 from PyQt5.QtCore import QPoint, Qt
-from test_operator_session import LAUNCH_S, launch, open_the_cell
+from surroundings import wait_until
+from test_operator_session import launch, open_the_cell
 
 from process_visualizer.bags.recording import Recording
 from process_visualizer.gui.models.recording.recording_types import Phase
@@ -57,11 +57,9 @@ def test_replay(operator: Operator, tmp_path: Path) -> None:
     operator.click('back_to_live')
     end_recording(operator, tmp_path)
     operator.click('launch')
-    operator.wait(lambda: operator.text('status') == 'Idle', 'everything has ended', LAUNCH_S)
+    operator.wait(lambda: operator.text('status') == 'Idle', 'everything has ended')
     operator.close()
     assert {it for it in processes('GUI_TEST_MARK') if 'Xvfb' not in it} == set()
-    blocks = operator.blocks()
-    assert not blocks, '\n'.join(blocks)
 
 
 def timeline_of(operator: Operator) -> LiveTimeline:
@@ -94,38 +92,30 @@ def completeness(path: Path) -> Completeness:
         return make_report(recording).completeness
 
 
-def go_back(operator: Operator, replay: ReplayModel, ago_s: float = BACK_S) -> float:
-    """Click into the past; return how long it takes [s] until it is seen."""
+def go_back(operator: Operator, replay: ReplayModel, ago_s: float = BACK_S) -> None:
+    """Click into the past, and wait until it is seen."""
     timeline = timeline_of(operator)
-    begin_s = time.monotonic()
     place = QPoint(int(timeline.axis.x(-ago_s)), 60)
     operator.drag(timeline, place, [place])
     assert replay.phase is ReplayPhase.PREPARING
     assert operator.text('replay_state') == 'Preparing the replay…'
-    operator.wait(lambda: replay.phase is ReplayPhase.SHOWN, 'the replay is shown', LAUNCH_S,
+    operator.wait(lambda: replay.phase is ReplayPhase.SHOWN, 'the replay is shown',
                   instead=operator.messages)
     shown_s = operator.window.live._end_s() + timeline.axis.time_s(place.x())
     operator.wait(lambda: abs(replay.time_s - shown_s) < 0.02
                   and replay.playback._state.sought is None, 'the past',
                   instead=lambda: f'{replay.time_s - shown_s:.3f} s away')
-    took_s = time.monotonic() - begin_s
-    print(f'{took_s:.2f} s from the click to the replay')
-    return took_s
 
 
 def look_around(operator: Operator, replay: ReplayModel) -> None:
     """Drag: the player goes where the mouse is."""
     timeline = timeline_of(operator)
-    took: List[float] = []
     for back_s in (4.0, 7.0, 2.0, 9.0, 3.0):
         place = QPoint(int(timeline.axis.x(-back_s)), 60)
         wanted_s = operator.window.live._end_s() + timeline.axis.time_s(place.x())
-        begin_s = time.monotonic()
         operator.drag(timeline, place, [place])
         operator.wait(lambda at_s=wanted_s: abs(replay.time_s - at_s) < 0.02  # type: ignore[misc]
                       and replay.playback._state.sought is None, 'the moment')
-        took.append(time.monotonic() - begin_s)
-    print('drag to the answer of the player:', ' '.join(f'{1000 * it:.0f} ms' for it in took))
 
 
 def move_the_live_scene(operator: Operator) -> None:
@@ -133,8 +123,9 @@ def move_the_live_scene(operator: Operator) -> None:
     live, past = operator.beside(rviz_windows)
     operator.beside(lambda: xdotool('windowsize', live, '900', '500',
                                     'windowmove', live, '120', '90'))
-    assert operator.beside(lambda: is_soon(lambda: place_of(past) == place_of(live)
-                                           == [120, 90, 900, 500])), place_of(past)
+    operator.beside(lambda: wait_until(lambda: place_of(past) == place_of(live)
+                                       == [120, 90, 900, 500], 'both are there',
+                                       instead=lambda: place_of(past)))
 
 
 def rviz_windows() -> List[str]:
@@ -157,15 +148,6 @@ def xdotool(*words: str) -> str:
                           universal_newlines=True).stdout
 
 
-def is_soon(condition: Callable[[], bool], timeout_s: float = 20.0) -> bool:
-    end_s = time.monotonic() + timeout_s
-    while not condition():
-        if time.monotonic() > end_s:
-            return False
-        time.sleep(0.05)
-    return True
-
-
 def play(operator: Operator, replay: ReplayModel) -> None:
     before_s = replay.time_s
     operator.press(Qt.Key_Space)
@@ -176,14 +158,8 @@ def play(operator: Operator, replay: ReplayModel) -> None:
 
 def wait_for_band(operator: Operator, picture: str, is_shown: bool) -> None:
     """Wait until RViz says that this is a replay, or no longer."""
-    def wait() -> bool:
-        end_s = time.monotonic() + 20.0
-        while (amber_pixels(picture) > LEAST_AMBER) != is_shown:
-            if time.monotonic() > end_s:
-                return False
-        return True
-
-    assert operator.beside(wait), f'band: {is_shown}'
+    operator.beside(lambda: wait_until(lambda: (amber_pixels(picture) > LEAST_AMBER) == is_shown,
+                                       f'band: {is_shown}'))
 
 
 def amber_pixels(picture: str) -> int:

@@ -23,7 +23,6 @@ from process_visualizer.gui.views.cell.devices_view import DevicesView
 from process_visualizer.motion.kinematics import Kinematics, Placement
 
 DATA = Path(__file__).resolve().parents[1] / 'data'
-LAUNCH_S = 60.0
 HOLD_S = 0.6
 JOINTS = [f'panda_joint{number}' for number in range(1, 8)] + ['panda_finger_joint1']
 CELL = """<visualizer>
@@ -124,7 +123,7 @@ def launch(operator: Operator, config: Path) -> None:
     operator.wait(lambda: operator.launcher.blocked_reason() == '', 'it can be launched')
     operator.click('launch')
     operator.wait(lambda: '/arm/robot_proc' in nodes() and operator.launcher.launch.is_running,
-                  'all is up', LAUNCH_S)
+                  'all is up')
     assert devices(operator).state_text('arm') == 'running'
 
 
@@ -133,7 +132,7 @@ def a_message_is_left_out_and_why(operator: Operator) -> None:
                   instead=lambda: told(operator))
     row = devices(operator).topLevelItem(0)
     # at the beginning there may be one more, of what has not come yet
-    operator.wait(lambda: row.text(1) == '1 warning: click to read', 'one warning', LAUNCH_S,
+    operator.wait(lambda: row.text(1) == '1 warning: click to read', 'one warning',
                   instead=lambda: f'{row.text(1)}: {told(operator)}')
     QTest.mouseClick(devices(operator).viewport(), Qt.LeftButton,
                      pos=devices(operator).visualItemRect(row).center() + _right(operator))
@@ -167,7 +166,7 @@ def a_line_of_a_log_stands_there_too(operator: Operator) -> None:
 
 
 def the_tool_is_learned_and_written(operator: Operator, config: Path) -> None:
-    operator.wait(lambda: operator.widget('tool').isVisible(), 'the tool', 60.0,
+    operator.wait(lambda: operator.widget('tool').isVisible(), 'the tool',
                   instead=lambda: told(operator))
     assert operator.text('tool_text') == (
         'The poses of arm on /arm/pose are those of the frame panda_link7, 0.107 m from the frame '
@@ -179,6 +178,6 @@ def the_tool_is_learned_and_written(operator: Operator, config: Path) -> None:
         'name="arm">\n', 'name="arm">\n    <tool frame="panda_link7" />\n')
     operator.click('apply')
     operator.wait(lambda: rospy.get_param('/arm/robot_proc/tool_frame', '') == 'panda_link7'
-                  and operator.launcher.launch.is_running, 'it is applied', LAUNCH_S)
+                  and operator.launcher.launch.is_running, 'it is applied')
     operator.wait(lambda: 'panda' not in told(operator), 'nothing is said of the tool',
                   instead=lambda: told(operator))

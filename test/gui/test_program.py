@@ -12,14 +12,9 @@ import pytest
 import rosbag
 from genpy import Time
 from PyQt5.QtCore import QSettings
-from running_program import (
-    SMALL_CELL_NODES,
-    Program,
-    Surroundings,
-    gui,
-    wait_until,
-)
+from running_program import SMALL_CELL_NODES, Program, Surroundings, gui
 from std_msgs.msg import Float64
+from surroundings import wait_until
 
 from process_visualizer.bags.catalogue import read_catalogue
 from process_visualizer.bags.reindex import reindex
@@ -52,8 +47,8 @@ def start(around: Surroundings) -> Iterator[Start]:
 
 
 def wait_until_launched(around: Surroundings, program: Program) -> None:
-    wait_until(lambda: around.nodes() >= SMALL_CELL_NODES, 'all nodes are up', 60.0,
-               lambda: (around.nodes(), program.lines))
+    wait_until(lambda: around.nodes() >= SMALL_CELL_NODES, 'all nodes are up',
+               instead=lambda: (around.nodes(), program.lines))
 
 
 def record(around: Surroundings, folder: Path, name: str = 'taken') -> Path:
@@ -67,8 +62,8 @@ def record(around: Surroundings, folder: Path, name: str = 'taken') -> Path:
     return bag
 
 
-def wait_until_alone(around: Surroundings, timeout_s: float) -> None:
-    wait_until(lambda: not around.processes(), 'nothing is left', timeout_s, around.processes)
+def wait_until_alone(around: Surroundings) -> None:
+    wait_until(lambda: not around.processes(), 'nothing is left', instead=around.processes)
 
 
 def test_interrupted_while_recording(around: Surroundings, start: Start, tmp_path: Path) -> None:
@@ -98,7 +93,7 @@ def test_killed_while_recording(around: Surroundings, start: Start, tmp_path: Pa
     wait_until_launched(around, program)
     bag = record(around, tmp_path)
     program.process.kill()
-    wait_until_alone(around, 20.0)
+    wait_until_alone(around)
     if not bag.exists():
         bag = Path(reindex(f'{bag}.active').path)
     assert read_catalogue([str(bag)]).duration_s > 0.0
@@ -154,7 +149,7 @@ def roslaunch_and_interrupt(around: Surroundings, start: Start, argument: str) -
     wait_until(lambda: '/process_visualizer' in around.nodes(), 'the window is a node',
                instead=lambda: program.lines)
     program.end(signal.SIGINT)
-    wait_until_alone(around, 5.0)
+    wait_until_alone(around)
     assert not program.says('Traceback'), program.lines
 
 

@@ -131,6 +131,29 @@ def test_question_about_the_master_answers_itself(window: LauncherApp, qtbot: An
     assert not window.restarts
 
 
+def test_a_message_that_comes_again_is_shown_once(window: LauncherApp) -> None:
+    for text in ('the disk is full', 'the folder is gone', 'the disk is full'):
+        window._launcher.failed.emit(text)
+    assert window.findChild(QMessageBox, 'message').text() == (
+        'The disk is full\n\nThe folder is gone')
+    assert window.statusBar().currentMessage() == 'The disk is full'
+
+
+def test_the_window_is_not_closed_while_a_recording_goes_on_unless_that_is_wanted(
+        window: LauncherApp, qtbot: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(type(window._launcher.recording), 'is_recording',
+                        property(lambda _: True))
+    for button, is_open in ((QMessageBox.Cancel, True), (QMessageBox.Yes, False)):
+        window.close()
+        assert window.isVisible()
+        question = window.findChild(QMessageBox, 'question')
+        assert question.text() == (
+            'A recording is in progress. Finish it, quit all nodes and close?')
+        (question.button(button) or window.findChild(QAbstractButton, 'yes')).click()
+        assert window.isVisible() is is_open
+        qtbot.waitUntil(lambda: window.findChild(QMessageBox, 'question') is None)
+
+
 NEAR = """<visualizer>
   <device type="depth_sensor" name="kinect">
     <base frame="kinect_link" />

@@ -33,10 +33,11 @@ class MasterModel(QObject):
     returned = pyqtSignal()
     """The master that was lost answers again."""
 
-    def __init__(self, tasks: Tasks, link: RosLink, parent: Optional[QObject] = None) -> None:
+    def __init__(self, tasks: Tasks, link: RosLink, parent: Optional[QObject] = None,
+                 master: Optional[RosMaster] = None) -> None:
         super().__init__(parent)
         self._tasks, self._link = tasks, link
-        self._master = RosMaster()
+        self._master = master or RosMaster()
         self._process_id: Optional[int] = None
         self._failures = 0
         self._is_checking = False

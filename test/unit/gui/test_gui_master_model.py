@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The connection to the master: made, lost when it is gone, hangs or is another, and back again."""
+from __future__ import annotations
+
+from typing import Any, List, Optional
+
+import pytest
+from held_tasks import HeldTasks
+
+from process_visualizer.gui.models.cell.master_model import MasterModel
+from process_visualizer.gui.ros.ros_link import RosLinkError
+from process_visualizer.launching.ros_master import RosMasterError
+
+
+class Master:
+    """In place of RosMaster and RosLink: the process that answers, and what goes wrong."""
+
+    def __init__(self) -> None:
+        self.answers: Optional[int] = 17
+        self.error: Optional[Exception] = None
+
+    def ensure(self) -> None:
+        if isinstance(self.error, RosMasterError):
+            raise self.error
+
+    def begin(self) -> None:
+        if isinstance(self.error, RosLinkError):
+            raise self.error
+
+    def process_id(self) -> Optional[int]:
+        return self.answers
+
+
+class Stand:
+    """The model with a master that is checked when the test says so, and what it tells."""
+
+    def __init__(self) -> None:
+        self.tasks, self.master = HeldTasks(), Master()
+        anything: Any = self.master
+        tasks: Any = self.tasks
+        self.model = MasterModel(tasks, anything, master=anything)
+        self.told: List[str] = []
+        for name in ('connected', 'lost', 'returned'):
+            getattr(self.model, name).connect(lambda name=name: self.told.append(name))
+        self.model.failed.connect(self.told.append)
+
+    def connect(self) -> None:
+        self.model.connect_to_master()
+        assert self.model.is_connecting and not self.model.is_connected
+        self.tasks.end_all()
+
+    def check(self, times: int = 1, is_answered: bool = True) -> None:
+        for _ in range(times):
+            self.model._timer.timeout.emit()
+            if is_answered:
+                self.tasks.end_all()
+
+
+@pytest.fixture
+def stand(qtbot: Any) -> Stand:
+    return Stand()
+
+
+def test_it_is_connected_while_the_master_answers(stand: Stand) -> None:
+    stand.connect()
+    stand.check(10)
+    assert stand.told == ['connected'] and stand.model.is_connected
+
+
+@pytest.mark.parametrize('error', [RosMasterError('no free port'),
+                                   RosLinkError('Another launcher (process 5)')])
+def test_why_there_is_no_connection(stand: Stand, error: Exception) -> None:
+    stand.master.error = error
+    stand.connect()
+    assert stand.told == [str(error)] == [stand.model.problem]
+    assert not stand.model.is_connected and not stand.model.is_connecting
+
+
+def test_a_busy_master_may_miss_a_check(stand: Stand) -> None:
+    stand.connect()
+    for _ in range(3):
+        stand.master.answers = None
+        stand.check(2)
+        stand.master.answers = 17
+        stand.check()
+    assert stand.told == ['connected']
+
+
+def test_a_master_that_is_gone_is_told_once_and_so_is_its_return(stand: Stand) -> None:
+    stand.connect()
+    stand.check()
+    stand.master.answers = None
+    stand.check(5)
+    assert stand.told == ['connected', 'lost'] and not stand.model.is_connected
+    assert stand.model.problem == 'The ROS master no longer answers'
+    stand.master.answers = 17
+    stand.check(2)
+    assert stand.told == ['connected', 'lost', 'returned'] and stand.model.is_connected
+
+
+def test_another_master_knows_no_node(stand: Stand) -> None:
+    stand.connect()
+    stand.check()
+    stand.master.answers = 18
+    stand.check(5)
+    assert stand.told == ['connected', 'lost']
+
+
+def test_a_master_that_hangs_is_asked_once_and_given_up(stand: Stand) -> None:
+    stand.connect()
+    stand.check()
+    stand.check(4, is_answered=False)
+    assert stand.told == ['connected', 'lost'] and len(stand.tasks.held) == 1
+    stand.tasks.end_all()
+    assert stand.told[-1] == 'returned'
