@@ -32,7 +32,7 @@ class ChunkPlaces(NamedTuple):
 
 
 class Strays(NamedTuple):
-    """Messages of a topic with times [ns since the epoch] far from those of all others.
+    """Messages of a topic without a time, or with times [ns] far from those of all others.
 
     They are left out, or count from the beginning if they hold until they are replaced.
     """

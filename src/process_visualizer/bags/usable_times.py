@@ -90,6 +90,7 @@ def _strays(index: BagIndex, rows: np.ndarray) -> Iterator[Strays]:
     for topic in sorted({it.topic for it in index.connections}):
         numbers: List[int] = list(index.connections_of(topic))
         times_ns = index.time_ns[rows & np.isin(index.connection, numbers)]
-        if len(times_ns):
-            yield Strays(topic, len(times_ns), int(times_ns[0]), int(times_ns[-1]),
+        unset = int(np.searchsorted(times_ns, MAX_UNSET_NS, side='right'))
+        for part in filter(len, (times_ns[:unset], times_ns[unset:])):
+            yield Strays(topic, len(part), int(part[0]), int(part[-1]),
                          any(_holds(index.connections[number]) for number in numbers))
