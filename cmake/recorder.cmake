@@ -45,15 +45,17 @@ process_visualizer_compile(record_load)
 target_link_libraries(record_load ${roscpp_LIBRARIES})
 
 if(CATKIN_ENABLE_TESTING)
+  # What rosbag's own library reads in the recorder's bags, and adds to them.
+  find_package(rosbag_storage REQUIRED)
+
   foreach(test test_recorder test_recorder_figures test_recorder_intake test_recorder_memory
           test_recorder_publishers)
     catkin_add_gtest(${test} test/cpp/${test}.cpp)
     process_visualizer_compile(${test})
-    target_link_libraries(${test} process_visualizer_recorder)
+    target_include_directories(${test} SYSTEM PRIVATE ${rosbag_storage_INCLUDE_DIRS})
+    target_link_libraries(${test} process_visualizer_recorder ${rosbag_storage_LIBRARIES})
   endforeach()
 
-  # what rosbag's own library does with the recorder's bags
-  find_package(rosbag_storage REQUIRED)
   add_executable(append_to_bag test/cpp/append_to_bag.cpp)
   process_visualizer_compile(append_to_bag)
   target_link_libraries(append_to_bag ${rosbag_storage_LIBRARIES} ${roscpp_LIBRARIES})

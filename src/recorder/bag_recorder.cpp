@@ -160,7 +160,8 @@ std::string BagRecorder::save(const Start::Request& request) {
     const std::lock_guard<std::mutex> naming(naming_mutex_);
     intake_.save(optionsOf(request, node_, folder_), beginning);
   }
-  finish(std::chrono::milliseconds(0), beginning.now);
+  setPhase(RecorderState::STOPPING);
+  waitUntilWritten();
   const RecordingStatus status = intake_.status();
   if (!status.problem.empty()) throw RecordingError(status.problem);
   return status.files.front();
@@ -212,7 +213,7 @@ void BagRecorder::connect() {
 }
 
 Beginning BagRecorder::beginningOf(const Start::Request& request, TopicChoice choice) const {
-  return {std::move(choice), ros::Time::now(), request.recent,
+  return {std::move(choice), request.recent,
           request.configuration.empty() ? configuration_ : request.configuration};
 }
 
@@ -225,16 +226,19 @@ Beginning BagRecorder::memoryOf(const Start::Request& request) const {
   return beginning;
 }
 
-/// \param end the time at which the recording ends; zero: as soon as what is under way has arrived
-void BagRecorder::finish(std::chrono::milliseconds under_way, ros::Time end) {
+/// Ends the recording, if there is one.
+/// \param under_way how long messages may be on their way that belong to it
+void BagRecorder::finish(std::chrono::milliseconds under_way) {
   if (!intake_.isOpen()) return;
   setPhase(RecorderState::STOPPING);
   std::this_thread::sleep_for(under_way);
-  subscriptions_.runAfterArrived([this, &end] {
-    intake_.close();
-    if (end.isZero()) end = ros::Time::now();
-  });
-  const std::string problem = intake_.finish(end);
+  subscriptions_.runAfterArrived([this] { intake_.close(); });
+  waitUntilWritten();
+}
+
+/// Waits until a recording that is closed is in its bags.
+void BagRecorder::waitUntilWritten() {
+  const std::string problem = intake_.finish();
   if (!intake_.keepsRecent()) {
     subscriptions_.choose({});
     intake_.forget();

@@ -15,8 +15,13 @@ using Lock = std::lock_guard<std::mutex>;
 
 }  // namespace
 
-Intake::Intake(const std::string& node, RecentMessages recent, std::function<void()> on_end)
-    : own_(node), on_end_(std::move(on_end)), recent_(std::move(recent)) {}
+Intake::Intake(const std::string& node, RecentMessages recent, std::function<void()> on_end,
+               Machine machine)
+    : own_(node),
+      on_end_(std::move(on_end)),
+      machine_(std::move(machine)),
+      board_(machine_.steady()),
+      recent_(std::move(recent)) {}
 
 // Topics
 
@@ -77,57 +82,27 @@ bool Intake::take(const Message& message) {
 
 void Intake::begin(const RecordingOptions& options, const Beginning& beginning) {
   const Lock lock(mutex_);  // nothing comes between past and recording
-  open(options, beginning, past(beginning));
+  open(options, contents(beginning, machine_.now()));
 }
 
+/// Whatever comes while the lock is held waits: nothing in memory is later than this moment, and
+/// the bag ends with it.
 void Intake::save(const RecordingOptions& options, const Beginning& beginning) {
   const Lock lock(mutex_);
-  const Past last = past(beginning);
-  if (last.messages.empty())
+  const ros::Time now = machine_.now();
+  RecordingContents saved = contents(beginning, now);
+  if (saved.recent.empty())
     throw RecordingError("nothing is in memory of that time: are the devices running?");
-  open(options, beginning, last);
+  open(options, std::move(saved));
+  end(now);
 }
 
-/// What is in memory; the mutex has to be locked.
-Past Intake::past(const Beginning& beginning) const {
-  return chosen(recent_.last(beginning.now, beginning.recent_s), beginning);
-}
-
-/// Leaves what is of the chosen topics, and what the recorder itself adds.
-Past Intake::chosen(Past past, const Beginning& beginning) const {
-  std::map<ConnectionPtr, bool> known;  // a pattern is compared once, not with every message
-  const auto is_chosen = [&](const Message& message) {
-    const auto [entry, is_new] = known.try_emplace(message.connection, true);
-    if (is_new)
-      entry->second = message.connection == own_.marks || message.topic() == Calibration::kTopic ||
-                      beginning.choice.wouldTake(message.topic());
-    return entry->second;
-  };
-  LatchedMessages latched;
-  for (const Message& message : past.latched.at(beginning.now))
-    if (is_chosen(message)) latched.add(message);
-  past.latched = std::move(latched);
-  past.messages.erase(
-      std::remove_if(past.messages.begin(), past.messages.end(), std::not_fn(is_chosen)),
-      past.messages.end());
-  return past;
-}
-
-/// Begins a recording with what has been; the mutex has to be locked.
-void Intake::open(const RecordingOptions& options, const Beginning& beginning, const Past& past) {
-  recording_ = std::make_shared<Recording>(options, contents(beginning, past));
-  is_open_ = true;
-  recent_.setRecorded();
-  board_.begin({choice_.names().begin(), choice_.names().end()});
-  for (const Message& message : past.messages) board_.add(message, true);
-  problems_.clear();
-  begin_ = end_ = ros::SteadyTime::now();
-}
-
-RecordingContents Intake::contents(const Beginning& beginning, const Past& past) {
+/// What a recording begins with that begins now; the mutex has to be locked.
+RecordingContents Intake::contents(const Beginning& beginning, const ros::Time& now) {
+  Past past = chosen(recent_.last(now, beginning.recent_s), beginning.choice, now);
   RecordingContents contents;
-  contents.latched = withConfiguration(past.latched, beginning);
-  contents.recent = past.messages;
+  contents.latched = withConfiguration(std::move(past.latched), beginning.configuration, now);
+  contents.recent = std::move(past.messages);
   contents.account = [this](const auto& time, const auto& jumps, const auto& unwritten) {
     const Lock lock(mutex_);
     return textMessage(own_.account, time, accountText(board_.statistics(), jumps, unwritten));
@@ -136,48 +111,89 @@ RecordingContents Intake::contents(const Beginning& beginning, const Past& past)
   return contents;
 }
 
-LatchedMessages Intake::withConfiguration(LatchedMessages latched,
-                                          const Beginning& beginning) const {
-  if (!beginning.configuration.empty())
-    latched.add(textMessage(own_.configuration, beginning.now, beginning.configuration));
+/// Leaves what is of the chosen topics, and what the recorder itself adds.
+Past Intake::chosen(Past past, const TopicChoice& choice, const ros::Time& now) const {
+  std::map<ConnectionPtr, bool> known;  // a pattern is compared once, not with every message
+  const auto is_chosen = [&](const Message& message) {
+    const auto [entry, is_new] = known.try_emplace(message.connection, true);
+    if (is_new)
+      entry->second = message.connection == own_.marks || message.topic() == Calibration::kTopic ||
+                      choice.wouldTake(message.topic());
+    return entry->second;
+  };
+  LatchedMessages latched;
+  for (const Message& message : past.latched.at(now))
+    if (is_chosen(message)) latched.add(message);
+  past.latched = std::move(latched);
+  past.messages.erase(
+      std::remove_if(past.messages.begin(), past.messages.end(), std::not_fn(is_chosen)),
+      past.messages.end());
+  return past;
+}
+
+LatchedMessages Intake::withConfiguration(LatchedMessages latched, const std::string& configuration,
+                                          const ros::Time& now) const {
+  if (!configuration.empty()) latched.add(textMessage(own_.configuration, now, configuration));
   return latched;
+}
+
+/// Begins a recording; the mutex has to be locked.
+void Intake::open(const RecordingOptions& options, RecordingContents contents) {
+  const std::deque<Message> past = contents.recent;
+  recording_ = std::make_shared<Recording>(options, std::move(contents), machine_);
+  is_open_ = true;
+  recent_.setRecorded();
+  board_.begin({choice_.names().begin(), choice_.names().end()});
+  for (const Message& message : past) board_.add(message, true);
+  problems_.clear();
+  begin_ = end_ = machine_.steady();
 }
 
 std::deque<Message> Intake::copy(const Beginning& beginning) const {
   Past all;
+  ros::Time now;
   {
     const Lock lock(mutex_);  // for the pointers only: messages keep arriving
-    all = recent_.all(beginning.now, beginning.recent_s);
+    now = machine_.now();
+    all = recent_.all(now, beginning.recent_s);
   }
-  Past past = chosen(std::move(all), beginning);
+  Past past = chosen(std::move(all), beginning.choice, now);
   if (past.latched.isEmpty() && past.messages.empty())
     throw RecordingError(
         "nothing is in memory of these topics, and nothing is latched: are the devices running?");
   std::deque<Message> messages = std::move(past.messages);
-  messages.push_back(accountOf(messages, beginning));
-  const auto before = withConfiguration(past.latched, beginning).at(messages.front().time);
+  messages.push_back(accountOf(messages, beginning.choice, now));
+  const auto before = withConfiguration(std::move(past.latched), beginning.configuration, now)
+                          .at(messages.front().time);
   messages.insert(messages.begin(), before.begin(), before.end());
   return messages;
 }
 
 /// An account of messages that are all received and written.
-Message Intake::accountOf(const std::deque<Message>& messages, const Beginning& beginning) const {
+Message Intake::accountOf(const std::deque<Message>& messages, const TopicChoice& choice,
+                          const ros::Time& now) const {
   std::map<std::string, TopicStatistics> statistics;
-  for (const std::string& topic : beginning.choice.names()) statistics[topic];
+  for (const std::string& topic : choice.names()) statistics[topic];
   for (const Message& message : messages) statistics[message.topic()].add(message);
   const ros::Time end = messages.empty() ? ros::Time() : messages.back().time;
-  return textMessage(own_.account, std::max(end, beginning.now), accountText(statistics, {}, {}));
+  return textMessage(own_.account, std::max(end, now), accountText(statistics, {}, {}));
 }
 
 void Intake::close() {
   const Lock lock(mutex_);
-  is_open_ = false;
-  board_.freeze();
-  end_ = ros::SteadyTime::now();
+  end(machine_.now());
 }
 
-std::string Intake::finish(const ros::Time& end) {
-  recording_->stop(end);  // its thread needs the mutex
+/// What comes from now on is not of the recording; the mutex has to be locked.
+void Intake::end(const ros::Time& now) {
+  is_open_ = false;
+  board_.freeze();
+  end_ = machine_.steady();
+  last_time_ = now;
+}
+
+std::string Intake::finish() {
+  recording_->stop(last_time_);  // its thread needs the mutex
   const Lock lock(mutex_);
   board_.addDropped(recording_->unwritten());
   return recording_->status().problem;
@@ -222,18 +238,18 @@ void Intake::addProblem(const std::string& problem) {
 
 void Intake::measureRates() {
   const Lock lock(mutex_);
-  board_.measureRates();
+  board_.measureRates(machine_.steady());
 }
 
 std::vector<std::string> Intake::fallenSilent() {
   const Lock lock(mutex_);
-  return is_open_ ? board_.fallenSilent() : std::vector<std::string>();
+  return is_open_ ? board_.fallenSilent(machine_.now()) : std::vector<std::string>();
 }
 
 RecorderState Intake::state() const {
   const Lock lock(mutex_);
   RecorderState state;
-  state.stamp = ros::Time::now();
+  state.stamp = machine_.now();
   state.state = phase_;
   state.rate = board_.byteRate();
   state.recent = recent_.duration();
@@ -247,7 +263,7 @@ RecorderState Intake::state() const {
 }
 
 void Intake::fillTopics(RecorderState& state) const {
-  state.topics = board_.records(choice_.names());
+  state.topics = board_.records(choice_.names(), state.stamp);
   for (const TopicRecord& topic : state.topics) {
     state.messages += topic.messages;
     state.dropped += topic.dropped;
@@ -258,10 +274,10 @@ void Intake::fillTopics(RecorderState& state) const {
 
 void Intake::fillRecording(RecorderState& state) const {
   const RecordingStatus status = recording_->status();
-  const ros::SteadyTime end = is_open_ ? ros::SteadyTime::now() : end_;
+  const SteadyTime end = is_open_ ? machine_.steady() : end_;
   state.files = status.files;
   state.bytes = status.bytes;
-  state.duration = (end - begin_).toSec();
+  state.duration = std::chrono::duration<double>(end - begin_).count();
   state.free_bytes = status.free_bytes;
   const double room = static_cast<double>(status.free_bytes) - status.least_free_bytes;
   if (is_open_ && state.rate > 0) state.time_left = std::max(room, 0.0) / state.rate;

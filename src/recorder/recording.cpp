@@ -23,11 +23,14 @@ std::string folderOf(const std::string& path) {
 
 }  // namespace
 
-Recording::Recording(RecordingOptions options, RecordingContents contents)
-    : options_(std::move(options)), contents_(std::move(contents)) {
+Recording::Recording(RecordingOptions options, RecordingContents contents, Machine machine)
+    : options_(std::move(options)),
+      contents_(std::move(contents)),
+      machine_(std::move(machine)),
+      clock_watch_(machine_) {
   status_.least_free_bytes = options_.minimum_free_bytes;
   status_.free_bytes = requireRoom(folderOf(options_.path), options_.minimum_free_bytes);
-  create(contents_.recent.empty() ? ros::Time::now() : contents_.recent.front().time);
+  create(contents_.recent.empty() ? machine_.now() : contents_.recent.front().time);
   // However large they are, they are written like all else, by the thread.
   const std::vector<Message> latched = contents_.latched.at(file_begin_);
   contents_.recent.insert(contents_.recent.begin(), latched.begin(), latched.end());
@@ -101,8 +104,8 @@ std::optional<Message> Recording::take() {
     return message;
   }
   std::unique_lock<std::mutex> lock(mutex_);
-  changed_.wait_until(lock, last_look_ + kFlushPeriod,
-                      [this] { return isClosed() || !queue_.empty(); });
+  changed_.wait_for(lock, last_look_ + kFlushPeriod - machine_.steady(),
+                    [this] { return isClosed() || !queue_.empty(); });
   if (queue_.empty()) return std::nullopt;
   const Message message = queue_.front();
   queue_.pop_front();
@@ -177,7 +180,7 @@ void Recording::close() {
 /// What has to be done every half second, however many messages there are. A problem that is set
 /// here keeps new messages away; those that have arrived are written.
 void Recording::look() {
-  const auto now = std::chrono::steady_clock::now();
+  const SteadyTime now = machine_.steady();
   if (now - last_look_ < kFlushPeriod) return;
   last_look_ = now;
   file_->flush();
@@ -186,7 +189,7 @@ void Recording::look() {
     setProblem(file_->path() +
                ".active was removed or moved while it was written: the "
                "recording was stopped, and the bag written again");
-  const std::uint64_t free = file_->freeBytes();
+  const std::uint64_t free = machine_.freeBytes(*file_);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     status_.free_bytes = free;

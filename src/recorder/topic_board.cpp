@@ -26,8 +26,7 @@ void TopicBoard::addDropped(const std::map<std::string, std::uint64_t>& counts) 
   for (const auto& [topic, count] : counts) statistics_[topic].addDropped(count);
 }
 
-void TopicBoard::measureRates() {
-  const auto now = std::chrono::steady_clock::now();
+void TopicBoard::measureRates(SteadyTime now) {
   const double period = std::chrono::duration<double>(now - measured_).count();
   measured_ = now;
   byte_rate_ = bytes_ / period;
@@ -38,18 +37,17 @@ void TopicBoard::measureRates() {
   }
 }
 
-std::vector<std::string> TopicBoard::fallenSilent() {
+std::vector<std::string> TopicBoard::fallenSilent(const ros::Time& now) {
   std::vector<std::string> topics;
   if (!is_counting_) return topics;
-  const ros::Time now = ros::Time::now();
   for (auto& [topic, statistics] : statistics_)
     if (statistics.fellSilent(now)) topics.push_back(topic);
   return topics;
 }
 
-std::vector<TopicRecord> TopicBoard::records(const std::set<std::string>& topics) const {
+std::vector<TopicRecord> TopicBoard::records(const std::set<std::string>& topics,
+                                             const ros::Time& now) const {
   std::vector<TopicRecord> records;
-  const ros::Time now = ros::Time::now();
   for (const std::string& topic : topics) {
     TopicRecord record;
     record.name = topic;

@@ -28,8 +28,19 @@ inline Message messageAt(double time, const ConnectionPtr& connection, std::size
   return {connection, ros::Time(time), content};
 }
 
+inline ConnectionPtr connectionOf(const std::string& topic, const std::string& node = "/n",
+                                  const std::string& latching = "0") {
+  return std::make_shared<Connection>(Connection{topic,
+                                                 {{"topic", topic},
+                                                  {"type", "a/A"},
+                                                  {"md5sum", "0"},
+                                                  {"message_definition", "float32 x"},
+                                                  {"callerid", node},
+                                                  {"latching", latching}}});
+}
+
 inline ConnectionPtr latchedBy(const std::string& node, const std::string& topic = "/a") {
-  return std::make_shared<Connection>(Connection{topic, {{"callerid", node}, {"latching", "1"}}});
+  return connectionOf(topic, node, "1");
 }
 
 }  // namespace process_visualizer::recorder

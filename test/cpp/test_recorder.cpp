@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <deque>
 #include <filesystem>
 #include <fstream>
 #include <future>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -12,7 +14,9 @@
 #include "process_visualizer/recorder/bag_name.hpp"
 #include "process_visualizer/recorder/recording.hpp"
 #include "process_visualizer/recorder/whole_bag.hpp"
+#include "recorder_bags.hpp"
 #include "recorder_folder.hpp"
+#include "recorder_machine.hpp"
 #include "recorder_messages.hpp"
 
 namespace process_visualizer::recorder {
@@ -79,6 +83,52 @@ TEST_F(Bags, AreActiveUntilTheyAreFinished) {
   EXPECT_EQ(bag.finish(), "");
   EXPECT_FALSE(fs::exists(path("a.bag.active")));
   EXPECT_GT(indexPosition(path("a.bag")), 4096u);
+}
+
+TEST_F(Bags, AreThoseOfRosbag) {
+  const ConnectionPtr plain = connectionOf("/a"), latching = latchedBy("/m", "/b");
+  BagFile bag(path("a.bag"), Compression::kNone);
+  bag.write(messageAt(3, latching, 7, 1));
+  bag.write(messageAt(4, plain, 2'000'000, 2));
+  bag.write(messageAt(5, plain, 8, 3));  // begins another chunk
+  EXPECT_EQ(bag.finish(), "");
+  const std::vector<Recorded> found = messagesIn(path("a.bag"));
+  ASSERT_EQ(found.size(), 3u);
+  EXPECT_EQ(topicsIn(path("a.bag")), (std::vector<std::string>{"/b", "/a", "/a"}));
+  EXPECT_EQ(found[1].bytes.size(), 2'000'000u);
+  for (unsigned i = 0; i < 3; ++i) {
+    EXPECT_EQ(found[i].sequence(), i + 1);
+    EXPECT_EQ(found[i].time, ros::Time(3 + i));
+    EXPECT_EQ(found[i].type, "a/A");
+    EXPECT_EQ(found[i].definition, "float32 x");
+    EXPECT_EQ(found[i].publisher, i == 0 ? "/m" : "/n");
+    EXPECT_EQ(found[i].is_latching, i == 0);
+  }
+}
+
+/// Whoever repairs a bag without its index has nothing else.
+TEST_F(Bags, HaveTheTimeInEachMessageToo) {
+  BagFile bag(path("a.bag"), Compression::kNone);
+  for (const double time : {3, 4, 5}) bag.write(messageAt(time, connectionOf("/a")));
+  bag.flush();
+  std::ifstream file(path("a.bag.active"), std::ios::binary);
+  const std::string bytes(std::istreambuf_iterator<char>(file), {});
+  const std::string four = {4, 0, 0, 0, 0, 0, 0, 0};
+  EXPECT_NE(bytes.find("time=" + four), std::string::npos);
+}
+
+TEST_F(Bags, CanBeCompressed) {
+  const ConnectionPtr connection = connectionOf("/a");
+  BagFile bag(path("a.bag"), Compression::kLz4);
+  for (unsigned i = 0; i < 100; ++i) bag.write(messageAt(1 + i, connection, 100'000, i));
+  EXPECT_EQ(bag.finish(), "");
+  EXPECT_LT(fs::file_size(path("a.bag")), 1'000'000u);
+  const std::vector<Recorded> found = messagesIn(path("a.bag"));
+  ASSERT_EQ(found.size(), 100u);
+  for (unsigned i = 0; i < 100; ++i) {
+    EXPECT_EQ(found[i].sequence(), i);
+    EXPECT_EQ(found[i].bytes.size(), 100'000u);
+  }
 }
 
 TEST_F(Bags, NeverReplaceAnother) {
@@ -181,6 +231,11 @@ class Recordings : public Folder {
     options.minimum_free_bytes = 0;
     return options;
   }
+  void waitUntilEnded() { waitFor(ended_.get_future()); }
+  static void waitForCount(const Recording& recording, std::uint64_t count) {
+    waitUntil([&] { return recording.status().messages["/a"] == count; });
+  }
+  SimulatedMachine machine_;
   std::promise<void> ended_;
 };
 
@@ -192,6 +247,95 @@ TEST_F(Recordings, RefuseWhatTheirQueueCannotTake) {
   EXPECT_TRUE(recording.push(messageAt(1, connectionWith(""), 999)));
   recording.stop();
   EXPECT_FALSE(recording.push(messageAt(2, connectionWith(""))));
+}
+
+TEST_F(Recordings, KeepWhatHasRoomInTheirQueueWhileTheDiskStalls) {
+  std::promise<void> stalled, goes_on;
+  RecordingContents begin = contents();
+  begin.account = [&](const auto& time, const auto&, const auto&) {  // while a part is finished
+    if (time == ros::Time(1)) {
+      stalled.set_value();
+      goes_on.get_future().wait();
+    }
+    return textMessage(textConnection("/account", "/n"), time, "");
+  };
+  RecordingOptions parts = options("a.bag");
+  parts.split_duration = 5;
+  parts.queue_bytes = 1'000'000;
+  const ConnectionPtr connection = connectionOf("/a");
+  begin.recent = {messageAt(1, connection, 100, 0)};
+  Recording recording(parts, std::move(begin));
+  EXPECT_TRUE(recording.push(messageAt(10, connection, 100, 1)));
+  waitFor(stalled.get_future());
+  unsigned large = 0;
+  while (recording.push(messageAt(11, connection, 100'000, 2 + large))) ++large;
+  EXPECT_EQ(large, 9u);  // a tenth of the queue is kept for small ones
+  EXPECT_TRUE(recording.push(messageAt(12, connection, 50'000, 11)));
+  EXPECT_TRUE(recording.push(messageAt(12, connection, 50'000, 12)));
+  EXPECT_FALSE(recording.push(messageAt(12, connection, 50'000, 13)));
+  goes_on.set_value();
+  recording.stop();
+  EXPECT_EQ(sequencesIn(path("a_0.bag"), "/a"), std::vector<std::uint32_t>{0});
+  EXPECT_EQ(sequencesIn(path("a_1.bag"), "/a"),
+            (std::vector<std::uint32_t>{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12}));
+  EXPECT_TRUE(recording.unwritten().empty());
+}
+
+/// That is all that a kill costs: what is in the file is repaired.
+TEST_F(Recordings, WriteWhatHasComeEveryHalfSecond) {
+  Recording recording(options("a.bag"), contents(), machine_.machine());
+  const ConnectionPtr connection = connectionOf("/a");
+  const auto size = [this] { return fs::file_size(path("a.bag.active")); };
+  recording.push(messageAt(1, connection, 1000));
+  waitForCount(recording, 1);
+  machine_.goOn(0.5);
+  recording.push(messageAt(2, connection, 1000));
+  waitUntil([&] { return size() > 4096 + 2000; });
+  const auto written = size();
+  recording.push(messageAt(3, connection, 1000));
+  waitForCount(recording, 3);
+  machine_.goOn(0.4);
+  recording.push(messageAt(4, connection, 1000));
+  waitForCount(recording, 4);
+  EXPECT_EQ(size(), written);  // no chunk for each message
+}
+
+TEST_F(Recordings, TellJumpsOfTheClock) {
+  std::vector<ClockJump> told;
+  RecordingContents begin = contents();
+  begin.account = [&told](const auto& time, const auto& jumps, const auto&) {
+    told = jumps;
+    return textMessage(textConnection("/account", "/n"), time, "");
+  };
+  Recording recording(options("a.bag"), std::move(begin), machine_.machine());
+  machine_.jump(-900);
+  machine_.goOn(0.5);
+  recording.push(messageAt(1, connectionOf("/a")));
+  waitUntil([&recording] { return !recording.status().clock_jumps.empty(); });
+  recording.stop();
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_NEAR(told.front().seconds, -900, 1e-6);
+}
+
+TEST_F(Recordings, EndWhereRoomBecomesScarceAndHaveAllUntilThen) {
+  RecordingOptions some = options("a.bag");
+  some.minimum_free_bytes = 1 << 20;
+  Recording recording(some, contents(), machine_.machine());
+  const ConnectionPtr connection = connectionOf("/a");
+  recording.push(messageAt(1, connection, 100, 1));
+  waitForCount(recording, 1);
+  machine_.setFreeBytes((1 << 20) - 1);
+  machine_.goOn(0.5);
+  recording.push(messageAt(2, connection, 100, 2));
+  waitUntilEnded();
+  EXPECT_FALSE(recording.push(messageAt(3, connection, 100, 3)));
+  recording.stop();
+  EXPECT_EQ(recording.status().problem,
+            "the recording was stopped, because less than 1 MB are free in " + folder_ +
+                "; the bag is complete until then");
+  EXPECT_EQ(recording.status().free_bytes, (1u << 20) - 1);
+  EXPECT_TRUE(recording.unwritten().empty());
+  EXPECT_EQ(sequencesIn(path("a.bag"), "/a"), (std::vector<std::uint32_t>{1, 2}));
 }
 
 TEST_F(Recordings, DoNotBeginWithoutRoom) {
@@ -222,11 +366,15 @@ TEST_F(Recordings, CountWhatTheirBagsHold) {
   begin.latched.add(messageAt(1, latchedBy("/n", "/latched")));
   begin.recent = {messageAt(1, connectionWith(""))};
   Recording recording(parts, std::move(begin));
-  for (unsigned i = 2; i < 10; ++i) recording.push(messageAt(i, connectionWith("")));
+  for (unsigned i = 2; i < 10; ++i) recording.push(messageAt(i, connectionWith(""), 100, i));
   recording.stop();
-  EXPECT_EQ(recording.status().files.size(), 2u);
   EXPECT_EQ(recording.status().messages,
             (std::map<std::string, std::uint64_t>{{"/a", 9}, {"/account", 2}, {"/latched", 2}}));
+  const std::vector<std::string> files = recording.status().files;
+  ASSERT_EQ(files.size(), 2u);
+  for (const std::string& file : files) EXPECT_EQ(topicsIn(file).front(), "/latched");
+  EXPECT_EQ(sequencesIn(files[0], "/a"), (std::vector<std::uint32_t>{0, 2, 3, 4, 5}));
+  EXPECT_EQ(sequencesIn(files[1], "/a"), (std::vector<std::uint32_t>{6, 7, 8, 9}));
 }
 
 TEST_F(Recordings, CountLatchedMessagesThatNothingHasRoomFor) {
@@ -238,7 +386,7 @@ TEST_F(Recordings, CountLatchedMessagesThatNothingHasRoomFor) {
     begin.latched.add({latchedBy(node), ros::Time(1), content});
   }
   Recording recording(options("a.bag"), std::move(begin));
-  ended_.get_future().wait();
+  waitUntilEnded();
   recording.stop();
   limitFileSize(RLIM_INFINITY);
   EXPECT_EQ(recording.unwritten().at("/a"), 3u);
@@ -267,7 +415,7 @@ TEST_F(Recordings, EndByThemselvesOnAFullDiskAndCountWhatIsMissing) {
   const auto connection = connectionWith("");
   unsigned pushed = 0;
   while (recording.push(messageAt(1 + pushed, connection, 100'000)) && pushed < 100'000) ++pushed;
-  ended_.get_future().wait();
+  waitUntilEnded();
   recording.stop();
   limitFileSize(RLIM_INFINITY);
   EXPECT_NE(recording.status().problem, "");

@@ -4,21 +4,24 @@
 #include "process_visualizer/recorder/account.hpp"
 #include "process_visualizer/recorder/clock_watch.hpp"
 #include "process_visualizer/recorder/topic_statistics.hpp"
+#include "recorder_machine.hpp"
 #include "recorder_messages.hpp"
 
 namespace process_visualizer::recorder {
 namespace {
 
 TEST(Clock, JumpsAreNotedAndDriftIsNot) {
-  double offset = 5;
-  ClockWatch watch([&offset] { return offset; });
-  for (const double step : {0.0, 0.05, -0.05, -3600.0, 0.0, 0.2}) {
-    offset += step;
+  SimulatedMachine machine;
+  ClockWatch watch(machine.machine());
+  for (const double step : {0.0, 0.05, -0.05, -900.0, 0.0, 0.2}) {
+    machine.goOn(1);
+    machine.jump(step);
     watch.look();
   }
   ASSERT_EQ(watch.jumps().size(), 2u);
-  EXPECT_DOUBLE_EQ(watch.jumps()[0].seconds, -3600.0);
-  EXPECT_NEAR(watch.jumps()[1].seconds, 0.2, 1e-9);
+  EXPECT_NEAR(watch.jumps()[0].seconds, -900, 1e-6);
+  EXPECT_NEAR(watch.jumps()[0].time.toSec(), 1004 - 900, 1e-6);
+  EXPECT_NEAR(watch.jumps()[1].seconds, 0.2, 1e-6);
 }
 
 TEST(Statistics, CountSequenceNumbersLeftOut) {

@@ -2,6 +2,7 @@
 // What is done with messages, by sequences of them and of commands.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <deque>
@@ -10,14 +11,19 @@
 #include <future>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <random>
+#include <set>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "process_visualizer/recorder/intake.hpp"
 #include "process_visualizer/recorder/turns.hpp"
+#include "recorder_bags.hpp"
 #include "recorder_folder.hpp"
+#include "recorder_machine.hpp"
 #include "recorder_messages.hpp"
 
 namespace process_visualizer::recorder {
@@ -29,15 +35,7 @@ constexpr std::size_t kBytes = 100;
 constexpr char kMarks[] = "/process_visualizer/marks";
 constexpr char kFrames[] = "/process_visualizer/calibration";
 constexpr char kAccount[] = "/process_visualizer/recording";
-
-ConnectionPtr connectionOf(const std::string& topic, const std::string& node = "/n") {
-  return std::make_shared<Connection>(Connection{topic,
-                                                 {{"topic", topic},
-                                                  {"type", "a/A"},
-                                                  {"md5sum", "0"},
-                                                  {"message_definition", "float32 x"},
-                                                  {"callerid", node}}});
-}
+constexpr char kConfiguration[] = "/process_visualizer/configuration";
 
 TopicChoice chosen() { return TopicChoice({"/a", "/b"}, {}, {}); }
 
@@ -52,7 +50,7 @@ class Intakes : public Folder {
   static RecentMessages memory(double duration_s = kMemoryS) { return {duration_s, 1 << 30}; }
   static std::map<std::string, std::uint64_t> end(Intake& intake) {
     intake.close();
-    EXPECT_EQ(intake.finish(ros::Time::now()), "");
+    EXPECT_EQ(intake.finish(), "");
     return intake.status().messages;
   }
 
@@ -60,12 +58,56 @@ class Intakes : public Folder {
   int count_ = 0;
 };
 
+/// One that takes /a and /b, where time goes on when a test says so.
+class SimulatedIntake : public Intakes {
+ protected:
+  SimulatedIntake() { intake_.choose(chosen()); }
+
+  double now() const { return machine_.now().toSec(); }
+  void receive(const ConnectionPtr& connection, std::uint32_t number = 0,
+               std::size_t size = kBytes) {
+    intake_.receive(messageAt(now(), connection, size, number));
+  }
+  /// Messages with numbers come, and after each a tenth of a second goes by.
+  void receiveMany(const ConnectionPtr& connection, std::uint32_t first, std::uint32_t end) {
+    for (std::uint32_t number = first; number < end; ++number) {
+      receive(connection, number);
+      machine_.goOn(0.1);
+    }
+  }
+  void begin(double recent_s = 0, const TopicChoice& choice = chosen()) {
+    intake_.begin(options(), {choice, recent_s, ""});
+  }
+  std::string save(double recent_s, const TopicChoice& choice = chosen()) {
+    intake_.save(options(), {choice, recent_s, ""});
+    EXPECT_EQ(intake_.finish(), "");
+    return bag();
+  }
+  std::string bag() const { return intake_.status().files.back(); }
+  TopicRecord figures(const std::string& topic) const {
+    for (const TopicRecord& record : intake_.state().topics)
+      if (record.name == topic) return record;
+    throw std::runtime_error("there is no " + topic);
+  }
+
+  SimulatedMachine machine_;
+  std::promise<void> ended_;
+  Intake intake_{"/recorder", memory(), [this] { ended_.set_value(); }, machine_.machine()};
+  const ConnectionPtr a_ = connectionOf("/a"), b_ = connectionOf("/b");
+};
+
+using Numbers = std::vector<std::uint32_t>;
+
+Numbers numbersFrom(std::uint32_t first, std::uint32_t end) {
+  Numbers numbers(end - first);
+  std::iota(numbers.begin(), numbers.end(), first);
+  return numbers;
+}
+
 /// What the recorder should do, in the simplest words: a list of what is in memory, and counts of
 /// what has to be in the bag.
-class Sequence : public Intakes {
+class Sequence : public SimulatedIntake {
  protected:
-  Sequence() { intake_.choose(chosen()); }
-
   void doOne(std::mt19937& random) {
     const std::vector<std::function<void()>> all = {
         [this] { receive(a_, {"/a"}); },
@@ -90,16 +132,21 @@ class Sequence : public Intakes {
     for (const TopicRecord& topic : state.topics)
       EXPECT_EQ(topic.bytes, kBytes * in_bag_.at(topic.name)) << topic.name;
     EXPECT_EQ(state.recent, memory_.empty() ? 0 : memory_.back().second - memory_.front().second);
-    if (!is_open_) {
-      EXPECT_EQ(state.duration, duration_);
-    }
+    EXPECT_EQ(state.duration, (is_open_ ? now() : end_) - begin_);
   }
 
   void finish() {
     if (!is_open_) return;
-    const auto written = end(intake_);
-    duration_ = intake_.state().duration;
+    intake_.close();
+    end_ = now();
+    waitUntilWritten();
+  }
+
+ private:
+  void waitUntilWritten() {
+    EXPECT_EQ(intake_.finish(), "");
     is_open_ = false;
+    const auto written = intake_.status().messages;
     for (const auto& [topic, count] : in_bag_) {
       const auto found = written.find(topic);
       EXPECT_EQ(found == written.end() ? 0 : found->second, count) << topic;
@@ -107,16 +154,15 @@ class Sequence : public Intakes {
     EXPECT_EQ(written.at(kAccount), 1u);
   }
 
- private:
   void receive(const ConnectionPtr& connection, const std::vector<std::string>& taken_as) {
-    now_ += 0.25;
-    intake_.receive(messageAt(now_, connection, kBytes));
+    machine_.goOn(0.25);
+    SimulatedIntake::receive(connection);
     for (const std::string& topic : taken_as) expect(topic);
   }
 
   void mark() {
-    now_ += 0.25;
-    EXPECT_TRUE(intake_.mark(ros::Time(now_), "here"));
+    machine_.goOn(0.25);
+    EXPECT_TRUE(intake_.mark(machine_.now(), "here"));
     expect(kMarks);
   }
 
@@ -125,8 +171,8 @@ class Sequence : public Intakes {
     const double recent_s = std::vector<double>{2, 5, kAll}[random() % 3];
     std::map<std::string, unsigned> expected;
     for (const auto& [topic, time] : kept_)
-      if (now_ - time <= recent_s) ++expected[topic];
-    const Beginning beginning{chosen(), ros::Time(now_), recent_s, ""};
+      if (now() - time <= recent_s) ++expected[topic];
+    const Beginning beginning{chosen(), recent_s, ""};
     if (expected.empty()) {
       EXPECT_THROW(intake_.copy(beginning), RecordingError);
       return;
@@ -138,12 +184,12 @@ class Sequence : public Intakes {
   }
 
   void expect(const std::string& topic) {
-    kept_.push_back({topic, now_});
-    while (now_ - kept_.front().second > kMemoryS) kept_.pop_front();
+    kept_.push_back({topic, now()});
+    while (now() - kept_.front().second > kMemoryS) kept_.pop_front();
     if (is_open_ || !has_recorded_) ++in_bag_[topic];  // before the first one all that comes counts
     if (is_open_) return;
-    memory_.push_back({topic, now_});
-    while (now_ - memory_.front().second > kMemoryS) memory_.pop_front();
+    memory_.push_back({topic, now()});
+    while (now() - memory_.front().second > kMemoryS) memory_.pop_front();
   }
 
   void beginOrSave(std::mt19937& random) {
@@ -152,27 +198,31 @@ class Sequence : public Intakes {
     std::map<std::string, unsigned> past{{"/a", 0}, {"/b", 0}};
     unsigned count = 0;
     for (const auto& [topic, time] : memory_)
-      if (recent_s > 0 && now_ - time <= recent_s) ++past[topic], ++count;
-    const Beginning beginning{chosen(), ros::Time(now_), recent_s, ""};
-    if (random() % 2 == 0) {
-      intake_.begin(options(), beginning);
-    } else if (count > 0) {
-      intake_.save(options(), beginning);
-    } else {
-      EXPECT_THROW(intake_.save(options(), beginning), RecordingError);
+      if (recent_s > 0 && now() - time <= recent_s) ++past[topic], ++count;
+    const Beginning beginning{chosen(), recent_s, ""};
+    const bool is_begun = random() % 2 == 0;
+    if (!is_begun && count == 0) {
+      EXPECT_THROW(save(recent_s), RecordingError);
       return;
     }
-    is_open_ = has_recorded_ = true;
+    has_recorded_ = true;
     in_bag_ = past;
     memory_.clear();
+    begin_ = end_ = now();
+    if (is_begun) {
+      intake_.begin(options(), beginning);
+      is_open_ = true;
+    } else {
+      intake_.save(options(), beginning);
+      waitUntilWritten();
+    }
   }
 
-  Intake intake_{"/recorder", memory(), [] { FAIL() << "it has ended by itself"; }};
-  const ConnectionPtr a_ = connectionOf("/a"), b_ = connectionOf("/b"), other_ = connectionOf("/c"),
+  const ConnectionPtr other_ = connectionOf("/c"),
                       frames_ = connectionOf("/tf_static", "/cell_frames"),
                       other_frames_ = connectionOf("/tf_static", "/other");
   bool is_open_ = false, has_recorded_ = false;
-  double now_ = 1000, duration_ = 0;
+  double begin_ = 0, end_ = 0;
   std::deque<std::pair<std::string, double>> kept_, memory_;  // all, and what no recording has
   std::map<std::string, unsigned> in_bag_{{"/a", 0}, {"/b", 0}};
 };
@@ -191,6 +241,209 @@ TEST_P(SequenceOf, MessagesAndCommandsEndsInTheRightBag) {
 
 INSTANTIATE_TEST_SUITE_P(Random, SequenceOf, testing::Range(0, 30));
 
+TEST_F(SimulatedIntake, SavesWhatHasComeUntilThisMoment) {
+  receiveMany(a_, 0, 30);
+  const ros::Time moment = machine_.now();
+  intake_.save(options(), {chosen(), 1.5, ""});
+  receiveMany(a_, 30, 33);  // while it is written
+  EXPECT_EQ(intake_.finish(), "");
+  EXPECT_EQ(sequencesIn(bag(), "/a"), numbersFrom(15, 30));
+  const std::vector<Recorded> saved = messagesIn(bag());
+  EXPECT_EQ(saved.front().time, moment - ros::Duration(1.5));
+  EXPECT_EQ(saved.back().time, moment);
+  EXPECT_NEAR(intake_.state().recent, 0.2, 1e-9);
+  EXPECT_EQ(sequencesIn(save(kAll), "/a"), numbersFrom(30, 33));
+}
+
+TEST_F(SimulatedIntake, GivesNoMoreThanIsAskedForWhileMessagesCome) {
+  std::atomic<bool> has_ended = false;
+  receive(a_);
+  std::thread sender([&] {
+    while (!has_ended) {
+      machine_.goOn(0.001);
+      receive(a_);
+    }
+  });
+  double longest_s = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const std::deque<Message> copy = intake_.copy({chosen(), 0.1, ""});
+    longest_s = std::max(longest_s, (copy.back().time - copy.front().time).toSec());
+  }
+  has_ended = true;
+  sender.join();
+  EXPECT_LE(longest_s, 0.1);
+}
+
+TEST_F(SimulatedIntake, GoesOnFromThePastIntoARecording) {
+  receive(latchedBy("/n", "/b"), 7);
+  receiveMany(a_, 0, 150);  // more than the memory has
+  EXPECT_TRUE(intake_.mark(machine_.now(), "before"));
+  begin(2);
+  receiveMany(a_, 150, 160);
+  end(intake_);
+  EXPECT_EQ(sequencesIn(bag(), "/a"), numbersFrom(130, 160));
+  EXPECT_EQ(sequencesIn(bag(), "/b"), Numbers{7});
+  EXPECT_EQ(topicsIn(bag()).front(), "/b");
+  const std::vector<std::string> topics = topicsIn(bag());
+  EXPECT_EQ(std::count(topics.begin(), topics.end(), kMarks), 1);
+}
+
+TEST_F(SimulatedIntake, BeginsThePastWithWhatWasLatchedThen) {
+  receive(latchedBy("/n", "/b"), 1);
+  receiveMany(a_, 0, 150);
+  receive(latchedBy("/n", "/b"), 2);
+  EXPECT_EQ(sequencesIn(save(kAll), "/b"), (Numbers{1, 2}));
+}
+
+TEST_F(SimulatedIntake, TakesOfThePastOnlyWhatIsChosen) {
+  const TopicChoice only_b({"/b"}, {}, {});
+  receiveMany(a_, 0, 5);
+  EXPECT_THROW(save(kAll, only_b), RecordingError);
+  receive(b_);
+  const auto topics = [this] {
+    const std::vector<std::string> all = topicsIn(bag());
+    return std::set<std::string>(all.begin(), all.end());
+  };
+  save(kAll, only_b);
+  EXPECT_EQ(topics(), (std::set<std::string>{"/b", kAccount}));
+  receive(a_);
+  EXPECT_TRUE(intake_.mark(machine_.now(), "before"));
+  intake_.choose(only_b);
+  begin(kAll, only_b);
+  receive(a_);
+  receive(b_);
+  end(intake_);
+  EXPECT_EQ(topics(), (std::set<std::string>{"/b", kMarks, kAccount}));
+}
+
+TEST_F(SimulatedIntake, HasNothingOfBeforeASimulatedTimeBegan) {
+  for (const ConnectionPtr& connection : {a_, latchedBy("/n", "/b")})
+    intake_.receive(messageAt(0, connection, kBytes, 5));
+  EXPECT_THROW(save(kAll), RecordingError);
+  begin(kAll);
+  receive(a_, 6);
+  end(intake_);
+  EXPECT_EQ(sequencesIn(bag(), "/a"), Numbers{6});
+  EXPECT_EQ(sequencesIn(bag(), "/b"), Numbers{5});
+}
+
+TEST_F(SimulatedIntake, TellsWhatArrives) {
+  machine_.setFreeBytes(1'000'000);
+  begin();
+  receive(latchedBy("/m", "/b"));
+  receiveMany(a_, 0, 19);
+  intake_.measureRates();
+  receive(a_, 19);
+  waitUntil([this] { return intake_.state().messages == 21; });
+  const RecorderState state = intake_.state();
+  EXPECT_DOUBLE_EQ(figures("/a").rate, 10);
+  EXPECT_EQ(figures("/a").type, "a/A");
+  EXPECT_EQ(figures("/a").silence, 0);
+  EXPECT_FALSE(figures("/a").latching);
+  EXPECT_TRUE(figures("/b").latching);
+  EXPECT_NEAR(figures("/b").silence, 1.9, 1e-9);
+  EXPECT_EQ(state.stamp, machine_.now());
+  EXPECT_NEAR(state.duration, 1.9, 1e-9);
+  EXPECT_DOUBLE_EQ(state.rate, 20 * kBytes / 1.9);
+  EXPECT_EQ(state.free_bytes, 1'000'000u);
+  EXPECT_DOUBLE_EQ(state.time_left, 1'000'000 / state.rate);
+  EXPECT_EQ(state.dropped + state.lost + state.gaps, 0u);
+  machine_.goOn(2);
+  EXPECT_NEAR(figures("/a").silence, 2, 1e-9);
+  EXPECT_NEAR(intake_.state().duration, 3.9, 1e-9);
+  end(intake_);
+  EXPECT_EQ(intake_.state().time_left, -1);
+}
+
+TEST_F(SimulatedIntake, TellsThatATopicIsSilentAndTakesWhatComesAgain) {
+  const std::vector<std::string> none, only_a = {"/a"};
+  begin();
+  receiveMany(a_, 0, 10);
+  EXPECT_EQ(intake_.fallenSilent(), none);
+  machine_.goOn(0.8);
+  EXPECT_EQ(intake_.fallenSilent(), none);
+  machine_.goOn(0.2);
+  EXPECT_EQ(intake_.fallenSilent(), only_a);
+  EXPECT_EQ(intake_.fallenSilent(), none);
+  receiveMany(a_, 10, 12);
+  EXPECT_EQ(intake_.fallenSilent(), none);
+  end(intake_);
+  machine_.goOn(10);
+  EXPECT_EQ(intake_.fallenSilent(), none);
+  EXPECT_EQ(sequencesIn(bag(), "/a"), numbersFrom(0, 12));
+}
+
+std::string accountIn(const std::string& path) {
+  for (const Recorded& message : messagesIn(path))
+    if (message.topic == kAccount) return message.bytes;
+  throw std::runtime_error("there is no account");
+}
+
+TEST_F(SimulatedIntake, CountsWhatItsQueueHasNoRoomFor) {
+  RecordingOptions small = options();
+  small.queue_bytes = 1'000'000;
+  intake_.begin(small, {chosen(), 0, ""});
+  receive(a_);
+  for (unsigned i = 0; i < 3; ++i) receive(a_, i, 2'000'000);
+  EXPECT_EQ(figures("/a").dropped, 3u);
+  end(intake_);
+  EXPECT_EQ(figures("/a").dropped, 3u);
+  EXPECT_EQ(figures("/a").messages, 1u);
+  EXPECT_NE(accountIn(bag()).find(R"("/a": {"received": 4, "dropped": 3})"), std::string::npos);
+}
+
+TEST_F(SimulatedIntake, CountsWhatNeverArrived) {
+  Connection numbered = *a_;
+  numbered.header["message_definition"] = "Header header";
+  const auto connection = std::make_shared<Connection>(numbered);
+  begin();
+  for (const std::uint32_t number : {7u, 8u, 12u}) receive(connection, number);
+  EXPECT_EQ(intake_.state().lost, 3u);
+  EXPECT_EQ(intake_.state().gaps, 1u);
+  end(intake_);
+}
+
+TEST_F(SimulatedIntake, CountsNothingBelowZeroWhereNothingCanBeWritten) {
+  receive(latchedBy("/n"), 0, 100'000);
+  limitFileSize(20'000);
+  begin();
+  waitFor(ended_.get_future());
+  limitFileSize(RLIM_INFINITY);
+  intake_.close();
+  EXPECT_NE(intake_.finish().find("make room"), std::string::npos);
+  EXPECT_EQ(figures("/a").messages, 0u);
+  EXPECT_EQ(figures("/a").dropped, 1u);
+  EXPECT_EQ(topicsIn(bag()), std::vector<std::string>{kAccount});
+  EXPECT_EQ(intake_.state().messages, 1u);
+}
+
+TEST_F(SimulatedIntake, CountsWhatTheBagsHold) {
+  receive(latchedBy("/n", "/b"));
+  RecordingOptions parts = options();
+  parts.split_duration = 5;
+  intake_.begin(parts, {chosen(), 0, "<cell/>"});
+  receiveMany(a_, 0, 120);
+  EXPECT_TRUE(intake_.mark(machine_.now(), "here"));
+  end(intake_);
+  const RecorderState state = intake_.state();
+  ASSERT_EQ(state.files.size(), 3u);
+  std::map<std::string, std::uint64_t> counts;
+  std::uint64_t all = 0, bytes = 0;
+  Numbers numbers;
+  for (const std::string& file : state.files) {
+    for (const Recorded& message : messagesIn(file)) ++counts[message.topic], ++all;
+    for (const std::uint32_t number : sequencesIn(file, "/a")) numbers.push_back(number);
+    const std::vector<std::string> topics = topicsIn(file);
+    EXPECT_EQ((std::vector<std::string>{topics[0], topics[1]}),
+              (std::vector<std::string>{"/b", kConfiguration}));
+    bytes += std::filesystem::file_size(file);
+  }
+  EXPECT_EQ(state.messages, all);
+  EXPECT_EQ(numbers, numbersFrom(0, 120));
+  for (const TopicRecord& topic : state.topics) EXPECT_EQ(topic.messages, counts[topic.name]);
+  EXPECT_LE(state.bytes, bytes);
+}
+
 TEST_F(Intakes, LoseNothingBetweenMemoryAndRecordings) {
   constexpr unsigned kMessages = 20000;
   Intake intake("/recorder", memory(kAll), [] {});
@@ -201,7 +454,7 @@ TEST_F(Intakes, LoseNothingBetweenMemoryAndRecordings) {
   });
   std::uint64_t count = 0;
   const auto record = [&] {
-    intake.begin(options(), {chosen(), ros::Time(kMessages), kAll, ""});
+    intake.begin(options(), {chosen(), kAll, ""});
     count += end(intake)["/a"];
   };
   for (int i = 0; i < 5; ++i) record();
@@ -216,7 +469,7 @@ TEST_F(Intakes, AreCopiedWhileMessagesArriveAndAreRecorded) {
   intake.choose(chosen());
   const ConnectionPtr a = connectionOf("/a");
   const auto receive = [&](unsigned i) { intake.receive(messageAt(1 + i, a, kBytes)); };
-  const Beginning all{chosen(), ros::Time(1 + kMessages), kAll, ""};
+  const Beginning all{chosen(), kAll, ""};
   receive(0);
   std::atomic<bool> has_ended = false;
   std::thread sender([&] {
@@ -244,9 +497,11 @@ TEST_F(Intakes, AreCopiedWhileMessagesArriveAndAreRecorded) {
 }
 
 TEST_F(Intakes, AreCopiedLikeARecording) {
-  Intake intake("/recorder", memory(), [] {});
+  SimulatedMachine machine;  // the time is 1000 s
+  Intake intake(
+      "/recorder", memory(), [] {}, machine.machine());
   intake.choose(TopicChoice({"/a", "/b", "/c"}, {}, {}));
-  Beginning all{TopicChoice({}, {"/.*"}, {"/c"}), ros::Time(40), kAll, "<cell/>"};
+  const Beginning all{TopicChoice({}, {"/.*"}, {"/c"}), kAll, "<cell/>"};
   EXPECT_THROW(intake.copy(all), RecordingError);  // a configuration alone is nothing
   const auto topics = [&] {
     std::vector<std::string> names;
@@ -254,21 +509,21 @@ TEST_F(Intakes, AreCopiedLikeARecording) {
     return names;
   };
   using Topics = std::vector<std::string>;
-  intake.receive(messageAt(1, latchedBy("/n", "/b"), kBytes));
-  intake.receive(messageAt(1, latchedBy("/n", "/c"), kBytes));
-  intake.receive(messageAt(20, connectionOf("/c"), kBytes));
-  EXPECT_EQ(topics(), (Topics{"/b", "/process_visualizer/configuration", kAccount}));
-  intake.begin(options(), {chosen(), ros::Time(20), 0, ""});
-  intake.receive(messageAt(21, connectionOf("/a"), kBytes));
-  EXPECT_TRUE(intake.mark(ros::Time(22), "here"));
-  const Topics expected = {"/b", "/process_visualizer/configuration", "/a", kMarks, kAccount};
+  intake.receive(messageAt(961, latchedBy("/n", "/b"), kBytes));
+  intake.receive(messageAt(961, latchedBy("/n", "/c"), kBytes));
+  intake.receive(messageAt(980, connectionOf("/c"), kBytes));
+  EXPECT_EQ(topics(), (Topics{"/b", kConfiguration, kAccount}));
+  intake.begin(options(), {chosen(), 0, ""});
+  intake.receive(messageAt(981, connectionOf("/a"), kBytes));
+  EXPECT_TRUE(intake.mark(ros::Time(982), "here"));
+  const Topics expected = {"/b", kConfiguration, "/a", kMarks, kAccount};
   EXPECT_EQ(topics(), expected);
   EXPECT_EQ(intake.state().state, RecorderState::IDLE);
   EXPECT_EQ(end(intake)["/a"], 1u);
   EXPECT_EQ(topics(), expected);
   const std::deque<Message> copy = intake.copy(all);
   for (std::size_t i = 1; i < copy.size(); ++i) EXPECT_LT(copy[i - 1].time, copy[i].time);
-  EXPECT_EQ(copy.back().time, all.now);
+  EXPECT_EQ(copy.back().time, machine.now());
   const auto& text = copy.back().content->bytes;
   EXPECT_NE(std::string(text.begin(), text.end()).find(R"("/a": {"received": 1, "dropped": 0})"),
             std::string::npos);
@@ -277,7 +532,7 @@ TEST_F(Intakes, AreCopiedLikeARecording) {
 TEST_F(Intakes, WithoutMemoryTakeNoMarksBetweenRecordings) {
   Intake intake("/recorder", memory(0), [] {});
   EXPECT_FALSE(intake.mark(ros::Time(1), "lost"));
-  intake.begin(options(), {chosen(), ros::Time(2), 0, ""});
+  intake.begin(options(), {chosen(), 0, ""});
   EXPECT_TRUE(intake.mark(ros::Time(3), "here"));
   EXPECT_EQ(end(intake)[kMarks], 1u);
   EXPECT_FALSE(intake.mark(ros::Time(4), "lost"));
@@ -289,10 +544,10 @@ TEST_F(Intakes, ThatCannotBeginStayAsTheyWere) {
   intake.receive(messageAt(1, connectionOf("/a"), kBytes));
   RecordingOptions impossible = options();
   impossible.minimum_free_bytes = std::numeric_limits<std::uint64_t>::max();
-  EXPECT_THROW(intake.begin(impossible, {chosen(), ros::Time(2), kAll, ""}), RecordingError);
+  EXPECT_THROW(intake.begin(impossible, {chosen(), kAll, ""}), RecordingError);
   EXPECT_FALSE(intake.isOpen());
   EXPECT_FALSE(intake.isWriting());
-  intake.begin(options(), {chosen(), ros::Time(2), kAll, ""});
+  intake.begin(options(), {chosen(), kAll, ""});
   EXPECT_EQ(end(intake)["/a"], 1u);
 }
 
@@ -301,18 +556,18 @@ TEST_F(Intakes, CountNothingMoreWhenARecordingHasEndedByItself) {
   Intake intake("/recorder", memory(), [&ended] { ended.set_value(); });
   intake.choose(chosen());
   intake.addProblem("of the recording before");
-  intake.begin(options(), {chosen(), ros::Time(1), 0, "<cell/>"});
+  intake.begin(options(), {chosen(), 0, "<cell/>"});
   EXPECT_TRUE(intake.state().problems.empty());
   const ConnectionPtr a = connectionOf("/a");
   intake.receive(messageAt(2, a, kBytes));
   ASSERT_TRUE(std::filesystem::remove(intake.status().files.front() + ".active"));
-  ASSERT_EQ(ended.get_future().wait_for(std::chrono::seconds(60)), std::future_status::ready);
+  waitFor(ended.get_future());
   EXPECT_FALSE(intake.isWriting());
   EXPECT_TRUE(intake.isOpen());
   intake.receive(messageAt(3, a, kBytes));
   EXPECT_FALSE(intake.mark(ros::Time(4), "too late"));
   intake.close();
-  EXPECT_NE(intake.finish(ros::Time(5)), "");
+  EXPECT_NE(intake.finish(), "");
   const RecorderState state = intake.state();
   EXPECT_EQ(state.topics.front().bytes, kBytes);
   EXPECT_EQ(state.topics.front().messages, 1u);

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the recorder has in memory: the last seconds, and latched messages.
+// What the recorder has in memory: the last seconds, latched messages, and answers about them.
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "process_visualizer/recorder/recent_answers.hpp"
 #include "process_visualizer/recorder/recent_messages.hpp"
 #include "recorder_messages.hpp"
 
@@ -153,6 +156,89 @@ TEST(Latched, OfPublishersThatAreGoneAreForgottenWhenTheyAreReplaced) {
   std::vector<std::size_t> sizes;
   for (const Message& message : latched.at(ros::Time(5))) sizes.push_back(message.size());
   EXPECT_EQ(sizes, (std::vector<std::size_t>{2, 3, 2}));
+}
+
+/// Answers about an intake that takes /a and /b.
+class Answers : public testing::Test {
+ protected:
+  Answers() { intake_.choose(TopicChoice({"/a", "/b"}, {}, {})); }
+
+  ReadRecent::Response ask(std::uint64_t first, std::uint32_t known = 0, std::uint32_t largest = 0,
+                           const std::string& topic = "/a") {
+    ReadRecent::Request request;
+    request.topics = {topic};
+    request.first = first;
+    request.known = known;
+    request.largest = largest;
+    ReadRecent::Response response;
+    answers_.answer(request, response);
+    return response;
+  }
+  /// The numbers that messages begin with, behind the heads of their records.
+  static std::vector<std::uint32_t> sequencesIn(const ReadRecent::Response& response) {
+    std::vector<std::uint32_t> numbers;
+    std::size_t place = 0;
+    for (const std::uint32_t size : response.sizes) {
+      std::uint32_t number;
+      std::memcpy(&number, response.records.data() + place + 16, sizeof number);
+      numbers.push_back(number);
+      place += size;
+    }
+    EXPECT_EQ(place, response.records.size());
+    return numbers;
+  }
+
+  Intake intake_{"/recorder", {60, 1 << 30}, [] {}};
+  RecentAnswers answers_{intake_};
+};
+
+using Numbers = std::vector<std::uint32_t>;
+
+TEST_F(Answers, ComeInPartsWhereThereIsMuch) {
+  const auto connection = connectionOf("/a");
+  for (unsigned i = 0; i < 12; ++i) intake_.receive(messageAt(1 + i, connection, 1'000'000, i));
+  const ReadRecent::Response first = ask(0), second = ask(first.next, 1),
+                             last = ask(second.next, 1);
+  EXPECT_EQ(sequencesIn(first), (Numbers{0, 1, 2, 3, 4}));
+  EXPECT_EQ(sequencesIn(second), (Numbers{5, 6, 7, 8, 9}));
+  EXPECT_EQ(sequencesIn(last), (Numbers{10, 11}));
+  EXPECT_TRUE(first.more && second.more);
+  EXPECT_FALSE(last.more);
+  EXPECT_EQ(last.times, (std::vector<std::uint64_t>{11'000'000'000, 12'000'000'000}));
+  EXPECT_TRUE(sequencesIn(ask(last.next, 1)).empty());
+  EXPECT_TRUE(sequencesIn(ask(0, 0, 999'999)).empty());  // these are larger
+}
+
+TEST_F(Answers, DescribeEachConnectionOnce) {
+  intake_.receive(messageAt(1, connectionOf("/a", "/m"), 100, 1));
+  const ReadRecent::Response first = ask(0);
+  EXPECT_EQ(first.connections, (std::vector<std::string>{"/a", "a/A", "float32 x", "/m"}));
+  EXPECT_EQ(first.numbers, Numbers{0});
+  intake_.receive(messageAt(2, connectionOf("/b"), 100, 2));
+  intake_.receive(messageAt(3, connectionOf("/a"), 100, 3));
+  const ReadRecent::Response second = ask(first.next, first.connection_count);
+  EXPECT_EQ(second.connections, (std::vector<std::string>{"/a", "a/A", "float32 x", "/n"}));
+  EXPECT_EQ(second.numbers, Numbers{1});
+  EXPECT_EQ(second.connection_count, 2u);
+  EXPECT_EQ(ask(0, 0, 0, "/b").connections.size(), 12u);  // whoever asks anew is told all
+}
+
+TEST_F(Answers, AboutWhatNobodyWatchesAreEmpty) {
+  const ReadRecent::Response answer = ask(0, 0, 0, "/c");
+  EXPECT_TRUE(answer.numbers.empty() && answer.connections.empty());
+  EXPECT_FALSE(answer.more || answer.anew);
+}
+
+TEST_F(Answers, BeginAnewForWhoKnowsMoreThanThereIs) {
+  intake_.receive(messageAt(1, connectionOf("/a"), 100, 1));
+  ask(0);
+  for (const auto& [next, known] : {std::pair{99u, 1u}, {2u, 7u}}) {  // of the recorder before
+    const ReadRecent::Response answer = ask(next, known);
+    EXPECT_TRUE(answer.anew);
+    EXPECT_EQ(sequencesIn(answer), Numbers{1});
+    EXPECT_EQ(answer.connections.size(), 4u);
+  }
+  EXPECT_FALSE(ask(2, 1).anew);
 }
 
 }  // namespace

@@ -54,7 +54,8 @@ class BagRecorder {
   void connect();
   Beginning beginningOf(const Start::Request& request, TopicChoice choice) const;
   Beginning memoryOf(const Start::Request& request) const;
-  void finish(std::chrono::milliseconds under_way, ros::Time end = {});
+  void finish(std::chrono::milliseconds under_way);
+  void waitUntilWritten();
   void requireIdle() const;
   void watch(TopicChoice choice);
   std::vector<std::string> ownPrefixes() const;

@@ -2,11 +2,10 @@
 #pragma once
 
 #include <chrono>
-#include <functional>
 #include <utility>
 #include <vector>
 
-#include "ros/time.h"
+#include "process_visualizer/recorder/machine.hpp"
 
 namespace process_visualizer::recorder {
 
@@ -19,28 +18,26 @@ struct ClockJump {
 /// Finds jumps of the clock by comparing it with one that never jumps.
 class ClockWatch {
  public:
-  /// \param offset returns the clock's time minus that of one that never jumps, s
-  explicit ClockWatch(std::function<double()> offset = systemOffset)
-      : measure_(std::move(offset)), offset_(measure_()) {}
+  explicit ClockWatch(Machine machine) : machine_(std::move(machine)), offset_(measure()) {}
 
   /// To be called about every second; notes a jump of more than 0.1 s since the last time.
   void look() {
-    const double now = measure_();
+    const double now = measure();
     if (now - offset_ > kJump || offset_ - now > kJump)
-      jumps_.push_back({ros::WallTime::now(), now - offset_});
+      jumps_.push_back({machine_.wall(), now - offset_});
     offset_ = now;
   }
   const std::vector<ClockJump>& jumps() const { return jumps_; }
 
  private:
   static constexpr double kJump = 0.1;
-  static double systemOffset() {
-    using Seconds = std::chrono::duration<double>;
-    const auto steady = std::chrono::steady_clock::now().time_since_epoch();
-    const auto system = std::chrono::system_clock::now().time_since_epoch();
-    return Seconds(system).count() - Seconds(steady).count();
+
+  /// The clock's time minus that of the one that never jumps, s.
+  double measure() const {
+    const std::chrono::duration<double> steady = machine_.steady().time_since_epoch();
+    return machine_.wall().toSec() - steady.count();
   }
-  std::function<double()> measure_;
+  const Machine machine_;
   double offset_;
   std::vector<ClockJump> jumps_;
 };

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "process_visualizer/recorder/calibration.hpp"
+#include "process_visualizer/recorder/machine.hpp"
 #include "process_visualizer/recorder/own_topics.hpp"
 #include "process_visualizer/recorder/problems.hpp"
 #include "process_visualizer/recorder/recent_messages.hpp"
@@ -25,7 +26,6 @@ namespace process_visualizer::recorder {
 /// What a recording begins with: the last seconds of a choice of topics, and what is latched there.
 struct Beginning {
   TopicChoice choice;
-  ros::Time now;
   double recent_s = 0;        ///< 0: none, only what is latched
   std::string configuration;  ///< of the cell; may be empty
 };
@@ -37,7 +37,8 @@ class Intake {
  public:
   /// \param node the recorder's name, for what it writes itself
   /// \param on_end called by the writing thread when a recording ends by itself
-  Intake(const std::string& node, RecentMessages recent, std::function<void()> on_end);
+  Intake(const std::string& node, RecentMessages recent, std::function<void()> on_end,
+         Machine machine = {});
 
   void choose(TopicChoice choice);  ///< takes messages of these topics, and of no others
   TopicChoice choice() const;
@@ -52,17 +53,17 @@ class Intake {
 
   /// Begins a recording. \throws RecordingError
   void begin(const RecordingOptions& options, const Beginning& beginning);
-  /// Does the same where there is something in memory. \throws RecordingError
+  /// Begins one of what is in memory, if there is something, and closes it at the same moment: what
+  /// comes from then on is not of it. \throws RecordingError
   void save(const RecordingOptions& options, const Beginning& beginning);
   /// Returns all messages for a bag of what is in memory, whatever a recording has of it: what is
   /// latched before that, and an account. Changes nothing, and may be called at any time.
   /// \throws RecordingError if there is nothing
   std::deque<Message> copy(const Beginning& beginning) const;
   void close();  ///< ends the recording: what comes from now on is not of it
-  /// Waits until what was taken before close() is written.
-  /// \param end when the recording ended
+  /// Waits until what was taken before the recording was closed is written.
   /// \returns why something could not be written; empty if everything was
-  std::string finish(const ros::Time& end);
+  std::string finish();
   bool isOpen() const;             ///< whether a recording was begun and not closed
   bool isWriting() const;          ///< whether the recording's thread still writes
   RecordingStatus status() const;  ///< of the recording begun last; there has to be one
@@ -79,17 +80,20 @@ class Intake {
 
  private:
   bool take(const Message& message);
-  Past past(const Beginning& beginning) const;
-  Past chosen(Past past, const Beginning& beginning) const;
-  LatchedMessages withConfiguration(LatchedMessages latched, const Beginning& beginning) const;
-  Message accountOf(const std::deque<Message>& messages, const Beginning& beginning) const;
-  void open(const RecordingOptions& options, const Beginning& beginning, const Past& past);
-  RecordingContents contents(const Beginning& beginning, const Past& past);
+  Past chosen(Past past, const TopicChoice& choice, const ros::Time& now) const;
+  LatchedMessages withConfiguration(LatchedMessages latched, const std::string& configuration,
+                                    const ros::Time& now) const;
+  Message accountOf(const std::deque<Message>& messages, const TopicChoice& choice,
+                    const ros::Time& now) const;
+  void open(const RecordingOptions& options, RecordingContents contents);
+  void end(const ros::Time& now);
+  RecordingContents contents(const Beginning& beginning, const ros::Time& now);
   void fillTopics(RecorderState& state) const;
   void fillRecording(RecorderState& state) const;
 
   const OwnTopics own_;
   const std::function<void()> on_end_;
+  const Machine machine_;
 
   mutable std::mutex mutex_;  ///< for what follows
   std::uint8_t phase_ = RecorderState::IDLE;
@@ -98,8 +102,9 @@ class Intake {
   Calibration calibration_;
   TopicBoard board_;
   RecentMessages recent_;
-  bool is_open_ = false;         ///< the recording takes messages
-  ros::SteadyTime begin_, end_;  ///< of the recording
+  bool is_open_ = false;    ///< the recording takes messages
+  SteadyTime begin_, end_;  ///< of the recording
+  ros::Time last_time_;     ///< when it was closed
   /// The one that is made or, with its figures, the last one. Its thread uses what is above.
   std::shared_ptr<Recording> recording_;
 };

@@ -14,6 +14,7 @@
 
 #include "process_visualizer/recorder/bag_file.hpp"
 #include "process_visualizer/recorder/clock_watch.hpp"
+#include "process_visualizer/recorder/machine.hpp"
 #include "process_visualizer/recorder/recent_messages.hpp"
 
 namespace process_visualizer::recorder {
@@ -57,16 +58,15 @@ struct RecordingStatus {
 class Recording {
  public:
   /// Opens the first bag and starts to write. \throws RecordingError
-  Recording(RecordingOptions options, RecordingContents contents);
+  Recording(RecordingOptions options, RecordingContents contents, Machine machine = {});
   ~Recording();
 
   /// Queues a message; returns false if it is dropped because the queue is full or closed.
   bool push(const Message& message);
 
   /// Writes everything that was pushed, and finishes the bag. May be called twice.
-  /// \param end when the recording ended, which may be longer ago than what has to be written
-  /// takes;
-  ///   zero: with its last message
+  /// \param end when the recording ended, which may be long ago if much has to be written; zero:
+  ///   with its last message
   void stop(const ros::Time& end = {});
 
   bool isOver() const;  ///< whether it takes no more messages, for whatever reason
@@ -93,11 +93,12 @@ class Recording {
 
   const RecordingOptions options_;
   RecordingContents contents_;
+  const Machine machine_;
   std::unique_ptr<BagFile> file_;
   ros::Time file_begin_, last_time_;
   unsigned part_ = 0;
   ClockWatch clock_watch_;
-  std::chrono::steady_clock::time_point last_look_;
+  SteadyTime last_look_;
   std::optional<Message> current_;  ///< not in the queue any more, and not in the bag yet
   std::map<std::string, std::uint64_t> unwritten_;
 
