@@ -243,7 +243,9 @@ def run_programs(programs: Sequence[str] = PROGRAMS) -> None:
     for program in programs:
         subprocess.run([*build, program], stdout=subprocess.DEVNULL, check=True)
         print(program, flush=True)
-        subprocess.run([os.path.join(devel, 'lib', 'process_visualizer', program)], check=True)
+        path = os.path.join(devel, 'lib', 'process_visualizer', program)
+        if subprocess.run([path]).returncode:
+            sys.exit(f'{program}: slower than its limit, see above')
 
 
 def main() -> None:

@@ -6,9 +6,9 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstring>
+#include <ctime>
 #include <functional>
 #include <limits>
 #include <random>
@@ -153,13 +153,14 @@ TEST(CropToBox, AcceptsAnEmptyCloud) {
   EXPECT_TRUE(cropped.data.empty());
 }
 
-TEST(CropToBox, RowsWithoutPointsTakeNoTime) {
+/// Four billion of them would take seconds of the processor's time.
+TEST(CropToBox, DoesNotVisitRowsWithoutPoints) {
   auto cloud = makeCloud({});
   cloud.width = cloud.row_step = 0;
   cloud.height = 0xFFFFFFFF;
-  const auto begin = std::chrono::steady_clock::now();
+  const std::clock_t begin = std::clock();
   EXPECT_EQ(crop(cloud), Indices{});
-  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(1));
+  EXPECT_LT(std::clock() - begin, CLOCKS_PER_SEC / 2);
 }
 
 std::vector<Point> randomPoints(std::mt19937& generator, std::size_t count) {
