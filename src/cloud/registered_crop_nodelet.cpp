@@ -5,6 +5,7 @@
 #include <message_filters/sync_policies/approximate_time.h>
 #include <message_filters/synchronizer.h>
 #include <nodelet/nodelet.h>
+#include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <tf2_ros/transform_listener.h>
 
@@ -87,9 +88,14 @@ void RegisteredCropNodelet::onInit() {
       node_handle.createWallTimer(ros::WallDuration(kParameterPeriod),
                                   [this](const ros::WallTimerEvent&) { region_->update(); });
   const auto follow = [this](const ros::SingleSubscriberPublisher&) { followSubscribers(); };
-  // Subscribers may call back before advertise() has returned.
+  // To subscribe loads a transport, which is a plugin. While another thread loads a nodelet,
+  // class_loader can take both down (https://github.com/ros/class_loader/pull/234): so subscribers
+  // are followed where the manager loads nodelets, in the thread of the global queue.
+  ros::NodeHandle loading_node(node_handle);
+  loading_node.setCallbackQueue(ros::getGlobalCallbackQueue());
+  // A manager may have several of these: subscribers may call back before advertise() has returned.
   const std::lock_guard<std::mutex> lock(subscriber_mutex_);
-  publisher_ = node_handle.advertise<sensor_msgs::PointCloud2>("output", 1, follow, follow);
+  publisher_ = loading_node.advertise<sensor_msgs::PointCloud2>("output", 1, follow, follow);
 }
 
 void RegisteredCropNodelet::followSubscribers() {
