@@ -9,7 +9,7 @@ import numpy as np
 from process_visualizer.motion.placements import interpolated
 
 _MISSED, _MIN_GAP_S, _MAX_GAP_S = 5.0, 0.1, 0.5
-"""Data are missing where so many periods, and so long, have nothing; longer ones are always gaps."""
+"""Data are missing where so many periods have nothing, if that is neither so short nor so long."""
 _HELD_UP, _MIN_HELD_UP_S = 4.0, 0.025
 """Data were held up where so many periods have nothing, and what follows comes at once."""
 _AT_ONCE = 0.4

@@ -23,7 +23,7 @@ from process_visualizer.runs.comparison.timeline_bands import timeline_bands
 from process_visualizer.runs.comparison.verdict import verdict
 from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.runs.deviation.band import TooFewRuns
-from process_visualizer.runs.run import Run
+from process_visualizer.runs.run import Channel, ChannelKind, Run
 
 
 def pushed(process_s: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -264,3 +264,13 @@ def test_a_fault_beside_a_gap_is_found(learned: GoodRuns) -> None:
     found = learned.compare(interrupted(made_run(77, value=pushed), 7.0, 8.0))
     assert found.departures[0].signal.name == 'robot tool force'
     assert found.departures[0].onset_s == pytest.approx(5.0, abs=0.2)
+
+
+def test_what_comes_too_seldom_to_be_judged_is_told() -> None:
+    def slow(run: Run) -> Run:
+        times_s = np.arange(0.0, run.duration_s, 1.0)
+        return run._replace(channels=(*run.channels, Channel(
+            'oven', 'temperature', '°C', ChannelKind.VARIABLE, times_s, np.full(len(times_s), 20.0))))
+    good = GoodRuns(slow(made_run()))
+    text = as_text(good, [good.compare(slow(made_run(77)))])
+    assert 'not judged: oven temperature (fewer than two values a second)' in text

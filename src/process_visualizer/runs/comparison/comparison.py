@@ -34,11 +34,15 @@ _MIN_LONGER_S, _MIN_PACE = 0.1, 0.02
 
 
 class Unjudged(NamedTuple):
-    """A signal of which the run has no data from one time of the recording to another [s]."""
+    """A signal of which the run has no data from one time of the recording to another [s].
+
+    One that comes ``too_seldom`` is judged nowhere.
+    """
 
     signal: Signal
     begin_s: float
     end_s: float
+    too_seldom: bool = False
 
 
 class Comparison(NamedTuple):
@@ -187,8 +191,13 @@ def _unjudged(run: Run, alignment: Alignment, times_s: np.ndarray, columns: Colu
     for signal, limits in band.signals.items():
         if signal.kind in _FOLLOWING or signal.label in _FOLLOWING_LABELS:
             continue
-        missing = np.isnan(columns[signal]) & is_there & np.isfinite(limits.middle) \
-            if signal in columns else is_there & np.isfinite(limits.middle)
+        known = np.isfinite(limits.middle)
+        if not known.any():
+            found.append(Unjudged(signal, run.begin_s, run.begin_s + run.duration_s, True))
+            continue
+        missing = is_there & known
+        if signal in columns:
+            missing &= np.isnan(columns[signal])
         for begin, end in spans(missing):
             if end - begin >= _MIN_UNJUDGED_ROWS:
                 found.append(Unjudged(signal, run.begin_s + float(run_s[begin]),

@@ -36,12 +36,18 @@ def moment(comparison: Comparison, reference_s: float) -> str:
 def unjudged_texts(comparison: Comparison) -> List[str]:
     """Return a sentence for each signal of which the run has no data somewhere."""
     stretches: Dict[str, List[str]] = {}
+    seldom = [it.signal.name for it in comparison.unjudged if it.too_seldom]
     for it in comparison.unjudged:
+        if it.too_seldom:
+            continue
         stretches.setdefault(it.signal.name, []).append(f'{clock(it.begin_s)} to '
                                                         f'{clock(it.end_s)}')
-    return [f'not judged: {name} from {", ".join(found[:3])}'
-            f'{f" and {len(found) - 3} more times" if len(found) > 3 else ""} (no data, or too seldom)'
-            for name, found in stretches.items()]
+    texts = [f'not judged: {name} from {", ".join(found[:3])}'
+             f'{f" and {len(found) - 3} more times" if len(found) > 3 else ""} (no data)'
+             for name, found in stretches.items()]
+    if seldom:
+        texts.append(f'not judged: {", ".join(seldom)} (fewer than two values a second)')
+    return texts
 
 
 def amount(departure: Departure) -> str:
