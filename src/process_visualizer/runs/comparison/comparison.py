@@ -28,7 +28,7 @@ _LEAST_SHARE = 0.8
 _FOLLOWING = (SignalKind.TIMING, SignalKind.NOISE)
 _FOLLOWING_LABELS = ('tool sideways', 'tool up')
 """They have data where another signal of theirs has."""
-_MIN_UNJUDGED_ROWS = 10
+_MIN_UNJUDGED_ROWS, _MIN_KNOWN = 10, 0.1
 _MIN_LONGER_S, _MIN_PACE = 0.1, 0.02
 """From so much on, also as a share of the reference, a different pace is reported."""
 
@@ -192,7 +192,7 @@ def _unjudged(run: Run, alignment: Alignment, times_s: np.ndarray, columns: Colu
         if signal.kind in _FOLLOWING or signal.label in _FOLLOWING_LABELS:
             continue
         known = np.isfinite(limits.middle)
-        if not known.any():
+        if known.mean() < _MIN_KNOWN:
             found.append(Unjudged(signal, run.begin_s, run.begin_s + run.duration_s, True))
             continue
         missing = is_there & known
