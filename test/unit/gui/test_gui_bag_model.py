@@ -331,6 +331,17 @@ class TestView:
         assert 'machine</b>: not in the recording: /a, /b, /c and 2 more' in view.warnings.text()
         assert '/e' in view.warnings.toolTip()
 
+    def test_messages_without_a_time_are_told(self, bench: Bench, view: BagView,
+                                              path: str) -> None:
+        with rosbag.Bag(path, 'a') as bag:
+            for topic in ('/a', '/b', '/c<d>'):
+                bag.write(topic, Float32(0.0), genpy.Time(0))
+        bench.open(path)
+        assert '0:09.980' in view.facts.text()
+        assert '/a: one message has no time (0) and is left out' in view.warnings.text()
+        assert 'and 1 more such remark' in view.warnings.text()
+        assert '/c<d>' in view.warnings.toolTip()
+
     def test_a_recent_bag_is_opened_again(self, bench: Bench, view: BagView, path: str,
                                           tmp_path: Path) -> None:
         second = write_bag(tmp_path / 'b.bag')

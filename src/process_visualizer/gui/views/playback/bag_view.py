@@ -212,7 +212,8 @@ def _warnings(bag: BagModel) -> List[str]:
         lines.append((theme().warning, f'{parts} of the files cannot be read; the rest is played'))
     lines += [(theme().warning, html.escape(it)) for it in remarks[:_MOST_REMARKS]]
     if len(remarks) > _MOST_REMARKS:
-        lines.append((theme().warning, f'and {len(remarks) - _MOST_REMARKS} more such remarks'))
+        more = count_text(len(remarks) - _MOST_REMARKS, 'more such remark')
+        lines.append((theme().warning, f'and {more}'))
     return [f'<span style="color: {colour}">{text}</span>' for colour, text in lines]
 
 
