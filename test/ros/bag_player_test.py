@@ -15,6 +15,7 @@ from std_msgs.msg import Float32MultiArray, String
 
 from process_visualizer.clients.player_client import PlayerClient, PlayerError, PlayerUnreachable
 from process_visualizer.ros_names import PLAYBACK_RATE
+from process_visualizer.srv import ReadTopic
 
 TIMEOUT_S = 60.0
 
@@ -71,6 +72,8 @@ class BagPlayerTest(unittest.TestCase):
             self.assertIsNotNone(client.wait_for(
                 lambda it: it.paused and it.position == 0.0, TIMEOUT_S))
             self.check_late_subscriber()
+            answer = player.call('read', ReadTopic, '/tcf', 0.2, 0.4)
+            self.assertEqual((answer.success, len(answer.sizes)), (True, 26))
             player.process.terminate()
             self.assertEqual(player.wait()[0], 0)
 
