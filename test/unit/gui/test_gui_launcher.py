@@ -12,9 +12,13 @@ from std_msgs.msg import Float64
 
 from process_visualizer.cell.model import Mode, Pose
 from process_visualizer.generate.choice import RvizStart
+from process_visualizer.generate.plan import BAG_PART
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.main import words_to_go_on
 from process_visualizer.gui.models.cell.launch_model import Phase
+from process_visualizer.gui.models.recording.recording_types import Phase as RecordingPhase
+from process_visualizer.launching.node_state import NodeReport, NodeState
+from process_visualizer.launching.part_report import PartReport, PartState
 
 DEVICES = '''<visualizer>
   <device type="other" name="oven"><base frame="oven" xyz="1 0 0"/></device>
@@ -119,6 +123,16 @@ def test_devices_are_not_changed_during_a_recording(loaded: Launcher,
     loaded.apply()
     assert 'stop it before' in messages[0]
     assert loaded.launch.phase is Phase.RUNNING
+
+
+def test_a_recorder_has_ended_when_its_process_has(loaded: Launcher) -> None:
+    run(loaded)
+    recorder = NodeReport('/bag_recorder', NodeState.RUNNING)
+    for node, phase in ((recorder, RecordingPhase.WAITING),
+                        (recorder.exited(-9), RecordingPhase.GONE)):
+        loaded.launch.reports = {BAG_PART: PartReport(BAG_PART, PartState.RUNNING, (node,))}
+        loaded.launch.changed.emit()
+        assert loaded.recording.phase is phase
 
 
 def test_what_the_status_waits_for(launcher: Launcher, qtbot: Any, config: Path) -> None:

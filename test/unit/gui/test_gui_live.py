@@ -174,7 +174,7 @@ def test_nobody_who_does_not_look_is_read_to(stand: Stand) -> None:
 
 def test_a_recorder_that_is_silent_is_told_and_asked_again(stand: Stand) -> None:
     stand.come(ServiceUnreachable('gone'))
-    assert 'does not answer' in stand.panel.state.text()
+    assert 'is not responding' in stand.panel.state.text()
     stand.come(stand.parts[0])
     assert stand.panel.state.text() == ''
 

@@ -270,23 +270,61 @@ def test_a_master_that_is_gone_does_not_end_the_recording(recording, client, qtb
     with qtbot.waitSignal(recording.failed) as signal:
         recording.stop()
     assert f'{client.path} is still being recorded' in signal.args[0]
+    assert 'quit' not in signal.args[0].lower()
     assert recording.phase is Phase.RECORDING
 
 
-def test_a_recorder_that_falls_silent(recording, client, qtbot):
+def test_a_recorder_that_says_nothing_goes_on_recording_and_the_verdict_ends_with_it(
+        recording, client, qtbot):
     recording._silence._timer.setInterval(1)
+    recording.take_state(told('recording', files=(client.path,)))
+    qtbot.waitUntil(lambda: recording.state.is_silent)
+    assert recording.is_recording and recording.state.path == client.path
+    assert messages_of(recording) == [] and recording.state.error == ''
+    recording._silence._timer.setInterval(60_000)
+    recording.take_state(told('recording', files=(client.path,)))
+    assert not recording.state.is_silent and recording.phase is Phase.RECORDING
+
+
+def test_what_says_nothing_can_be_stopped_and_answers_when_it_responds(recording, client, qtbot):
+    recording._silence._timer.setInterval(1)
+    recording.take_state(told('recording', files=(client.path,)))
+    qtbot.waitUntil(lambda: recording.state.is_silent)
+    with qtbot.waitSignal(recording.finished):
+        recording.stop()
+    assert messages_of(recording) == []
+
+
+def test_nothing_is_started_while_the_recorder_says_nothing(model, client, qtbot):
+    model._silence._timer.setInterval(1)
+    model.take_state(told())
+    qtbot.waitUntil(lambda: model.state.is_silent)
+    model.start()
+    assert 'Start when it responds' in messages_of(model)[0] and client.commands == []
+
+
+def test_a_recorder_that_has_ended_without_finishing_its_bag(recording, client, qtbot):
     with qtbot.waitSignal(recording.failed) as signal:
-        recording.take_state(told('recording', files=(client.path,)))
+        recording.take_end_of_recorder()
     assert recording.phase is Phase.GONE and f'cell reindex {client.path}.active' in signal.args[0]
-    recording.take_state(told('recording', files=(client.path,)))  # it was only slow
-    assert recording.phase is Phase.RECORDING and recording.state.path == client.path
+    recording.take_end_of_recorder()  # told with every report
+    recording.take_state(told())
+    assert recording.phase is Phase.IDLE and len(messages_of(recording)) == 1
 
 
-def test_a_recorder_that_was_started_anew(recording, clock, client):
+def test_a_recorder_that_has_ended_and_finished_its_bag(recording, client, qtbot):
+    Path(client.path).touch()
+    with qtbot.waitSignal(recording.finished) as signal:
+        recording.take_end_of_recorder()
+    assert signal.args == [client.path] and messages_of(recording) == []
+
+
+def test_a_recorder_that_was_started_anew(recording, clock, client, qtbot):
     clock.now_s += 10.0
-    recording.take_state(told('idle', files=(), stamp_s=10.0))
+    with qtbot.waitSignal(recording.failed) as signal:
+        recording.take_state(told('idle', files=(), stamp_s=10.0))
     assert recording.phase is Phase.IDLE and recording.state.finished is None
-    assert f'cell reindex {client.path}.active' in messages_of(recording)[0]
+    assert f'cell reindex {client.path}.active' in signal.args[0]
 
 
 def test_a_state_that_waited_while_the_computer_stood_still(recording, clock):

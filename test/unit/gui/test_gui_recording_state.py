@@ -188,7 +188,7 @@ class Sequences(RuleBasedStateMachine):
 
     @precondition(lambda self: self.state.phase is not Phase.GONE)
     @rule()
-    def fall_silent(self) -> None:
+    def end(self) -> None:
         self.sent.clear()
         self.take(events.gone(self.state))
 
@@ -292,13 +292,7 @@ def test_marks_of_one_recording_are_not_shown_with_what_somebody_else_starts_the
     assert state.marks == () and state.elapsed_s(21.0) == 0.5
 
 
-def test_marks_stay_when_the_recorder_was_only_slow() -> None:
-    state = events.gone(recording().marked(11.0)).state
-    state = events.updated(state, RecorderSnapshot('recording', (BAG,), 5.0), 15.0).state
-    assert state.path == BAG and len(state.marks) == 1
-
-
-def test_marks_do_not_stay_when_something_else_is_recorded_after_a_silence() -> None:
+def test_marks_do_not_stay_when_something_else_is_recorded_after_the_recorder_has_ended() -> None:
     state = events.gone(recording().marked(11.0)).state
     other = RecorderSnapshot('recording', ('/bags/other.bag',), 5.0)
     assert events.updated(state, other, 15.0).state.marks == ()

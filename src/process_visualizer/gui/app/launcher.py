@@ -47,6 +47,7 @@ from process_visualizer.gui.ros.ros_link import RosLink
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.health.device_state import Level, Line
+from process_visualizer.launching.node_state import NodeState
 from process_visualizer.launching.part_report import PartState
 from process_visualizer.launching.ros_master import RosMasterError
 
@@ -254,6 +255,8 @@ class Launcher(QObject):
         self.mixture.follow(running)
         self.warnings.follow(running is not None)
         self.recording.set_running(mode is Mode.REALTIME)
+        if mode is Mode.REALTIME and self._has_ended(BAG_PART):
+            self.recording.take_end_of_recorder()
         self.live.set_running(mode is Mode.REALTIME)
         if mode is not Mode.REALTIME:
             self.replay.stop()
@@ -270,6 +273,13 @@ class Launcher(QObject):
     def _runs(self, part: str) -> bool:
         report = self.launch.reports.get(part)
         return report is not None and report.state is PartState.RUNNING
+
+    def _has_ended(self, part: str) -> bool:
+        """Whether a part, or a node of it, has ended by itself."""
+        report = self.launch.reports.get(part)
+        return report is not None and (
+            report.state in (PartState.FAILED, PartState.STOPPED)
+            or any(node.state in (NodeState.EXITED, NodeState.FAILED) for node in report.nodes))
 
     def _own_nodes(self) -> List[str]:
         """The nodes that were launched here."""

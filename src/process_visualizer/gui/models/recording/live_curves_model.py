@@ -12,6 +12,7 @@ from process_visualizer.clients.service_connection import ServiceUnreachable
 from process_visualizer.curves.live.live_curves import LiveCurves, LiveWindow
 from process_visualizer.curves.live.recent_part import RecentPart
 from process_visualizer.gui.models.recording.look_pace import LookPace
+from process_visualizer.gui.models.recording.recording_advice import NOT_RESPONDING
 from process_visualizer.gui.toolkit.tasks import Tasks
 
 LINE = 'live curves'
@@ -173,7 +174,7 @@ class LiveCurvesModel(QObject):
         if not isinstance(error, ServiceUnreachable):
             raise error
         if self._is_running:
-            self._problem = 'The recorder does not answer: there is nothing new to be drawn'
+            self._problem = f'{NOT_RESPONDING}; the curves go on when it does'
             self.changed.emit()
         self._wait(_RETRY_MS)
 

@@ -25,14 +25,20 @@ def checked(command: Callable[[RecordingOptions], str], options: RecordingOption
     return command(options)
 
 
-def obstacle(phase: Phase, options: RecordingOptions, problem: str) -> str:
+NOT_RESPONDING = 'The recorder is not responding'
+"""It runs, but says nothing at present; no reason to end it."""
+
+
+def obstacle(phase: Phase, is_silent: bool, options: RecordingOptions, problem: str) -> str:
     """Return why nothing can be recorded, or ''; ``problem`` is that of name and folder."""
     if phase in (Phase.STARTING, Phase.RECORDING, Phase.STOPPING):
         return ''
     if phase in (Phase.OFF, Phase.WAITING):
         return 'nothing to record with: launch the devices in real-time mode first'
     if phase is Phase.GONE:
-        return 'the recorder does not answer; quit all nodes and launch again'
+        return 'the recorder has ended; restart it from its alarm'
+    if is_silent:
+        return f'{NOT_RESPONDING}. Start when it responds'
     if not options.topics:
         return 'no topic is ticked; open the list of topics and tick what is to be recorded'
     return problem
@@ -47,8 +53,8 @@ def repair(path: str) -> str:
 def advice(error: Exception, path: str) -> str:
     """What the operator is told; an error that nobody expects is raised again."""
     if isinstance(error, RecorderUnreachable):
-        going_on = f'{path} is still being recorded: ' if path else ''
-        return f'{error}. {going_on}"Quit all nodes" ends the recorder, and finishes its file'
+        going_on = f'{path} is still being recorded. ' if path else ''
+        return f'{error}. {going_on}Try again when it responds'
     if isinstance(error, (RecorderError, OSError)):
         return str(error)
     raise error

@@ -46,19 +46,16 @@ def ended(state: RecordingState, files: Sequence[str], now_s: float) -> Step:
 
 
 def gone(state: RecordingState) -> Step:
-    """Return the step after the recorder fell silent."""
-    after = state._replace(phase=Phase.GONE, path='')
-    if not state.path:
-        return Step(after)
-    return failed(after, f'the recorder does not answer any more. {repair(state.path)}. '
-                         'Quit all nodes and launch again to go on')
+    """Return the step after the recorder's process has ended; ``left`` is to be looked at."""
+    return Step(state._replace(phase=Phase.GONE, path='', left=state.path, is_silent=False))
 
 
 def left_behind(state: RecordingState, path: str, is_there: bool) -> Step:
-    """Return the step after the look whether an ended run has finished its bag."""
+    """Return the step after the look whether a recorder that has ended has finished its bag."""
     if not is_there:
-        return failed(state, f'the recorder could not finish its bag. {repair(path)}')
-    return Step(state._replace(finished=FinishedBag((path,))), (path,))
+        return failed(state, f'the recorder ended before its bag was finished. {repair(path)}')
+    return Step(state._replace(finished=FinishedBag((path,)),
+                               ended=state.ended.union((path,))), (path,))
 
 
 def _followed(state: RecordingState, snapshot: RecorderSnapshot, now_s: float) -> RecordingState:
@@ -68,18 +65,16 @@ def _followed(state: RecordingState, snapshot: RecorderSnapshot, now_s: float) -
     path, clock, marks = state.path, state.clock, state.marks
     if is_recording and snapshot.files:
         path = snapshot.files[0]
-    was_only_slow = state.phase is Phase.GONE and path in state.snapshot.files
-    if path != state.path and not was_only_slow:  # somebody else has started it
+    if path != state.path:  # somebody else has started it
         clock, marks = RecordingClock(), ()
-    return state._replace(phase=phase, path=path, marks=marks, snapshot=snapshot,
+    return state._replace(phase=phase, path=path, marks=marks, snapshot=snapshot, is_silent=False,
                           clock=clock.updated(snapshot.duration_s, is_recording, now_s))
 
 
 def _ended_by_itself(state: RecordingState, now_s: float) -> Step:
     snapshot = state.snapshot
     if state.path not in snapshot.files:
-        return failed(_with_last_figures(state._replace(path='')), 'the recorder was started anew '
-                      f'while it recorded. {repair(state.path)}')
+        return Step(_with_last_figures(state._replace(path='', left=state.path)))
     step = ended(state, snapshot.files, now_s)
     if not snapshot.problems:
         return step

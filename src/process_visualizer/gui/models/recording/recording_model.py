@@ -53,7 +53,8 @@ class RecordingModel(QObject):
         self._state = RecordingState()
         self._sender = SenderClock()
         self._silence = SilenceWatch(self)
-        self._silence.silent.connect(self._recorder_is_gone)
+        self._silence.silent.connect(
+            lambda: self._enter(self._state._replace(is_silent=True)))
 
     @property
     def state(self) -> RecordingState:
@@ -92,8 +93,15 @@ class RecordingModel(QObject):
         self.choices.look()
         self._enter(self._state.run(is_running))
 
+    def take_end_of_recorder(self) -> None:
+        """Tell that the recorder's process has ended, while the other nodes go on."""
+        if self.phase not in (Phase.OFF, Phase.GONE):
+            self._silence.stop()
+            self._take(events.gone(self._state))
+            self.take_end_of_run()
+
     def take_end_of_run(self) -> None:
-        """Tell that every node has ended: the recorder has finished its bag, or never will."""
+        """Tell that the recorder has ended: it has finished its bag, or never will."""
         path, self._state = self._state.left, self._state._replace(left='')
         if path:
             self._tasks.run('files', lambda: os.path.exists(path), lambda is_there: self._take(
@@ -108,6 +116,7 @@ class RecordingModel(QObject):
         if not self._state.is_late(snapshot, self._sender.sent_s(snapshot.stamp_s, now_s)):
             self.choices.take_topics(snapshot.topics)
             self._take(events.updated(self._state, snapshot, now_s))
+            self.take_end_of_run()  # of a recorder that was started anew
         if now_s - self._looked_s >= _LOOK_PERIOD_S:
             self._looked_s = now_s
             self.choices.look()
@@ -124,7 +133,8 @@ class RecordingModel(QObject):
     def start(self) -> None:
         """Start a recording with the chosen options; ``state`` and ``failed`` tell the rest."""
         options = self.choices.options()
-        problem = obstacle(self.phase, options, self.choices.problem)
+        problem = obstacle(self.phase, self._state.is_silent, options,
+                           self.choices.problem)
         if problem:
             self._fail(problem)
         elif self.phase is Phase.IDLE:
@@ -187,9 +197,6 @@ class RecordingModel(QObject):
     def _not_marked(self, mark: Mark, error: Exception) -> None:
         self._enter(self._state.not_marked(mark))
         self._fail(f'{mark.label} was not written: {advice(error, self._state.path)}')
-
-    def _recorder_is_gone(self) -> None:
-        self._take(events.gone(self._state))
 
     # How the state changes
 

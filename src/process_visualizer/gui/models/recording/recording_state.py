@@ -25,14 +25,17 @@ class RecordingState(NamedTuple):
     """All that the operator sees of recording; times are those of one monotonic clock.
 
     ``is_asked``: a command waits for its answer, so what the recorder tells changes no phase.
+    ``is_silent``: a recorder that runs tells nothing at present; what it did, it may go on doing.
     ``path`` is the recording that is made, or ''; ``left`` what was recorded when the run was told
-    to end, or ''; ``ended`` are the files of all that ended in this run. ``finished`` and
-    ``error`` are shown until the next command. ``label`` is that of the next mark, or ''.
+    to end, or when the recorder ended, or ''; ``ended`` are the files of all that ended in this
+    run. ``finished`` and ``error`` are shown until the next command. ``label`` is that of the next
+    mark, or ''.
     ``snapshot`` is what the recorder said last, ``answered_s`` when a command was answered last.
     """
 
     phase: Phase = Phase.OFF
     is_asked: bool = False
+    is_silent: bool = False
     path: str = ''
     left: str = ''
     ended: FrozenSet[str] = frozenset()
@@ -100,8 +103,8 @@ class RecordingState(NamedTuple):
     def run(self, is_running: bool) -> 'RecordingState':
         """Return the state after a recorder was launched, or has ended with its run."""
         return self._replace(
-            phase=Phase.WAITING if is_running else Phase.OFF, is_asked=False, path='',
-            left='' if is_running else self.path, ended=frozenset(), error='',
+            phase=Phase.WAITING if is_running else Phase.OFF, is_asked=False, is_silent=False,
+            path='', left='' if is_running else self.path, ended=frozenset(), error='',
             snapshot=NOTHING_TOLD, clock=RecordingClock())
 
     def asked_to_write(self, phase: Phase) -> 'RecordingState':

@@ -26,7 +26,7 @@ class RecorderClient(Protocol):
 
 
 class Phase(Enum):
-    """What the recorder does. OFF: none was launched; WAITING: it was; GONE: it fell silent."""
+    """What the recorder does. OFF: none was launched; WAITING: it was; GONE: it has ended."""
 
     OFF = 'off'
     WAITING = 'waiting'

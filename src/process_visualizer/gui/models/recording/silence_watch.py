@@ -16,6 +16,7 @@ class SilenceWatch(QObject):
     """
 
     silent = pyqtSignal()
+    """Nobody has spoken for long; the next ``hear`` ends it."""
 
     def __init__(self, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)

@@ -9,6 +9,7 @@ from PyQt5.QtCore import QSize, Qt, pyqtSignal
 from PyQt5.QtWidgets import QHBoxLayout, QLabel, QPushButton, QToolButton, QWidget
 
 from process_visualizer.gui.models.recording.finished_verdict import BagVerdict
+from process_visualizer.gui.models.recording.recording_advice import NOT_RESPONDING
 from process_visualizer.gui.models.recording.recording_model import RecordingModel
 from process_visualizer.gui.models.recording.recording_types import FinishedBag, Phase
 from process_visualizer.gui.models.recording.topic_ticks import TopicHealth
@@ -22,8 +23,11 @@ _LINES = {
     Phase.OFF: 'Launch the devices in real-time mode to record them.',
     Phase.WAITING: 'The recorder is starting…',
     Phase.STARTING: 'Waiting until every publisher is connected…',
-    Phase.GONE: 'The recorder does not answer. Quit all nodes and launch again.',
+    Phase.GONE: 'The recorder has ended. Restart it from its alarm.',
 }
+_SILENT = {True: 'It may still be recording. Commands take effect when it responds.',
+           False: 'Wait until it responds.'}
+"""By whether it does anything."""
 
 
 class Notice(NamedTuple):
@@ -95,6 +99,8 @@ def notice_of(model: RecordingModel) -> Notice:
     state = model.state
     if state.error:
         return Notice('warning', sentence(state.error))
+    if state.is_silent:
+        return Notice('warning', f'{NOT_RESPONDING}. {_SILENT[state.is_busy]}')
     if state.is_saving:
         return Notice('', 'Saving the last seconds…')
     if state.phase is Phase.STOPPING:
