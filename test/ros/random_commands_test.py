@@ -41,7 +41,7 @@ class RandomCommandsTest(unittest.TestCase):
         bag = mixed_bag(self.folder, MESSAGES)
         names = [topic.name for topic in bag.topics]
         for rate in ('1', '-1', '8', '-8'):
-            options = [f'--rate={rate}', '-d', '2', '--queue', '10000']
+            options = [f'--rate={rate}', '--wait-for-subscribers', '--queue', '10000']
             with Listener(*names) as listener, Player(str(bag.path), *options) as player:
                 self.assertEqual(player.wait()[0], 0)
                 for number, name in enumerate(names):

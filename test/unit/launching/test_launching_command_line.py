@@ -341,10 +341,11 @@ def test_generate_for_playback(cell: Cell, write: Write, tmp_path: Path) -> None
     (['--mode', 'realtime', '--bag', 'a.bag'], '--bag needs --mode playback'),
     (['--mode', 'playback', '--bag', 'gone.bag'], 'there is no file "gone.bag"'),
     (['--mode', 'playback', '--bag', '.'], 'there is no file "."')])
-def test_wrong_bag(options: List[str], message: str, cell: Cell, write: Write,
+@pytest.mark.parametrize('command', ['generate', 'run'])
+def test_wrong_bag(command: str, options: List[str], message: str, cell: Cell, write: Write,
                    tmp_path: Path) -> None:
     (tmp_path / 'a.bag').write_text('')
-    assert cell('generate', write(TABLE), *options) == (1, [], [f'cell: {message}'])
+    assert cell(command, write(TABLE), *options) == (1, [], [f'cell: {message}'])
 
 
 @pytest.mark.parametrize('name', ['$(x).bag', 'a\nb.bag', 'a\udcff.bag'])
