@@ -188,12 +188,16 @@ def describe_device(device: Device, global_frame: str = '') -> Optional[RobotDes
         return None
     model, path = device.model, model_path(device.model)
     description = load_robot_description(path, model.arguments, model.prefix)
-    _check_base_frame(device, description, global_frame)
+    _check_frames(device, description, global_frame)
     return replace(description, text=with_resources(description.text, path))
 
 
-def _check_base_frame(device: Device, description: RobotDescription, global_frame: str) -> None:
+def _check_frames(device: Device, description: RobotDescription, global_frame: str) -> None:
     root = description.root_link
+    if global_frame in description.parents:
+        raise ModelError(f'the link "{global_frame}" of the model is called like the global frame; '
+                         f'write prefix="{device.name}_" in <model>, and the same before the frame '
+                         'in <base>, or call the global frame otherwise: <visualizer frame="cell">')
     if device.base is None or device.base.frame == root:
         return
     advice = root_as_global_frame(device.name, root) if root == global_frame else \

@@ -164,6 +164,19 @@ def test_a_few_of_many_are_named(tmp_path: Path, capsys: Any) -> None:
     assert lines[-1] == '2: <model>: 6 more meshes of the model cannot be shown'
 
 
+def test_another_link_that_is_called_like_the_global_frame(tmp_path: Path, capsys: Any) -> None:
+    """The whole cell would hang on it."""
+    (tmp_path / 'r.urdf').write_text(
+        '<robot name="r"><link name="base"/><link name="world"/><joint name="j" type="fixed">'
+        '<parent link="base"/><child link="world"/></joint></robot>')
+    assert checked(cell(tmp_path, 'r.urdf'), capsys) == [
+        '2: <model>: the link "world" of the model is called like the global frame; write '
+        'prefix="arm_" in <model>, and the same before the frame in <base>, or call the global '
+        'frame otherwise: <visualizer frame="cell">']
+    assert checked(cell(tmp_path, 'r.urdf', 'arm_base', ' prefix="arm_"'), capsys) == []
+    assert checked(cell(tmp_path, 'r.urdf', root=' frame="cell"'), capsys) == []
+
+
 def test_a_root_link_that_is_called_like_the_global_frame(tmp_path: Path, capsys: Any) -> None:
     """As many makers' are; both ways that are told lead out."""
     (tmp_path / 'r.urdf').write_text(model(root='world'))
