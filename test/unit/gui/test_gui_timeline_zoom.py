@@ -152,14 +152,16 @@ class TestDrawing:
         bench.view.zoom.show_part(10.0, 12.0)
         bench.view.grab()
         bench.move(10.0, LANES_Y)
-        assert bench.view.lane_texts(0).at_mouse == '5.50'
+        bench.qtbot.waitUntil(  # the picture has the scale that says how many decimals count
+            lambda: bench.view.lane_texts(0).at_mouse == '5.50')
 
     def test_the_axis_moves_below_a_resting_mouse(self, bench: Bench) -> None:
         bench.view.zoom.show_part(10.0, 12.0)
         bench.view.grab()
         bench.move(10.0, LANES_Y)
         bench.view.zoom.show_part(14.0, 16.0)
-        assert bench.view.lane_texts(0).at_mouse == '7.50'
+        bench.qtbot.waitUntil(  # the picture has the scale that says how many decimals count
+            lambda: bench.view.lane_texts(0).at_mouse == '7.50')
 
     def test_a_curve_with_a_peak(self, bench: Bench, qtbot: QtBot) -> None:
         """A peak of 20 ms at 11 s, in the middle of two seconds."""
