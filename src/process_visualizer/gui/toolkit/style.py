@@ -11,7 +11,7 @@ from PyQt5.QtGui import QColor, QFont, QPalette
 from PyQt5.QtWidgets import QApplication, QPushButton, QStyleFactory
 
 from process_visualizer.gui.toolkit.theme import LIGHT, Theme
-from process_visualizer.gui.toolkit.theme_following import recolour, with_colours
+from process_visualizer.gui.toolkit.theme_following import recolour, set_sheet
 
 _ROLES = {
     QPalette.Window: 'window', QPalette.WindowText: 'text', QPalette.Base: 'paper',
@@ -28,13 +28,16 @@ _WITH_INDICATOR = ('QCheckBox', 'QRadioButton')
 _SHEET = """
 QGroupBox { border: 0; margin-top: 1.6em; padding: 0; font-weight: bold; }
 QGroupBox::title { subcontrol-origin: margin; subcontrol-position: top left; padding: 0; }
-QPushButton[primary="true"] {
-  background: <primary>; color: white; border: 0; border-radius: 3px; font-weight: bold; }
-QPushButton[primary="true"]:hover { background: <primary_hovered>; }
-QPushButton[primary="true"]:pressed { background: <primary_pressed>; }
-QPushButton[primary="true"]:focus { border: 2px solid <primary_focus>; }
-QPushButton[primary="true"]:disabled { background: <primary_off>; color: <primary_off_text>; }
-QToolTip { border: 1px solid <line>; padding: 3px; }
+QToolTip { border: 1px solid palette(mid); padding: 3px; }
+"""
+"""For all widgets, whatever the theme: another sheet would mean to polish all of them again."""
+_PRIMARY = """
+QPushButton { background: <primary>; color: white; border: 0; border-radius: 3px;
+  font-weight: bold; }
+QPushButton:hover { background: <primary_hovered>; }
+QPushButton:pressed { background: <primary_pressed>; }
+QPushButton:focus { border: 2px solid <primary_focus>; }
+QPushButton:disabled { background: <primary_off>; color: <primary_off_text>; }
 """
 
 
@@ -43,6 +46,7 @@ def apply_style(app: QApplication, wanted: Theme = LIGHT) -> None:
     app.setAttribute(Qt.AA_UseHighDpiPixmaps)
     with _no_widget_collected():
         app.setStyle(QStyleFactory.create('Fusion'))
+        app.setStyleSheet(_SHEET)
     apply_theme(app, wanted)
 
 
@@ -52,7 +56,6 @@ def apply_theme(app: QApplication, wanted: Theme) -> None:
         app.setPalette(palette(wanted))
         for kind in _WITH_INDICATOR:
             app.setPalette(_indicator_palette(wanted), kind)
-        app.setStyleSheet(with_colours(_SHEET))
         recolour(app)
 
 
@@ -75,10 +78,7 @@ def _no_widget_collected() -> Iterator[None]:
 
 def set_primary(button: QPushButton, is_primary: bool) -> None:
     """Give a button the accent colour, or remove it."""
-    if button.property('primary') != is_primary:
-        button.setProperty('primary', is_primary)
-        button.style().unpolish(button)
-        button.style().polish(button)
+    set_sheet(button, _PRIMARY if is_primary else '')
 
 
 def palette(wanted: Theme) -> QPalette:

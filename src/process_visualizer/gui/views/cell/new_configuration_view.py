@@ -18,6 +18,7 @@ from PyQt5.QtWidgets import (
 )
 
 from process_visualizer.gui.models.cell.new_configuration_model import NewConfigurationModel
+from process_visualizer.gui.toolkit.theme_following import set_sheet
 from process_visualizer.gui.toolkit.working_folder import working_folder
 from process_visualizer.gui.views.parts.labels import tool_button
 
@@ -39,8 +40,7 @@ class NewConfigurationView(QFrame):
         self._model, self._current, self._window = model, current, parent
         self.button = self._make_button()
         self.setObjectName('new_offer')
-        self.setStyleSheet('QFrame#new_offer { border: 1px solid palette(mid); '
-                           'border-radius: 5px; }')
+        set_sheet(self, 'QFrame#new_offer { border: 1px solid <mid>; border-radius: 5px; }')
         self._lay_out()
         self.hide()
         model.made.connect(self.hide)
@@ -68,16 +68,16 @@ class NewConfigurationView(QFrame):
         text.setWordWrap(True)
         layout = QGridLayout(self)
         layout.setContentsMargins(8, 6, 8, 6)
-        layout.addWidget(text, 0, 0, 1, 3)
+        layout.addWidget(text, 0, 0, 1, 2)
         self._buttons = []
-        for column, (name, label, action) in enumerate((
+        for number, (name, label, action) in enumerate((
                 ('new_from_system', 'From what is running…', self._ask_path),
                 ('new_from_bag', 'From a recording…', self._ask_bags),
                 ('new_open', 'Open a file…', self.open_wanted.emit))):
             button = QPushButton(label)
             button.setObjectName(name)
             button.clicked.connect(lambda _checked, act=action: act())
-            layout.addWidget(button, 1, column)
+            layout.addWidget(button, 1 + number // 2, number % 2)
             self._buttons.append(button)
 
     def _show_state(self) -> None:

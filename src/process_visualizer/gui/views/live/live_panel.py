@@ -16,7 +16,7 @@ from process_visualizer.gui.models.comparison.live_comparison_model import LiveC
 from process_visualizer.gui.models.playback.lane_choices import LaneChoices
 from process_visualizer.gui.models.recording.live_curves_model import DURATIONS_S, LiveCurvesModel
 from process_visualizer.gui.models.recording.replay_model import ReplayModel
-from process_visualizer.gui.toolkit.theme_following import colour
+from process_visualizer.gui.toolkit.theme_following import colour, set_sheet
 from process_visualizer.gui.views.lanes.curves_dialog import CurvesDialog
 from process_visualizer.gui.views.lanes.lane_groups import grouped_lanes
 from process_visualizer.gui.views.lanes.timeline_lanes import Lane, lane_label, lane_of
@@ -82,7 +82,7 @@ class LivePanel(QWidget):
         row = in_row(QLabel('Last'), self.durations, self.hold, self.state, wide=self.state)
         frame = QFrame()
         frame.setFrameShape(QFrame.StyledPanel)
-        frame.setStyleSheet('QFrame { background: palette(base); }')
+        set_sheet(frame, 'QFrame { background: <paper>; }')
         inside = QVBoxLayout(frame)
         inside.setContentsMargins(0, 2, 0, 0)
         inside.setSizeConstraint(QVBoxLayout.SetMinAndMaxSize)

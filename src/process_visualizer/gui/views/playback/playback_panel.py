@@ -69,7 +69,7 @@ class PlaybackPanel(QWidget):
     def _lay_out(self) -> None:
         frame = QFrame()
         frame.setFrameShape(QFrame.StyledPanel)
-        frame.setStyleSheet('QFrame { background: palette(base); }')
+        set_sheet(frame, 'QFrame { background: <paper>; }')
         inside = QVBoxLayout(frame)
         inside.setContentsMargins(0, 2, 0, 0)
         inside.setSpacing(0)
