@@ -57,8 +57,8 @@ void RecentAnswers::describe(std::uint32_t known, ReadRecent::Response& response
   for (std::uint32_t number = known; number < connections_.size(); ++number) {
     const Connection& connection = *connections_[number];
     for (const std::string& text :
-         {connection.topic, connection.field("type"), connection.field("message_definition"),
-          connection.field("callerid")})
+         {connection.topic, connection.field("type"), connection.field("md5sum"),
+          connection.field("message_definition"), connection.field("callerid")})
       response.connections.push_back(text);
   }
 }

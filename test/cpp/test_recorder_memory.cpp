@@ -212,15 +212,15 @@ TEST_F(Answers, ComeInPartsWhereThereIsMuch) {
 TEST_F(Answers, DescribeEachConnectionOnce) {
   intake_.receive(messageAt(1, connectionOf("/a", "/m"), 100, 1));
   const ReadRecent::Response first = ask(0);
-  EXPECT_EQ(first.connections, (std::vector<std::string>{"/a", "a/A", "float32 x", "/m"}));
+  EXPECT_EQ(first.connections, (std::vector<std::string>{"/a", "a/A", "0", "float32 x", "/m"}));
   EXPECT_EQ(first.numbers, Numbers{0});
   intake_.receive(messageAt(2, connectionOf("/b"), 100, 2));
   intake_.receive(messageAt(3, connectionOf("/a"), 100, 3));
   const ReadRecent::Response second = ask(first.next, first.connection_count);
-  EXPECT_EQ(second.connections, (std::vector<std::string>{"/a", "a/A", "float32 x", "/n"}));
+  EXPECT_EQ(second.connections, (std::vector<std::string>{"/a", "a/A", "0", "float32 x", "/n"}));
   EXPECT_EQ(second.numbers, Numbers{1});
   EXPECT_EQ(second.connection_count, 2u);
-  EXPECT_EQ(ask(0, 0, 0, "/b").connections.size(), 12u);  // whoever asks anew is told all
+  EXPECT_EQ(ask(0, 0, 0, "/b").connections.size(), 15u);  // whoever asks anew is told all
 }
 
 TEST_F(Answers, AboutWhatNobodyWatchesAreEmpty) {
@@ -236,7 +236,7 @@ TEST_F(Answers, BeginAnewForWhoKnowsMoreThanThereIs) {
     const ReadRecent::Response answer = ask(next, known);
     EXPECT_TRUE(answer.anew);
     EXPECT_EQ(sequencesIn(answer), Numbers{1});
-    EXPECT_EQ(answer.connections.size(), 4u);
+    EXPECT_EQ(answer.connections.size(), 5u);
   }
   EXPECT_FALSE(ask(2, 1).anew);
 }

@@ -97,6 +97,21 @@ class RecorderMemoryTest(unittest.TestCase):
                 found = numbers_in(part, topic)
                 self.assertEqual(found, list(range(found[0], found[0] + len(found))))
 
+    def test_a_publisher_that_sends_no_definition(self):
+        """As rosjava does; the installed one stands in."""
+        class Bare(String):
+            _full_text = ''
+
+        topic = new_topic()
+        publisher = rospy.Publisher(topic, Bare, latch=True, queue_size=1)
+        publisher.publish('x')
+        with RecorderUnderTest(recent_duration=60, topics=[topic]) as recorder:
+            self.assertTrue(wait_for_count(recorder, topic, 1))
+            part, _ = RecorderMemory(recorder.node).read((topic,))
+            connection, = part.connections
+            self.assertEqual((connection.type, connection.md5sum, connection.message_definition),
+                             (String._type, String._md5sum, String._full_text))
+
     def test_topics_that_nobody_watches_have_no_messages(self):
         with RecorderUnderTest(recent_duration=5) as recorder:
             part, more = RecorderMemory(recorder.node).read(('/nothing', ''))

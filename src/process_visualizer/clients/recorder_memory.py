@@ -9,10 +9,11 @@ import numpy as np
 from process_visualizer.clients.service_connection import ServiceConnection
 from process_visualizer.curves.live.recent_part import RecentPart
 from process_visualizer.messages.connection import Connection
+from process_visualizer.messages.installed_definitions import with_definition
 from process_visualizer.ros_names import BAG_RECORDER
 from process_visualizer.srv import ReadRecent
 
-_TEXTS = 4  # that describe a connection
+_TEXTS = 5  # that describe a connection
 _LARGEST_BYTES = 1 << 16  # of a message that holds a few numbers
 
 
@@ -50,9 +51,9 @@ class RecorderMemory:
 
 
 def _connections(texts: Sequence[str]) -> Tuple[Connection, ...]:
-    return tuple(Connection(topic, kind, '', definition, False, node)
-                 for topic, kind, definition, node in zip(*(texts[it::_TEXTS]
-                                                            for it in range(_TEXTS))))
+    return tuple(with_definition(Connection(topic, kind, md5sum, definition, False, node))
+                 for topic, kind, md5sum, definition, node in zip(*(texts[it::_TEXTS]
+                                                                    for it in range(_TEXTS))))
 
 
 def _part(answer: Any, connections: Tuple[Connection, ...]) -> RecentPart:
