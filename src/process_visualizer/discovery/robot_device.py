@@ -121,11 +121,11 @@ def _whole_pose(pose: Pose) -> Dict[str, str]:
 
 def _say_what_is_missing(device: DraftDevice, group: RobotGroup, has_tool: bool) -> None:
     missing: List[str] = []
+    if group.wrench_topic is None:
+        missing.append('no force (WrenchStamped)')
     if group.pose_topic is None and not has_tool:
         velocity = 'so no velocity' if group.model is None else \
             'so its velocity is that of the model and the joints'
         missing.append(f'no pose of its tool (PoseStamped, or a frame on tf), {velocity}')
-    if group.wrench_topic is None:
-        missing.append('no force (WrenchStamped)')
     if missing:
         device.comments.append(f'Of {device.name} was seen {" and ".join(missing)}.')
