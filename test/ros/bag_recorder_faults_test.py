@@ -1,20 +1,26 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The recorder with a real master: what it does about faults and bad input."""
+"""The recorder as a process: bad requests, odd and dead publishers, signals, and simulated time.
+
+Full disks, what a kill leaves, and silence are in test/cpp/test_recorder*.cpp.
+"""
 from __future__ import annotations
 
-import shutil
+import os
 import signal
-import subprocess
-import tempfile
+import threading
 import unittest
+from pathlib import Path
+from typing import Callable, List
 
 import rosbag
 import rospy
 import rostest
+from odd_publisher import OddPublisher, header_of
 from recorder_testing import (
     TIMEOUT_S,
     RecorderUnderTest,
+    SimulatedTime,
     Stream,
     contents,
     message_count,
@@ -23,45 +29,58 @@ from recorder_testing import (
     rostopic_pub,
     wait_for_count,
 )
-from std_msgs.msg import String, UInt8MultiArray, UInt32
+from rosbags.rosbag1 import Reader
+from std_msgs.msg import String, UInt32
 from surroundings import suspended
 
-from process_visualizer.bags.bag_errors import BagUnindexed
 from process_visualizer.bags.recording import Recording
-from process_visualizer.bags.reindex import reindex
+from process_visualizer.clients.recorder_memory import RecorderMemory
 from process_visualizer.clients.recording_options import RecorderError, RecordingOptions
-from process_visualizer.msg import RecorderState
-from process_visualizer.report.report import make_report
+from process_visualizer.clients.service_connection import ServiceUnreachable
+from process_visualizer.curves.live.recent_part import RecentPart
+
+PATIENCE_S = 8.0
+"""Twice the time after which the recorder takes a publisher for one with a changed type."""
+
+
+class Copier:
+    """Makes copies one after the other; use it in a ``with``."""
+
+    def __init__(self, copy: Callable[[], str]) -> None:
+        self.paths: List[str] = []
+        self._copy = copy
+        self._more = threading.Condition()
+        self._ends = False
+        self._thread = threading.Thread(target=self._run)
+
+    def __enter__(self) -> Copier:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_exception: object) -> None:
+        self._ends = True
+        self._thread.join()
+
+    def wait_for_another(self) -> None:
+        """Wait until one more is there."""
+        with self._more:
+            wanted = len(self.paths) + 1
+            assert self._more.wait_for(lambda: len(self.paths) >= wanted, TIMEOUT_S), 'no copy'
+
+    def _run(self) -> None:
+        while not self._ends:
+            path = self._copy()
+            with self._more:
+                self.paths.append(path)
+                self._more.notify_all()
 
 
 class BagRecorderFaultsTest(unittest.TestCase):
     """Every test has a recorder of its own."""
 
-    def test_a_driver_that_dies_is_told_at_once(self):
-        topic = new_topic()
-        with RecorderUnderTest() as recorder:
-            driver = rostopic_pub(topic)
-            try:
-                path = recorder.start(topic, name='a')
-                recorder.client.wait_for(lambda state: state.messages > 20, TIMEOUT_S)
-            finally:
-                driver.kill()
-                driver.wait()
-            state = recorder.client.wait_for(lambda state: state.problems, TIMEOUT_S)
-            self.assertIn(f'{topic}: silent', state.problems[-1])
-            self.assertLess(state.topics[0].silence, 3.0)
-            driver = rostopic_pub(topic)
-            try:
-                self.assertIsNotNone(recorder.client.wait_for(
-                    lambda now: now.messages > state.messages + 20, TIMEOUT_S))
-            finally:
-                driver.kill()
-                driver.wait()
-            recorder.client.stop()
-            self.assertEqual(state.problem_count, 1)
-            self.assertGreater(len(contents(path, topic)), 40)
+    # Requests that cannot be met change nothing.
 
-    def test_bad_requests_change_nothing_and_say_why(self):
+    def test_bad_requests_say_why(self) -> None:
         topic = new_topic()
         with RecorderUnderTest() as recorder, Stream(topic):
             recorder.start(topic, name='taken')
@@ -74,22 +93,113 @@ class BagRecorderFaultsTest(unittest.TestCase):
                     ({'name': 'x' * 300}, 'File name too long')]:
                 with self.assertRaisesRegex(RecorderError, message):
                     recorder.start(topic, **options)
-            with self.assertRaisesRegex(RecorderError, 'folder cannot be created'):
-                recorder.client.start(RecordingOptions((topic,), '/proc/no/folder'))
-            with self.assertRaisesRegex(RecorderError, '/proc/x.bag cannot be created'):
-                recorder.client.start(RecordingOptions((topic,), '/proc', name='x'))
+            for folder, message in [('/proc/no/folder', 'folder cannot be created'),
+                                    ('/proc', '/proc/x.bag cannot be created')]:
+                with self.assertRaisesRegex(RecorderError, message):
+                    recorder.client.start(RecordingOptions((topic,), folder, name='x'))
             with self.assertRaisesRegex(RecorderError, 'nothing is being recorded'):
                 recorder.client.stop()
             with self.assertRaisesRegex(RecorderError, 'nothing is in memory'):
                 recorder.client.save_recent(RecordingOptions())
             self.assertEqual(recorder.files(), ['taken.bag'])
 
-    def test_without_a_topic_nothing_is_recorded(self):
+    def test_without_a_topic_or_room_nothing_is_recorded(self) -> None:
+        topic = new_topic()
+        with RecorderUnderTest(recent_duration=30, topics=[topic]) as recorder:
+            with Stream(topic):
+                self.assertTrue(wait_for_count(recorder, topic, 1))
+            rospy.set_param(f'{recorder.node}/minimum_free_megabytes', 2_000_000_000)
+            for command in (recorder.client.start, recorder.client.save_recent,
+                            lambda options: recorder.client.copy_recent(options.folder)):
+                with self.assertRaisesRegex(RecorderError, 'MB are free; make room'):
+                    command(RecordingOptions((topic,), recorder.folder))
+            self.assertEqual(recorder.files(), [])
         with RecorderUnderTest() as recorder, \
                 self.assertRaisesRegex(RecorderError, 'no topic is chosen'):
             recorder.start()
 
-    def test_a_publisher_that_hangs_is_named_and_one_that_is_dead_is_not_waited_for(self):
+    def test_signals_finish_the_bag(self) -> None:
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            topic = new_topic()
+            with RecorderUnderTest() as recorder, Stream(topic):
+                path = recorder.start(topic, name='a')
+                self.assertTrue(wait_for_count(recorder, topic, 100))
+                self.assertEqual(recorder.end(number), 0)
+                self.assertEqual(recorder.files(), ['a.bag'])
+                self.assertGreaterEqual(len(numbers(path, topic)), 100)
+
+    def test_a_file_that_may_not_grow_does_not_end_the_recorder(self) -> None:
+        """A signal (SIGXFSZ) comes with it."""
+        topic = new_topic()
+        with RecorderUnderTest('prlimit', '--fsize=20000') as recorder, Stream(topic):
+            path = recorder.start(topic, name='a')
+            state = recorder.client.wait_for(lambda state: state.problems, TIMEOUT_S)
+            self.assertIn('make room', state.problems[-1])
+            with self.assertRaisesRegex(RecorderError, 'nothing is being recorded'):
+                recorder.client.stop()
+            self.assertEqual(message_count(path), recorder.client.state.messages)
+
+    # The memory is copied and read while something else goes on.
+
+    def test_commands_and_copies_do_not_disturb_each_other(self) -> None:
+        """All bags are in one folder and named by the second: for the names, too, they compete."""
+        topic = new_topic()
+        with Stream(topic), RecorderUnderTest(recent_duration=600, topics=[topic]) as recorder:
+            self.assertTrue(wait_for_count(recorder, topic, 50))
+            copier = Copier(lambda: recorder.client.copy_recent(recorder.folder))
+            recorded: List[int] = []
+            files: List[str] = []
+            with copier:
+                for _ in range(8):
+                    path = recorder.start(recent_s=600.0)
+                    recorder.client.mark('here')
+                    copier.wait_for_another()
+                    files += recorder.client.stop()
+                    self.assertEqual(files[-1], path)
+                    recorded += numbers(path, topic)
+            copies = copier.paths
+            self.assertEqual(recorded, list(range(recorded[0], recorded[0] + len(recorded))))
+            self.assertEqual(len(set(copies + files)), len(copies) + len(files))
+            self.assertEqual({os.path.basename(it) for it in copies + files},
+                             set(recorder.files()))
+            for path in (copies[0], copies[-1]):
+                found = numbers(path, topic)
+                self.assertEqual(found, list(range(recorded[0], recorded[0] + len(found))))
+            self.assertEqual(recorder.client.state.problems, [])
+
+    def test_each_message_is_read_once_also_while_it_is_recorded(self) -> None:
+        topic, latched = new_topic(), new_topic()
+        publisher = rospy.Publisher(latched, String, latch=True, queue_size=1)
+        publisher.publish('old')
+        with RecorderUnderTest(recent_duration=5, topics=[topic, latched]) as recorder:
+            with Stream(topic):
+                for it in (topic, latched):
+                    self.assertTrue(wait_for_count(recorder, it, 1))
+                memory = RecorderMemory(recorder.node)
+                part, _ = memory.read((topic, latched))
+                self.assertIn(b'old', [part.message(row)[4:] for row in range(len(part.numbers))
+                                       if part.connections[part.numbers[row]].topic == latched])
+                found = numbers_in(part, topic)
+                path = recorder.start(name='a')
+                wanted = found[-1] + 300
+                while found[-1] < wanted:
+                    part, more = memory.read((topic, latched))
+                    self.assertFalse(more or part.is_anew)
+                    found += numbers_in(part, topic)
+                recorder.client.stop()
+                self.assertEqual(found, list(range(found[0], found[0] + len(found))))
+                self.assertGreater(len(set(found) & set(numbers(path, topic))), 200)
+                self.assertEqual(recorder.end(signal.SIGINT), 0)
+                with self.assertRaises(ServiceUnreachable):
+                    memory.read((topic,))
+            with RecorderUnderTest(node=recorder.node, recent_duration=5, topics=[topic]), \
+                    Stream(topic):
+                part, _ = memory.read((topic,))  # of another recorder with this name
+                self.assertTrue(part.is_anew)
+
+    # Publishers are odd, hang, die, or follow each other.
+
+    def test_one_that_hangs_is_named_and_a_dead_one_is_not_waited_for(self) -> None:
         topic = new_topic()
         driver = rostopic_pub(topic)
         try:
@@ -106,16 +216,15 @@ class BagRecorderFaultsTest(unittest.TestCase):
             driver.kill()
             driver.wait()
 
-    def test_a_publisher_that_returns_and_a_topic_that_changes_its_type(self):
+    def test_one_that_returns_and_a_topic_that_changes_its_type(self) -> None:
         topic = new_topic()
         with RecorderUnderTest() as recorder:
             with Stream(topic):
                 path = recorder.start(topic, name='a')
-                recorder.client.wait_for(lambda state: state.messages > 50, TIMEOUT_S)
+                self.assertTrue(wait_for_count(recorder, topic, 50))
             with Stream(topic):
                 before = recorder.client.state.messages
-                self.assertIsNotNone(recorder.client.wait_for(
-                    lambda state: state.messages > before + 100, TIMEOUT_S))
+                self.assertTrue(wait_for_count(recorder, topic, before + 100))
             publisher = rospy.Publisher(topic, String, latch=True, queue_size=10)
             publisher.publish('another type')
             state = recorder.client.wait_for(
@@ -127,124 +236,140 @@ class BagRecorderFaultsTest(unittest.TestCase):
                 types = {type(message)._type for _, message, _ in bag.read_messages([topic])}
             self.assertEqual(types, {'std_msgs/UInt32', 'std_msgs/String'})
 
-    def test_signals_finish_the_bag(self):
-        for number in (signal.SIGINT, signal.SIGTERM):
-            topic = new_topic()
-            with RecorderUnderTest() as recorder, Stream(topic):
-                path = recorder.start(topic, name='a')
-                recorder.client.wait_for(lambda state: state.messages > 100, TIMEOUT_S)
-                self.assertEqual(recorder.end(number), 0)
-                self.assertEqual(recorder.files(), ['a.bag'])
-                self.assertGreater(len(numbers(path, topic)), 100)
+    def test_a_dead_one_that_stays_registered_is_not_subscribed_anew(self) -> None:
+        topic, never = new_topic(), new_topic()
+        dead = OddPublisher(never)  # before it was ever connected
+        dead.die()
+        self.addCleanup(dead.unregister)
+        driver = rostopic_pub(topic)
+        try:
+            with RecorderUnderTest(topics=[topic, never]) as recorder:
+                self.assertTrue(wait_for_count(recorder, topic, 1))
+                driver.send_signal(signal.SIGKILL)
+                driver.wait()
+                begin_s = recorder.client.state.stamp.to_sec()
+                state = recorder.client.wait_for(
+                    lambda state: state.stamp.to_sec() > begin_s + PATIENCE_S, TIMEOUT_S)
+                self.assertEqual([it for it in state.problems if 'anew' in it], [])
+        finally:
+            driver.kill()
+            driver.wait()
 
-    def test_what_a_killed_recorder_leaves_is_repaired_but_for_its_last_chunk(self):
-        topic = new_topic()
-        with RecorderUnderTest() as recorder, Stream(topic):
-            path = recorder.start(topic, name='a')
-            recorder.client.wait_for(lambda state: state.messages > 600, TIMEOUT_S)
-            killed = rospy.get_time()
-            recorder.end(signal.SIGKILL)
-            self.assertEqual(recorder.files(), ['a.bag.active'])
-            with self.assertRaises(BagUnindexed):
-                Recording([f'{path}.active'])
-            copy = reindex(f'{path}.active').path
-            found = numbers(copy, topic)
-            self.assertEqual(found, list(range(found[0], found[0] + len(found))))
-            self.assertLess(killed - contents(copy, topic)[-1][1], 1.0)
-
-    def test_a_full_disk_stops_the_recording_and_leaves_a_whole_bag(self):
-        topic = new_topic()
-        with self.small_disk(megabytes=20) as recorder:
-            publisher = rospy.Publisher(topic, UInt8MultiArray, queue_size=100)
-            path = recorder.start(topic, name='a')
-            while recorder.client.wait_for(lambda state: state.problems, 0.02) is None:
-                publisher.publish(data=bytes(500_000))
-            state = recorder.client.wait_for(
-                lambda state: state.state == RecorderState.IDLE, TIMEOUT_S)
-            self.assertIn('make room', state.problems[-1])
-            self.assertGreater(state.dropped, 0)
-            self.assertEqual(recorder.files(), ['a.bag'])
-            self.assertGreater(state.topics[0].messages, 20)
-            self.assertEqual(message_count(path, topic), state.topics[0].messages)
-            self.assertEqual(message_count(path), state.messages)
-            with Recording([path]) as recording:
-                report = make_report(recording)
-            self.assertGreater(report.topics[0].dropped, 0)
-
-    def test_nothing_is_counted_below_zero_when_nothing_can_be_written(self):
-        topic = new_topic()
-        publisher = rospy.Publisher(topic, UInt8MultiArray, latch=True, queue_size=1)
-        publisher.publish(data=bytes(100_000))
-        with RecorderUnderTest('prlimit', '--fsize=20000', topics=[topic]) as recorder:
-            self.assertTrue(wait_for_count(recorder, topic, 1))
-            path = recorder.start(topic, name='a')
-            state = recorder.client.wait_for(
-                lambda state: state.problems and state.state == RecorderState.IDLE, TIMEOUT_S)
-            self.assertIn('make room', state.problems[-1])
-            self.assertEqual((state.topics[0].messages, state.topics[0].dropped), (0, 1))
-            self.assertEqual(state.messages, message_count(path))
-
-    def test_a_recorded_log_does_not_feed_itself(self):
-        topics = ['/rosout', '/rosout_agg']
+    def test_odd_answers_about_connections(self) -> None:
+        odd = [[0, 'error', 0], [1, '', 0], [1, '', 'text'], [1, '', ['text']], [1, '', [[]]],
+               [1, '', [[1, 2, 3, 4, 5]]], [1, '', [[1, '/someone', [], {}, 1.0]]], [1], 'text',
+               ['1', '', {}], {}]
         with RecorderUnderTest() as recorder:
-            path = recorder.start(*topics, name='a')
-            for number in range(20):
-                rospy.logwarn(f'log {number}')
-                self.assertTrue(wait_for_count(recorder, '/rosout', number + 1))
-            # a second of silence is told of what comes regularly
-            state = recorder.client.wait_for(lambda state: state.problems, 6.0)
-            self.assertIsNone(state)
-            recorder.client.stop()
-            self.assertGreaterEqual(message_count(path, '/rosout'), 20)
+            for answer in odd:
+                topic = new_topic()
+                with OddPublisher(topic, bus_info=answer) as publisher:
+                    path = recorder.start(topic, name=topic.split('/')[-1])
+                    publisher.publish(7)
+                    self.assertTrue(wait_for_count(recorder, topic, 1), answer)
+                    recorder.client.stop()
+                    self.assertEqual(numbers(path, topic), [7])
 
-    def small_disk(self, megabytes: int, file_megabytes: int = 0) -> RecorderUnderTest:
-        """A recorder on a small disk; without the right to mount one, with files limited so.
+    def test_odd_headers(self) -> None:
+        """What such publishers send, and all else, can be read by everybody."""
+        undefined, odd = header_of(UInt32, '/undefined'), header_of(UInt32, '/odd')
+        del undefined['message_definition']
+        odd['callerid'] = b'/odd\xff\xc3('
+        odd['message_definition'] += b'\n# 20 \xb0C'
+        odd['note'] = b'\xed\xa0\x80 \xf5'
+        least = {'type': UInt32._type.encode(), 'md5sum': UInt32._md5sum.encode()}
+        for header in (undefined, odd, least):
+            topic, other = new_topic(), new_topic()
+            with RecorderUnderTest() as recorder, OddPublisher(topic, header) as publisher, \
+                    Stream(other):
+                path = recorder.start(topic, other, name='a')
+                publisher.publish(7)
+                self.assertTrue(wait_for_count(recorder, topic, 1))
+                self.assertTrue(wait_for_count(recorder, other, 1))
+                recorder.client.stop()
+                self.check_readable(path, topic, other)
 
-        The limit of files is ``file_megabytes`` if given.
-        """
-        folder = tempfile.mkdtemp(prefix='recorder_test_disk_')
-        mounted = subprocess.run(
-            ['mount', '-t', 'tmpfs', '-o', f'size={megabytes}m', 'tmpfs', folder],
-            stderr=subprocess.DEVNULL).returncode == 0
-        self.addCleanup(shutil.rmtree, folder)
-        if mounted:
-            self.addCleanup(subprocess.run, ['umount', '--lazy', folder])
-            return RecorderUnderTest(folder=folder)
-        return RecorderUnderTest('prlimit', f'--fsize={(file_megabytes or megabytes) << 20}',
-                                 folder=folder)
+    def check_readable(self, path: str, topic: str, other: str) -> None:
+        with rosbag.Bag(path) as bag:
+            # as bytes: rosbag keeps one class for each type, for all bags that it reads
+            read = [(name, data[1]) for name, data, _ in bag.read_messages(raw=True)]
+        self.assertIn((topic, b'\7\0\0\0'), read)
+        self.assertIn(other, [name for name, _ in read])
+        with Reader(Path(path)) as reader:
+            self.assertEqual([bytes(data) for connection, _, data in reader.messages()
+                              if connection.topic == topic], [b'\7\0\0\0'])
+        with Recording([path]) as recording:
+            self.assertEqual(len(recording.index.connections_of(topic)), 1)
 
-    def test_too_little_room_is_refused_or_stops_the_recording(self):
-        topic = new_topic()
-        publisher = rospy.Publisher(topic, UInt8MultiArray, queue_size=100)
-        with self.small_disk(megabytes=200, file_megabytes=4000) as recorder:
-            rospy.set_param(f'{recorder.node}/minimum_free_megabytes', 2_000_000_000)
-            with self.assertRaisesRegex(RecorderError, 'MB are free'):
-                recorder.start(topic, name='a')
+    def test_a_missing_definition_is_that_of_others(self) -> None:
+        topic, other = new_topic(), new_topic()
+        header = header_of(UInt32, '/undefined')
+        del header['message_definition']
+        with RecorderUnderTest(topics=[topic, other]) as recorder, Stream(other):
+            self.assertTrue(wait_for_count(recorder, other, 1))
+            with OddPublisher(topic, header) as publisher:
+                path = recorder.start(topic, other, name='a')
+                publisher.publish(7)
+                self.assertTrue(wait_for_count(recorder, topic, 1))
+                recorder.client.stop()
+            with Recording([path]) as recording:
+                definitions = {it.topic: it.message_definition
+                               for it in recording.index.connections}
+            self.assertEqual(definitions[topic], UInt32._full_text)
+
+    # The time is simulated; this process was started before that, and keeps the machine's.
+
+    def simulate_time(self) -> None:
+        rospy.set_param('/use_sim_time', True)
+        self.addCleanup(rospy.delete_param, '/use_sim_time')
+
+    def test_nothing_is_recorded_before_the_first_time(self) -> None:
+        self.simulate_time()
+        topic, latched = new_topic(), new_topic()
+        publisher = rospy.Publisher(latched, String, latch=True, queue_size=1)
+        publisher.publish('before the first time')
+        with RecorderUnderTest(topics=[topic, latched], connection_timeout=1,
+                               recent_duration=600) as recorder, Stream(topic):
+            self.assertTrue(wait_for_count(recorder, topic, 20))
+            for command in (recorder.client.start, recorder.client.save_recent):
+                with self.assertRaisesRegex(RecorderError, 'nothing publishes /clock'):
+                    command(RecordingOptions((topic, latched), recorder.folder, name='a'))
+            with self.assertRaisesRegex(RecorderError, 'nothing publishes /clock'):
+                recorder.client.mark('now')
             self.assertEqual(recorder.files(), [])
-            # Where no disk could be mounted, others write and delete files on this one meanwhile.
-            free = shutil.disk_usage(recorder.folder).free >> 20
-            rospy.set_param(f'{recorder.node}/minimum_free_megabytes', free - 100)
-            path = recorder.start(topic, name='a')
-            while recorder.client.wait_for(
-                    lambda state: state.state == RecorderState.IDLE, 0.02) is None:
-                publisher.publish(data=bytes(1_000_000))
-            state = recorder.client.state
-            self.assertIn('the bag is complete until then', state.problems[-1])
-            self.assertEqual(state.dropped, 0)
-            self.assertEqual(message_count(path), state.messages)
-
-    def test_a_folder_that_is_removed_costs_nothing(self):
-        topic = new_topic()
-        with RecorderUnderTest() as recorder, Stream(topic):
-            path = recorder.start(topic, name='a')
-            recorder.client.wait_for(lambda state: state.messages > 200, TIMEOUT_S)
-            shutil.rmtree(recorder.folder)
-            state = recorder.client.wait_for(
-                lambda state: state.state == RecorderState.IDLE, TIMEOUT_S)
-            self.assertIn('was removed', state.problems[-1])
+            with SimulatedTime() as time:
+                path = recorder.start(topic, latched, name='a', recent_s=600.0)
+                self.assertTrue(wait_for_count(recorder, topic, 100))
+                recorder.client.stop()
+            with Recording([path]) as recording:
+                self.assertGreaterEqual(recording.begin_ns, time.begin_ns)
+                self.assertLessEqual(recording.end_ns, time.end_ns)
             found = numbers(path, topic)
-            self.assertGreater(len(found), 200)
             self.assertEqual(found, list(range(found[0], found[0] + len(found))))
+            self.assertEqual(contents(path, latched)[0][0].data, 'before the first time')
+
+    def test_start_waits_for_the_first_time(self) -> None:
+        self.simulate_time()
+        topic = new_topic()
+        with RecorderUnderTest(topics=[topic], connection_timeout=TIMEOUT_S) as recorder, \
+                Stream(topic):
+            paths: List[str] = []
+            starter = threading.Thread(target=lambda: paths.append(recorder.start(topic)))
+            starter.start()
+            self.assertIsNotNone(recorder.client.wait_for(
+                lambda state: any('/clock' in it for it in state.problems), TIMEOUT_S))
+            self.assertEqual(recorder.files(), [])
+            with SimulatedTime() as time:
+                starter.join(TIMEOUT_S)
+                self.assertTrue(wait_for_count(recorder, topic, 100))
+                recorder.client.stop()
+            with Recording(paths) as recording:
+                self.assertGreaterEqual(recording.begin_ns, time.begin_ns)
+
+
+def numbers_in(part: RecentPart, topic: str) -> List[int]:
+    """The numbers of a topic of type std_msgs/UInt32."""
+    return [int.from_bytes(part.message(row), 'little') for row in range(len(part.numbers))
+            if part.connections[part.numbers[row]].topic == topic]
 
 
 if __name__ == '__main__':

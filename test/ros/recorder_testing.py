@@ -14,13 +14,14 @@ from typing import Any, List, Optional, Set, Tuple, Type
 
 import rosbag
 import rospy
+from rosgraph_msgs.msg import Clock
 from roslib.packages import find_node
 from std_msgs.msg import UInt32
 
 from process_visualizer.clients.bag_recorder import BagRecorder
 from process_visualizer.clients.recording_options import RecordingOptions
 
-TIMEOUT_S = 20.0
+TIMEOUT_S = 60.0
 _names = itertools.count()
 
 
@@ -33,6 +34,21 @@ def rostopic_pub(topic: str) -> 'subprocess.Popen[bytes]':
     """A process that publishes at 50 Hz."""
     return subprocess.Popen(['rostopic', 'pub', '-r', '50', topic, 'std_msgs/UInt32', '1'],
                             stdout=subprocess.DEVNULL)
+
+
+class Subscription(rospy.SubscribeListener):
+    """Knows when somebody has subscribed to a publisher: from then on all arrives."""
+
+    def __init__(self) -> None:
+        self._begun = threading.Event()
+
+    def peer_subscribe(self, topic_name: str, topic_publish: object, peer_publish: object) -> None:
+        """Told by rospy."""
+        self._begun.set()
+
+    def wait(self) -> None:
+        """Wait until there is a subscriber."""
+        assert self._begun.wait(TIMEOUT_S), 'nobody has subscribed'
 
 
 class Stream:
@@ -57,6 +73,32 @@ class Stream:
         while not self._end.wait(max(0.0, begin_s + number * 0.005 - time.monotonic())):
             self.publisher.publish(number)
             number += 1
+
+
+class SimulatedTime:
+    """Publishes a time that goes on as the machine's does; use it in a ``with``."""
+
+    begin_ns = 1_600_000_000 * 10 ** 9
+
+    def __init__(self) -> None:
+        self.end_ns = self.begin_ns
+        self._publisher = rospy.Publisher('/clock', Clock, queue_size=10)
+        self._end = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+
+    def __enter__(self) -> SimulatedTime:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._end.set()
+        self._thread.join()
+        self._publisher.unregister()
+
+    def _run(self) -> None:
+        while not self._end.wait(0.01):
+            self.end_ns += 10_000_000
+            self._publisher.publish(rospy.Time(*divmod(self.end_ns, 10 ** 9)))
 
 
 class RecorderUnderTest:
