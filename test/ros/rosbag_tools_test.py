@@ -61,6 +61,11 @@ def own_rows(path: str) -> List[Row]:
                       in enumerate(zip(connections, index.time_ns.tolist())))
 
 
+def minute_later_s(before: List[Row]) -> int:
+    """A time [s] about a minute after the last message."""
+    return max(row.time_ns for row in before) // 10 ** 9 + 60
+
+
 def run(*command: str) -> str:
     """Run a tool that has to end well; return what it said."""
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
@@ -139,21 +144,23 @@ class RosbagToolsTest(unittest.TestCase):
 
     def test_append_from_python(self):
         for path, before in self.each_bag():
+            later_s = minute_later_s(before)
             with rosbag.Bag(path, 'a') as bag:
-                bag.write(NUMBERS, UInt32(7), rospy.Time(2_000_000_000))
-                bag.write('/new', String('text'), rospy.Time(2_000_000_001))
+                bag.write(NUMBERS, UInt32(7), rospy.Time(later_s))
+                bag.write('/new', String('text'), rospy.Time(later_s + 1))
             self.assert_appended(path, before, 2)
 
     def test_append_from_cpp(self):
         program, = find_node('process_visualizer', 'append_to_bag')
         for path, before in self.each_bag():
-            run(program, path, NUMBERS, '2000000000', '7')
-            run(program, path, '/new', '2000000001', '8')
+            later_s = minute_later_s(before)
+            run(program, path, NUMBERS, str(later_s), '7')
+            run(program, path, '/new', str(later_s + 1), '8')
             self.assert_appended(path, before, 2)
 
     def assert_appended(self, path: str, before: List[Row], count: int) -> None:
         """So many messages, later than all others, have come."""
-        new = [row for row in rows(path) if row.time_ns >= 2_000_000_000 * 10 ** 9]
+        new = [row for row in rows(path) if row.time_ns >= minute_later_s(before) * 10 ** 9]
         self.assertEqual(len(new), count)
         self.assert_same(path, sorted([*before, *new]))
 
@@ -200,7 +207,7 @@ class RosbagToolsTest(unittest.TestCase):
         self.addCleanup(subscriber.unregister)
         for path, _ in self.each_bag():
             received.clear()
-            run('rosbag', 'play', '--quiet', '--delay', '2', path)
+            run('rosbag', 'play', '--quiet', '--wait-for-subscribers', path, '--topics', NUMBERS)
             last = numbers(path, NUMBERS)[-1:]
             with came:
                 while received[-1:] != last and came.wait(TIMEOUT_S):
