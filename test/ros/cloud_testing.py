@@ -12,7 +12,7 @@ from geometry_msgs.msg import TransformStamped
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import PointCloud2, PointField
 
-TIMEOUT_S = 20.0
+TIMEOUT_S = 60.0
 
 
 def make_cloud(points: Sequence[Sequence[float]], frame_id: str, stamp_s: float = 1.0
