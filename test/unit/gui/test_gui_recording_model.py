@@ -357,6 +357,14 @@ def test_nothing_runs(model, client):
     assert model.phase is Phase.WAITING
 
 
+def test_in_a_folder_that_cannot_be_written_nothing_is_started(model, client, qtbot):
+    model.choices.set_folder('/proc/recordings')
+    qtbot.waitUntil(lambda: '/proc' in model.choices.problem)
+    model.start()
+    assert '/proc' in messages_of(model)[0]
+    assert model.phase is Phase.IDLE and client.commands == []
+
+
 def test_the_run_ends_while_a_recording_starts(model, tasks, client, qtbot):
     client.gate.clear()
     model.start()
