@@ -14,6 +14,7 @@ from player_testing import Listener, Player, cell_rows, serialised, temporary_fo
 from std_msgs.msg import Float32MultiArray, String
 
 from process_visualizer.clients.player_client import PlayerClient, PlayerError, PlayerUnreachable
+from process_visualizer.player.bag_player import HEAD_START_NS
 from process_visualizer.ros_names import PLAYBACK_RATE
 from process_visualizer.srv import ReadTopic
 
@@ -91,6 +92,7 @@ class BagPlayerTest(unittest.TestCase):
         for rate, begin_s in ((1.0, 0.2), (-2.0, 0.8)):
             client.seek(begin_s)
             self.assertEqual(client.set_rate(rate), f'rate {rate:g}')
+            asked_s = rospy.get_time()
             self.assertIn('playing', client.play())
             listener.wait_for(lambda at=begin_s: len(numbers_since(listener, at)) > 40, 'messages')
             self.assertIn('paused', client.toggle_paused())
@@ -99,6 +101,13 @@ class BagPlayerTest(unittest.TestCase):
             step_s = 0.008 if rate > 0.0 else -0.008
             self.assertEqual(came, [round(begin_s + step_s * number, 4)
                                     for number in range(1, len(came) + 1)])
+            came_s = {number: it.time_s for number, it in zip(numbers(listener), listener.received)}
+            starts_s = asked_s + HEAD_START_NS * 1e-9
+            # None before its time; backwards each comes when the one after it is left.
+            for count, number in enumerate(came, int(rate > 0.0)):
+                due_s = starts_s + 0.008 * count / abs(rate)
+                self.assertGreaterEqual(came_s[number], due_s - 0.001)
+            listener.clear()
 
     def check_loop(self, client: PlayerClient, listener: Listener) -> None:
         """Rounds between two positions; nothing else is seen."""
