@@ -1,59 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Python packages of process_visualizer, for catkin_python_setup (not to be run by hand)."""
 from catkin_pkg.python_setup import generate_distutils_setup
-from setuptools import setup
+from setuptools import find_packages, setup
 
-setup(**generate_distutils_setup(
-    package_dir={'': 'src'},
-    packages=[
-        'process_visualizer',
-        'process_visualizer.bags',
-        'process_visualizer.cell',
-        'process_visualizer.cell.documents',
-        'process_visualizer.cell.editing',
-        'process_visualizer.clients',
-        'process_visualizer.commands',
-        'process_visualizer.curves',
-        'process_visualizer.descriptions',
-        'process_visualizer.descriptions.ros1_packages',
-        'process_visualizer.descriptions.ros1_packages.ament_index_python',
-        'process_visualizer.discovery',
-        'process_visualizer.discovery.evidence',
-        'process_visualizer.generate',
-        'process_visualizer.gui',
-        'process_visualizer.gui.app',
-        'process_visualizer.gui.models',
-        'process_visualizer.gui.models.cell',
-        'process_visualizer.gui.models.comparison',
-        'process_visualizer.gui.models.playback',
-        'process_visualizer.gui.models.recording',
-        'process_visualizer.gui.ros',
-        'process_visualizer.gui.toolkit',
-        'process_visualizer.gui.views',
-        'process_visualizer.gui.views.cell',
-        'process_visualizer.gui.views.comparison',
-        'process_visualizer.gui.views.parts',
-        'process_visualizer.gui.views.playback',
-        'process_visualizer.gui.views.recording',
-        'process_visualizer.health',
-        'process_visualizer.launching',
-        'process_visualizer.messages',
-        'process_visualizer.motion',
-        'process_visualizer.motion.velocity',
-        'process_visualizer.nodes',
-        'process_visualizer.nodes.common',
-        'process_visualizer.nodes.robot',
-        'process_visualizer.parameters',
-        'process_visualizer.playback',
-        'process_visualizer.playback.scene',
-        'process_visualizer.player',
-        'process_visualizer.report',
-        'process_visualizer.runs',
-        'process_visualizer.runs.alignment',
-        'process_visualizer.runs.comparison',
-        'process_visualizer.runs.deviation',
-        'process_visualizer.runs.recorded',
-        'process_visualizer.rviz',
-        'process_visualizer.terminal',
-    ],
-))
+# catkin runs this file in its folder, for both the devel space and the install space.
+setup(**generate_distutils_setup(package_dir={'': 'src'}, packages=find_packages(where='src')))

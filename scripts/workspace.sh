@@ -102,6 +102,18 @@ restore_network() {
   [ -z "$named_ip" ] || export ROS_IP=$named_ip
 }
 
+# For what only reads the sources: nothing is built.
+prepare_checkers() {
+  export PATH="/usr/bin:/bin:/usr/sbin:/sbin:$PATH"
+  mkdir -p "$cache" "$workspace"
+  exec 9>"$cache/lock"
+  flock 9
+  install_packages
+  install_python
+  exec 9>&-
+  export PATH="$venv/bin:$PATH"
+}
+
 # Installs and builds under a lock, so that concurrent calls do not disturb each other.
 prepare() {
   unset "${!ROS_@}" CMAKE_PREFIX_PATH PYTHONPATH

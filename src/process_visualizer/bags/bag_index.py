@@ -10,7 +10,6 @@ import numpy as np
 from process_visualizer.bags.bag_errors import Gap
 from process_visualizer.messages.connection import Connection
 
-
 MAX_UNSET_NS = 2_000_000
 """Some who know no time write the least one that ROS has (1 ns), or a millisecond more."""
 

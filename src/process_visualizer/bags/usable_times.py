@@ -31,7 +31,8 @@ def with_usable_times(index: BagIndex, own_time_ns: Callable[[int], int]) -> Bag
     such times are at an unknown time (0).
     """
     first_ns, last_ns = _span(index.time_ns)
-    doubtful = np.flatnonzero((index.time_ns <= MAX_UNSET_NS) | ~_inside(index.time_ns, first_ns, last_ns))
+    doubtful = np.flatnonzero((index.time_ns <= MAX_UNSET_NS)
+                              | ~_inside(index.time_ns, first_ns, last_ns))
     if len(doubtful):
         index = _corrected(index, doubtful[:_MAX_LOOKS], own_time_ns)
         first_ns, last_ns = _span(index.time_ns)
