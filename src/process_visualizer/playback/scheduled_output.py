@@ -65,12 +65,13 @@ class ScheduledOutput:
         assert due_ns is not None, 'it plays'
         self._schedule.add(Scheduled(event, position, step, due_ns, self._given, stamps))
         self.show(event, basis, due_ns)
+        self._unsettle(due_ns)  # also where a sensor's picture is to be seen only later
 
     def take_back(self) -> List[Scheduled]:
         """Take back what has not been sent yet; return it, the last first."""
         count = self._output.revoke(self._clock.monotonic_ns())
         if count:
-            self._settled_ns = self._clock.monotonic_ns() + SETTLING_NS
+            self._unsettle()
         self._given -= count
         taken_back = list(self._schedule.taken_back(self._given))
         for scheduled in taken_back:
@@ -128,4 +129,8 @@ class ScheduledOutput:
             pieces = with_stamps_moved(message.data, message.stamp_offsets, mapping)
         self._output.publish(message.connection, pieces, due_ns)
         self._published += 1
+        self._unsettle(due_ns)
+
+    def _unsettle(self, due_ns: int = AT_ONCE) -> None:
+        """Take note that something changes at a monotonic time [ns]."""
         self._settled_ns = max(self._clock.monotonic_ns(), due_ns) + SETTLING_NS

@@ -98,6 +98,16 @@ def test_at_rest_the_last_picture_recorded_is_seen(seek_ms: int, stamp_ms: int) 
     assert stage.messages[stage.viewer.seen[PICTURE]].stamp_ms == stamp_ms
 
 
+def test_at_the_beginning_of_the_recording_the_first_picture_is_seen_backwards_too() -> None:
+    stage = Stage([Message(PICTURE, 0, 0), Message(PICTURE, 1, 1)])
+    stage.clock.at(10, lambda: stage.control.seek(0.001))
+    stage.clock.at(500, lambda: stage.control.set_rate(-0.1))  # it has long been quiet
+    stage.clock.at(900, stage.control.play)
+    stage.run()
+    assert stage.timeline.position_ns() == stage.timeline.basis.begin_ns
+    assert stage.viewer.seen[PICTURE] == 0
+
+
 def test_a_pause_backwards_shows_the_last_picture_recorded() -> None:
     walk = Walk(recording(40), stop_ms=500)
     assert walk.stage.messages[walk.stage.viewer.seen[PICTURE]].stamp_ms == 448
