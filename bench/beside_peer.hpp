@@ -22,17 +22,17 @@ inline double share(std::vector<double> times_ms, double part) {
   return *place;
 }
 
-/// Runs both in turns, ten times each, so that what else the machine does meets both alike, and
+/// Runs both in turns, each some times, so that what else the machine does meets both alike, and
 /// prints the medians.
 /// \param limit so much of the peer's time it may take
 /// \returns whether it does
 inline bool isWithin(double limit, const char* name, const std::function<void()>& run,
-                     const char* peer, const std::function<void()>& run_peer) {
-  constexpr int kTurns = 10, kTimes = 10;
+                     const char* peer, const std::function<void()>& run_peer, int turns = 10,
+                     int times = 10) {
   std::vector<double> times_ms, peer_ms;
-  for (int turn = 0; turn < kTurns; ++turn) {
-    for (int i = 0; i < kTimes; ++i) times_ms.push_back(milliseconds(run));
-    for (int i = 0; i < kTimes; ++i) peer_ms.push_back(milliseconds(run_peer));
+  for (int turn = 0; turn < turns; ++turn) {
+    for (int i = 0; i < times; ++i) times_ms.push_back(milliseconds(run));
+    for (int i = 0; i < times; ++i) peer_ms.push_back(milliseconds(run_peer));
   }
   const double ratio = share(times_ms, 0.5) / share(peer_ms, 0.5);
   std::printf("%s: median %.2f ms; %s: %.2f ms; ratio %.2f, limit %.2f: %s\n", name,

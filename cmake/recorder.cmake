@@ -59,4 +59,9 @@ if(CATKIN_ENABLE_TESTING)
   add_executable(append_to_bag test/cpp/append_to_bag.cpp)
   process_visualizer_compile(append_to_bag)
   target_link_libraries(append_to_bag ${rosbag_storage_LIBRARIES} ${roscpp_LIBRARIES})
+
+  add_executable(copy_recent_benchmark EXCLUDE_FROM_ALL bench/copy_recent.cpp)
+  process_visualizer_compile(copy_recent_benchmark)
+  target_link_libraries(copy_recent_benchmark
+    process_visualizer_recorder ${rosbag_storage_LIBRARIES} ${roscpp_LIBRARIES})
 endif()

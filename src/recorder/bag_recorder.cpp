@@ -5,7 +5,6 @@
 #include <std_msgs/String.h>
 
 #include <cstdlib>
-#include <filesystem>
 #include <limits>
 #include <utility>
 
@@ -174,13 +173,9 @@ std::string BagRecorder::copy(const Start::Request& request) {
   return file.path();
 }
 
-/// Creates the file for a copy where a recording on the same disk can go on after that.
 BagFile BagRecorder::createCopy(const Start::Request& request, std::uint64_t bytes) {
   const std::lock_guard<std::mutex> naming(naming_mutex_);
-  const RecordingOptions options = optionsOf(request, node_, folder_);
-  requireRoom(std::filesystem::path(options.path).parent_path(),
-              options.minimum_free_bytes + bytes);
-  return {options.path, options.compression};
+  return createWhole(optionsOf(request, node_, folder_), bytes);
 }
 
 void BagRecorder::requireIdle() const {

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "process_visualizer/recorder/whole_bag.hpp"
 
+#include <filesystem>
 #include <numeric>
+
+#include "process_visualizer/recorder/bag_name.hpp"
 
 namespace process_visualizer::recorder {
 namespace {
@@ -15,6 +18,12 @@ std::uint64_t bagBytes(const std::deque<Message>& messages) {
                          [](std::uint64_t bytes, const Message& message) {
                            return bytes + message.size() + kRecordBytes;
                          });
+}
+
+BagFile createWhole(const RecordingOptions& options, std::uint64_t bytes) {
+  requireRoom(std::filesystem::path(options.path).parent_path(),
+              options.minimum_free_bytes + bytes);
+  return {options.path, options.compression};
 }
 
 void writeWhole(BagFile& file, std::deque<Message> messages) {

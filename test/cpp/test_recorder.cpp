@@ -215,6 +215,19 @@ TEST_F(Bags, OfWhatIsHereAreWholeOrNotThere) {
   }
 }
 
+TEST_F(Bags, OfWhatIsHereLeaveRoomForARecording) {
+  RecordingOptions options;
+  options.path = path("a.bag");
+  options.minimum_free_bytes = 0;
+  constexpr std::uint64_t kHuge = std::uint64_t{1} << 61;
+  EXPECT_THROW(createWhole(options, kHuge), RecordingError);
+  options.minimum_free_bytes = kHuge;
+  EXPECT_THROW(createWhole(options, 0), RecordingError);
+  EXPECT_TRUE(fs::is_empty(folder_));
+  options.minimum_free_bytes = 0;
+  createWhole(options, 1).remove();
+}
+
 class Recordings : public Folder {
  protected:
   RecordingContents contents() {

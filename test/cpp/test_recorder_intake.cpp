@@ -575,6 +575,24 @@ TEST_F(Intakes, CountNothingMoreWhenARecordingHasEndedByItself) {
   EXPECT_EQ(state.messages, 3u);  // with the configuration and the account
 }
 
+TEST_F(SimulatedIntake, ForgetsWhatIsLatchedByADeadNodeWhenAnotherTookItsPlace) {
+  const auto recorded = [this] {
+    begin();
+    end(intake_);
+    return sequencesIn(bag(), "/b");
+  };
+  receive(latchedBy("/old", "/b"), 1);
+  EXPECT_EQ(recorded(), Numbers{1});
+  intake_.follow({}, {});
+  EXPECT_EQ(recorded(), Numbers{1});  // everybody still shows it
+  receive(latchedBy("/new", "/b"), 2);
+  EXPECT_EQ(recorded(), (Numbers{1, 2}));
+  intake_.follow({{"/b", {"/old", "/new"}}}, {});
+  EXPECT_EQ(recorded(), (Numbers{1, 2}));
+  intake_.follow({{"/b", {"/new"}}}, {});
+  EXPECT_EQ(recorded(), Numbers{2});
+}
+
 TEST_F(Intakes, FollowPatternsButNotTheRecordersOwnTopics) {
   Intake intake("/recorder", memory(), [] {});
   EXPECT_TRUE(intake.sources().empty());

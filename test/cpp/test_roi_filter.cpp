@@ -12,10 +12,12 @@
 #include <functional>
 #include <limits>
 #include <random>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "process_visualizer/cloud/box_outline.hpp"
 #include "process_visualizer/cloud/roi_filter.hpp"
 
 namespace process_visualizer::cloud {
@@ -245,6 +247,28 @@ TEST(CropToBox, SaysWhatIsWrongWithACloud) {
       EXPECT_NE(std::string(error.what()).find(bad.message), std::string::npos) << error.what();
     }
   }
+}
+
+TEST(Outline, HasTheTwelveEdgesOfTheBox) {
+  const visualization_msgs::Marker outline = outlineOf(Box({0, 0, 1.5}, {1.0, 0.8, 1.0}), "box");
+  EXPECT_EQ(outline.type, visualization_msgs::Marker::LINE_LIST);
+  EXPECT_EQ(outline.header.frame_id, "box");
+  EXPECT_TRUE(outline.frame_locked);
+  ASSERT_EQ(outline.points.size(), 24u);
+  const auto place = [&outline](std::size_t i) {
+    return std::array<double, 3>{outline.points[i].x, outline.points[i].y, outline.points[i].z};
+  };
+  std::set<std::set<std::array<double, 3>>> edges;
+  for (std::size_t i = 0; i < 24; i += 2) {
+    edges.insert({place(i), place(i + 1)});
+    int different = 0;
+    for (int axis = 0; axis < 3; ++axis) different += place(i)[axis] != place(i + 1)[axis];
+    EXPECT_EQ(different, 1);
+    EXPECT_EQ(std::abs(place(i)[0]), 0.5);
+    EXPECT_EQ(std::abs(place(i)[1]), 0.4);
+    EXPECT_EQ(std::abs(place(i)[2] - 1.5), 0.5);
+  }
+  EXPECT_EQ(edges.size(), 12u);
 }
 
 TEST(Box, RejectsWhatIsNoBox) {

@@ -316,6 +316,20 @@ class BagRecorderFaultsTest(unittest.TestCase):
                                for it in recording.index.connections}
             self.assertEqual(definitions[topic], UInt32._full_text)
 
+    def test_in_memory_the_installed_definition_stands_in_for_a_missing_one(self) -> None:
+        """As rosjava does; where no other publisher has sent it."""
+        topic = new_topic()
+        header = header_of(String, '/undefined', latching=True)
+        del header['message_definition']
+        with RecorderUnderTest(recent_duration=60, topics=[topic]) as recorder, \
+                OddPublisher(topic, header) as publisher:
+            publisher.publish(0)  # an empty text
+            self.assertTrue(wait_for_count(recorder, topic, 1))
+            part, _ = RecorderMemory(recorder.node).read((topic,))
+            connection, = part.connections
+            self.assertEqual((connection.type, connection.md5sum, connection.message_definition),
+                             (String._type, String._md5sum, String._full_text))
+
     # The time is simulated; this process was started before that, and keeps the machine's.
 
     def simulate_time(self) -> None:
