@@ -150,7 +150,7 @@ def test_every_module_is_imported(installed: InstallSpace) -> None:
 
 @pytest.fixture(scope='module')
 def cell(installed: InstallSpace, tmp_path_factory: pytest.TempPathFactory) -> InstallSpace:
-    """The simulated cell has run until our display in RViz said that all displays show something."""
+    """The simulated cell has run with RViz until it showed everything."""
     picture = tmp_path_factory.mktemp('picture') / 'cell.png'
     with virtual_screen() as display:
         environment = {**SOFTWARE_GRAPHICS, 'DISPLAY': display,
