@@ -173,6 +173,7 @@ def play_back(operator: Operator, bag: str) -> None:
     assert '/bag_player' in found
     assert not {'/bag_recorder', '/simulator'} & found
     operator.wait(lambda: bool(operator.launcher.bag.curves.curves), 'curves')
+    operator.wait(lambda: operator.widget('play').isEnabled(), 'the player')
 
 
 def pause_and_play(operator: Operator, player: Player) -> None:
