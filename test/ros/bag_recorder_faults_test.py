@@ -139,6 +139,19 @@ class BagRecorderFaultsTest(unittest.TestCase):
                 recorder.client.stop()
             self.assertEqual(message_count(path), recorder.client.state.messages)
 
+    def test_what_is_under_way_when_it_is_stopped_is_in_the_bag(self) -> None:
+        topics = [new_topic(), new_topic()]
+        publishers = [rospy.Publisher(topic, UInt32, queue_size=300) for topic in topics]
+        with RecorderUnderTest() as recorder:
+            for name in 'abcdefgh':
+                path = recorder.start(*topics, name=name)
+                for number in range(300):
+                    for publisher in publishers:
+                        publisher.publish(number)
+                recorder.client.stop()
+                for topic in topics:
+                    self.assertEqual(numbers(path, topic), list(range(300)))
+
     # The memory is copied and read while something else goes on.
 
     def test_commands_and_copies_do_not_disturb_each_other(self) -> None:

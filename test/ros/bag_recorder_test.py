@@ -19,6 +19,7 @@ from recorder_testing import (
     contents,
     new_topic,
     numbers,
+    wait_for_count,
 )
 from std_msgs.msg import String, UInt32
 from tf2_msgs.msg import TFMessage
@@ -87,6 +88,7 @@ class BagRecorderTest(unittest.TestCase):
                 path = recorder.start(topic, name=name)
                 for number in range(COUNT):
                     publisher.publish(number)
+                self.assertTrue(wait_for_count(recorder, topic, COUNT))
                 recorder.client.stop()
                 self.assertEqual(numbers(path, topic), list(range(COUNT)))
 
