@@ -377,8 +377,7 @@ class BagRecorderFaultsTest(unittest.TestCase):
     def test_start_waits_for_the_first_time(self) -> None:
         self.simulate_time()
         topic = new_topic()
-        with RecorderUnderTest(topics=[topic], connection_timeout=TIMEOUT_S) as recorder, \
-                Stream(topic):
+        with RecorderUnderTest(topics=[topic]) as recorder, Stream(topic):
             paths: List[str] = []
             starter = threading.Thread(target=lambda: paths.append(recorder.start(topic)))
             starter.start()

@@ -112,7 +112,8 @@ class RecorderUnderTest:
         self.node = node or f'/recorder_{type(self)._count}'
         self._temporary = tempfile.TemporaryDirectory(prefix='recorder_test_')
         self.folder = folder or os.path.join(self._temporary.name, 'bags')
-        parameters = {'minimum_free_megabytes': 0, 'recent_duration': 0, **parameters}
+        parameters = {'minimum_free_megabytes': 0, 'recent_duration': 0,
+                      'connection_timeout': TIMEOUT_S, **parameters}
         for name, value in parameters.items():
             rospy.set_param(f'{self.node}/{name}', value)
         self.process = subprocess.Popen(

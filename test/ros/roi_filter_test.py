@@ -112,8 +112,11 @@ class RoiFilterTest(unittest.TestCase):
             self.publisher.publish(cloud)
 
         with Listener('/roi_filter/output', PointCloud2) as output:
-            wait_until(lambda: len(output.messages) >= 8, 'clouds', publish_beside_a_fast_hand)
-        self.assertEqual({tuple(indices(cloud)) for cloud in output.messages[2:]}, {(3,)})
+            wait_until(lambda: [indices(it) for it in output.messages].count([3]) >= 8,
+                       'clouds with the last point', publish_beside_a_fast_hand)
+        found = [indices(cloud) for cloud in output.messages]
+        for points in found[found.index([3]):]:
+            self.assertIn(points, ([3], []))  # nothing: taken later than a second afterwards
 
     def test_survives_a_missing_transform(self) -> None:
         with Listener('/roi_filter/output', PointCloud2) as output, log_listener() as log:
