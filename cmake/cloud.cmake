@@ -40,10 +40,6 @@ install(TARGETS roi_filter process_visualizer_nodelets
 )
 
 if(CATKIN_ENABLE_TESTING)
-  # Their malloc aligns as glibc's does, which Eigen does not know; PCL's libraries must agree with it.
-  set(sanitizers -fsanitize=address,undefined -fno-sanitize-recover=all)
-  set(watched -O1 -g -DEIGEN_MALLOC_ALREADY_ALIGNED=1 ${sanitizers})
-
   # PCL's own box filter is what the test compares with.
   find_package(PCL REQUIRED COMPONENTS common filters)
   catkin_add_gtest(test_roi_filter test/cpp/test_roi_filter.cpp)
@@ -66,12 +62,9 @@ if(CATKIN_ENABLE_TESTING)
   process_visualizer_compile(roi_filter_watched)
   target_compile_options(roi_filter_watched PRIVATE ${watched})
 
-  catkin_add_gtest(test_bad_images test/cpp/test_bad_images.cpp
+  process_visualizer_add_watched_gtest(test_bad_images test/cpp/test_bad_images.cpp
     $<TARGET_OBJECTS:roi_filter_watched>)
-  process_visualizer_compile(test_bad_images)
-  target_compile_options(test_bad_images PRIVATE ${watched})
-  target_link_libraries(test_bad_images ${sanitizers}
-    ${roscpp_serialization_LIBRARIES} ${rostime_LIBRARIES})
+  target_link_libraries(test_bad_images ${roscpp_serialization_LIBRARIES} ${rostime_LIBRARIES})
 
   foreach(name roi_filter registered_crop voxel_grid)
     add_executable(${name}_benchmark EXCLUDE_FROM_ALL bench/${name}.cpp)

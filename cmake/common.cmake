@@ -17,6 +17,25 @@ function(process_visualizer_compile target)
   target_include_directories(${target} SYSTEM PUBLIC ${catkin_INCLUDE_DIRS} ${EIGEN3_INCLUDE_DIRS})
 endfunction()
 
+if(CATKIN_ENABLE_TESTING)
+  # Their malloc aligns as glibc's does, which Eigen does not know; PCL's libraries must agree with it.
+  set(sanitizers -fsanitize=address,undefined -fno-sanitize-recover=all)
+  set(watched -O1 -g -DEIGEN_MALLOC_ALREADY_ALIGNED=1 ${sanitizers})
+
+  # A gtest with its sources compiled once more, which takes long: not among the tests, but built by
+  # the target `sanitized`, in a folder of its own.
+  add_custom_target(sanitized)
+  function(process_visualizer_add_watched_gtest target)
+    catkin_add_executable_with_gtest(${target} ${ARGN} EXCLUDE_FROM_ALL)
+    process_visualizer_compile(${target})
+    set_target_properties(${target} PROPERTIES RUNTIME_OUTPUT_DIRECTORY
+      ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_LIB_DESTINATION}/sanitized)
+    target_compile_options(${target} PRIVATE ${watched})
+    target_link_libraries(${target} ${sanitizers})
+    add_dependencies(sanitized ${target})
+  endfunction()
+endif()
+
 add_library(process_visualizer_common SHARED
   src/common/complaint.cpp
   src/common/complaint_status.cpp

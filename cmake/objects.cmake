@@ -59,12 +59,10 @@ if(CATKIN_ENABLE_TESTING)
 
   # Bad clouds where every access to a byte that is not there, and every undefined operation, ends
   # the test. The sources are compiled into it, so that they are watched as well.
-  catkin_add_gtest(test_bad_objects test/cpp/test_bad_objects.cpp ${surface_sources}
-    ${objects_sources} $<TARGET_OBJECTS:roi_filter_watched>)
-  process_visualizer_compile(test_bad_objects)
+  process_visualizer_add_watched_gtest(test_bad_objects test/cpp/test_bad_objects.cpp
+    ${surface_sources} ${objects_sources} $<TARGET_OBJECTS:roi_filter_watched>)
   target_include_directories(test_bad_objects SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
-  target_compile_options(test_bad_objects PRIVATE ${watched})
-  target_link_libraries(test_bad_objects ${sanitizers} PkgConfig::assimp ${objects_libraries})
+  target_link_libraries(test_bad_objects PkgConfig::assimp ${objects_libraries})
   add_dependencies(test_bad_objects process_visualizer_generate_messages_cpp)
 endif()
 

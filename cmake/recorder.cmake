@@ -56,9 +56,10 @@ if(CATKIN_ENABLE_TESTING)
     target_link_libraries(${test} process_visualizer_recorder ${rosbag_storage_LIBRARIES})
   endforeach()
 
-  add_executable(append_to_bag test/cpp/append_to_bag.cpp)
+  add_executable(append_to_bag EXCLUDE_FROM_ALL test/cpp/append_to_bag.cpp)
   process_visualizer_compile(append_to_bag)
   target_link_libraries(append_to_bag ${rosbag_storage_LIBRARIES} ${roscpp_LIBRARIES})
+  add_dependencies(tests append_to_bag)
 
   add_executable(copy_recent_benchmark EXCLUDE_FROM_ALL bench/copy_recent.cpp)
   process_visualizer_compile(copy_recent_benchmark)

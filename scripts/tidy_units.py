@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import sys
 from collections import defaultdict
@@ -19,6 +20,7 @@ from typing import Dict, List
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 INCLUDE = '#include "{}"  // NOLINT(bugprone-suspicious-include)\n'
+INCLUDED = re.compile(r'^#include "(/.*)"$', re.MULTILINE)
 Command = Dict[str, str]
 
 
@@ -26,10 +28,16 @@ def sources(commands: List[Command]) -> Dict[Path, Dict[str, Command]]:
     """A command for each source file, by folder; a source may be in several targets."""
     folders: Dict[Path, Dict[str, Command]] = defaultdict(dict)
     for command in commands:
-        path = Path(os.path.realpath(command['file']))
-        if REPOSITORY in path.parents and 'src' in path.relative_to(REPOSITORY).parts:
-            folders[path.parent].setdefault(str(path), command)
+        for path in compiled(Path(command['file'])):
+            if REPOSITORY in path.parents and 'src' in path.relative_to(REPOSITORY).parts:
+                folders[path.parent].setdefault(str(path), command)
     return folders
+
+
+def compiled(file: Path) -> List[Path]:
+    """The sources that a command compiles: several, if they are in a file of the quick build."""
+    names = INCLUDED.findall(file.read_text()) if file.parent.name == 'Unity' else [str(file)]
+    return [Path(os.path.realpath(name)) for name in names]
 
 
 def unit_command(unit: Path, commands: Dict[str, Command]) -> Command:

@@ -1,19 +1,32 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Shared by ./demo and ./run_tests: installs what is missing, builds a catkin workspace outside of the
 # source tree, and loads its environment. Sourced by bash; the repository is in $repository.
+#
+# prepare            programs and tests
+# prepare programs   without tests: quicker where nothing has been built
+# prepare_checkers   nothing is built, for what reads only the sources
+# build_sanitized    the tests with sanitizers, into the folder $sanitized
 
 cache="${XDG_CACHE_HOME:-$HOME/.cache}/process_visualizer"
 workspace="$cache/workspace-$(printf %s "$repository" | sha256sum | cut -c1-12)"
 venv="$cache/venv"
+sanitized="$workspace/devel/lib/process_visualizer/sanitized"
 noetic=/opt/ros/noetic/setup.bash
+what=tests
 
 listed() { grep -h -v -e '^#' -e '^$' "$@"; }
 
-# The files that name Debian's packages: those of all releases, those of this one.
+# The files that name Debian's packages: those of all releases, those of this one, those of tests.
 apt_files() {
   local release
   release=$(. /etc/os-release && echo "${VERSION_CODENAME:-}")
   ls "$repository/requirements/apt.txt" "$repository/requirements/apt-$release.txt" 2>/dev/null || true
+  [ "$what" = programs ] || echo "$repository/requirements/tests/apt.txt"
+}
+
+python_files() {
+  echo "$repository/requirements/python.txt"
+  [ "$what" = programs ] || echo "$repository/requirements/tests/python.txt"
 }
 
 apt() {
@@ -42,13 +55,16 @@ install_packages() {
 }
 
 install_python() {
-  local stamp="$venv/installed.txt"
-  cmp -s "$repository/requirements/python.txt" "$stamp" && return
-  echo "installing Python packages into $venv"
-  # Not recreated: running programs would miss the packages of the system for a moment.
-  [ -x "$venv/bin/pip" ] || /usr/bin/python3 -m venv --system-site-packages "$venv"
-  "$venv/bin/pip" install -q -r "$repository/requirements/python.txt"
-  cp "$repository/requirements/python.txt" "$stamp"
+  local file stamp
+  for file in $(python_files); do
+    stamp=$venv/installed-$(realpath --relative-to "$repository/requirements" "$file" | tr / -)
+    cmp -s "$file" "$stamp" && continue
+    echo "installing Python packages into $venv"
+    # Not recreated: running programs would miss the packages of the system for a moment.
+    [ -x "$venv/bin/pip" ] || /usr/bin/python3 -m venv --system-site-packages "$venv"
+    "$venv/bin/pip" install -q -r "$file"
+    cp "$file" "$stamp"
+  done
 }
 
 # The dependencies of the build, including its options here; Python modules are used in place.
@@ -60,25 +76,53 @@ build_inputs() {
     sort | xargs sha256sum; cd "$repository" && sha256sum setup.py sewing_cell/setup.py)
 }
 
-build() {
-  local inputs
-  inputs=$(build_inputs)
-  [ "$(cat "$workspace/built" 2>/dev/null)" = "$inputs" ] && return
-  echo "building in $workspace"
-  mkdir -p "$workspace/src"
-  ln -sfn "$repository" "$workspace/src/process_visualizer"
-  local log="$workspace/build.log"
+# catkin_make would start no second compiler while the load is above the number of processors, which
+# its own compilers are. Only messages for C++ and Python are needed.
+make_all() (
+  testing=ON launcher=
+  [ "$what" = tests ] || testing=OFF
+  if command -v ccache; then launcher=ccache; fi
+  export CCACHE_BASEDIR="$workspace"  # another clone has its own workspace, and compiles the same
+  export ROS_LANG_DISABLE=geneus:genlisp:gennodejs
   # Older versions of catkin use the first name for Python, those since Debian 13 the second.
   # Debian 11's cmake-extras has a GMock that is found at the first configuration only.
-  if ! (cd "$workspace" && catkin_make -DPYTHON_EXECUTABLE="$venv/bin/python3" \
-        -DPython_EXECUTABLE="$venv/bin/python3" -DCMAKE_DISABLE_FIND_PACKAGE_GMock=TRUE \
-        -DCMAKE_BUILD_TYPE=Release -DCMAKE_EXPORT_COMPILE_COMMANDS=ON "$@" >"$log" 2>&1 &&
-        catkin_make tests >>"$log" 2>&1); then
+  cd "$workspace" && catkin_make -j"$(nproc)" -DPYTHON_EXECUTABLE="$venv/bin/python3" \
+    -DPython_EXECUTABLE="$venv/bin/python3" -DCMAKE_DISABLE_FIND_PACKAGE_GMock=TRUE \
+    -DCMAKE_BUILD_TYPE=Release -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DCATKIN_ENABLE_TESTING=$testing \
+    -DCMAKE_CXX_COMPILER_LAUNCHER=$launcher -DPROCESS_VISUALIZER_QUICK_BUILD=ON &&
+    { [ $testing = OFF ] || make -C build -j"$(nproc)" tests; }
+)
+
+# usage: logged LOG COMMAND …   its output is printed only if it fails, and then its end
+logged() {
+  local log=$1
+  shift
+  if ! "$@" >"$log" 2>&1; then
     tail -n 40 "$log"
     echo "the build failed; all of its output is in $log"
     return 1
   fi
-  printf %s "$inputs" >"$workspace/built"
+}
+
+# The file `built-programs` says of what sources the programs are, `built-tests` of what the tests.
+build() {
+  local inputs
+  inputs=$(build_inputs)
+  [ "$(cat "$workspace/built-$what" 2>/dev/null)" = "$inputs" ] && return
+  echo "building in $workspace"
+  mkdir -p "$workspace/src"
+  ln -sfn "$repository" "$workspace/src/process_visualizer"
+  rm -f "$workspace"/built-*
+  logged "$workspace/build.log" make_all
+  printf %s "$inputs" >"$workspace/built-programs"
+  [ "$what" = programs ] || cp "$workspace/built-programs" "$workspace/built-tests"
+}
+
+build_sanitized() {
+  exec 9>"$cache/lock"
+  flock 9
+  logged "$workspace/sanitized.log" make -C "$workspace/build" -j"$(nproc)" sanitized
+  exec 9>&-
 }
 
 # The set-up files of catkin read variables that are not set.
@@ -102,30 +146,30 @@ restore_network() {
   [ -z "$named_ip" ] || export ROS_IP=$named_ip
 }
 
-# For what only reads the sources: nothing is built.
-prepare_checkers() {
+# Installs what is missing, under a lock, so that concurrent calls do not disturb each other.
+install_all() {
+  unset "${!ROS_@}" CMAKE_PREFIX_PATH PYTHONPATH
   export PATH="/usr/bin:/bin:/usr/sbin:/sbin:$PATH"
   mkdir -p "$cache" "$workspace"
   exec 9>"$cache/lock"
   flock 9
   install_packages
-  install_python
-  exec 9>&-
-  export PATH="$venv/bin:$PATH"
-}
-
-# Installs and builds under a lock, so that concurrent calls do not disturb each other.
-prepare() {
-  unset "${!ROS_@}" CMAKE_PREFIX_PATH PYTHONPATH
-  export PATH="/usr/bin:/bin:/usr/sbin:/sbin:$PATH"
-  mkdir -p "$cache"
-  exec 9>"$cache/lock"
-  flock 9
-  install_packages
   if [ -f "$noetic" ]; then load "$noetic"; fi
   install_python
+}
+
+prepare() {
+  what=${1:-tests}
+  install_all
   build
   exec 9>&-
   load "$workspace/devel/setup.bash"
+  export PATH="$venv/bin:$PATH"
+}
+
+prepare_checkers() {
+  what=checkers
+  install_all
+  exec 9>&-
   export PATH="$venv/bin:$PATH"
 }
