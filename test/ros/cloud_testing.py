@@ -2,6 +2,7 @@
 """What the tests of the cloud nodes share: clouds, a topic's messages, and waiting for them."""
 from __future__ import annotations
 
+import threading
 import time
 from typing import Any, Callable, List, Sequence
 
@@ -13,6 +14,7 @@ from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import PointCloud2, PointField
 
 TIMEOUT_S = 60.0
+REPEAT_S = 0.05
 
 
 def make_cloud(points: Sequence[Sequence[float]], frame_id: str, stamp_s: float = 1.0
@@ -35,28 +37,40 @@ def indices(cloud: PointCloud2) -> List[int]:
     return np.frombuffer(cloud.data, dtype='<u4').reshape(-1, 4)[:, 3].tolist()
 
 
-def wait_until(condition: Callable[[], bool], what: str,
-               meanwhile: Callable[[], None] = lambda: None) -> None:
-    """Call `meanwhile` 20 times a second until `condition` holds; fail after TIMEOUT_S."""
-    end = time.monotonic() + TIMEOUT_S
-    while not condition():
-        assert not rospy.is_shutdown() and time.monotonic() < end, f'not within time: {what}'
-        meanwhile()
-        time.sleep(0.05)
-
-
 class Listener:
     """Collects a topic's messages while it is used as a context manager."""
 
+    heard = threading.Condition()
+    """Told whenever any of them hears something."""
+
     def __init__(self, topic: str, message_class: type) -> None:
         self.messages: List[Any] = []
-        self._subscriber = rospy.Subscriber(topic, message_class, self.messages.append)
+        self._subscriber = rospy.Subscriber(topic, message_class, self._take)
 
     def __enter__(self) -> Listener:
         return self
 
     def __exit__(self, *_exception: object) -> None:
         self._subscriber.unregister()
+
+    def _take(self, message: Any) -> None:
+        with self.heard:
+            self.messages.append(message)
+            self.heard.notify_all()
+
+
+def wait_until(condition: Callable[[], bool], what: str,
+               meanwhile: Callable[[], None] = lambda: None) -> None:
+    """Wait until listeners have heard what is expected; fail after TIMEOUT_S.
+
+    `meanwhile` is called again as long as nothing has come of it.
+    """
+    end = time.monotonic() + TIMEOUT_S
+    while not condition():
+        assert not rospy.is_shutdown() and time.monotonic() < end, f'not within time: {what}'
+        meanwhile()
+        with Listener.heard:
+            Listener.heard.wait_for(condition, REPEAT_S)
 
 
 def send_fast_hand(broadcaster: tf2_ros.TransformBroadcaster, now: rospy.Time, x_m: float

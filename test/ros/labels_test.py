@@ -83,7 +83,7 @@ class LabelsTest(unittest.TestCase):
         end = time.monotonic() + WITHIN_S
         while time.monotonic() < end:
             self.publisher.publish(MarkerArray(markers()))
-            time.sleep(0.1)
+            self.reports.wait_for_frames()
             save_picture(self.picture)
             if condition(green_pixels(self.picture)):
                 return True

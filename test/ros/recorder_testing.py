@@ -10,7 +10,7 @@ import tempfile
 import threading
 import time
 from types import TracebackType
-from typing import Any, List, Optional, Set, Tuple, Type
+from typing import Any, List, Optional, Tuple, Type
 
 import rosbag
 import rospy
@@ -162,12 +162,6 @@ def contents(path: str, topic: str) -> List[Tuple[Any, float]]:
 def numbers(path: str, topic: str) -> List[int]:
     """The numbers in a topic of type std_msgs/UInt32."""
     return [message.data for message, _ in contents(path, topic)]
-
-
-def topics_of(path: str) -> Set[str]:
-    """The topics of which a bag has messages."""
-    with rosbag.Bag(path) as bag:
-        return set(bag.get_type_and_topic_info().topics)
 
 
 def message_count(path: str, topic: Optional[str] = None) -> int:

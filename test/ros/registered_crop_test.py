@@ -142,38 +142,22 @@ class RegisteredCropTest(unittest.TestCase):
         def no_focal_length(images: Images) -> None:
             images.info.K, images.info.P = [0] * 9, [0] * 12
 
-        self.check_complaint(other_frame, "'other'")
-        self.check_complaint(cut_off, 'cut off')
-        self.check_complaint(no_focal_length, 'focal length')
-
-    def check_complaint(self, damage: Callable[[Images], None], word: str) -> None:
-        with Listener(OUTPUT, PointCloud2) as output, log_listener() as log:
-            wait_until(lambda: logged(log, Log.ERROR, '/depth', '/color', '/camera_info', word),
-                       f'an error with {word}', lambda: self.publish(damage))
-            self.assertEqual(output.messages, [])
-            self.wait_for_cloud(output)
-
-    def test_survives_a_missing_transform(self) -> None:
         def nowhere(images: Images) -> None:
             for message in images:
                 message.header.frame_id = 'nowhere'
 
+        topics = ('/depth', '/color', '/camera_info')
+        self.check_complaint(other_frame, Log.ERROR, *topics, "'other'")
+        self.check_complaint(cut_off, Log.ERROR, *topics, 'cut off')
+        self.check_complaint(no_focal_length, Log.ERROR, *topics, 'focal length')
+        self.check_complaint(nowhere, Log.WARN, '/depth', 'nowhere')
+
+    def check_complaint(self, damage: Callable[[Images], None], level: int, *words: str) -> None:
         with Listener(OUTPUT, PointCloud2) as output, log_listener() as log:
-            wait_until(lambda: logged(log, Log.WARN, '/depth', 'nowhere'),
-                       'a warning about the frame', lambda: self.publish(nowhere))
+            wait_until(lambda: logged(log, level, *words), f'a message with {words}',
+                       lambda: self.publish(damage))
             self.assertEqual(output.messages, [])
             self.wait_for_cloud(output)
-
-    def test_shows_its_box(self) -> None:
-        with Listener('/crop/outline', Marker) as outline:
-            wait_until(lambda: any(_extent(marker) == [(-0.5, 0.5), (-0.4, 0.4), (1.0, 2.0)]
-                                   for marker in outline.messages), 'the box, without any image')
-            marker = outline.messages[-1]
-            self.assertEqual((marker.header.frame_id, marker.type, marker.frame_locked),
-                             ('box', Marker.LINE_LIST, True))
-            self.assertEqual(len(_edges(marker)), 12)
-            rospy.set_param('/crop/size', [2, 2, 2])
-            wait_until(lambda: _extent(outline.messages[-1])[0] == (-1, 1), 'the larger box')
 
 
 def _pairs(first: Listener, second: Listener) -> List[Tuple[PointCloud2, PointCloud2]]:
@@ -185,13 +169,6 @@ def _pairs(first: Listener, second: Listener) -> List[Tuple[PointCloud2, PointCl
 def _extent(marker: Marker) -> List[Tuple[float, float]]:
     return [(min(values), max(values))
             for values in ([getattr(point, axis) for point in marker.points] for axis in 'xyz')]
-
-
-def _edges(marker: Marker) -> set:
-    """Pairs of corners that differ along one axis."""
-    corners = [(point.x, point.y, point.z) for point in marker.points]
-    edges = {frozenset(pair) for pair in zip(corners[::2], corners[1::2])}
-    return {edge for edge in edges if sum(a != b for a, b in zip(*edge)) == 1}
 
 
 if __name__ == '__main__':

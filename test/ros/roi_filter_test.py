@@ -54,8 +54,6 @@ class RoiFilterTest(unittest.TestCase):
             cloud = self.wait_for(output, [0, 1])
         self.assertEqual(cloud.header.frame_id, 'camera')
         self.assertEqual(cloud.header.stamp, rospy.Time(1))
-
-    def test_takes_a_frame_with_a_leading_slash(self) -> None:
         with Listener('/roi_filter/output', PointCloud2) as output:
             self.wait_for(output, [0, 1], frame_id='/camera')
 

@@ -8,7 +8,6 @@ import os
 import re
 import subprocess
 import tempfile
-import time
 import unittest
 from typing import Callable, Dict, Iterator, List
 from xmlrpc.client import ServerProxy
@@ -28,7 +27,7 @@ from process_visualizer.cell.displays import DISPLAY_TYPES
 from process_visualizer.nodes.view_picture import save_picture
 from process_visualizer.ros_names import DISPLAY_STATUS_TOPIC
 
-WITHIN_S = 60.0
+WITHIN_S = 120.0
 WITH_TOPIC = [name for name, it in DISPLAY_TYPES.items() if it.message_type]
 LEAST_PIXELS = 5
 """The arrows of Debian 13's RViz have 8 to 10."""
@@ -84,10 +83,16 @@ class Reports:
 
     def wait(self, condition: Callable[[Report], bool]) -> Report:
         """The first report for which the condition holds, or the last one before time is up."""
-        end = time.monotonic() + WITHIN_S
-        while not (self.newest() and condition(self.newest())) and time.monotonic() < end:
-            time.sleep(0.05)
+        with Listener.heard:
+            Listener.heard.wait_for(lambda: bool(self.newest()) and condition(self.newest()),
+                                    WITHIN_S)
         return self.newest()
+
+    def come_within(self, seconds: float) -> bool:
+        """Whether there is another report: RViz reports while it draws."""
+        count = len(self._listener.messages)
+        with Listener.heard:
+            return Listener.heard.wait_for(lambda: len(self._listener.messages) > count, seconds)
 
     def wait_for_frames(self) -> None:
         """Wait until everything that has been reported is drawn."""
