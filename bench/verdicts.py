@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Verdicts on five cells whose truth is known, by the number of good runs they are judged by.
+
+    bench/run verdicts [--references 1 5 25] [--cells grinding …] [--good 20] [--bad 0] [--seed 1]
+
+Prints what was found, whether the right cause came first, and how many good runs "leave".
+``--bad`` is the share of the references that are none.
+"""
+from __future__ import annotations
+
+import argparse
+import time
+from typing import Dict, List, NamedTuple, Sequence
+
+import numpy as np
+from process_cells import CELLS, SIZES, Fault, MadeRun, ProcessCell, faulty_run, good_run
+
+from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns
+
+_REFERENCE_SEED, _FAULT_SEED, _GOOD_SEED, _BAD_SEED = 1_000, 20_000, 40_000, 60_000
+
+
+class Tried(NamedTuple):
+    """What came of a faulty run: whether anything left, the right thing first, and when [s]."""
+
+    fault: Fault
+    is_found: bool
+    is_first: bool
+    onset_s: float
+    said: str
+
+
+def references(cell: ProcessCell, count: int, bad: float, seed: int) -> List[MadeRun]:
+    """Good runs; of which a share is none."""
+    found = [good_run(cell, _REFERENCE_SEED * seed + number) for number in range(count)]
+    random = np.random.default_rng([seed, count, 3])
+    for number in random.choice(count, int(bad * count), replace=False).tolist():
+        kind = cell.kinds[int(random.integers(len(cell.kinds)))]
+        found[number] = faulty_run(cell, kind, 'large', _BAD_SEED + 100 * seed + number)
+    return found
+
+
+def tried(made: MadeRun, comparison: Comparison) -> Tried:
+    """What a comparison says of a faulty run."""
+    fault, found = made.fault, comparison.departures
+    assert fault is not None
+    if not found:
+        return Tried(fault, False, False, np.nan, '')
+    first = found[0]
+    is_first = first.signal.name.replace(' noise', '').endswith(fault.wanted)
+    onset_s = comparison.run_s(first.onset_s) - fault.begin_s if is_first else np.nan
+    return Tried(fault, True, is_first, onset_s, first.signal.name)
+
+
+def judged(cell: ProcessCell, good: GoodRuns, seed: int) -> List[Tried]:
+    """Each kind and size once."""
+    found = []
+    for number, kind in enumerate(cell.kinds):
+        for place, size in enumerate(SIZES):
+            made = faulty_run(cell, kind, size, _FAULT_SEED * seed + 10 * number + place)
+            found.append(tried(made, good.compare(made.run)))
+    return found
+
+
+def alarms(cell: ProcessCell, good: GoodRuns, count: int, seed: int) -> List[str]:
+    """What good runs are said to leave with, for each that is."""
+    found = [good.compare(good_run(cell, _GOOD_SEED * seed + number).run)
+             for number in range(count)]
+    return [it.departures[0].signal.name for it in found if it.departures]
+
+
+def _counts(names: Sequence[str]) -> str:
+    by_name: Dict[str, int] = {}
+    for name in names:
+        by_name[name] = by_name.get(name, 0) + 1
+    return ', '.join(f'{name} {count}' for name, count in
+                     sorted(by_name.items(), key=lambda it: -it[1])[:6])
+
+
+def _shares(found: Sequence[Tried]) -> str:
+    number = max(len(found), 1)
+    return (f'{sum(it.is_found for it in found)}/{len(found)} '
+            f'({sum(it.is_found for it in found) / number:.0%}) | '
+            f'{sum(it.is_first for it in found)} '
+            f'({sum(it.is_first for it in found) / number:.0%})')
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--references', type=int, nargs='+', default=[1, 5, 25])
+    parser.add_argument('--cells', nargs='+', default=[it.name for it in CELLS])
+    parser.add_argument('--good', type=int, default=20)
+    parser.add_argument('--bad', type=float, default=0.0)
+    parser.add_argument('--seed', type=int, default=1)
+    parser.add_argument('--missed', action='store_true', help='also print what was missed')
+    options = parser.parse_args()
+    print('| references | cell | found, middle and large | right first | small | right first | '
+          'onset p95 | good runs that leave |\n|---|---|---|---|---|---|---|---|')
+    begin_s = time.process_time()
+    for count in options.references:
+        of_all: List[Tried] = []
+        left = 0
+        for cell in CELLS:
+            if cell.name not in options.cells:
+                continue
+            first, *others = references(cell, count, options.bad, options.seed)
+            good = GoodRuns(first.run, [it.run for it in others])
+            found = judged(cell, good, options.seed)
+            false = alarms(cell, good, options.good, options.seed)
+            of_all += found
+            left += len(false)
+            _print(str(count), cell.name, found, f'{len(false)} of {options.good} '
+                                                 f'({_counts(false)})')
+            if options.missed:
+                _print_missed(found)
+        _print(str(count), 'all', of_all, str(left))
+    print(f'took {time.process_time() - begin_s:.0f} s of processor time')
+
+
+def _print(count: str, name: str, found: Sequence[Tried], left: str) -> None:
+    small = [it for it in found if it.fault.size == 'small']
+    larger = [it for it in found if it.fault.size != 'small']
+    onsets = np.abs([it.onset_s for it in larger if np.isfinite(it.onset_s)])
+    p95 = f'{np.percentile(onsets, 95):.2f} s' if len(onsets) else '-'
+    print(f'| {count} | {name} | {_shares(larger)} | {_shares(small)} | {p95} | {left} |',
+          flush=True)
+
+
+def _print_missed(found: Sequence[Tried]) -> None:
+    for it in found:
+        if not it.is_first:
+            print(f'    {it.fault.kind} {it.fault.size}: {it.said or "not found"}')
+        elif abs(it.onset_s) > 0.3:
+            print(f'    {it.fault.kind} {it.fault.size}: onset off by {it.onset_s:+.2f} s')
+
+
+if __name__ == '__main__':
+    main()
