@@ -55,6 +55,7 @@ def test_a_fault_of_the_running_cell_is_told(operator: Operator, bag: str, tmp_p
     operator.wait(lambda: 'over the band' not in operator.text('status'), 'nothing is judged',
                   instead=operator.messages)
     operator.click('launch')
+    operator.click('yes')  # the comparison ends, too
     operator.wait(lambda: operator.text('status') == 'Idle', 'everything has ended')
     assert operator.messages() == '' and operator.text('compare_state').endswith('they run.')
 

@@ -18,6 +18,7 @@ from PyQt5.QtWidgets import (
 from rospy import Time
 
 from process_visualizer.cell.model import Mode
+from process_visualizer.gui.app.after_quit import GRACE_S, AfterQuit
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.settings import Settings
@@ -152,6 +153,119 @@ def test_the_window_is_not_closed_while_a_recording_goes_on_unless_that_is_wante
         (question.button(button) or window.findChild(QAbstractButton, 'yes')).click()
         assert window.isVisible() is is_open
         qtbot.waitUntil(lambda: window.findChild(QMessageBox, 'question') is None)
+
+
+UNSAVED = """<visualizer>
+  <device type="depth_sensor" name="kinect">
+    <base frame="kinect_link" />
+    <topic ns="kinect" name="cloud" type="pointcloud" />
+    <roi frame="kinect_link" xyz="1 0 0" size="1 1 1" />
+  </device>
+</visualizer>
+"""
+
+
+def answer(window: LauncherApp, qtbot: Any, is_yes: bool) -> None:
+    question = window.findChild(QMessageBox, 'question')
+    (window.findChild(QAbstractButton, 'yes') if is_yes else question.button(QMessageBox.Cancel)
+     ).click()
+    qtbot.waitUntil(lambda: window.findChild(QMessageBox, 'question') is None)
+
+
+def test_what_is_not_saved_is_asked_about_when_the_window_closes(
+        window: LauncherApp, qtbot: Any, config: Path) -> None:
+    load(window, qtbot, config, UNSAVED)
+    launcher = window._launcher
+    for model in (launcher.calibration, launcher.region):
+        model.choose('kinect')
+        model.set_value(0, 0.5)
+    window.close()
+    question = window.findChild(QMessageBox, 'question')
+    assert question.text() == ('Not saved: the pose of kinect and the crop box of kinect. '
+                               'Close without saving?')
+    assert question.defaultButton() is question.button(QMessageBox.Cancel)
+    answer(window, qtbot, is_yes=False)
+    assert window.isVisible() and launcher.calibration.pose.xyz[0] == 0.5
+    window.close()
+    answer(window, qtbot, is_yes=True)
+    assert not window.isVisible()
+
+
+class Quitting:
+    """The command to quit, in a window whose nodes run; nothing is started or ended."""
+
+    def __init__(self, window: LauncherApp, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.now_s, self.quits = 100.0, 0
+        self._window = window
+        launcher = window._launcher
+        launcher.launch.running, launcher.launch.phase = launcher.choice(), Phase.RUNNING
+        monkeypatch.setattr(launcher.launch, 'quit', self._note)
+        self.command = AfterQuit(window, launcher, lambda: self.now_s)
+
+    def _note(self) -> None:
+        self.quits += 1
+
+    def wait(self, seconds: float) -> None:
+        self.now_s += seconds
+        self.command.grace.look()
+
+    def question(self) -> str:
+        found = self._window.findChild(QMessageBox, 'question')
+        return '' if found is None else str(found.text())
+
+
+@pytest.fixture
+def quitting(window: LauncherApp, qtbot: Any, config: Path,
+             monkeypatch: pytest.MonkeyPatch) -> Iterator[Quitting]:
+    load(window, qtbot, config, UNSAVED)
+    yield Quitting(window, monkeypatch)
+    window._launcher.launch.running, window._launcher.launch.phase = None, Phase.IDLE
+
+
+def test_quitting_can_be_taken_back_for_some_seconds(quitting: Quitting) -> None:
+    quitting.command.quit()
+    quitting.wait(GRACE_S - 0.5)
+    assert (quitting.quits, quitting.command.grace.left_s) == (0, 1)
+    quitting.command.quit()
+    quitting.wait(10.0)
+    assert (quitting.quits, quitting.command.grace.is_waiting) == (0, False)
+    quitting.command.quit()
+    quitting.wait(GRACE_S + 0.1)
+    assert (quitting.quits, quitting.question()) == (1, '')
+
+
+def test_quitting_asks_where_something_would_be_lost(
+        quitting: Quitting, window: LauncherApp, qtbot: Any,
+        monkeypatch: pytest.MonkeyPatch) -> None:
+    launcher = window._launcher
+    monkeypatch.setattr(type(launcher.live_comparison), 'reference',
+                        property(lambda _: 'seam.bag#3'))
+    quitting.command.quit()
+    assert quitting.question() == (
+        'The running cell is being compared with seam.bag#3. Quit all nodes?')
+    answer(window, qtbot, is_yes=False)
+    quitting.wait(GRACE_S + 0.1)
+    assert quitting.quits == 0
+    monkeypatch.setattr(type(launcher.live_comparison), 'reference', property(lambda _: ''))
+    quitting.command.quit()  # nothing would be lost
+    launcher.region.choose('kinect')
+    launcher.region.set_value(0, 0.5)  # now it would
+    quitting.wait(GRACE_S + 0.1)
+    assert quitting.question() == (
+        'Not saved, but kept in this window: the crop box of kinect. Quit all nodes?')
+    answer(window, qtbot, is_yes=True)
+    assert quitting.quits == 1
+
+
+def test_the_button_says_that_quitting_can_be_undone(window: LauncherApp) -> None:
+    button = window.launch.launch
+    window.launch.show_phase(Phase.RUNNING, True, '')
+    width = button.minimumSizeHint().width()
+    window.launch.show_grace(4)
+    assert button.text() == 'Keep running (quits in 4 s)'
+    window.launch.show_phase(Phase.RUNNING, True, '')
+    window.launch.show_grace(0)
+    assert (button.text(), button.minimumSizeHint().width()) == ('Quit all nodes', width)
 
 
 NEAR = """<visualizer>

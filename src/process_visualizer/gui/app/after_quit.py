@@ -2,27 +2,39 @@
 """The end of all nodes, and what comes then: a recording is played, or the window closes."""
 from __future__ import annotations
 
-from typing import Tuple
+import time
+from typing import Callable, List, Sequence, Tuple
 
 from PyQt5.QtCore import QObject, pyqtSignal
-from PyQt5.QtWidgets import QWidget
+from PyQt5.QtWidgets import QMessageBox, QWidget
 
 from process_visualizer.gui.app.launcher import Launcher
+from process_visualizer.gui.toolkit.delayed_act import DelayedAct
 from process_visualizer.gui.toolkit.questions import ask
+from process_visualizer.gui.toolkit.sentences import listing, sentence
+
+GRACE_S = 5.0
+"""How long the command to quit can be taken back."""
 
 
 class AfterQuit(QObject):
-    """Quits all nodes, asks first if a recording is in progress, and then does what was wanted."""
+    """Quits all nodes, and then does what was wanted.
+
+    It asks first if something would be lost. Otherwise it waits a moment, in which a second click
+    takes the command back.
+    """
 
     close_wanted = pyqtSignal()
     """All nodes have quit: the window may close."""
 
-    def __init__(self, window: QWidget, launcher: Launcher) -> None:
+    def __init__(self, window: QWidget, launcher: Launcher,
+                 clock_s: Callable[[], float] = time.monotonic) -> None:
         super().__init__(window)
         self._window = window
         self._launcher = launcher
         self._is_leaving = False
         self._bags_to_play: Tuple[str, ...] = ()
+        self.grace = DelayedAct(GRACE_S, self._quit_unless_lost, clock_s, self)
         launcher.launch.stopped.connect(self._go_on)
 
     def play(self, paths: Tuple[str, ...]) -> None:
@@ -34,18 +46,21 @@ class AfterQuit(QObject):
             self._launcher.launch.quit()
 
     def quit(self) -> None:
-        """Quit all nodes; the window stays."""
-        if self._launcher.recording.is_recording:
-            ask(self._window, 'A recording is in progress. Finish it and quit all nodes?',
-                'Finish and quit', self._launcher.launch.quit)
+        """Quit all nodes, or do not after all if they are about to be; the window stays."""
+        if self.grace.is_waiting:
+            self.grace.take_back()
+        elif self._at_stake():
+            self._ask_to_quit()
         else:
-            self._launcher.launch.quit()
+            self.grace.begin()
 
     def ask_to_leave(self) -> None:
-        """Leave, after a question if a recording is in progress."""
-        if self._launcher.recording.is_recording and not self._is_leaving:
-            ask(self._window, 'A recording is in progress. Finish it, quit all nodes and close?',
-                'Finish and close', self.leave)
+        """Leave, after a question if something would be lost."""
+        stakes = self._at_stake()
+        if stakes and not self._is_leaving:
+            is_unsaved = bool(self._launcher.unsaved)
+            self._ask(stakes, 'close without saving' if is_unsaved else 'close',
+                      'Close without saving' if is_unsaved else 'close', self.leave)
         else:
             self.leave()
 
@@ -54,13 +69,50 @@ class AfterQuit(QObject):
         if self._is_leaving:
             return
         self._is_leaving = True
+        self.grace.take_back()
         self._launcher.guard.cancel()
         if self._launcher.launch.is_idle:
             self.close_wanted.emit()
         else:
             self._launcher.launch.quit()
 
+    def _quit_unless_lost(self) -> None:
+        """The grace is over; something may have begun meanwhile."""
+        if self._launcher.launch.is_idle:
+            return
+        if self._at_stake():
+            self._ask_to_quit()
+        else:
+            self._launcher.launch.quit()
+
+    def _ask_to_quit(self) -> None:
+        self._ask(self._at_stake('not saved, but kept in this window'), '', 'quit',
+                  self._launcher.launch.quit)
+
+    def _at_stake(self, unsaved: str = 'not saved') -> List[str]:
+        """What would be lost or cut short, a sentence each; a recording is the last."""
+        launcher, found = self._launcher, []
+        if launcher.unsaved:
+            found.append(sentence(f'{unsaved}: {listing(launcher.unsaved)}.'))
+        reference = launcher.live_comparison.reference
+        if reference:
+            found.append(f'The running cell is being compared with {reference}.')
+        if launcher.recording.is_recording:
+            found.append('A recording is in progress.')
+        return found
+
+    def _ask(self, stakes: Sequence[str], last: str, yes: str, action: Callable[[], None]) -> None:
+        is_recording = self._launcher.recording.is_recording
+        acts = ['finish it'] * is_recording + \
+            ['quit all nodes'] * (not self._launcher.launch.is_idle or is_recording) + \
+            [last] * bool(last)
+        question = ask(self._window, f'{" ".join(stakes)} {sentence(listing(acts))}?',
+                       f'Finish and {yes}' if is_recording and yes.islower() else sentence(yes),
+                       action)
+        question.setDefaultButton(QMessageBox.Cancel)
+
     def _go_on(self) -> None:
+        self.grace.take_back()
         if self._is_leaving:
             self.close_wanted.emit()
         elif self._bags_to_play:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import replace
-from typing import List, Optional, Sequence, Tuple
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
@@ -113,6 +113,25 @@ class Launcher(QObject):
         self.launch.close()
         self.master.close()
         self.tasks.close()
+
+    def settings(self) -> Dict[str, Any]:
+        """Return what the operator has ticked, called good and compared, for ``restore``."""
+        return {'unticked': self.cell.unticked, 'compare': self.compare.settings()}
+
+    def restore(self, settings: Mapping[str, Any]) -> None:
+        """Take what was ticked and compared in an earlier session.
+
+        Raises:
+            AttributeError, KeyError, TypeError, ValueError: these are not settings.
+        """
+        self.compare.restore(settings['compare'])
+        self.cell.set_unticked(settings['unticked'])
+
+    @property
+    def unsaved(self) -> List[str]:
+        """What was moved and is in no file."""
+        return [*(f'the pose of {name}' for name in self.calibration.unsaved),
+                *(f'the crop box of {name}' for name in self.region.unsaved)]
 
     def choice(self) -> Choice:
         """The choice that would be launched now."""

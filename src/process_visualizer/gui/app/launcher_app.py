@@ -92,8 +92,8 @@ class LauncherApp(QMainWindow):
                                     lambda: launcher.recording.choices.folder)
         self._drops = DropTarget(self, launcher)
         self._lay_out()
-        self._keys = WindowKeys(self, launcher, self._mark_playback,
-                                self.playback.timeline.zoom_in)
+        self._keys = WindowKeys(self, launcher, self.launch.launch.click,
+                                self._mark_playback, self.playback.timeline.zoom_in)
         self._connect()
         self._show_cell()
         self._show_launch()
@@ -196,6 +196,7 @@ class LauncherApp(QMainWindow):
         self.launch.mode_chosen.connect(launcher.choose_mode)
         self.launch.launch_wanted.connect(launcher.start)
         self.launch.quit_wanted.connect(self._after_quit.quit)
+        self._after_quit.grace.changed.connect(self._show_launch)
         self.launch.apply_wanted.connect(launcher.apply)
         self.launch.rviz.restart_wanted.connect(launcher.view.restart)
         self.launch.rviz.save_wanted.connect(self._save_view)
@@ -245,6 +246,7 @@ class LauncherApp(QMainWindow):
         launcher = self._launcher
         reason = launcher.blocked_reason()
         self.launch.show_phase(launcher.launch.phase, reason == '', reason)
+        self.launch.show_grace(self._after_quit.grace.left_s)
         self._show_mode_choice()
         self.launch.rviz.show_rviz(launcher.view.is_rviz_alive)
         pending = launcher.pending()

@@ -15,6 +15,7 @@ from PyQt5.QtCore import QObject, QSocketNotifier, Qt, pyqtSignal
 from PyQt5.QtWidgets import QApplication
 
 from process_visualizer.cell.model import Mode
+from process_visualizer.gui.app.kept_state import FILE_NAME, KeptState
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.settings import Settings
@@ -50,6 +51,12 @@ def main() -> int:
     signals.received.connect(window.leave)
     keeper = WindowKeeper(window, launcher, settings)
     window.show()
+    kept = KeptState(os.path.join(settings.folder, FILE_NAME), launcher.tasks, launcher.restore,
+                     launcher.settings, launcher)
+    kept.failed.connect(launcher.failed)
+    kept.restore()
+    for model in (launcher.cell, launcher.compare):
+        model.changed.connect(kept.write)
     _begin(launcher, settings, options, arguments)
     if not options.config and not _last_configuration(settings):
         window.new.offer()

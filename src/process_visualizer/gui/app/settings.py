@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from typing import Any, Optional
 
 from PyQt5.QtCore import QSettings
@@ -13,6 +14,11 @@ class Settings:
 
     def __init__(self, settings: Optional[QSettings] = None) -> None:
         self._settings = settings or QSettings('process_visualizer', 'launcher')
+
+    @property
+    def folder(self) -> str:
+        """The folder of the file."""
+        return os.path.dirname(self._settings.fileName())
 
     def value(self, name: str, default: Any = None) -> Any:
         """Return what was stored under a name, of the type in which it was stored."""

@@ -79,10 +79,11 @@ def replay_keys(replay: ReplayModel) -> List[Shortcut]:
     return [Shortcut('Esc', 'back to live', replay.leave), *_transport_keys(replay.playback)]
 
 
-def general_keys(launcher: Launcher, show_help: Callable[[], None]) -> List[Shortcut]:
+def general_keys(launcher: Launcher, launch_or_quit: Callable[[], None],
+                 show_help: Callable[[], None]) -> List[Shortcut]:
     """Return the keys that always work."""
     return [
-        Shortcut('Ctrl+L', 'launch or quit all nodes', lambda: _launch_or_quit(launcher)),
+        Shortcut('Ctrl+L', 'launch or quit all nodes', launch_or_quit),
         Shortcut('F5', 'read the configuration again', launcher.cell.reload),
         Shortcut('?', 'show these keys', show_help),
     ]
@@ -140,10 +141,3 @@ def _unless_writing(action: Callable[[], None]) -> Callable[[], None]:
         if not isinstance(QApplication.focusWidget(), (QLineEdit, QAbstractSpinBox)):
             action()
     return act
-
-
-def _launch_or_quit(launcher: Launcher) -> None:
-    if launcher.launch.is_idle:
-        launcher.start()
-    else:
-        launcher.launch.quit()

@@ -24,15 +24,15 @@ from process_visualizer.gui.views.parts.keys_dialog import KeysDialog
 class WindowKeys:
     """Binds the keys of a window."""
 
-    def __init__(self, window: QWidget, launcher: Launcher, add_mark: Callable[[], None],
-                 zoom_in: Callable[[float], None]) -> None:
+    def __init__(self, window: QWidget, launcher: Launcher, launch_or_quit: Callable[[], None],
+                 add_mark: Callable[[], None], zoom_in: Callable[[float], None]) -> None:
         """``add_mark`` and ``zoom_in`` are of playback (``playback_keys``)."""
         self._window = window
         self._launcher = launcher
         playback = playback_keys(launcher.playback, add_mark, zoom_in)
         recording = recording_keys(launcher.recording)
         replay = replay_keys(launcher.replay)
-        general = general_keys(launcher, self.show)
+        general = general_keys(launcher, launch_or_quit, self.show)
         self._groups = {'Playback': playback, 'Recording': recording, 'Replay': replay[:1],
                         'Always': general}
         self._playback: List[QShortcut] = bind(window, playback)

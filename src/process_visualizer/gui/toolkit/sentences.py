@@ -2,8 +2,16 @@
 """How the window writes what parts of the program have said."""
 from __future__ import annotations
 
+from typing import Sequence
+
 
 def sentence(text: str) -> str:
     """Return a text as a sentence begins: with a capital letter, but for names and paths."""
     first = text.partition(' ')[0]
     return text[:1].upper() + text[1:] if first.isalpha() and first.islower() else text
+
+
+def listing(words: Sequence[str]) -> str:
+    """Return words as a list in a sentence: one, two and three."""
+    *first, last = words
+    return f'{", ".join(first)} and {last}' if first else last

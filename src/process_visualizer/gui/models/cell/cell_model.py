@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Dict, Mapping, NamedTuple, Optional, Set, Tuple
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
@@ -40,7 +40,7 @@ class CellModel(QObject):
         super().__init__(parent)
         self._tasks = tasks
         self._arguments: Dict[str, str] = {}
-        self._unticked: Set[str] = set()
+        self._unticked: Dict[str, Set[str]] = {}  # by configuration
         self.files = FileWatch(tasks, self)
         self.path = ''
         self.cell: Optional[Cell] = None
@@ -65,19 +65,20 @@ class CellModel(QObject):
 
     def is_ticked(self, name: str) -> bool:
         """Whether a device is chosen; those of a new configuration all are."""
-        return name not in self._unticked
+        return name not in self._unticked.get(self._file, ())
 
     def tick(self, name: str, ticked: bool) -> None:
         """Choose a device, or leave it out."""
         if ticked == self.is_ticked(name):
             return
-        (self._unticked.discard if ticked else self._unticked.add)(name)
+        unticked = self._unticked.setdefault(self._file, set())
+        (unticked.discard if ticked else unticked.add)(name)
         self.changed.emit()
 
     def tick_only(self, names: Set[str]) -> None:
         """Choose these devices only."""
         if self.cell is not None:
-            self._unticked = {device.name for device in self.cell.devices} - names
+            self._unticked[self._file] = {it.name for it in self.cell.devices} - names
             self.changed.emit()
 
     def set_mode(self, mode: Mode) -> None:
@@ -109,6 +110,21 @@ class CellModel(QObject):
     def source(self) -> Dict[str, Any]:
         """The path and the arguments, for the settings."""
         return {'path': self.path, 'arguments': self._arguments}
+
+    @property
+    def unticked(self) -> Dict[str, List[str]]:
+        """The devices that are left out, by configuration."""
+        return {path: sorted(names) for path, names in self._unticked.items() if names}
+
+    def set_unticked(self, unticked: Mapping[str, Sequence[str]]) -> None:
+        """Take what ``unticked`` was."""
+        self._unticked = {path: set(names) for path, names in unticked.items()}
+        self.changed.emit()
+
+    @property
+    def _file(self) -> str:
+        """The configuration whose devices are shown."""
+        return self.path if self.cell is None else self.cell.file
 
     def _take(self, loaded: _Loaded) -> None:
         if loaded.path != self.path:  # another file was opened in the meantime

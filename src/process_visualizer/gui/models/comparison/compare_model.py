@@ -2,7 +2,7 @@
 """The runs of recordings, which of them are good, and how the others differ from those."""
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, FrozenSet, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, FrozenSet, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
@@ -10,6 +10,11 @@ from process_visualizer.bags.bag_errors import BagError
 from process_visualizer.cell.errors import ConfigurationError
 from process_visualizer.cell.model import Cell
 from process_visualizer.curves.samples import ReadingCancelled
+from process_visualizer.gui.models.comparison.kept_comparison import (
+    KeptComparison,
+    RunKey,
+    kept_comparison,
+)
 from process_visualizer.gui.toolkit.progress import Progress
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.runs.alignment.anchors import Anchor, with_anchor
@@ -23,6 +28,7 @@ from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
 from process_visualizer.runs.run import Run
 
 LINE = 'comparison'
+_MOST_KEPT = 50
 
 
 class ListedRun(NamedTuple):
@@ -30,6 +36,11 @@ class ListedRun(NamedTuple):
 
     path: str
     run: Run
+
+    @property
+    def key(self) -> RunKey:
+        """What makes it the same run when its recording is read again."""
+        return self.path, self.run.name
 
 
 class Compared(NamedTuple):
@@ -57,6 +68,10 @@ class CompareModel(QObject):
         self._anchors: Dict[int, Tuple[Anchor, ...]] = {}
         self._work: Optional[Progress] = None
         self._activity = ''
+        self._kept: Dict[Tuple[str, ...], KeptComparison] = {}  # by recording
+        self._last: Tuple[str, ...] = ()  # recording of the last session
+        self._waiting: Optional[KeptComparison] = None  # for the configuration
+        self._again: Optional[KeptComparison] = None  # is being read
 
     @property
     def recording(self) -> Tuple[str, ...]:
@@ -119,14 +134,36 @@ class CompareModel(QObject):
     def set_cell(self, cell: Optional[Cell]) -> None:
         """Take the configuration by which recordings are read."""
         self._cell = cell
+        self._compare_again(self._waiting)
 
     def set_recording(self, paths: Sequence[str]) -> None:
-        """Take another recording; what was found in the last one is forgotten."""
+        """Take another recording; one that was compared before is compared again."""
         if tuple(paths) != self._recording:
             self._stop()
+            self._kept = self._with_present()
             self._recording, self._added, self._runs = tuple(paths), (), ()
             self._good, self._compared, self._anchors = frozenset(), None, {}
+            self._compare_again(self._kept.get(self._recording))
             self.changed.emit()
+
+    def settings(self) -> Dict[str, Any]:
+        """Return what ``restore`` needs, as numbers, texts, lists and dictionaries."""
+        newest = list(self._with_present().values())[-_MOST_KEPT:]
+        last = self._recording if self._recording or self._runs else self._last
+        return {'comparisons': [it.settings() for it in newest], 'last': list(last)}
+
+    def restore(self, settings: Mapping[str, Any]) -> None:
+        """Take what was compared in an earlier session; the last one is compared again.
+
+        Raises:
+            KeyError, TypeError, ValueError: these are not settings.
+        """
+        found = [kept_comparison(it) for it in settings['comparisons']]
+        self._kept = {it.recording: it for it in found}
+        self._last = tuple(settings['last'])
+        last = self._kept.get(self._last)
+        if last is not None and not self._recording:
+            self._compare_again(last.without_recording())
 
     def add(self, path: str) -> None:
         """Find the runs of a further recording too."""
@@ -144,7 +181,9 @@ class CompareModel(QObject):
             return tuple(ListedRun(run.recording[0], run) for run in runs)
 
         if recording or added:
-            self._begin('Reading the recordings…', found, self._take_runs)
+            again, self._again = self._again, None
+            self._begin('Reading the recordings…', found,
+                        lambda runs: self._take_runs(runs, again or KeptComparison()))
 
     def set_good(self, number: int, is_good: bool) -> None:
         """Call a run good, or not."""
@@ -156,11 +195,14 @@ class CompareModel(QObject):
     def compare(self) -> None:
         """Compare all runs with the good ones, the first of which is the reference."""
         runs, good = [it.run for it in self._runs], sorted(self._good)
+        anchors = dict(self._anchors)
 
         def compared(progress: Progress) -> Compared:
             reference, *others = [runs[number] for number in good]
             band = GoodRuns(reference, others)
-            return Compared(band, tuple(_comparison(band, run, progress) for run in runs))
+            return Compared(band, tuple(
+                _comparison(band, run, anchors.get(number, ()), progress)
+                for number, run in enumerate(runs)))
 
         if good:
             self._begin(f'Comparing {len(runs)} runs…', compared, self._take_compared)
@@ -218,8 +260,32 @@ class CompareModel(QObject):
             take(result)
             self.changed.emit()
 
-    def _take_runs(self, runs: Tuple[ListedRun, ...]) -> None:
-        self._runs, self._good, self._compared, self._anchors = runs, frozenset(), None, {}
+    def _take_runs(self, runs: Tuple[ListedRun, ...], kept: KeptComparison) -> None:
+        self._runs, self._compared = runs, None
+        self._good = frozenset(row for row, it in enumerate(runs) if it.key in kept.good)
+        self._anchors = {row: kept.anchors[it.key] for row, it in enumerate(runs)
+                         if it.key in kept.anchors}
+        if kept.is_compared:
+            self.compare()
+
+    def _compare_again(self, kept: Optional[KeptComparison]) -> None:
+        """Do again what was done with these recordings, once the configuration is known."""
+        self._waiting = kept if self._cell is None else None
+        if kept is not None and self._cell is not None:
+            self._added, self._again = kept.added, kept
+            self.find_runs()
+
+    def _with_present(self) -> Dict[Tuple[str, ...], KeptComparison]:
+        """What is kept, with what is shown now as the newest."""
+        if not self._runs:
+            return self._kept
+        kept = {key: it for key, it in self._kept.items() if key != self._recording}
+        if self._good:
+            kept[self._recording] = KeptComparison(
+                self._recording, self._added, frozenset(self._runs[row].key for row in self._good),
+                {self._runs[row].key: it for row, it in self._anchors.items() if it},
+                self._compared is not None or bool(self._activity))
+        return kept
 
     def _take_compared(self, compared: Compared) -> None:
         self._compared = compared
@@ -229,13 +295,16 @@ class CompareModel(QObject):
             return
         self._work, self._activity = None, ''
         self._added = self._added[:-1]  # the last one may be what cannot be read
+        self._kept.pop(self._recording, None)
+        self._last = ()
         self.changed.emit()
         if not isinstance(error, (BagError, ConfigurationError, ValueError, OSError)):
             raise error
         self.failed.emit(f'The runs cannot be compared: {error}')
 
 
-def _comparison(good: GoodRuns, run: Run, progress: Progress) -> Optional[Comparison]:
+def _comparison(good: GoodRuns, run: Run, anchors: Sequence[Anchor],
+                progress: Progress) -> Optional[Comparison]:
     if progress.is_cancelled():
         raise ReadingCancelled
-    return None if incomparable(good.reference, run) else good.compare(run)
+    return None if incomparable(good.reference, run) else good.compare(run, anchors)

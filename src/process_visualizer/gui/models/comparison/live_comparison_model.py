@@ -68,6 +68,11 @@ class LiveComparisonModel(QObject):
                 for it in self._departures]
 
     @property
+    def reference(self) -> str:
+        """The run that the running cell is compared with; empty while it is not."""
+        return self._comparison.name if self._comparison and self._live.is_running else ''
+
+    @property
     def text(self) -> str:
         """What there is to say; empty while nothing is compared."""
         comparison, phase = self._comparison, self._phase

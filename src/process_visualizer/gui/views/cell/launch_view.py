@@ -84,6 +84,12 @@ class LaunchView(QWidget):
         set_primary(self.launch, phase is Phase.IDLE)
         self.view.setVisible(phase is Phase.RUNNING)
 
+    def show_grace(self, left_s: int) -> None:
+        """Say that all nodes are about to be quit, and for how many seconds that can be undone."""
+        if left_s:
+            self.launch.setText(f'Keep running (quits in {left_s} s)')
+            self.launch.setToolTip('Do not quit after all')
+
     def show_mode_choice(self, is_settled: bool, is_recording: bool) -> None:
         """Let the mode be chosen, unless something is being launched, quit or recorded."""
         for button in self._modes.buttons():

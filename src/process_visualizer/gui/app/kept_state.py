@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the operator has ticked, called good and compared, in a file that outlives the program."""
+from __future__ import annotations
+
+import json
+import os
+from typing import Any, Callable, Dict, Mapping
+
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from process_visualizer.gui.toolkit.tasks import Tasks
+
+FILE_NAME = 'session.json'
+_DAMAGED = (KeyError, TypeError, ValueError, AttributeError)
+Values = Dict[str, Any]
+
+
+class KeptState(QObject):
+    """Writes the file whenever something has changed, so that nothing is lost by a crash either.
+
+    A file that cannot be read is told and put aside; the session begins without it.
+    """
+
+    failed = pyqtSignal(str)
+
+    def __init__(self, path: str, tasks: Tasks, restore: Callable[[Mapping[str, Any]], None],
+                 values: Callable[[], Values], parent: QObject) -> None:
+        """``restore`` takes what ``values`` returned before: numbers, texts, lists, tables."""
+        super().__init__(parent)
+        self._path, self._tasks = path, tasks
+        self._restore, self._values = restore, values
+        self._written: Values = {}
+
+    def restore(self) -> None:
+        """Take what is in the file, if there is one; blocks."""
+        try:
+            with open(self._path, encoding='utf-8') as file:
+                found = json.load(file)
+            self._restore(found)
+            self._written = self._values()
+        except FileNotFoundError:
+            return
+        except OSError as error:
+            self.failed.emit(f'What was ticked and compared in the last session cannot be read: '
+                             f'{self._path}: {error.strerror}')
+        except _DAMAGED:
+            self._put_aside()
+
+    def write(self) -> None:
+        """Write what has changed, in the background."""
+        values = self._values()
+        if values != self._written:
+            self._written = values
+            self._tasks.run('session', lambda: _write(self._path, values), None, self._tell)
+
+    def _put_aside(self) -> None:
+        aside = f'{self._path}.damaged'
+        try:
+            os.replace(self._path, aside)
+            where = f'It was moved to {aside}.'
+        except OSError as error:
+            where = f'It stays there: {error.strerror}.'
+        self.failed.emit('What was ticked and compared in the last session is not shown: '
+                         f'{self._path} is damaged. {where} All devices are ticked')
+
+    def _tell(self, error: Exception) -> None:
+        if not isinstance(error, OSError):
+            raise error
+        self.failed.emit('What is ticked and compared cannot be kept for the next session: '
+                         f'{self._path}: {error.strerror}')
+
+
+def _write(path: str, values: Values) -> None:
+    """Write the file at once or not at all."""
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    beside = f'{path}.new'
+    with open(beside, 'w', encoding='utf-8') as file:
+        json.dump(values, file, indent=1)
+        file.flush()
+        os.fsync(file.fileno())
+    os.replace(beside, path)

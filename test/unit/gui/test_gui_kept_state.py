@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the operator ticked and compared is there again after a restart."""
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, Dict, List, Mapping
+
+import pytest
+from cycle_bags import write_bag
+from held_tasks import HeldTasks
+from PyQt5.QtCore import QObject
+
+from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.gui.app.kept_state import KeptState
+from process_visualizer.gui.models.cell.cell_model import CellModel
+from process_visualizer.gui.models.comparison.compare_model import CompareModel
+
+
+class Session:
+    """A program that keeps one table."""
+
+    def __init__(self, path: Path) -> None:
+        self.tasks = HeldTasks()
+        self.values: Dict[str, Any] = {}
+        self.told: List[str] = []
+        self._parent = QObject()
+        self.kept = KeptState(str(path), self.tasks,  # type: ignore[arg-type]
+                              self._restore, lambda: dict(self.values), self._parent)
+        self.kept.failed.connect(self.told.append)
+        self.kept.restore()
+
+    def _restore(self, values: Mapping[str, Any]) -> None:
+        self.values = {'ticked': [str(it) for it in values['ticked']]}
+
+    def tick(self, *names: str) -> None:
+        self.values = {'ticked': list(names)}
+        self.kept.write()
+        self.tasks.end_all()
+
+
+def test_the_next_session_has_what_this_one_kept(tmp_path: Path) -> None:
+    path = tmp_path / 'settings' / 'session.json'
+    Session(path).tick('arm', 'oven')
+    later = Session(path)
+    assert (later.values, later.told) == ({'ticked': ['arm', 'oven']}, [])
+
+
+def test_nothing_is_written_while_nothing_changes(tmp_path: Path) -> None:
+    path = tmp_path / 'session.json'
+    Session(path).tick('arm')
+    session = Session(path)
+    session.kept.write()
+    assert session.tasks.held == []
+
+
+@pytest.mark.parametrize('content', ['{"ticked": ["ar', '[1, 2]', '{"ticked": 5}', '{}'])
+def test_a_damaged_file_is_told_and_put_aside(tmp_path: Path, content: str) -> None:
+    path = tmp_path / 'session.json'
+    path.write_text(content)
+    session = Session(path)
+    [told] = session.told
+    assert f'{path} is damaged. It was moved to {path}.damaged.' in told
+    assert Path(f'{path}.damaged').read_text() == content
+    session.tick('arm')
+    assert json.loads(path.read_text()) == {'ticked': ['arm']}
+
+
+def test_a_file_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+    (tmp_path / 'file').write_text('')
+    session = Session(tmp_path / 'session.json')
+    session.kept._path = str(tmp_path / 'file' / 'session.json')
+    session.tick('arm')
+    assert 'cannot be kept for the next session' in session.told[0]
+
+
+def test_ticks_are_those_of_their_configuration(qtbot: Any, tmp_path: Path) -> None:
+    devices = '<visualizer><device type="other" name="oven"/><device type="other" name="saw"/>'
+    one, other = tmp_path / 'one.xml', tmp_path / 'other.xml'
+    for path in (one, other):
+        path.write_text(f'{devices}</visualizer>')
+
+    def opened(tasks: HeldTasks, model: CellModel, path: Path) -> List[str]:
+        model.open(str(path))
+        tasks.end_all()
+        return [device.name for device in model.chosen]
+
+    first_tasks, tasks = HeldTasks(), HeldTasks()
+    first = CellModel(first_tasks)  # type: ignore[arg-type]
+    opened(first_tasks, first, one)
+    first.tick('oven', False)
+    model = CellModel(tasks)  # type: ignore[arg-type]
+    model.set_unticked(json.loads(json.dumps(first.unticked)))
+    assert opened(tasks, model, one) == ['saw']
+    assert opened(tasks, model, other) == ['oven', 'saw']
+
+
+class Comparing:
+    """A model on a bag of four cycles, of which the third is poor."""
+
+    def __init__(self, folder: Path) -> None:
+        self.tasks = HeldTasks()
+        self.model = CompareModel(self.tasks)  # type: ignore[arg-type]
+        self.told: List[str] = []
+        self.model.failed.connect(self.told.append)
+        self.cell = XmlParser().parse(str(folder / 'cell.xml'))
+
+    def verdicts(self) -> List[bool]:
+        assert self.model.compared is not None
+        return [it is not None and not it.departures for it in self.model.compared.comparisons]
+
+
+@pytest.fixture
+def bag(tmp_path: Path) -> str:
+    return str(write_bag(tmp_path, cycles=4, poor=2))
+
+
+def compared(bag: str) -> Comparing:
+    session = Comparing(Path(bag).parent)
+    session.model.set_cell(session.cell)
+    session.model.set_recording([bag])
+    session.model.find_runs()
+    session.tasks.end_all()
+    for row in (0, 1):
+        session.model.set_good(row, True)
+    session.model.compare()
+    session.tasks.end_all()
+    return session
+
+
+def restarted(session: Comparing, bag: str) -> Comparing:
+    later = Comparing(Path(bag).parent)
+    later.model.restore(json.loads(json.dumps(session.model.settings())))
+    return later
+
+
+def test_good_runs_and_verdicts_come_back_with_their_recording(qtbot: Any, bag: str) -> None:
+    before = compared(bag)
+    later = restarted(before, bag)
+    later.model.set_recording([bag])
+    assert later.tasks.held == []  # the configuration is not known yet
+    later.model.set_cell(later.cell)
+    later.tasks.end_all()
+    assert later.model.good == {0, 1}
+    assert later.verdicts() == before.verdicts() == [True, True, False, True]
+
+
+def test_the_running_cell_is_compared_with_the_same_runs_as_before(qtbot: Any, bag: str) -> None:
+    """In real-time mode no recording is open."""
+    later = restarted(compared(bag), bag)
+    later.model.set_cell(later.cell)
+    later.tasks.end_all()
+    assert later.model.paths == (bag,)
+    assert later.model.good == {0, 1} and later.model.compared is not None
+    last = restarted(later, bag)
+    last.model.set_cell(last.cell)
+    last.tasks.end_all()
+    assert last.model.good == {0, 1}
+
+
+def test_what_was_dragged_together_counts_again(qtbot: Any, bag: str) -> None:
+    before = compared(bag)
+    moment = next(it for it in before.model.moments if it.run == 3)
+    before.model.anchor(moment, moment.position_s + 0.5)
+    before.tasks.end_all()
+    later = restarted(before, bag)
+    later.model.set_cell(later.cell)
+    later.model.set_recording([bag])
+    later.tasks.end_all()
+    assert later.model.anchors(3) == before.model.anchors(3) != ()
+    assert later.verdicts() == before.verdicts()
+
+
+def test_a_reference_that_is_gone_is_told_once(qtbot: Any, bag: str) -> None:
+    before = compared(bag)
+    Path(bag).unlink()
+    later = restarted(before, bag)
+    later.model.set_cell(later.cell)
+    later.tasks.end_all()
+    assert len(later.told) == 1 and bag in later.told[0]
+    last = restarted(later, bag)
+    last.model.set_cell(last.cell)
+    assert last.tasks.held == []
