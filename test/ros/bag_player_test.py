@@ -115,6 +115,7 @@ class BagPlayerTest(unittest.TestCase):
         self.assertIn('loop from 0.200 to 0.400', client.set_loop(True, 0.2, 0.4))
         client.seek(0.2)
         segment = client.wait_for(lambda it: it.position == 0.2, TIMEOUT_S).segment
+        listener.wait_for(lambda: numbers(listener)[-1:] == [0.2], 'the begin of the loop')
         listener.clear()
         client.play()
         self.assertIsNotNone(client.wait_for(lambda it: it.segment >= segment + 2, TIMEOUT_S))

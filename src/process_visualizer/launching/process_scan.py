@@ -11,7 +11,9 @@ from typing import Callable, List, Optional
 RUN_VARIABLE = 'PROCESS_VISUALIZER_RUN'
 _TERM_TIMEOUT_S = 3.0
 _CHECK_PERIOD_S = 0.05
-_EXEC_S = 0.02  # in which a process has begun to be another program
+_EXEC_S = 5.0  # in which a process becomes another program, also on a computer that is too busy
+_EXEC_PERIOD_S = 0.002
+_ENVIRONMENT = slice(47, 49)  # where it begins and ends in memory, in the fields of `_stat`
 _LINUX = ('0', '2')  # the parents of kernel threads, which are not programs
 
 
@@ -25,16 +27,19 @@ def processes_of_run(run_id: str) -> List[int]:
 def _environment(pid: int) -> bytes:
     """The environment of a process; empty if it has ended, or belongs to another user or Linux.
 
-    While a process executes another program it has none for a moment.
+    While a process executes another program it has none: nothing can be read, though the kernel says
+    that it is not empty, or not yet where it is.
     """
     deadline = time.monotonic() + _EXEC_S
     try:
         while True:
-            state, parent = _stat(pid)[:2]
+            fields = _stat(pid)
+            state, parent, (begin, end) = fields[0], fields[1], fields[_ENVIRONMENT]
             found = Path(f'/proc/{pid}/environ').read_bytes()
-            if found or state == 'Z' or parent in _LINUX or time.monotonic() > deadline:
+            is_empty = begin == end != '0' or state == 'Z' or parent in _LINUX
+            if found or is_empty or time.monotonic() > deadline:
                 return b'' if state == 'Z' else found
-            time.sleep(_EXEC_S / 10)
+            time.sleep(_EXEC_PERIOD_S)
     except (OSError, IndexError):
         return b''
 
