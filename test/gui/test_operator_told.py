@@ -172,7 +172,7 @@ def the_tool_is_learned_and_written(operator: Operator, config: Path) -> None:
         'The poses of arm on /arm/pose are those of the frame panda_link7, 0.107 m from the frame '
         'panda_hand that is shown. Write <tool frame="panda_link7" /> into cell.xml?')
     operator.click('tool_write')
-    operator.wait(lambda: operator.widget('apply').isVisible(), 'it can be applied')
+    operator.wait(lambda: operator.widget('apply').isEnabled(), 'it can be applied')
     assert not operator.widget('tool').isVisible()
     assert config.read_text() == CELL.replace(
         'name="arm">\n', 'name="arm">\n    <tool frame="panda_link7" />\n')

@@ -134,7 +134,7 @@ def test_a_moment_is_dragged_and_the_alignment_reset(stand: Stand) -> None:
     stand.tick(0, 1)
     stand.compare()
     stand.panel.runs.setCurrentItem(stand.panel.runs.topLevelItem(3))
-    assert stand.panel.reset.isHidden()
+    assert not stand.panel.reset.isEnabled()
     moment = next(it for it in stand.model.moments if it.run == 3 and it.label == 'stops')
     stand.model.anchor(moment, moment.position_s + 1.0)
     stand.tasks.end_all()
@@ -144,11 +144,11 @@ def test_a_moment_is_dragged_and_the_alignment_reset(stand: Stand) -> None:
         moment.position_s + 1.0 - found.comparisons[3].run.begin_s, abs=1e-3)
     assert column(stand.panel.runs, 2)[3] != 'within the band'
     assert stand.panel.runs.currentItem() is stand.panel.runs.topLevelItem(3)
-    assert not stand.panel.reset.isHidden()
+    assert stand.panel.reset.isEnabled()
     stand.panel.reset.click()
     stand.tasks.end_all()
     assert column(stand.panel.runs, 2)[3] == 'within the band'
-    assert stand.panel.reset.isHidden()
+    assert not stand.panel.reset.isEnabled()
     assert {it.kind for it in stand.model.moments} == {MomentKind.EVENT, MomentKind.DEPARTURE}
 
 
@@ -159,7 +159,7 @@ def test_the_ghost_is_shown_while_the_player_runs(stand: Stand) -> None:
     assert stand.ghosts == []
     stand.compare()
     assert len(stand.ghosts) == 1
-    assert not stand.panel.ghost.isHidden() and stand.panel.ghost.isChecked()
+    assert stand.panel.ghost.isEnabled() and stand.panel.ghost.isChecked()
     stand.panel.ghost.click()
     stand.tasks.end_all()
     assert stand.ghosts[1:] == [()]
@@ -357,11 +357,11 @@ def test_what_cannot_be_read_is_told_and_forgotten(stand: Stand, tmp_path: Path)
 def test_what_is_cancelled_comes_to_nothing(stand: Stand) -> None:
     stand.model.set_recording([stand.path])
     stand.panel.find.click()
-    assert stand.panel.cancel.isVisible()
+    assert stand.panel.cancel.isEnabled()
     stand.panel.cancel.click()
     stand.tasks.end_all()
     assert stand.model.runs == () and stand.failures == []
-    assert not stand.panel.cancel.isVisible()
+    assert not stand.panel.cancel.isEnabled()
 
 
 def test_another_recording_forgets_the_last_ones_runs(stand: Stand, tmp_path: Path) -> None:

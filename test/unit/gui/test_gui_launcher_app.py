@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Iterator, List, Tuple
 
 import pytest
-from PyQt5.QtCore import QSettings
+from PyQt5.QtCore import QPoint, QRect, QSettings, QSize
 from PyQt5.QtWidgets import (
     QAbstractButton,
     QApplication,
@@ -14,6 +14,7 @@ from PyQt5.QtWidgets import (
     QMessageBox,
     QPlainTextEdit,
     QPushButton,
+    QStackedWidget,
 )
 from rospy import Time
 
@@ -24,8 +25,7 @@ from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.models.cell.launch_model import Phase
 from process_visualizer.gui.views.cell.alarm_strip import AlarmChip
-from process_visualizer.gui.views.parts.column_scroll import ColumnScroll
-from process_visualizer.gui.views.parts.current_page import CurrentPage
+from process_visualizer.gui.views.parts.text_place import TextPlace
 from process_visualizer.health.device_state import Level
 from process_visualizer.health.near_objects import HOLD_S
 from process_visualizer.health.object_spans import times
@@ -51,7 +51,10 @@ def window(qtbot: Any, config: Path) -> Iterator[LauncherApp]:
     launcher = Launcher()
     app = LauncherApp(launcher, Settings(QSettings(str(config.parent / 'settings'),
                                                    QSettings.IniFormat)))
-    qtbot.addWidget(app)
+    below = QStackedWidget()  # as WindowKeeper does it
+    below.addWidget(app.playback.below)
+    for widget in (app, below):
+        qtbot.addWidget(widget)
     app.show()
     yield app
     launcher.close()
@@ -61,6 +64,12 @@ def load(window: LauncherApp, qtbot: Any, path: Path, content: str) -> None:
     path.write_text(content)
     with qtbot.waitSignal(window._launcher.cell.loaded):
         window._launcher.cell.open(str(path))
+
+
+def settle() -> None:
+    """Let each layout follow the one inside it."""
+    for _ in range(5):
+        QApplication.processEvents()
 
 
 def note(window: LauncherApp) -> str:
@@ -74,7 +83,7 @@ def test_problems_and_devices_fit_on_a_small_screen(window: LauncherApp, qtbot: 
     load(window, qtbot, config, VALID)
     load(window, qtbot, config, BROKEN)
     assert 'Keeping the last valid configuration' in note(window)
-    column = window.findChild(ColumnScroll).widget()
+    column = window.centralWidget().widget()
     assert column.minimumSizeHint().height() <= SMALLEST_SCREEN_PX
     assert column.minimumSizeHint().width() <= LEAST_LAUNCHER_PX - SCROLL_BAR_PX
 
@@ -84,33 +93,59 @@ def test_nothing_is_scrolled_to_before_everything_has_given_way(window: Launcher
     load(window, qtbot, config, VALID)
     window._launcher.cell.set_mode(Mode.PLAYBACK)
     window.launch.status.setText('In playback mode.\nA warning\nof two lines')
-    area = window.findChild(ColumnScroll)
-    QApplication.processEvents()
+    area = window.centralWidget()
+    settle()
     least = area.widget().minimumSizeHint().height()
     for height, is_scrolled in ((least + 20, False), (least - 60, True)):
-        window.resize(460, height)
-        QApplication.processEvents()
+        window.resize(470, height + window.statusBar().height())
+        settle()
         assert (area.verticalScrollBar().maximum() > 0) is is_scrolled
 
 
-def test_a_page_that_is_not_shown_needs_no_height(qtbot: Any) -> None:
-    pages = CurrentPage()
-    qtbot.addWidget(pages)
-    for height in (50, 300):
-        page = QLabel()
-        page.setMinimumSize(height, height)
-        pages.addWidget(page)
-    assert (pages.minimumSizeHint().width(), pages.minimumSizeHint().height()) == (300, 50)
-    pages.setCurrentIndex(1)
-    assert pages.minimumSizeHint().height() == 300
+def test_no_button_moves_whatever_is_told(window: LauncherApp, qtbot: Any, config: Path) -> None:
+    load(window, qtbot, config, VALID)
+    launcher, launch = window._launcher, window.launch
+    window.resize(window.minimumSizeHint().width(), SMALLEST_SCREEN_PX)
+    still = (launch.realtime, launch.apply, launch.launch, launch.view, window.panels.tabBar(),
+             window.devices)
+
+    def places() -> List[QRect]:
+        settle()
+        return [QRect(it.mapTo(window, QPoint()), it.size()) for it in still[:-1]] + [
+            QRect(still[-1].mapTo(window, QPoint()), QSize(still[-1].width(), 0))]
+
+    before = places()
+    launcher.launch.running, launcher.launch.phase = launcher.choice(), Phase.RUNNING
+    launcher.launch.changed.emit()
+    for device in launcher.cell.devices[:7]:
+        launcher.cell.tick(device.name, False)
+    assert launch.apply.text().endswith('oven_6') and places() == before
+    launch.show_status('In real-time mode.\n' + 'A warning that goes on and on. ' * 20)
+    assert places() == before
+    for notice in (window.mixture, window.tool, window.made):
+        notice._text.setText('Something that takes many words to tell. ' * 5)
+        notice.show()
+    window.devices.topLevelItem(0).setExpanded(True)
+    window._questions.show_briefly('The disk is full')
+    assert places() == before
+    for page in range(window.panels.count()):
+        window.panels.setCurrentIndex(page)
+        assert places() == before
+    launcher.cell.set_mode(Mode.PLAYBACK)
+    assert places() == before
+    launcher.launch.running, launcher.launch.phase = None, Phase.IDLE
+    launcher.launch.changed.emit()
+    assert places() == before
 
 
-def test_only_the_page_that_is_shown_needs_room(window: LauncherApp) -> None:
-    first = window.panels.minimumSizeHint().height()
-    window.panels.setCurrentWidget(window.calibration)
-    second = window.panels.minimumSizeHint().height()
-    assert first != second
-    assert second >= window.calibration.minimumSizeHint().height()
+def test_a_status_that_does_not_fit_is_scrolled_to(window: LauncherApp) -> None:
+    place = window.launch.findChild(TextPlace)
+    window.launch.show_status('\n'.join(map(str, range(9))))
+    settle()
+    assert place.verticalScrollBar().maximum() > 0
+    window.launch.show_status('Idle')
+    settle()
+    assert place.verticalScrollBar().maximum() == 0
 
 
 def test_which_devices_are_in_force(window: LauncherApp, qtbot: Any, config: Path) -> None:

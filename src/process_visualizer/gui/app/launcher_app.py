@@ -13,6 +13,7 @@ from PyQt5.QtWidgets import (
     QLabel,
     QMainWindow,
     QSizePolicy,
+    QStackedWidget,
     QVBoxLayout,
     QWidget,
 )
@@ -44,14 +45,17 @@ from process_visualizer.gui.views.cell.tool_notice import ToolNotice
 from process_visualizer.gui.views.cell.warnings_view import WarningsView
 from process_visualizer.gui.views.comparison.compare_panel import ComparePanel
 from process_visualizer.gui.views.live.live_panel import LivePanel
-from process_visualizer.gui.views.parts.column_scroll import Column, ColumnScroll
-from process_visualizer.gui.views.parts.current_page import CurrentPage
+from process_visualizer.gui.views.parts.column_scroll import Column, ColumnOf, ColumnScroll
 from process_visualizer.gui.views.parts.labels import title, tool_button
 from process_visualizer.gui.views.parts.panel_tabs import PanelTabs
+from process_visualizer.gui.views.parts.text_place import NoticePlace
 from process_visualizer.gui.views.playback.playback_panel import PlaybackPanel
 from process_visualizer.gui.views.recording.recording_panel import RecordingPanel
 
 _MARGIN = 10
+_DEVICES_SHARE, _PANELS_SHARE = 1, 2
+"""Of the height; what is in them does not count, so that the buttons between them do not move."""
+_LEAST_DEVICES_PX = 160
 
 
 class LauncherApp(QMainWindow):
@@ -85,9 +89,9 @@ class LauncherApp(QMainWindow):
                                       launcher.bands)
         self.live = LivePanel(launcher.live, launcher.bag.curves.choices, launcher.replay,
                               launcher.live_comparison)
-        self.calibration = _below_each_other(
+        self.calibration = ColumnScroll(_below_each_other(
             CalibrationPanel(launcher.calibration, launcher.calibrating.fit),
-            RegionPanel(launcher.region))
+            RegionPanel(launcher.region)))
         self.compare = ComparePanel(launcher.compare, launcher.ghost, launcher.live_comparison,
                                     lambda: launcher.recording.choices.folder)
         self._drops = DropTarget(self, launcher)
@@ -102,26 +106,30 @@ class LauncherApp(QMainWindow):
     # Layout
 
     def _lay_out(self) -> None:
-        self._mode_panels = CurrentPage()
+        self._mode_panels = QStackedWidget()
         self._mode_panels.addWidget(self.recording)
-        self._mode_panels.addWidget(self.playback)
+        self._playback_page = ColumnScroll(ColumnOf(self.playback))
+        self._mode_panels.addWidget(self._playback_page)
         self.panels = PanelTabs()
         self.panels.addTab(self._mode_panels, 'Recording')
         self.panels.addTab(self.calibration, 'Calibration')
-        self.panels.addTab(self.compare, 'Compare')
+        self.panels.addTab(ColumnScroll(ColumnOf(self.compare)), 'Compare')
         body = Column()
         layout = QVBoxLayout(body)
         layout.setContentsMargins(_MARGIN, _MARGIN, _MARGIN, _MARGIN)
         layout.addWidget(self.alarms)
-        layout.addWidget(self._devices_group())
+        layout.addWidget(self._devices_group(), _DEVICES_SHARE)
         layout.addWidget(self.launch)
-        layout.addWidget(self.mixture)
-        layout.addWidget(self.tool)
-        layout.addWidget(self.panels, 1)
+        layout.addWidget(self.panels, _PANELS_SHARE)
+        for notice in (self.tool, self.mixture):
+            self.launch.show_above_status(notice)
         self.setCentralWidget(ColumnScroll(body))
+        self.statusBar()  # otherwise it takes its place with the first message
 
     def _devices_group(self) -> QWidget:
         group = QWidget()
+        group.setSizePolicy(QSizePolicy.Preferred, QSizePolicy.Ignored)
+        group.setMinimumHeight(_LEAST_DEVICES_PX)
         layout = QVBoxLayout(group)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(4)
@@ -142,10 +150,9 @@ class LauncherApp(QMainWindow):
         row.insertWidget(row.count() - 2, self.new.button)
         row.insertWidget(row.count() - 1, self._theme.button())
         layout.addLayout(row)
-        layout.addWidget(self.new)
-        layout.addWidget(self.made)
-        layout.addWidget(ChangedNotice(self._launcher.cell))
-        layout.addWidget(self._devices_panel)
+        layout.addWidget(self._devices_panel, 1)
+        layout.addWidget(NoticePlace(  # below: the rows of devices stay where they are
+            self.new, self.made, ChangedNotice(self._launcher.cell)))
         return group
 
     # Connections
@@ -235,7 +242,8 @@ class LauncherApp(QMainWindow):
         is_playback = cell.mode is Mode.PLAYBACK
         self.launch.show_mode(cell.mode)
         self.compare.set_live(not is_playback)
-        self._mode_panels.setCurrentWidget(self.playback if is_playback else self.recording)
+        self._mode_panels.setCurrentWidget(
+            self._playback_page if is_playback else self.recording)
         self.panels.setTabText(0, 'Playback' if is_playback else 'Recording')
 
     def _show_refusal(self, problems: Sequence[Problem]) -> None:
@@ -342,8 +350,8 @@ class LauncherApp(QMainWindow):
         self.close()
 
 
-def _below_each_other(*widgets: QWidget) -> QWidget:
-    column = QWidget()
+def _below_each_other(*widgets: QWidget) -> Column:
+    column = Column()
     layout = QVBoxLayout(column)
     layout.setContentsMargins(0, 0, 0, 0)
     for widget in widgets:

@@ -14,9 +14,11 @@ from process_visualizer.gui.toolkit.theme_following import colour
 from process_visualizer.gui.views.cell.edited_parts import EditedParts, icon_button
 from process_visualizer.gui.views.parts.labels import note, show_note
 from process_visualizer.gui.views.parts.pose_fields import PoseFields
+from process_visualizer.gui.views.parts.text_place import TextPlace
 from process_visualizer.motion.pose_difference import pose_difference
 
 _SAME_M, _SAME_RAD = 5e-5, 5e-5  # what the text shows
+_TEXT_LINES = 4
 
 
 class CalibrationPanel(QWidget):
@@ -145,10 +147,6 @@ class CalibrationPanel(QWidget):
         layout.addLayout(device)
         layout.addLayout(frame)
         layout.addWidget(self._fields)
-        layout.addWidget(self._reason)
-        layout.addWidget(self._found)
-        layout.addWidget(self._state)
         layout.addLayout(back)
         layout.addLayout(save)
-        layout.addWidget(self._then)
-        layout.addStretch(1)
+        layout.addWidget(TextPlace(_TEXT_LINES, self._reason, self._state, self._found, self._then))

@@ -21,7 +21,7 @@ from process_visualizer.gui.views.parts.row_delegate import RowDelegate, colour_
 from process_visualizer.health.device_state import DeviceState, Level, Line
 
 _NAME, _STATE = 0, 1
-_FEWEST_ROWS, _MOST_ROWS, _ROW_SPACING_PX = 4, 14, 4
+_FEWEST_ROWS, _MOST_ROWS, _ROW_SPACING_PX = 2, 14, 4
 _DEVICE, _NODE, _TOPIC = 'device', 'node', 'topic'
 _HINT = 'Press Enter to read the whole text'
 _COLORS = {Level.OFF: 'quiet', Level.GOOD: 'good', Level.WAITING: 'quiet', Level.WARNING: 'warning',

@@ -21,11 +21,13 @@ from process_visualizer.gui.models.cell.launch_model import Phase
 from process_visualizer.gui.toolkit.icons import icon
 from process_visualizer.gui.toolkit.style import set_primary
 from process_visualizer.gui.views.cell.rviz_menu import RvizMenu
+from process_visualizer.gui.views.parts.elided_button import ElidedButton
 from process_visualizer.gui.views.parts.labels import title
+from process_visualizer.gui.views.parts.text_place import TextPlace
 
 _LAUNCH_TEXT = {Phase.IDLE: 'Launch nodes', Phase.LAUNCHING: 'Quit all nodes',
                 Phase.RUNNING: 'Quit all nodes', Phase.QUITTING: 'Quitting…'}
-_LONGEST_STATUS = 120
+_STATUS_LINES = 3
 
 
 class LaunchView(QWidget):
@@ -46,11 +48,12 @@ class LaunchView(QWidget):
         self.status.setObjectName('status')
         self.status.setWordWrap(True)
         self.status.setTextInteractionFlags(Qt.TextSelectableByMouse)
+        self._texts = TextPlace(_STATUS_LINES, self.status)
         self.launch = QPushButton('Launch nodes')
         self.launch.setObjectName('launch')
         self.launch.setMinimumHeight(34)
         self.launch.clicked.connect(self._on_launch)
-        self.apply = QPushButton('Apply')
+        self.apply = ElidedButton('Apply')
         self.apply.setObjectName('apply')
         self.apply.clicked.connect(self.apply_wanted)
         self.view = QToolButton()
@@ -69,10 +72,13 @@ class LaunchView(QWidget):
         (self.realtime if mode is Mode.REALTIME else self.playback).setChecked(True)
 
     def show_status(self, text: str) -> None:
-        """Show what the system does; long lines are cut, so that the buttons keep their place."""
-        brief = '\n'.join(_brief(line) for line in text.split('\n'))
-        self.status.setText(brief)
-        self.status.setToolTip(text if text != brief else '')
+        """Show what the system does."""
+        self.status.setText(text)
+        self.status.setToolTip(text)
+
+    def show_above_status(self, notice: QWidget) -> None:
+        """Give a notice, which may be hidden, its place above the status."""
+        self._texts.put_first(notice)
 
     def show_phase(self, phase: Phase, can_launch: bool, reason: str) -> None:
         """Enable what can be done; ``reason`` says why nothing can be launched."""
@@ -82,7 +88,7 @@ class LaunchView(QWidget):
                                and (phase is not Phase.IDLE or can_launch))
         self.launch.setToolTip(reason or 'Ctrl+L')
         set_primary(self.launch, phase is Phase.IDLE)
-        self.view.setVisible(phase is Phase.RUNNING)
+        self.view.setEnabled(phase is Phase.RUNNING)
 
     def show_grace(self, left_s: int) -> None:
         """Say that all nodes are about to be quit, and for how many seconds that can be undone."""
@@ -98,10 +104,10 @@ class LaunchView(QWidget):
                               else 'The same devices, view and place, in another mode')
 
     def show_changes(self, text: str, hint: str) -> None:
-        """Offer to apply what is ticked or configured now; hidden without a text."""
-        self.apply.setVisible(bool(text))
+        """Offer to apply what is ticked or configured now; without a text there is nothing to."""
+        self.apply.setEnabled(bool(text))
         self.apply.setText(text or 'Apply')
-        self.apply.setToolTip(hint)
+        self.apply.setToolTip(hint or 'Bring the running nodes up to date with what is ticked')
 
     def _mode_button(self, text: str, name: str, mode: Mode) -> QRadioButton:
         button = QRadioButton(text)
@@ -129,10 +135,6 @@ class LaunchView(QWidget):
         layout.addWidget(title('Mode'), 0, 0)
         layout.addLayout(modes, 0, 1)
         layout.addWidget(title('Status'), 1, 0, Qt.AlignTop)
-        layout.addWidget(self.status, 1, 1)
+        layout.addWidget(self._texts, 1, 1)
         layout.addWidget(self.apply, 2, 0, 1, 2)
         layout.addLayout(buttons, 3, 0, 1, 2)
-
-
-def _brief(line: str) -> str:
-    return line if len(line) <= _LONGEST_STATUS else f'{line[:_LONGEST_STATUS - 1].rstrip()}…'

@@ -23,6 +23,7 @@ from process_visualizer.gui.models.comparison.live_comparison_model import LiveC
 from process_visualizer.gui.toolkit.theme_following import colour
 from process_visualizer.gui.views.parts.layouts import in_column, in_row
 from process_visualizer.gui.views.parts.row_delegate import RowDelegate, colour_row
+from process_visualizer.gui.views.parts.text_place import TextPlace
 from process_visualizer.runs.comparison.comparison import Comparison
 from process_visualizer.runs.comparison.live_comparison import beyond_text, since_text
 from process_visualizer.runs.comparison.verdict import band_text, verdict
@@ -30,6 +31,7 @@ from process_visualizer.runs.comparison.wording import amount, clock, moment
 from process_visualizer.runs.deviation.departures import Departure
 
 _RUNS_PX, _DEPARTURES_PX = 110, 64
+_STATE_LINES = 3
 _EMPTY = 'Open a recording on the tab Playback first.'
 _EMPTY_LIVE = 'Add a recording with good runs: the running cell is held against them.'
 _LAUNCH = 'Launch the devices: they are held against these runs while they run.'
@@ -72,9 +74,9 @@ class ComparePanel(QWidget):
         self.runs = _tree('runs', ('Run', 'Begins', 'Verdict'), _RUNS_PX)
         self.departures = _tree('departures', ('What departed', 'From', 'By how much'),
                                 _DEPARTURES_PX)
-        layout = in_column(self, 6, self.state, in_row(
-            self.find, self.add, self.compare, self.cancel, self.reset, self.ghost),
-            self.runs, self.departures)
+        layout = in_column(self, 6, TextPlace(_STATE_LINES, self.state), in_row(
+            self.find, self.add, self.compare), self.runs, in_row(
+            self.ghost, self.reset, self.cancel, wide=self.ghost), self.departures)
         layout.setContentsMargins(0, 6, 0, 0)
         layout.setStretchFactor(self.runs, 3)
         layout.setStretchFactor(self.departures, 2)
@@ -105,8 +107,8 @@ class ComparePanel(QWidget):
         self.find.setEnabled(bool(model.paths) and not is_busy)
         self.add.setEnabled((self._is_live or bool(model.runs)) and not is_busy)
         self.compare.setEnabled(bool(model.good) and not is_busy)
-        self.cancel.setVisible(is_busy)
-        self.ghost.setVisible(model.compared is not None)
+        self.cancel.setEnabled(is_busy)
+        self.ghost.setEnabled(model.compared is not None)
         self._show_runs()
         self._show_departures()
 
@@ -180,8 +182,7 @@ class ComparePanel(QWidget):
     def _show_departures(self) -> None:
         self.departures.clear()
         chosen = self._chosen()
-        self.departures.setVisible(chosen is not None)
-        self.reset.setVisible(not self._is_live and bool(self._model.anchors(self._row)))
+        self.reset.setEnabled(not self._is_live and bool(self._model.anchors(self._row)))
         if self._live.text and self._is_live:
             self.departures.addTopLevelItems([_live_row(
                 it.signal.name, since_text(it, self._live.now_s), beyond_text(it))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PyQt5.QtCore import QSize, Qt
-from PyQt5.QtWidgets import QFrame, QScrollArea, QStyle, QWidget
+from PyQt5.QtWidgets import QFrame, QScrollArea, QStyle, QVBoxLayout, QWidget
 
 _LEAST_HEIGHT_PX = 160
 
@@ -14,6 +14,21 @@ class Column(QWidget):
     def heightForWidth(self, width: int) -> int:
         """Return the least height; Qt's scroll area would scroll as soon as it likes more."""
         return self.layout().minimumHeightForWidth(width)
+
+
+class ColumnOf(Column):
+    """A column with nothing but a widget, which gets all of the height."""
+
+    def __init__(self, widget: QWidget) -> None:
+        super().__init__()
+        self._only = widget
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(widget)
+
+    def minimumSizeHint(self) -> QSize:
+        """Return that of the widget; the layout of a hidden page keeps an old one."""
+        return self._only.minimumSizeHint()
 
 
 class ColumnScroll(QScrollArea):
