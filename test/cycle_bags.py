@@ -23,7 +23,7 @@ CELL = '''<visualizer>
     <base frame="base" xyz="1 0 0" rpy="1.5707963 0 0"/>
     <topic name="tcf" type="tool_center_frame"/><topic name="ft" type="force_sensor"/>
   </device>
-  <device type="other" name="machine">
+  <device type="other" name="{machine}">
     <topic name="feed"/>
     <variable topic="feed" frame="world" unit="m/s" label="feed" tolerance="0.02"/>
   </device>
@@ -33,14 +33,14 @@ RUN = '<run begin="starts" end="stops" before="2" after="1"/>'
 
 
 def write_bag(folder: Path, name: str = 'a.bag', cycles: int = 2, poor: Optional[int] = None,
-              robot: str = 'arm', run: str = RUN, stored: bool = True,
-              part_of_s: Tuple[float, float] = (0.0, math.inf)) -> str:
+              robot: str = 'arm', machine: str = 'machine', run: str = RUN,
+              stored: bool = True, part_of_s: Tuple[float, float] = (0.0, math.inf)) -> str:
     """Write a bag of some cycles; in the poor one the force jumps 3 s after its begin.
 
     The configuration is beside it, as cell.xml. ``part_of_s`` is what of the process it holds.
     """
     config, path = folder / 'cell.xml', folder / name
-    config.write_text(CELL.format(robot=robot, run=run), encoding='utf-8')
+    config.write_text(CELL.format(robot=robot, machine=machine, run=run), encoding='utf-8')
     with rosbag.Bag(str(path), 'w') as file:
         if stored:
             text = configuration_text(XmlParser().parse(str(config)))

@@ -148,6 +148,19 @@ def test_it_is_found_in_the_midst_of_a_run(cell: Cell) -> None:
     assert math.isnan(cell.phases[-1].elapsed)
 
 
+def test_its_moment_is_that_of_the_joints(cell: Cell) -> None:
+    """Whoever looks at live values has the moment of the reference for just that time."""
+    cell.follow(REFERENCE)
+    cell.begin()
+    measured = cell.node.now()
+    cell.send(0.0, 1.0)
+    cell.phases.clear()
+    cell.node.advance(0.15)
+    assert {it.stamp for it in cell.phases} == {measured}
+    cell.node.advance(0.3)  # they do not come any more: as far as is known, the robot stands still
+    assert cell.phases[-1].stamp > measured
+
+
 def test_between_runs_there_is_none(cell: Cell) -> None:
     cell.follow(REFERENCE)
     cell.move(1.0, begin_s=6.0)

@@ -31,6 +31,7 @@ GOOD = rows(range(BEGIN_NS, BEGIN_NS + 10 * S, S // 10))
 
 @pytest.mark.parametrize('odd, told', [
     (rows([0] * 5), '/a: 5 messages have no time (0) and are left out'),
+    (rows([1] * 150), '/a: 150 messages have no time (0) and are left out'),  # most of all
     (rows([0, 1, 1_000_001]), '/a: 3 messages have no time (0) and are left out'),
     (rows([0], '/b'), '/b: one message has no time (0) and is left out'),
     (rows([5 * S, 6 * S]), '/a: 2 messages have a time far from that of all others (1970-01-01) '

@@ -18,6 +18,7 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import Header, String, UInt32
 
 from process_visualizer.bags.recording import Recording
+from process_visualizer.commands.command_line import main
 from process_visualizer.report.header_numbers import header_numbers
 from process_visualizer.report.report import Completeness, Report, make_report
 from process_visualizer.report.report_streams import (
@@ -247,6 +248,14 @@ def test_a_part_without_an_account_makes_it_unknown(tmp_path: Path) -> None:
 def test_a_bag_without_messages_is_not_complete(tmp_path: Path, account: Optional[object]) -> None:
     report = report_of(write(tmp_path / 'a.bag', [], account))
     assert not report.is_good and verdict(report) == 'empty: it holds no messages'
+
+
+@pytest.mark.parametrize('numbers, code', [
+    ([*range(60)], 0), ([*range(30), *range(35, 60)], 2)])
+@pytest.mark.parametrize('words', [['report'], ['report', '--json']])
+def test_the_exit_code_tells_scripts_whether_something_is_missing(
+        tmp_path: Path, words: List[str], numbers: List[int], code: int) -> None:
+    assert main([*words, write_numbered(tmp_path / 'a.bag', numbers, ALL_WRITTEN)]) == code
 
 
 @pytest.mark.parametrize('kind', ['numbered', 'pausing'])

@@ -14,7 +14,9 @@ from hypothesis import strategies as st
 
 from process_visualizer.launching.node_state import NodeReport, NodeState
 from process_visualizer.launching.node_watcher import NodeWatcher
+from process_visualizer.launching.other_cell import OtherCell, refuse_other_cell
 from process_visualizer.launching.ros_api import is_registered
+from process_visualizer.ros_names import CELL_FRAMES, SCENE_WATCH
 
 REQUIRED = ['=' * 80 + 'REQUIRED process [rviz-2] has died!\n',
             'process has died [pid 5, exit code 3, cmd /opt/rviz].\n', 'log file: /x/rviz*.log\n',
@@ -192,6 +194,15 @@ def test_master_knows_a_node_that_is_gone(master: LittleMaster) -> None:
         master.node_uri = f'http://127.0.0.1:{server.getsockname()[1]}'
     master.nodes.append('/a')
     assert is_registered('/a') is False
+
+
+@pytest.mark.parametrize('node', [SCENE_WATCH, CELL_FRAMES])
+def test_a_second_cell_on_the_master_is_refused(master: LittleMaster, node: str) -> None:
+    master.nodes.append('/rosout')
+    refuse_other_cell()
+    master.nodes.append(f'/{node}')
+    with pytest.raises(OtherCell, match=f'/{node} answers'):
+        refuse_other_cell()
 
 
 def test_started_nodes_run_when_the_master_knows_them(master: LittleMaster) -> None:

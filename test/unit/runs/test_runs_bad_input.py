@@ -67,8 +67,8 @@ def test_an_hour_is_held_against_twenty_seconds_and_back() -> None:
         assert 'robot tool force' not in [it.signal.name for it in found.departures]
 
 
-def test_what_cannot_be_compared_is_left_out(tmp_path: Path,
-                                             capsys: pytest.CaptureFixture[str]) -> None:
+def test_runs_that_have_some_channels_in_common_are_compared(
+        tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     good, other = write_bag(tmp_path, poor=1), write_bag(tmp_path, 'other.bag', robot='renamed')
     config = Path(tmp_path, 'cell.xml')
     config.write_text(config.read_text(encoding='utf-8').replace('"machine"', '"press"'),
@@ -77,3 +77,14 @@ def test_what_cannot_be_compared_is_left_out(tmp_path: Path,
     both: Tuple[str, str] = (f'{good}#2', other)
     assert main(['compare', *both, '--reference', f'{good}#1']) == 2
     assert 'other.bag#1' in capsys.readouterr().out
+
+
+def test_runs_of_another_cell_are_left_out(tmp_path: Path,
+                                           capsys: pytest.CaptureFixture[str]) -> None:
+    """The others are compared all the same."""
+    good = write_bag(tmp_path, poor=1)
+    other = write_bag(tmp_path, 'other.bag', robot='renamed', machine='press')
+    assert main(['compare', f'{good}#2', other, '--reference', f'{good}#1']) == 2
+    told = capsys.readouterr()
+    assert 'a.bag#2: leaves the band first' in told.out and 'other.bag' not in told.out
+    assert 'cell: left out: other.bag#2 has no channel of a.bag#1' in told.err
