@@ -31,7 +31,7 @@ struct Depth<std::uint16_t> {
 template <>
 struct Depth<float> {
   static constexpr float kUnit = 1;  ///< m
-  static bool isMeasured(float value) { return std::isfinite(value); }
+  static bool isMeasured(float value) { return std::isfinite(value) && value > 0; }
 };
 
 template <typename Value>

@@ -134,10 +134,12 @@ TEST(RegisteredCrop, SkipsPaddingBehindRows) {
 }
 
 TEST(RegisteredCrop, TakesNoPointWhereNothingWasMeasured) {
-  auto images = makeImages("32FC1", "rgb8", 3, 1);
+  auto images = makeImages("32FC1", "rgb8", 5, 1);
   setDepth(images.depth, 0, 0, std::numeric_limits<float>::infinity());
   setDepth(images.depth, 1, 0, kNaN);
-  setDepth(images.depth, 2, 0, 1.5f);
+  setDepth(images.depth, 2, 0, 0.0f);  // as some drivers write it
+  setDepth(images.depth, 3, 0, -1.0f);
+  setDepth(images.depth, 4, 0, 1.5f);
   const auto cloud = crop(images);
   ASSERT_EQ(cloud.width, 1u);
   EXPECT_EQ(*sensor_msgs::PointCloud2ConstIterator<float>(cloud, "z"), 1.5f);

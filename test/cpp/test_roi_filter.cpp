@@ -62,8 +62,19 @@ Indices crop(const PointCloud2& cloud, const Box& box = kUnitBox,
 }
 
 TEST(CropToBox, KeepsWhatIsStrictlyInside) {
-  const auto cloud = makeCloud({{0, 0, 0}, {1, 0, 0}, {0.99f, -0.99f, 0.99f}, {0, -1.01f, 0}});
+  const auto cloud = makeCloud({{0, 0, 0.1f}, {1, 0, 0}, {0.99f, -0.99f, 0.99f}, {0, -1.01f, 0}});
   EXPECT_EQ(crop(cloud), (Indices{0, 2}));
+}
+
+TEST(CropToBox, LeavesOutWhatLiesOnAnyOfItsSides) {
+  EXPECT_EQ(crop(makeCloud({{1, 0, 0.1f},
+                            {-1, 0, 0.1f},
+                            {0, 1, 0.1f},
+                            {0, -1, 0.1f},
+                            {0, 0, 1},
+                            {0, 0, -1},
+                            {0, 0, 0.1f}})),
+            Indices{6});
 }
 
 TEST(CropToBox, SizeIsTheFullEdgeAndCenterTheMiddle) {
@@ -77,10 +88,16 @@ TEST(CropToBox, SizeIsTheFullEdgeAndCenterTheMiddle) {
   EXPECT_EQ(crop(cloud, box), (Indices{0, 2, 4}));
 }
 
-TEST(CropToBox, DropsPointsThatAreNotFinite) {
-  const auto cloud = makeCloud(
-      {{kNaN, 0, 0}, {0, kNaN, 0}, {0, 0, kNaN}, {kInfinity, 0, 0}, {0, -kInfinity, 0}, {0, 0, 0}});
-  EXPECT_EQ(crop(cloud), (Indices{5}));
+TEST(CropToBox, DropsPointsThatWereNotMeasured) {
+  const auto cloud = makeCloud({{kNaN, 0, 0},
+                                {0, kNaN, 0},
+                                {0, 0, kNaN},
+                                {kInfinity, 0, 0},
+                                {0, -kInfinity, 0},
+                                {0, 0, 0},
+                                {0, -0.0f, 0},
+                                {0, 0, 0.1f}});
+  EXPECT_EQ(crop(cloud), (Indices{7}));
 }
 
 TEST(CropToBox, TransformsIntoTheFrameOfTheBox) {
@@ -103,7 +120,7 @@ TEST(CropToBox, LeavesPositionsHeaderAndFieldsAsTheyWere) {
 }
 
 TEST(CropToBox, GivesOneDenseRow) {
-  auto cloud = makeCloud({{0, 0, 0}, {kNaN, 0, 0}, {0, 5, 0}, {0, 0.5f, 0}});
+  auto cloud = makeCloud({{0, 0, 0.1f}, {kNaN, 0, 0}, {0, 5, 0}, {0, 0.5f, 0}});
   cloud.width = 2;
   cloud.height = 2;
   cloud.row_step = 2 * cloud.point_step;
@@ -118,7 +135,7 @@ TEST(CropToBox, GivesOneDenseRow) {
 }
 
 TEST(CropToBox, SkipsPaddingBetweenRows) {
-  auto cloud = makeCloud({{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}});
+  auto cloud = makeCloud({{0, 0, 0.1f}, {0, 0, 0.2f}, {0, 0, 0.3f}, {0, 0, 0.4f}});
   cloud.width = 1;  // every second point is padding
   cloud.height = 2;
   cloud.row_step = 2 * cloud.point_step;
@@ -238,7 +255,7 @@ const BadCloud kBadClouds[] = {
 
 TEST(CropToBox, SaysWhatIsWrongWithACloud) {
   for (const BadCloud& bad : kBadClouds) {
-    auto cloud = makeCloud({{0, 0, 0}, {1, 1, 1}});
+    auto cloud = makeCloud({{0, 0, 0.1f}, {1, 1, 1}});
     bad.damage(cloud);
     try {
       crop(cloud);

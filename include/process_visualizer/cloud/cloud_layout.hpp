@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <optional>
 
 namespace process_visualizer::cloud {
@@ -30,9 +31,13 @@ inline float readFloat(const std::uint8_t* bytes) {
   return value;
 }
 
-/// The position of a point, m.
+/// The position of a point, m; NaN where nothing was measured, which some drivers write as zeros:
+/// no sensor sees itself.
 inline Eigen::Vector3f positionAt(const std::uint8_t* point, const CoordinateOffsets& offsets) {
-  return {readFloat(point + offsets.x), readFloat(point + offsets.y), readFloat(point + offsets.z)};
+  const Eigen::Vector3f position(readFloat(point + offsets.x), readFloat(point + offsets.y),
+                                 readFloat(point + offsets.z));
+  if (position.x() != 0 || position.y() != 0 || position.z() != 0) return position;
+  return Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN());
 }
 
 }  // namespace process_visualizer::cloud

@@ -25,7 +25,7 @@ class RegisteredCrop {
   /// \param lens  of the images, depth and colour
   explicit RegisteredCrop(Lens lens) : lens_(lens) {}
 
-  /// \param depth  z of each pixel: 16UC1 in mm (0: not measured) or 32FC1 in m
+  /// \param depth  z of each pixel: 16UC1 in mm or 32FC1 in m (0: not measured)
   /// \param color  rgb8, bgr8, rgba8, bgra8 or mono8, seen by the same camera. Where it has another
   ///               size it is taken to be scaled so that the widths agree.
   /// \param info   of the camera, with the frame of both images
