@@ -27,8 +27,8 @@ def processes_of_run(run_id: str) -> List[int]:
 def _environment(pid: int) -> bytes:
     """The environment of a process; empty if it has ended, or belongs to another user or Linux.
 
-    While a process executes another program it has none: nothing can be read, though the kernel says
-    that it is not empty, or not yet where it is.
+    While a process becomes another program nothing can be read, though the kernel says that the
+    environment is not empty, or not yet where it is.
     """
     deadline = time.monotonic() + _EXEC_S
     try:
