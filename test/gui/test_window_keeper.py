@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Iterator
+from typing import Any, Iterator, List
 
 import pytest
 from PyQt5.QtCore import QPoint, QRect, QSettings, Qt
 from PyQt5.QtTest import QTest
-from PyQt5.QtWidgets import QApplication, QDialog
+from PyQt5.QtWidgets import QApplication, QDialog, QLabel, QPushButton
 
 from process_visualizer.cell.model import Mode
+from process_visualizer.generate.plan import RVIZ_PART
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.app.window_keeper import WindowKeeper
+from process_visualizer.gui.models.cell.launch_model import Phase
+from process_visualizer.launching.node_state import NodeReport, NodeState
+from process_visualizer.launching.part_report import PartReport, PartState
 from process_visualizer.rviz.screen_layout import LEAST_TIMELINE_PX
 
 
@@ -59,6 +63,36 @@ def desk(qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterato
     yield made
     made.window.hide()
     made.launcher.close()
+
+
+def run_rviz(desk: Desk, state: PartState, *nodes: NodeReport) -> None:
+    launch = desk.launcher.launch
+    launch.phase, launch.reports = Phase.RUNNING, {RVIZ_PART: PartReport(RVIZ_PART, state, nodes)}
+    launch.changed.emit()
+
+
+def test_where_rviz_was_stands_a_button_that_restarts_it(desk: Desk, qtbot: Any) -> None:
+    qtbot.waitUntil(desk.fits)
+    place = desk.keeper.rviz_place
+    run_rviz(desk, PartState.RUNNING, NodeReport('/rviz', NodeState.RUNNING))
+    assert not place.isVisible() and desk.launcher.view.is_rviz_alive
+    run_rviz(desk, PartState.STOPPED, NodeReport('/rviz', NodeState.EXITED, 0))
+    assert place.isVisible() and place.geometry().size() == desk.rviz.size()
+    assert place.findChild(QLabel, 'rviz_place_text').text() == 'RViz was closed.'
+    assert not desk.launcher.view.is_rviz_alive
+    wanted: List[None] = []
+    place.restart_wanted.connect(lambda: wanted.append(None))
+    place.findChild(QPushButton, 'rviz_place_restart').click()
+    assert len(wanted) == 1
+    run_rviz(desk, PartState.STARTING, NodeReport('/rviz'))
+    assert not place.isVisible()
+    desk.launcher.launch.phase, desk.launcher.launch.reports = Phase.IDLE, {}
+
+
+def test_a_request_to_close_the_timeline_closes_nothing(desk: Desk) -> None:
+    desk.dock.close()
+    assert desk.dock.isVisible() and desk.window.isVisible()
+    assert desk.window.statusBar().currentMessage().startswith('The timeline belongs to')
 
 
 def test_each_mode_has_its_timeline(desk: Desk, qtbot: Any) -> None:

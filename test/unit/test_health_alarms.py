@@ -115,6 +115,24 @@ def test_nodes_that_are_being_stopped_are_no_alarm() -> None:
                            Action.RESTART_RVIZ) == []
 
 
+def test_a_window_that_was_closed_is_missed_until_it_is_restarted() -> None:
+    """Its roslaunch ends some seconds later: what runs it is then stopped."""
+    closed = PartReport('/rviz', PartState.RUNNING, (
+        NodeReport('/rviz', NodeState.EXITED, 0),))
+    for report in (closed, closed.ended(0)):
+        (found,) = part_conditions('RViz', report, Action.RESTART_RVIZ)
+        assert (found.said, found.level) == ('RViz was closed', Level.WARNING)
+        assert Action.RESTART_RVIZ in found.actions
+    assert closed.ended(0).state is PartState.STOPPED
+    assert part_conditions('RViz', closed.ended(0).stopping().stopped(), Action.RESTART_RVIZ) == []
+
+
+def test_a_window_that_was_killed() -> None:
+    report = PartReport('/rviz', PartState.RUNNING, (NodeReport('/rviz', NodeState.EXITED, -9),))
+    (found,) = part_conditions('RViz', report, Action.RESTART_RVIZ)
+    assert (found.said, found.level) == ('RViz was killed', Level.BAD)
+
+
 def test_a_part_that_has_failed() -> None:
     (found,) = part_conditions('arm', PartReport('arm', PartState.FAILED, reason='no memory'),
                                Action.RESTART_DEVICE)

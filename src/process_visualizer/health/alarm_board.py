@@ -27,7 +27,7 @@ class Condition(NamedTuple):
     ``source`` is the device, or what else is concerned; with ``about`` it identifies the alarm
     while its ``text`` changes. ``part`` and ``node`` are what an action is about. ``since_s`` is
     the time since the epoch, if known; ``position_s`` is given for alarms of a recording: where it
-    begins there.
+    begins there. ``is_clause`` if the source is the subject of the text.
     """
 
     source: str
@@ -39,6 +39,12 @@ class Condition(NamedTuple):
     node: str = ''
     since_s: Optional[float] = None
     position_s: Optional[float] = None
+    is_clause: bool = False
+
+    @property
+    def said(self) -> str:
+        """Where and what."""
+        return f'{self.source}{"" if self.is_clause else ":"} {self.text}'
 
 
 class Alarm(NamedTuple):
@@ -101,7 +107,7 @@ def _key(condition: Condition) -> Tuple[object, ...]:
 
 
 def _begun(condition: Condition) -> str:
-    return '' if condition.position_s is not None else f'{condition.source}: {condition.text}'
+    return '' if condition.position_s is not None else condition.said
 
 
 def _ended(alarm: Alarm, now_s: float) -> str:

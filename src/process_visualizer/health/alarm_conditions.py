@@ -9,23 +9,38 @@ from process_visualizer.health.device_state import Level, Line, node_line
 from process_visualizer.health.near_objects import NearObject
 from process_visualizer.health.node_warnings import NodeWarning
 from process_visualizer.health.object_spans import ObjectSpans
+from process_visualizer.launching.node_state import NodeReport, NodeState
 from process_visualizer.launching.part_report import PartReport, PartState
 from process_visualizer.ros_names import LIMIT_KEY
 
-_OVER = (PartState.STOPPED, PartState.STOPPING)
-
 
 def part_conditions(source: str, report: PartReport, restart: Action) -> List[Condition]:
-    """Return the dead nodes of a part, or that it has failed; ``restart`` is what may help."""
-    if report.state in _OVER:
+    """Return the dead nodes of a part, or that it has failed; ``restart`` is what may help.
+
+    A part all of whose nodes have ended normally is stopped, and still missed.
+    """
+    if report.state is PartState.STOPPING:
         return []
     actions = restart, Action.SHOW_LOG
     dead = [(node.name, node_line(node)) for node in report.nodes
             if node_line(node).level >= Level.WARNING]
     if not dead and report.state is PartState.FAILED:
         return [Condition(source, report.part, report.reason, Level.BAD, actions, report.part)]
+    if restart is Action.RESTART_RVIZ and dead:
+        node = report.nodes[0]
+        return [Condition(source, node.name, _end_of_window(node), node_line(node).level, actions,
+                          report.part, node.name, is_clause=True)]
     return [Condition(source, name, _about_node(source, name, line.text), line.level,
                       actions, report.part, name) for name, line in dead]
+
+
+def _end_of_window(node: NodeReport) -> str:
+    """How a window has ended, which its own button may have closed."""
+    if node.state is not NodeState.EXITED:
+        return node_line(node).text
+    if node.exit_code == 0:
+        return 'was closed'
+    return 'was killed' if (node.exit_code or 0) < 0 else node_line(node).text
 
 
 def _about_node(source: str, name: str, text: str) -> str:

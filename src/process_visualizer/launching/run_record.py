@@ -54,6 +54,15 @@ def clean_up_crashed_runs() -> List[int]:
     return ended
 
 
+def folder_of_run(owner_id: int) -> str:
+    """Return the folder that goes with the run of a living process; empty if there is none."""
+    for path in sorted(_folder().glob('*.json')):
+        owner = _owner(path)
+        if owner.get('pid') == owner_id and _lives(owner):
+            return str(owner.get('folder') or '')
+    return ''
+
+
 def _folder() -> Path:
     return Path(rospkg.get_ros_home()) / 'process_visualizer' / 'runs'
 

@@ -265,7 +265,7 @@ def test_an_alarm_that_began_before_the_recording(noted: Tuple[Stand, Recording]
     path = str(tmp_path / 'seam.bag')
     recording.become(path=path)
     recording.finished.emit(path)
-    assert 'arm: edge is above 335, up to 424, since before' in Path(
+    assert 'arm: edge is above 335, up to 424 (since before recording began)' in Path(
         events_path(path)).read_text(encoding='utf-8')
 
 

@@ -75,7 +75,7 @@ class EventNotes(QObject):
         """Alarms that have begun before belong to what happened meanwhile, too."""
         self._alarms.note(f'recording {name}')
         for condition, _since_s in self._alarms.alarms:
-            self._alarms.note(f'{condition.source}: {condition.text}, since before')
+            self._alarms.note(f'{condition.said} (since before recording began)')
 
     def _finish(self, path: str) -> None:
         """Save the events of a bag; of one that was saved afterwards, those of its time."""

@@ -327,6 +327,10 @@ class LauncherApp(QMainWindow):
         dialog.textValueSelected.connect(self._launcher.view.save)
         dialog.open()
 
+    def tell(self, message: str) -> None:
+        """Show a message in the status bar for a while."""
+        self._questions.show_briefly(message)
+
     # The end
 
     def closeEvent(self, event: QCloseEvent) -> None:

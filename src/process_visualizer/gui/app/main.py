@@ -18,14 +18,17 @@ from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.kept_state import FILE_NAME, KeptState
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
+from process_visualizer.gui.app.second_launcher import SecondLauncher
 from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.app.uncaught import install_hooks
 from process_visualizer.gui.app.watchdog import watch_if_wanted
 from process_visualizer.gui.app.window_keeper import WindowKeeper
 from process_visualizer.gui.models.cell.cell_model import CellModel
+from process_visualizer.gui.ros.ros_link import NODE
 from process_visualizer.gui.toolkit.desktop_theme import DesktopTheme
 from process_visualizer.gui.toolkit.style import apply_style
 from process_visualizer.health.user_limits import give_real_time_advice
+from process_visualizer.launching.cell_owner import CellOwner, cell_owner
 
 _NAMED_VALUE = re.compile('[A-Za-z]\\w*:=')
 
@@ -41,6 +44,9 @@ def main() -> int:
     arguments = dict(word.split(':=', 1) for word in words if _NAMED_VALUE.match(word))
     give_real_time_advice(print)
     app = make_application()
+    owner = cell_owner(NODE)
+    if owner is not None:
+        return _look_on(app, owner)
     settings = Settings()
     launcher = Launcher()
     launcher.failed.connect(lambda message: print(message, file=sys.stderr, flush=True))
@@ -68,6 +74,18 @@ def main() -> int:
     signals.close()
     if window.restarts:
         os.execv(sys.executable, [sys.executable, *words_to_go_on(launcher.cell, sys.argv)])
+    return int(code)
+
+
+def _look_on(app: QApplication, owner: CellOwner) -> int:
+    """Say that another launcher has the cell; the window would only hide that one's."""
+    second = SecondLauncher(owner)
+    signals = StopSignals(app)
+    signals.received.connect(second.close)
+    app.setQuitOnLastWindowClosed(False)  # while RViz is looked at
+    second.ended.connect(app.quit)
+    code = app.exec_()
+    signals.close()
     return int(code)
 
 

@@ -12,6 +12,7 @@ from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.settings import Settings
+from process_visualizer.gui.views.cell.rviz_place import RvizPlace
 from process_visualizer.gui.views.playback.timeline_dock import TimelineDock
 from process_visualizer.rviz.screen_layout import (
     Frame,
@@ -24,6 +25,8 @@ from process_visualizer.rviz.screen_layout import (
 from process_visualizer.rviz.window_geometry import Rectangle
 
 _SETTLED_MS = 250  # without a change: the operator has let go of the window
+_TIMELINE_STAYS = ('The timeline belongs to this window: to end the cell, use Quit all nodes, or '
+                   'close this window')
 _CHANGES = (QEvent.Move, QEvent.Resize, QEvent.Show, QEvent.Hide, QEvent.WindowStateChange)
 
 
@@ -44,6 +47,10 @@ class WindowKeeper(QObject):
             self._timelines.addWidget(timeline)
         self.dock = TimelineDock(self._timelines, window)
         self.dock.height_wanted.connect(self._set_timeline_height)
+        self.dock.close_refused.connect(lambda: window.tell(_TIMELINE_STAYS))
+        self.rviz_place = RvizPlace(window)
+        self.rviz_place.restart_wanted.connect(launcher.view.restart)
+        launcher.view.ended.connect(self._show_rviz_place)
         self._asked, self._refused = QRect(), QRect()
         self._is_asking = False
         self._timer = QTimer(self)
@@ -89,6 +96,11 @@ class WindowKeeper(QObject):
     def _show_dock(self) -> None:
         """Show it with the launcher; a window manager hides it while that is minimised."""
         self.dock.setVisible(self._window.isVisible())
+        self._show_rviz_place()
+
+    def _show_rviz_place(self) -> None:
+        """Fill the hole that an RViz leaves that was closed or killed."""
+        self.rviz_place.show_text(self._launcher.view.end_text)
 
     def _set_timeline_height(self, height: int) -> None:
         """Change the height at once; the other windows follow when the operator lets go."""
@@ -126,6 +138,7 @@ class WindowKeeper(QObject):
         """Give every window its place; the launcher if it has been moved, or has another one."""
         found = self._places()
         self._place_dock(found)
+        self.rviz_place.setGeometry(_rect(found.rviz))
         asked = _rect(found.launcher)
         if is_moved or asked != self._asked:
             self._asked, self._is_asking = asked, True

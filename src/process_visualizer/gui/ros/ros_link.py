@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import math
-import os
 import time
-from typing import Any, List, Optional, Sequence, Tuple, cast
-from xmlrpc.client import Error as XmlRpcError
-from xmlrpc.client import ServerProxy
+from typing import Any, List, Optional, Sequence, Tuple
 
 import rosgraph
 import rospy
@@ -33,6 +30,7 @@ from process_visualizer.gui.ros.snapshots import (
     TopicSnapshot,
 )
 from process_visualizer.health.node_warnings import NodeWarnings, Severity
+from process_visualizer.launching.cell_owner import cell_owner
 from process_visualizer.msg import GhostPhase, RecorderState, TopicRecord
 from process_visualizer.ros_names import (
     CELL_FRAMES,
@@ -210,18 +208,10 @@ class RosLink(QObject):
 
 
 def _refuse_second_launcher() -> None:
-    """Two nodes of one name replace each other; a launcher that is gone does not count."""
-    try:
-        uri = rosgraph.Master('/launcher_check').lookupNode('/' + NODE)
-    except (rosgraph.MasterException, OSError):
-        return
-    try:
-        pid = cast(List[Any], ServerProxy(uri).getPid('/launcher_check'))[2]
-    except (OSError, XmlRpcError):
-        return
-    if pid != os.getpid():
-        raise RosLinkError(f'Another launcher (process {pid}) already uses the master '
-                           f'{rosgraph.get_master_uri()}. Close it, or set ROS_MASTER_URI.')
+    """Two nodes of one name replace each other; it may have come since this program began."""
+    owner = cell_owner(NODE)
+    if owner is not None:
+        raise RosLinkError(f'{owner.text}. Close it, or set ROS_MASTER_URI.')
 
 
 def _sender(message: Any) -> str:

@@ -2,7 +2,7 @@
 """Dialogs that do not block: the window keeps working while they are open."""
 from __future__ import annotations
 
-from typing import Callable
+from typing import Callable, Optional
 
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QMessageBox, QWidget
@@ -12,7 +12,7 @@ from process_visualizer.gui.toolkit.sentences import sentence
 _TITLE = 'Process Visualizer'
 
 
-def message_box(parent: QWidget, text: str,
+def message_box(parent: Optional[QWidget], text: str,
                 symbol: QMessageBox.Icon = QMessageBox.Warning) -> QMessageBox:
     """Return a message box to open; it deletes itself when it is closed."""
     box = QMessageBox(symbol, _TITLE, sentence(text), parent=parent)

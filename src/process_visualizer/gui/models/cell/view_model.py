@@ -13,6 +13,8 @@ from process_visualizer.generate.plan import RVIZ_FILE, RVIZ_PART
 from process_visualizer.gui.models.cell.cell_model import CellModel
 from process_visualizer.gui.models.cell.launch_model import LaunchModel
 from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.health.alarm_board import Action
+from process_visualizer.health.alarm_conditions import part_conditions
 from process_visualizer.launching.part_report import PartState
 from process_visualizer.rviz.saved_views import SavedViewError, SavedViews
 from process_visualizer.rviz.window_geometry import Rectangle
@@ -34,6 +36,8 @@ class ViewModel(QObject):
 
     changed = pyqtSignal()
     failed = pyqtSignal(str)
+    ended = pyqtSignal()
+    """RViz has been closed or has died, or it runs again: see ``end_text``."""
 
     def __init__(self, tasks: Tasks, cell: CellModel, launch: LaunchModel) -> None:
         super().__init__(launch)
@@ -41,8 +45,10 @@ class ViewModel(QObject):
         self._rviz = RvizView()
         self._views = _Views((), None, None)
         self._key: Tuple[str, Tuple[str, ...]] = ('', ())
+        self._end_text = ''
         self.window: Optional[Rectangle] = None
         cell.changed.connect(self._follow_cell)
+        launch.changed.connect(self._follow_launch)
 
     @property
     def names(self) -> Tuple[str, ...]:
@@ -63,7 +69,12 @@ class ViewModel(QObject):
     def is_rviz_alive(self) -> bool:
         """Whether RViz runs, so that it has a view."""
         report = self._launch.reports.get(RVIZ_PART)
-        return report is not None and report.state is PartState.RUNNING
+        return report is not None and report.state is PartState.RUNNING and not self._end_text
+
+    @property
+    def end_text(self) -> str:
+        """How RViz has ended while the nodes run; empty while it runs, or nothing does."""
+        return self._end_text
 
     def save(self, name: str) -> None:
         """Save the present view of RViz under a name, for these devices."""
@@ -85,6 +96,15 @@ class ViewModel(QObject):
 
         self._tasks.run(_LINE, lambda: self._rviz.save(path) if is_alive else None, restart,
                         restart)
+
+    def _follow_launch(self) -> None:
+        report = self._launch.reports.get(RVIZ_PART)
+        ends = [] if report is None or not self._launch.is_running else \
+            part_conditions('RViz', report, Action.RESTART_RVIZ)
+        text = f'{ends[0].said}.' if ends else ''
+        if text != self._end_text:
+            self._end_text = text
+            self.ended.emit()
 
     def _follow_cell(self) -> None:
         key = (self._cell.path, tuple(device.name for device in self._cell.chosen))

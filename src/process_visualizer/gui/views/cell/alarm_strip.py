@@ -155,7 +155,7 @@ def chip_text(alarm: Alarm) -> str:
         since = format_time(condition.position_s)
     else:
         since = time.strftime('%H:%M:%S', time.localtime(alarm.since_s))
-    return f'{since}  {condition.source}: {condition.text}'
+    return f'{since}  {condition.said}'
 
 
 def _colour(condition: Condition) -> str:

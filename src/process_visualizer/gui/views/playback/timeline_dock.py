@@ -14,13 +14,15 @@ _GRIP_PX, _MARK_PX = 9, 36
 
 
 class TimelineDock(QWidget):
-    """Belongs to the launcher's window: its keys work here too, and it is closed with it.
+    """Belongs to the launcher's window: its keys work here too, and only that window closes it.
 
     It has no title bar. Its upper edge is dragged for its height; who owns it places it.
     """
 
     height_wanted = pyqtSignal(int)
     """The operator has dragged the upper edge: the height [px]."""
+    close_refused = pyqtSignal()
+    """The operator, or the window manager, wanted to close it."""
 
     def __init__(self, content: QWidget, window: QWidget) -> None:
         """``window`` is the launcher's."""
@@ -41,9 +43,9 @@ class TimelineDock(QWidget):
         column.setSizeConstraint(QVBoxLayout.SetNoConstraint)  # it may not outgrow the screen
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Close the launcher instead, which may ask first."""
+        """Stay: a request to close the timeline is none to end the cell."""
         event.ignore()
-        self.parentWidget().close()
+        self.close_refused.emit()
 
 
 class Grip(QWidget):

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Which program has the cell of a ROS master: the node of its name, and who started it."""
+from __future__ import annotations
+
+import os
+import pwd
+import time
+from http.client import HTTPException
+from pathlib import Path
+from typing import NamedTuple, Optional
+from urllib.parse import urlparse
+from xmlrpc.client import Error
+
+import rosgraph
+from rosgraph.network import is_local_address
+
+from process_visualizer.launching.process_scan import start_time
+from process_visualizer.launching.ros_api import CALLER_ID, process_id_at
+from process_visualizer.launching.run_record import folder_of_run
+
+
+class CellOwner(NamedTuple):
+    """A launcher. ``user``, ``since_s`` (since the epoch) and ``folder`` only if it runs here.
+
+    ``folder`` has the generated files of what it has launched.
+    """
+
+    master_uri: str
+    process_id: int
+    computer: str
+    user: str = ''
+    since_s: Optional[float] = None
+    folder: str = ''
+
+    @property
+    def text(self) -> str:
+        """Who has the cell."""
+        who = f' of {self.user}' if self.user else ''
+        where = '' if self.user else f' on {self.computer}'
+        since = '' if self.since_s is None else \
+            time.strftime(', since %H:%M', time.localtime(self.since_s))
+        return (f'Another launcher (process {self.process_id}{who}{where}{since}) has the cell '
+                f'on the ROS master {self.master_uri}')
+
+
+def cell_owner(node: str) -> Optional[CellOwner]:
+    """Return who has the cell if another process is the node of this name, and answers.
+
+    The master still knows a node that has ended without unregistering. Takes at most 6 s.
+    """
+    try:
+        process_id_at(rosgraph.get_master_uri())  # lookupNode would wait for ever
+        uri = rosgraph.Master(CALLER_ID).lookupNode(f'/{node}')
+        pid = process_id_at(uri)
+    except (rosgraph.MasterException, OSError, HTTPException, Error, ValueError):
+        return None
+    computer = urlparse(uri).hostname or ''
+    if not is_local_address(computer) or start_time(pid) is None:
+        return CellOwner(rosgraph.get_master_uri(), pid, computer)
+    if pid == os.getpid():
+        return None
+    return CellOwner(rosgraph.get_master_uri(), pid, computer, _user(pid), _since_s(pid),
+                     folder_of_run(pid))
+
+
+def _user(pid: int) -> str:
+    """The name of the user whose process it is, or the number of one without a name."""
+    try:
+        number = os.stat(f'/proc/{pid}').st_uid
+    except OSError:
+        return ''
+    try:
+        return pwd.getpwuid(number).pw_name
+    except KeyError:
+        return f'user {number}'
+
+
+def _since_s(pid: int) -> Optional[float]:
+    """When it was started [s since the epoch]."""
+    ticks = start_time(pid)
+    booted = [line.split()[1] for line in Path('/proc/stat').read_text().splitlines()
+              if line.startswith('btime ')]
+    if ticks is None or not booted:
+        return None
+    return float(booted[0]) + int(ticks) / os.sysconf('SC_CLK_TCK')
