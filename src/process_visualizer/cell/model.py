@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Mapping, Optional, Tuple
 
-from process_visualizer.cell.errors import Location
+from process_visualizer.cell.errors import Location, Problem
+from process_visualizer.cell.provenance import OPENED, Provenance
 
 Vector3 = Tuple[float, float, float]
 Color = Tuple[float, float, float]
@@ -91,7 +92,8 @@ class Model:
     """A URDF or xacro file of a package; without a package the path is absolute.
 
     ``arguments`` are names and values for a xacro file, ``prefix`` is put before the names of
-    links.
+    links. One that is ``confined_to`` a folder is data: it is read with limits, and names no file
+    outside of that folder and of installed packages.
     """
 
     package: str
@@ -99,6 +101,7 @@ class Model:
     location: Location
     arguments: Tuple[Tuple[str, str], ...] = ()
     prefix: str = ''
+    confined_to: str = ''
 
 
 @dataclass(frozen=True)
@@ -345,7 +348,8 @@ class Cell:
     """A whole configuration: the devices and the name of the global frame.
 
     ``files`` are the paths of all files read, ``file`` first; ``arguments`` are values for them as
-    given on a command line.
+    given on a command line. ``provenance`` says where it is from, ``ignored`` what of it is ignored
+    because of that.
     """
 
     file: str
@@ -356,6 +360,8 @@ class Cell:
     arguments: Mapping[str, str] = field(default_factory=dict)
     events: Tuple[ProcessEvent, ...] = ()
     run: Optional[RunSpan] = None
+    provenance: Provenance = OPENED
+    ignored: Tuple[Problem, ...] = ()
 
     def device(self, name: str) -> Device:
         """The device of that name.

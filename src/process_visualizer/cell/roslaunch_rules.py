@@ -9,6 +9,7 @@ import yaml
 from process_visualizer.cell.element_reader import Parsed
 from process_visualizer.cell.errors import ProblemList, quoted, shortened
 from process_visualizer.cell.model import Node, RoslaunchElement
+from process_visualizer.cell.plain_yaml import plain_yaml
 from process_visualizer.cell.suggestions import advice
 from process_visualizer.cell.values import boolean, number
 
@@ -87,7 +88,7 @@ def _check_rosparam(element: RoslaunchElement, problems: ProblemList) -> None:
 
 def _check_yaml(text: str, element: RoslaunchElement, problems: ProblemList) -> object:
     try:
-        return yaml.safe_load(text)
+        return plain_yaml(text)
     except yaml.MarkedYAMLError as error:
         reason = error.problem or 'not understood'
     except (yaml.YAMLError, ValueError) as error:

@@ -11,6 +11,8 @@ from typing import Any, Dict, List, NamedTuple
 from process_visualizer.cell.model import Cell
 
 MODEL_ENDINGS = ('.urdf', '.xacro')
+_ENDINGS = ('.xml', *MODEL_ENDINGS)
+"""Of all files of a configuration: no other program takes such a file for its own."""
 
 
 class StoredConfiguration(NamedTuple):
@@ -78,6 +80,9 @@ def stored_configuration(value: Dict[str, Any]) -> StoredConfiguration:
         text.encode('utf-8', 'surrogateescape')
         if not os.fsencode(path) or '\0' in path:
             raise ValueError('the name of a file contains a zero byte')
+        if not path.endswith(_ENDINGS) or os.path.basename(path).startswith('.') or '$' in path:
+            raise ValueError(f'{path!a} is not the name of a configuration or a model, which end '
+                             f'in {", ".join(_ENDINGS)}')
     return StoredConfiguration(os.path.abspath(value['file']), files, _texts(value, 'arguments'))
 
 

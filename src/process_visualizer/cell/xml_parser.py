@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from typing import Dict, List, Mapping, Optional, Tuple
 
 from process_visualizer.cell.arguments import passed_arguments, read_arguments, report_unknown
 from process_visualizer.cell.builder import build_device, build_event, build_machines, build_run
+from process_visualizer.cell.confinement import confined, confined_arguments, refused_include
 from process_visualizer.cell.element_reader import ElementReader, Parsed
 from process_visualizer.cell.elements import DEFAULT_FRAME, ROOT
-from process_visualizer.cell.errors import ConfigurationError, ProblemList
+from process_visualizer.cell.errors import ConfigurationError, Problem, ProblemList
 from process_visualizer.cell.model import Cell, Device, ProcessEvent, RoslaunchElement, RunSpan
 from process_visualizer.cell.output_rules import check_outputs
+from process_visualizer.cell.provenance import OPENED, Provenance
 from process_visualizer.cell.roslaunch_rules import check_machines
 from process_visualizer.cell.rules import check_device, check_devices, check_node_names
 from process_visualizer.cell.run_rules import check_event_topics, check_run
@@ -27,11 +30,14 @@ _MOST_FILES = 100
 class XmlParser:
     """Parses a configuration and the files it includes.
 
-    ``arguments`` are values for ``<arg>`` elements, as given on a command line.
+    ``arguments`` are values for ``<arg>`` elements, as given on a command line. Of a configuration
+    that is data by its ``provenance`` only what may not run anything is read.
     """
 
-    def __init__(self, arguments: Optional[Mapping[str, str]] = None) -> None:
+    def __init__(self, arguments: Optional[Mapping[str, str]] = None,
+                 provenance: Provenance = OPENED) -> None:
         self._given = dict(arguments or {})
+        self._provenance = provenance
 
     def parse(self, path: str) -> Cell:
         """The cell of the file.
@@ -51,18 +57,30 @@ class XmlParser:
         """
         problems = ProblemList()
         root = _read_root(path)
-        reading = _Reading(problems)
-        reading.read(root, self._given, (path,), None)
+        reading = _Reading(problems, self._provenance)
+        given, ignored = confined_arguments(self._given, path, self._provenance)
+        reading.ignored.extend(ignored)
+        reading.read(root, given, (path,), None)
         check_devices(reading.devices, reading.frame or DEFAULT_FRAME, problems)
         check_machines(reading.machines, reading.devices, problems)
         check_run(reading.events, reading.runs, problems)
-        devices = _build_devices(reading.devices, reading.frame or DEFAULT_FRAME, problems)
+        devices = tuple(map(self._confined, _build_devices(
+            reading.devices, reading.frame or DEFAULT_FRAME, problems)))
         check_event_topics(reading.events, devices, problems)
         if not len(problems) and not devices:
             problems.add(root.location, ROOT, 'lists no device; add a <device>')
+        if len(problems):
+            problems.extend(reading.ignored)  # what is wrong may follow from it
         return Cell(os.path.abspath(path), reading.frame or DEFAULT_FRAME, devices,
-                    reading.machine_elements(), tuple(reading.files), self._given,
-                    reading.process_events(), reading.run_span()), problems
+                    reading.machine_elements(), tuple(reading.files), given,
+                    reading.process_events(), reading.run_span(), self._provenance,
+                    tuple(reading.ignored)), problems
+
+    def _confined(self, device: Device) -> Device:
+        """The device, of whose model it is said that it is data."""
+        if device.model is None or not self._provenance.is_data:
+            return device
+        return replace(device, model=replace(device.model, confined_to=self._provenance.folder))
 
 
 def _read_root(path: str) -> Element:
@@ -96,7 +114,7 @@ def _build_devices(parsed_devices: List[Parsed], frame: str,
 class _Reading:
     """What a file and the files it includes contain, in file order."""
 
-    def __init__(self, problems: ProblemList) -> None:
+    def __init__(self, problems: ProblemList, provenance: Provenance) -> None:
         self.frame: Optional[str] = None
         self.devices: List[Parsed] = []
         self.machines: List[Parsed] = []
@@ -105,7 +123,9 @@ class _Reading:
         self.files: Dict[str, None] = {}
         self._lists = {'device': self.devices, 'machine': self.machines, 'event': self.events,
                        'run': self.runs}
+        self.ignored: List[Problem] = []
         self._problems = problems
+        self._provenance = provenance
         self._includes = 0
 
     def machine_elements(self) -> Tuple[RoslaunchElement, ...]:
@@ -124,6 +144,9 @@ class _Reading:
              place: Optional[Parsed]) -> None:
         """Read one file; ``chain`` are the paths down to it, ``place`` the ``<include>``."""
         self._problems.begin_file(root.location.file)
+        remaining = confined(root, self._provenance)
+        root = remaining.root
+        self.ignored.extend(remaining.ignored)
         self.files[os.path.abspath(chain[-1])] = None
         arguments = read_arguments(root, given, self._problems)
         report_unknown(given, root, place, self._problems)
@@ -150,6 +173,10 @@ class _Reading:
     def _include(self, parsed: Parsed, chain: Tuple[str, ...]) -> None:
         folder = os.path.dirname(chain[-1])
         path = os.path.abspath(os.path.join(folder, parsed.values['file']))
+        ignored = refused_include(path, parsed.location, self._provenance)
+        if ignored is not None:
+            self.ignored.append(ignored)
+            return
         self._includes += 1
         reason = self._refusal(path, chain)
         if reason:

@@ -24,13 +24,17 @@ _SCHEMA_ATTRIBUTES = ('xmlns:xsi', 'xsi:noNamespaceSchemaLocation')
 
 @dataclass
 class Element:
-    """An XML element: ``attributes`` in file order, ``text`` without the text of its children."""
+    """An XML element: ``attributes`` in file order, ``text`` without the text of its children.
+
+    ``offset`` is the byte of the file at which it begins.
+    """
 
     tag: str
     attributes: Dict[str, str]
     location: Location
     text: str = ''
     children: List['Element'] = field(default_factory=list)
+    offset: int = 0
 
 
 class _RefusedError(Exception):
@@ -63,7 +67,7 @@ class _TreeBuilder:
         if len(self._open) == _DEEPEST:
             raise _RefusedError(f'elements are nested more than {_DEEPEST} deep')
         own = {name: text for name, text in attributes.items() if name not in _SCHEMA_ATTRIBUTES}
-        element = Element(tag, own, self.location)
+        element = Element(tag, own, self.location, offset=self._parser.CurrentByteIndex)
         siblings = self._open[-1].children if self._open else self._roots
         siblings.append(element)
         self._open.append(element)

@@ -13,6 +13,7 @@ import rospy
 
 from process_visualizer.bags.json_text import parsed_json
 from process_visualizer.cell.errors import ConfigurationError
+from process_visualizer.cell.provenance import Origin
 from process_visualizer.cell.stored_configuration import StoredConfiguration, stored_configuration
 from process_visualizer.discovery.evidence.own_topics import device_topics
 from process_visualizer.discovery.evidence.seen import Seen, SeenDescription, SeenTopic, Source
@@ -60,7 +61,8 @@ def from_system() -> NewConfiguration:
 def _of_stored(stored: StoredConfiguration, seen: Seen) -> NewConfiguration:
     """The configuration of the running cell; if that cannot be used, one for its other topics."""
     try:
-        return of_stored(stored, seen, f'the cell running at {rosgraph.get_master_uri()}')
+        return of_stored(stored, seen, f'the cell running at {rosgraph.get_master_uri()}',
+                         Origin.NETWORK)
     except (ConfigurationError, ValueError, OSError) as error:
         remark = f'The configuration of the running cell is not used: {error}'
         return new_configuration(replace(seen, remarks=(remark, *seen.remarks)))

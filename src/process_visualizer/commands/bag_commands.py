@@ -11,7 +11,11 @@ from process_visualizer.bags.marks import Mark, add_mark
 from process_visualizer.bags.recorder_topics import recorded_configuration
 from process_visualizer.bags.recording import Recording
 from process_visualizer.bags.reindex import reindex
+from process_visualizer.cell.confinement import confined
+from process_visualizer.cell.errors import ConfigurationError
+from process_visualizer.cell.provenance import Origin, Provenance
 from process_visualizer.cell.stored_configuration import write_configuration
+from process_visualizer.cell.xml_reader import read_xml
 from process_visualizer.report.report import make_report
 from process_visualizer.report.report_text import as_json, as_text
 
@@ -103,8 +107,24 @@ def _configuration(options: argparse.Namespace) -> int:
         print(f'cell: {options.bags[0]} holds no configuration', file=sys.stderr)
         return 1
     words = [f'{name}:={value}' for name, value in configuration.arguments.items()]
-    print(' '.join([write_configuration(configuration, options.output), *words]))
+    path = write_configuration(configuration, options.output)
+    print(' '.join([path, *words]))
+    _tell_what_it_starts(path, options.output)
     return 0
+
+
+def _tell_what_it_starts(path: str, folder: str) -> None:
+    """Name what is ignored as long as it is in the bag, and counts as soon as the file is opened.
+
+    A file that cannot be read is not refused here: it is written as it was.
+    """
+    try:
+        found = confined(read_xml(path), Provenance(Origin.BAG, folder)).ignored
+    except ConfigurationError:
+        return
+    for it in found:
+        print(f'note: {it.location}: <{it.element}> runs or reads something when this file is '
+              'opened; read it first', file=sys.stderr)
 
 
 class _Command(NamedTuple):

@@ -35,6 +35,7 @@ from process_visualizer.commands.overview import overview
 from process_visualizer.commands.record_command import record
 from process_visualizer.commands.record_options import add_record_options, record_options
 from process_visualizer.commands.run_command import run_plan
+from process_visualizer.commands.trust_command import add_trust_options, execute_trust
 from process_visualizer.descriptions.robot_description import describe_devices
 from process_visualizer.generate.choice import Choice, RvizStart, choose_devices
 from process_visualizer.generate.generator import generate
@@ -59,13 +60,15 @@ _COMMANDS = {
                'they stay within the band of the good ones, 2 if one leaves it',
     'calibration': 'say where the devices were when a bag was recorded, and are now; exit code 2 '
                    'if one is elsewhere now',
+    'trust': 'let nodes of a package run when a recording names them; without one, list those',
     'record': "record the devices' topics, or others, until Ctrl-C, then report",
 }
 
 
 _WITHOUT_CONFIG: Dict[str, Callable[[argparse.ArgumentParser], None]] = {
     'record': add_record_options, 'new': add_new_options, 'runs': add_runs_options,
-    'compare': add_compare_options, 'calibration': add_calibration_options}
+    'compare': add_compare_options, 'calibration': add_calibration_options,
+    'trust': add_trust_options}
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
@@ -122,6 +125,8 @@ def _execute(options: argparse.Namespace) -> int:
         return _record(options)
     if options.command == 'new':
         return execute_new(options)
+    if options.command == 'trust':
+        return execute_trust(options)
     if options.command in _OF_RECORDINGS:
         return _OF_RECORDINGS[options.command](options, _named_values(options.args))
     if options.command == 'check':

@@ -123,6 +123,8 @@ def _write_report(options: argparse.Namespace, chosen: ChosenRuns, good: GoodRun
         return
     try:
         with chosen.cell_of(good.reference) as cell:
+            for ignored in cell.ignored:
+                print(f'note: {ignored}', file=sys.stderr)
             scenes = scene_pictures(cell, good, found)
         page.write_text(comparison_page(good, found, scenes), encoding='utf-8')
     except SceneError as error:

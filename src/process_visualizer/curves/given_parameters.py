@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any, Dict, Iterator, Tuple
 
-import rosparam  # noqa: F401, teaches yaml angles such as deg(90), as in roslaunch
 import yaml
 from rosgraph.names import ns_join
 
 from process_visualizer.cell.model import Device, RoslaunchElement
+from process_visualizer.cell.plain_yaml import plain_yaml
 
 _Named = Iterator[Tuple[str, Any]]
 
@@ -46,8 +46,8 @@ def _text(element: RoslaunchElement) -> str:
 
 def _loaded(text: str) -> Any:
     try:
-        return yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError, RecursionError, rosparam.RosParamException):
+        return plain_yaml(text)
+    except (yaml.YAMLError, ValueError, RecursionError):
         return None
 
 

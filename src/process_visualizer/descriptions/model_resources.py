@@ -16,6 +16,7 @@ from xml.sax.saxutils import escape, unescape
 
 import rospkg
 
+from process_visualizer.cell.provenance import is_below
 from process_visualizer.cell.substitution import package_advice
 from process_visualizer.cell.suggestions import missing_file
 
@@ -41,6 +42,37 @@ def with_resources(text: str, model_file: str) -> str:
         name = named[3] if found is None else escape(f'file://{quote(found)}', _ENTITIES)
         return f'{named[1]}{named[2]}{name}{named[2]}'
     return _NAMED.sub(renamed, text)
+
+
+def without_foreign_resources(root: ElementTree.Element) -> List[str]:
+    """Take meshes and textures that are in no installed package out of a URDF; return their names.
+
+    RViz would open any file and ask any computer for them.
+    """
+    packages = rospkg.RosPack()
+    foreign: List[str] = []
+    for parent in list(root.iter()):
+        for child in list(parent):
+            if any(_is_foreign(it.get('filename', ''), packages) for it in _named_in(child)):
+                foreign += [it.get('filename', '') for it in _named_in(child)]
+                parent.remove(child)
+    return list(dict.fromkeys(foreign))
+
+
+def _named_in(element: ElementTree.Element) -> List[ElementTree.Element]:
+    """The mesh or texture that an element is, or in whose place it stands as a whole."""
+    if element.tag in ('visual', 'collision'):
+        return list(element.iter('mesh'))
+    return [element] if element.tag in ('mesh', 'texture') else []
+
+
+def _is_foreign(uri: str, packages: rospkg.RosPack) -> bool:
+    if not uri:
+        return False
+    path = resource_path(uri, packages) if uri.startswith('package://') else ''
+    if not path:
+        return True
+    return not is_below(path, packages.get_path(uri[len('package://'):].partition('/')[0]))
 
 
 def resource_path(uri: str, packages: rospkg.RosPack) -> str:

@@ -13,12 +13,19 @@ import rospkg
 
 from process_visualizer.cell.errors import Problem
 from process_visualizer.cell.model import Device, Model
+from process_visualizer.cell.provenance import is_below
 from process_visualizer.cell.substitution import package_advice
 from process_visualizer.cell.suggestions import missing_file, root_as_global_frame
 from process_visualizer.descriptions.link_prefix import rename_links
-from process_visualizer.descriptions.model_resources import missing_resources, with_resources
+from process_visualizer.descriptions.model_resources import (
+    missing_resources,
+    with_resources,
+    without_foreign_resources,
+)
 from process_visualizer.descriptions.xacro_file import XacroError, expand_xacro
 from process_visualizer.motion.kinematics import MOVABLE
+
+_OWN_CONFIGURATION = 'name a configuration of your own with --config'
 
 
 class ModelError(Exception):
@@ -31,7 +38,8 @@ class RobotDescription:
 
     ``joints`` maps each movable joint's name, in file order, to its type; ``parents`` maps each
     link to its parent link (the root link is missing there). ``drawn`` are the links with a visual,
-    ``collision_only`` those with a collision geometry and no visual.
+    ``collision_only`` those with a collision geometry and no visual. ``ignored`` are the meshes
+    and textures that were taken out, as a model in a recording may not name them.
     """
 
     text: str
@@ -40,6 +48,7 @@ class RobotDescription:
     parents: Dict[str, str]
     drawn: FrozenSet[str] = frozenset()
     collision_only: FrozenSet[str] = frozenset()
+    ignored: Tuple[str, ...] = ()
 
     @property
     def root_link(self) -> str:
@@ -64,9 +73,11 @@ def model_path(model: Model) -> str:
     """The absolute path of a model file.
 
     Raises:
-        ModelError: the file does not exist.
+        ModelError: the file does not exist, or is not where a model that is data may be.
     """
     if not model.package:
+        if model.confined_to and not is_below(model.path, model.confined_to):
+            raise ModelError(f'"{model.path}" is not in the recording; {_OWN_CONFIGURATION}')
         if not os.path.isfile(model.path):
             raise ModelError(missing_file(model.path))
         return model.path
@@ -75,6 +86,9 @@ def model_path(model: Model) -> str:
     except rospkg.ResourceNotFound:
         raise ModelError(package_advice(model.package)) from None
     path = os.path.join(folder, model.path)
+    if model.confined_to and not is_below(path, folder):
+        raise ModelError(f'"{model.path}" is not below the package "{model.package}"; '
+                         f'{_OWN_CONFIGURATION}')
     if not os.path.isfile(path):
         raise ModelError(f'there is no file "{model.path}" in the package "{model.package}" '
                          f'({folder})')
@@ -82,28 +96,33 @@ def model_path(model: Model) -> str:
 
 
 def load_robot_description(path: str, arguments: Tuple[Tuple[str, str], ...] = (),
-                           prefix: str = '') -> RobotDescription:
+                           prefix: str = '', confined_to: str = '') -> RobotDescription:
     """The description in a URDF or xacro file.
 
-    ``arguments`` are values for ``<xacro:arg>``; ``prefix`` is put before the names of links.
+    ``arguments`` are values for ``<xacro:arg>``; ``prefix`` is put before the names of links. One
+    that is ``confined_to`` a folder is data (see ``Model``).
 
     Raises:
         ModelError: it cannot be read, or is not a robot description; names the file.
     """
-    text = _expand(path, arguments) if path.endswith('.xacro') else _read(path)
+    text = _expand(path, arguments, confined_to) if path.endswith('.xacro') else _read(path)
+    if confined_to and '<!DOCTYPE' in text:
+        raise ModelError(f'{path}: a model in a recording may not declare a DOCTYPE')
     try:
         root = ElementTree.fromstring(text)
     except ElementTree.ParseError as error:
         raise ModelError(f'{path}: not well-formed XML: {error}') from None
     if root.tag != 'robot':
         raise ModelError(f'{path}: a URDF begins with <robot>, not <{root.tag}>')
+    ignored = without_foreign_resources(root) if confined_to else []
     if prefix:
         rename_links(root, prefix)
+    if prefix or ignored:
         text = ElementTree.tostring(root, encoding='unicode')
     _check_with_urdfdom(path, text)
     description = _describe(text, root)
     _check_tree(path, description, root)
-    return description
+    return replace(description, ignored=tuple(ignored))
 
 
 def _read(path: str) -> str:
@@ -114,9 +133,9 @@ def _read(path: str) -> str:
         raise ModelError(f'{path}: cannot be read: {error}') from None
 
 
-def _expand(path: str, arguments: Tuple[Tuple[str, str], ...]) -> str:
+def _expand(path: str, arguments: Tuple[Tuple[str, str], ...], confined_to: str) -> str:
     try:
-        return expand_xacro(path, arguments)
+        return expand_xacro(path, arguments, confined_to)
     except XacroError as error:
         raise ModelError(str(error)) from None
 
@@ -187,8 +206,11 @@ def describe_device(device: Device, global_frame: str = '') -> Optional[RobotDes
     if device.model is None:
         return None
     model, path = device.model, model_path(device.model)
-    description = load_robot_description(path, model.arguments, model.prefix)
+    description = load_robot_description(path, model.arguments, model.prefix,
+                                         model.confined_to)
     _check_frames(device, description, global_frame)
+    if model.confined_to:
+        return description
     return replace(description, text=with_resources(description.text, path))
 
 
@@ -208,10 +230,16 @@ def _check_frames(device: Device, description: RobotDescription, global_frame: s
 
 def resource_problems(devices: Iterable[Device],
                       descriptions: Mapping[str, RobotDescription]) -> List[Problem]:
-    """The meshes and textures of models that RViz will not find."""
+    """The meshes and textures of models that RViz will not find, or that are ignored."""
     return [Problem(device.model.location, 'model', text)
             for device in devices if device.model is not None and device.name in descriptions
-            for text in missing_resources(descriptions[device.name].text)]
+            for text in (*map(_ignored, descriptions[device.name].ignored),
+                         *missing_resources(descriptions[device.name].text))]
+
+
+def _ignored(resource: str) -> str:
+    return (f'"{resource}" is ignored: a model in a recording names meshes and textures of '
+            f'installed packages only; {_OWN_CONFIGURATION}')
 
 
 def describe_devices(devices: Tuple[Device, ...], global_frame: str = ''

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The program behind expand_xacro: expands one file and prints the result as JSON.
 
-usage: python3 -m process_visualizer.descriptions.xacro_child FILE [NAME:=VALUE …]
+usage: python3 -m process_visualizer.descriptions.xacro_child FILE FOLDER [NAME:=VALUE …]
+
+With a FOLDER the file is data: see xacro_limits.
 
 It is a separate process because xacro keeps its state in its module.
 """
@@ -20,6 +22,7 @@ from xml.parsers.expat import ExpatError
 
 import rospkg
 
+from process_visualizer.descriptions.xacro_limits import LimitError, limit_this_process
 from process_visualizer.descriptions.xacro_module import import_xacro, xacro_version
 from process_visualizer.descriptions.xacro_place import XacroPlace, place_in_files
 
@@ -30,15 +33,15 @@ _ARGUMENT = re.compile(r'''<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)|'''
 
 def main(arguments: List[str]) -> int:
     """Print the text of an expanded file, or the reason for the failure."""
-    path, given = arguments[0], arguments[1:]
+    path, folder, given = arguments[0], arguments[1], arguments[2:]
     mappings = dict(argument.split(':=', 1) for argument in given)
     with redirect_stdout(sys.stderr):  # what a file prints is not the result
-        result = _result(path, mappings)
+        result = _result(path, folder, mappings)
     json.dump(result, sys.stdout)
     return 0
 
 
-def _result(path: str, mappings: Dict[str, str]) -> Mapping[str, Any]:
+def _result(path: str, folder: str, mappings: Dict[str, str]) -> Mapping[str, Any]:
     try:
         xacro = import_xacro()
     except ImportError:
@@ -46,6 +49,8 @@ def _result(path: str, mappings: Dict[str, str]) -> Mapping[str, Any]:
     result: Dict[str, Any] = {'xacro': xacro_version(xacro)}
     try:
         files = _files_read()
+        if folder:
+            limit_this_process(folder)
         document = xacro.process_file(path, mappings=dict(mappings))
         result.update(files=sorted(files), text=document.toprettyxml(indent='  '),
                       unused=_unused(mappings, [path, *xacro.all_includes]))
@@ -98,8 +103,11 @@ def _place(xacro: Any, path: str, error: Exception) -> XacroPlace:
     if isinstance(error, ExpatError):
         return XacroPlace(files[-1], error.lineno)
     macros = [macro.history[-1][-1] for macro in (xacro.macrostack or []) if macro.history]
-    return place_in_files(_innermost_element(error.__traceback__),
-                          [*reversed(macros), *reversed(files)], files[-1])
+    try:
+        return place_in_files(_innermost_element(error.__traceback__),
+                              [*reversed(macros), *reversed(files)], files[-1])
+    except LimitError:  # the file that may not be read
+        return XacroPlace(path, 0)
 
 
 def _innermost_element(traceback: Optional[TracebackType]) -> Optional[minidom.Element]:

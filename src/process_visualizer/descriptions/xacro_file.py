@@ -22,27 +22,30 @@ class XacroError(Exception):
     """A xacro file cannot be expanded; says which file, where, and why."""
 
 
-def expand_xacro(path: str, arguments: Tuple[Tuple[str, str], ...] = ()) -> str:
+def expand_xacro(path: str, arguments: Tuple[Tuple[str, str], ...] = (),
+                 confined_to: str = '') -> str:
     """Return the text of the expanded file, given values for its ``<xacro:arg>`` elements.
 
-    It is expanded again only if it, or a file that it reads, has changed.
+    It is expanded again only if it, or a file that it reads, has changed. One that is
+    ``confined_to`` a folder is data: it only reads files there and in packages, and calculates.
 
     Raises:
         XacroError: it cannot be expanded.
     """
-    return _text_of(path, arguments, frozenset(os.environ.items())).get()
+    return _text_of(path, arguments, confined_to, frozenset(os.environ.items())).get()
 
 
 @functools.lru_cache(maxsize=64)
-def _text_of(path: str, arguments: Tuple[Tuple[str, str], ...],
+def _text_of(path: str, arguments: Tuple[Tuple[str, str], ...], confined_to: str,
              _environment: FrozenSet[Tuple[str, str]]) -> MadeText:
     """The environment says where packages are; files can also read it."""
-    return MadeText(lambda: _expanded(path, arguments))
+    return MadeText(lambda: _expanded(path, arguments, confined_to))
 
 
-def _expanded(path: str, arguments: Tuple[Tuple[str, str], ...]) -> Tuple[str, List[str]]:
+def _expanded(path: str, arguments: Tuple[Tuple[str, str], ...],
+              confined_to: str) -> Tuple[str, List[str]]:
     """The text of the expanded file, and the files that were read for it."""
-    result = _run(path, dict(arguments))
+    result = _run(path, dict(arguments), confined_to)
     if result.get('missing'):
         raise XacroError(f'{path}: xacro is not installed for {sys.executable}; install it '
                          '(requirements/python.txt) or activate its virtual environment')
@@ -68,18 +71,21 @@ def _unused(name: str, known: Sequence[str]) -> str:
     return f'it has no argument "{name}"; ' + (advice(name, known) if known else 'leave it out')
 
 
-def _environment(path: str) -> Dict[str, str]:
-    """Packages beside the file that are not installed are found, too."""
-    folders = [os.environ.get(_PACKAGE_PATH, ''), *packages_beside(path).values()]
+def _environment(path: str, confined_to: str) -> Dict[str, str]:
+    """Packages beside the file that are not installed are found, too, unless it is data."""
+    beside = {} if confined_to else packages_beside(path)
+    folders = [os.environ.get(_PACKAGE_PATH, ''), *beside.values()]
     return {**os.environ, _PACKAGE_PATH: os.pathsep.join(filter(None, folders))}
 
 
-def _run(path: str, mappings: Mapping[str, str]) -> Dict[str, Any]:
+def _run(path: str, mappings: Mapping[str, str], confined_to: str) -> Dict[str, Any]:
     words = [f'{name}:={value}' for name, value in mappings.items()]
-    command = [sys.executable, '-m', 'process_visualizer.descriptions.xacro_child', path, *words]
+    command = [sys.executable, '-m', 'process_visualizer.descriptions.xacro_child',
+               os.path.abspath(path), confined_to, *words]
     try:
         done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                              timeout=TIMEOUT_S, check=False, env=_environment(path))
+                              timeout=TIMEOUT_S, check=False, cwd=os.path.dirname(__file__),
+                              env=_environment(path, confined_to))
     except subprocess.TimeoutExpired:
         raise XacroError(f'{path}: xacro did not finish within {TIMEOUT_S:g} s') from None
     try:

@@ -9,6 +9,7 @@ from typing import Container, Dict, List, NamedTuple, Optional, Sequence, Tuple
 from process_visualizer.bags.recorder_topics import recorded_configuration
 from process_visualizer.bags.recording import Recording
 from process_visualizer.cell.errors import ConfigurationError
+from process_visualizer.cell.provenance import Origin
 from process_visualizer.cell.stored_configuration import StoredConfiguration
 from process_visualizer.discovery.draft_text import draft_text
 from process_visualizer.discovery.evidence.bag_look import look_into
@@ -83,13 +84,14 @@ def from_bags(paths: Sequence[str]) -> NewConfiguration:
         raise ValueError('; '.join([str(error), *of_bags])) from None
 
 
-def of_stored(stored: StoredConfiguration, seen: Seen, source: str) -> NewConfiguration:
+def of_stored(stored: StoredConfiguration, seen: Seen, source: str,
+              origin: Origin = Origin.BAG) -> NewConfiguration:
     """Return a configuration that was stored, as far as it holds; ``source`` says where.
 
     Raises:
         ConfigurationError, ValueError, OSError: it cannot be used here.
     """
-    made = from_stored(stored, seen, source)
+    made = from_stored(stored, seen, source, origin)
     return NewConfiguration(made.text, made.files,
                             _summary([it.type.value for it in made.cell.devices]))
 

@@ -9,6 +9,7 @@ from process_visualizer.bags.recorder_topics import recorded_configuration
 from process_visualizer.bags.recording import Recording
 from process_visualizer.cell.errors import ConfigurationError
 from process_visualizer.cell.model import Device, Model
+from process_visualizer.cell.provenance import Origin, Provenance
 from process_visualizer.cell.stored_configuration import StoredConfiguration, write_configuration
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.descriptions.robot_description import (
@@ -42,7 +43,8 @@ def _devices(configuration: StoredConfiguration, folder: str,
              remarks: List[str]) -> List[Tuple[Device, Model]]:
     try:
         path = write_configuration(configuration, folder)
-        cell = XmlParser(configuration.arguments).parse(path)
+        cell = XmlParser(configuration.arguments,
+                         Provenance(Origin.BAG, folder)).parse(path)
     except (OSError, ConfigurationError) as error:
         remarks.append(f'That configuration cannot be read: {error}')
         return []
@@ -50,7 +52,8 @@ def _devices(configuration: StoredConfiguration, folder: str,
 
 
 def _found(device: Device, model: Model) -> FoundModel:
-    description = load_robot_description(model_path(model), model.arguments)
+    description = load_robot_description(model_path(model), model.arguments,
+                                         confined_to=model.confined_to)
     if not model.package:
         return FoundModel(f'/{device.name}', device.name, description, reason=_REASON,
                           prefix=model.prefix)

@@ -9,15 +9,20 @@ from typing import Dict, List, Mapping, NamedTuple, Sequence
 
 import numpy as np
 
+from process_visualizer.cell.confinement import confined, confined_arguments
+from process_visualizer.cell.editing.left_out import without
 from process_visualizer.cell.editing.pose_edit import PoseEditError, PoseEditor
 from process_visualizer.cell.editing.start_tags import encoding_of, start_tags, tag_text
 from process_visualizer.cell.model import Cell, Pose
+from process_visualizer.cell.provenance import Origin, Provenance
 from process_visualizer.cell.stored_configuration import (
     StoredConfiguration,
     with_models_beside,
     write_configuration,
 )
+from process_visualizer.cell.trusted_packages import trusted_packages
 from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.cell.xml_reader import read_xml
 from process_visualizer.descriptions.robot_description import describe_devices
 from process_visualizer.discovery.draft_text import comment_lines
 from process_visualizer.discovery.evidence.frame_forest import FrameForest
@@ -36,10 +41,12 @@ class StoredCell(NamedTuple):
     cell: Cell
 
 
-def from_stored(stored: StoredConfiguration, seen: Seen, source: str) -> StoredCell:
+def from_stored(stored: StoredConfiguration, seen: Seen, source: str,
+                origin: Origin = Origin.BAG) -> StoredCell:
     """Return a configuration as it was stored, with base frames where they were seen last.
 
-    ``source`` says in words where it was stored.
+    ``source`` says in words where it was stored. What it would run or read is left out, but nodes
+    of packages that the user trusts; comments say what stood there.
 
     Raises:
         ConfigurationError: it is none on this machine.
@@ -53,16 +60,31 @@ def from_stored(stored: StoredConfiguration, seen: Seen, source: str) -> StoredC
         raise ValueError('it includes files that are not below its folder')
     with tempfile.TemporaryDirectory(prefix='process_visualizer-') as folder:
         path = write_configuration(stored, folder)
-        Path(path).write_bytes(_with_arguments(Path(path).read_bytes(), stored.arguments))
-        cell = XmlParser().parse(path)
+        provenance = Provenance(origin, folder, trusted_packages())
+        left_out = _confine(folder, provenance)
+        given = confined_arguments(stored.arguments, path, provenance)[0]
+        Path(path).write_bytes(_with_arguments(Path(path).read_bytes(), given))
+        cell = XmlParser(provenance=provenance).parse(path)
         problems = describe_devices(cell.devices, cell.frame)[1]
-        if problems:
-            raise ValueError(str(problems[0]))
-        remarks = [_origin(stored, source), *_with_seen_poses(cell, seen), *_not_named(cell, seen)]
+        if problems or cell.ignored:
+            raise ValueError(str([*problems, *cell.ignored][0]))
+        remarks = [_origin(stored, source), *left_out, *_with_seen_poses(cell, seen),
+                   *_not_named(cell, seen)]
         data = _with_comment(Path(path).read_bytes(), remarks)
         files = {name: _text(Path(os.path.dirname(path), name).read_bytes())
                  for name in beside.values()}
     return StoredCell(_text(data), files, cell)
+
+
+def _confine(folder: str, provenance: Provenance) -> List[str]:
+    """Take what is not trusted out of the files of a configuration; say what it is."""
+    ignored: List[str] = []
+    for path in sorted(Path(folder).rglob('*.xml')):
+        found = confined(read_xml(str(path)), provenance)
+        path.write_bytes(without(path.read_bytes(), found.removals))
+        ignored += [f'{path.name}:{it.location.line}: <{it.element}> {it.message}.'
+                    for it in found.ignored]
+    return ignored
 
 
 def _origin(stored: StoredConfiguration, source: str) -> str:

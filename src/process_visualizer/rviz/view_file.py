@@ -7,6 +7,8 @@ from typing import Any, Dict
 
 import yaml
 
+from process_visualizer.cell.plain_yaml import plain_yaml
+
 
 def read_view(path: str) -> Dict[str, Any]:
     """The content of an RViz file.
@@ -16,8 +18,8 @@ def read_view(path: str) -> Dict[str, Any]:
         ValueError: it is not a file of RViz.
     """
     try:
-        content = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        content = plain_yaml(Path(path).read_text(encoding='utf-8'))
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
         raise ValueError(f'{path}: not YAML: {" ".join(str(error).split())}') from None
     if not isinstance(content, dict) or not isinstance(content.get('Visualization Manager'), dict):
         raise ValueError(f'{path}: not an RViz configuration: it has no "Visualization Manager"')

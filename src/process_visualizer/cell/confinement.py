@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What remains of a configuration that is data: nothing that could start or read anything.
+
+This is the one place that decides it. It works on the elements as they are written, before any
+value is resolved, so that whatever reads a cell of a recording has never seen the rest.
+"""
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import Dict, List, Mapping, NamedTuple, Optional, Tuple
+
+from process_visualizer.cell.errors import Location, Problem, shortened
+from process_visualizer.cell.provenance import Provenance, in_a_package, is_below
+from process_visualizer.cell.xml_reader import Element
+
+_RESOLVED = re.compile(r'\$\((?:arg\s+\w+|dirname)\)')
+"""What may be resolved: with anything else a value could be code, or a secret of this computer."""
+_FOUND = re.compile(r'\$\(find\s+[\w-]+\)')
+_NODE_ATTRIBUTES = ('pkg', 'type', 'name', 'ns', 'output', 'ifstate', 'if', 'unless')
+_LAUNCH_ATTRIBUTES = ('pkg', 'type', 'ifstate', 'if', 'unless')
+_READS_OR_RUNS = ('command', 'textfile', 'binfile')
+_NOT_PLAIN = re.compile(r'[!(&*]')
+"""In YAML: tags, which rosparam evaluates, angles, and references, which multiply."""
+_NEVER = {'machine': 'nodes run on this computer only',
+          'env': 'it changes how programs run',
+          'remap': 'only what this program generates is started'}
+_ADVICE = 'write it into a configuration of your own, and name that with --config'
+
+
+class Removal(NamedTuple):
+    """What is taken out of a file: the element that begins at a byte, or an attribute of it."""
+
+    offset: int
+    attribute: str = ''
+
+
+class Confined(NamedTuple):
+    """What remains of a file, and what of it is ignored: where, what, why, and what to do.
+
+    ``removals`` say the same for the bytes of the file.
+    """
+
+    root: Element
+    ignored: Tuple[Problem, ...] = ()
+    removals: Tuple[Removal, ...] = ()
+
+
+def confined(root: Element, provenance: Provenance) -> Confined:
+    """Return a file's elements without what a configuration of that provenance may not say."""
+    if not provenance.is_data:
+        return Confined(root)
+    work = _Work(provenance)
+    return Confined(work.kept(root), tuple(work.ignored), tuple(work.removals))
+
+
+def confined_arguments(given: Mapping[str, str], path: str, provenance: Provenance
+                       ) -> Tuple[Dict[str, str], Tuple[Problem, ...]]:
+    """Return the values given for arguments without those that would be resolved once more."""
+    if not provenance.is_data:
+        return dict(given), ()
+    kept = {name: value for name, value in given.items() if '$' not in value}
+    return kept, tuple(
+        _problem(Location(path, 1), 'arg', f'the value of "{name}" is ignored in '
+                 f'{_of(provenance)}: it would be resolved once more')
+        for name in given if name not in kept)
+
+
+def refused_include(path: str, location: Location, provenance: Provenance) -> Optional[Problem]:
+    """Return the problem of an ``<include>`` of data that is neither beside it nor in a package."""
+    if not provenance.is_data or is_below(path, provenance.folder) or in_a_package(path):
+        return None
+    return _problem(location, 'include', f'"{shortened(path)}" is ignored in {_of(provenance)}: it '
+                    'is neither one of its files nor one of an installed package')
+
+
+class _Work:
+    """Goes through the elements of one file, and notes what is ignored."""
+
+    def __init__(self, provenance: Provenance) -> None:
+        self.ignored: List[Problem] = []
+        self.removals: List[Removal] = []
+        self._provenance = provenance
+
+    def kept(self, element: Element) -> Element:
+        """The element without the attributes and children that are ignored."""
+        attributes = dict(element.attributes)
+        for name in self._needless(element):
+            del attributes[name]
+            self._ignore(element, f'"{name}" is ignored: only its package is trusted, not what '
+                                  f'{_of(self._provenance)} lets it do', name)
+        children = []
+        for child in element.children:
+            reason = self._refusal(child, element)
+            if reason:
+                self._ignore(child, reason)
+            else:
+                children.append(self.kept(child))
+        return replace(element, attributes=attributes, children=children)
+
+    def _needless(self, element: Element) -> List[str]:
+        allowed = {'node': _NODE_ATTRIBUTES, 'launch': _LAUNCH_ATTRIBUTES}.get(element.tag)
+        return [] if allowed is None else [it for it in element.attributes if it not in allowed]
+
+    def _refusal(self, element: Element, parent: Element) -> str:
+        """Why an element is ignored; empty if it is not."""
+        of = _of(self._provenance)
+        if (parent.tag, element.tag) == ('launch', 'arg'):
+            return f'is ignored in {of}: launch files run what they are given, such as a prefix'
+        if element.tag in _NEVER:
+            return f'is ignored in {of}: {_NEVER[element.tag]}'
+        if element.tag in ('node', 'launch'):
+            package = element.attributes.get('pkg', '')
+            if package not in self._provenance.packages:
+                return (f'is ignored in {of}: its package {shortened(package)} is not trusted; '
+                        f'"rosrun process_visualizer cell trust {shortened(package)}" trusts it')
+        found = next(filter(None, (_unresolvable(element, name) for name in element.attributes)),
+                     '')
+        if found:
+            return f'is ignored in {of}: {found}'
+        if element.tag in ('param', 'rosparam'):
+            reason = _parameter_refusal(element)
+            return reason and f'is ignored in {of}: {reason}'
+        return ''
+
+    def _ignore(self, element: Element, message: str, attribute: str = '') -> None:
+        self.removals.append(Removal(element.offset, attribute))
+        self.ignored.append(_problem(element.location, element.tag, message))
+
+
+def _unresolvable(element: Element, name: str) -> str:
+    text = _RESOLVED.sub('', element.attributes[name])
+    if (element.tag, name) == ('include', 'file'):
+        text = _FOUND.sub('', text)  # a file of an installed package is read as data, too
+    return f'"{name}" has {shortened(text[text.index("$"):])}, which is resolved only in files ' \
+           'of your own' if '$' in text else ''
+
+
+def _parameter_refusal(element: Element) -> str:
+    attributes = element.attributes
+    for name in _READS_OR_RUNS:
+        if name in attributes and (element.tag, attributes[name]) != ('rosparam', 'load'):
+            return f'"{name}" would run a program or read a file'
+    if 'file' in attributes:
+        return '"file" would read or write a file'
+    if attributes.get('type') == 'yaml' or (element.tag == 'rosparam' and (
+            'subst_value' in attributes or _NOT_PLAIN.search(element.text))):
+        return 'its YAML is more than plain values, which rosparam may evaluate'
+    if any(attributes.get(name, '')[:1] == '/' for name in ('name', 'param', 'ns')):
+        return 'it is outside of the namespace of its device'
+    return ''
+
+
+def _problem(location: Location, tag: str, message: str) -> Problem:
+    advice = '' if 'cell trust' in message else f'; {_ADVICE}'
+    return Problem(location, shortened(tag), message + advice)
+
+
+def _of(provenance: Provenance) -> str:
+    return provenance.origin.value

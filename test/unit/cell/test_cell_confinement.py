@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a configuration that is data may say, with packages that the user trusts."""
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+from process_visualizer.cell.confinement import confined
+from process_visualizer.cell.editing.left_out import without
+from process_visualizer.cell.model import Cell
+from process_visualizer.cell.plain_yaml import plain_yaml
+from process_visualizer.cell.provenance import Origin, Provenance
+from process_visualizer.cell.trusted_packages import set_trusted, trust_file, trusted_packages
+from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.cell.xml_reader import read_xml
+from process_visualizer.commands.command_line import main
+
+TEXT = '''<visualizer>
+  <device type="other" name="machine">
+    <node pkg="sewing_cell" type="sewing_machine.py" name="n" args="--é" launch-prefix='a "b">'>
+      <param name="mesh" value="x"/>
+      <rosparam>center: [1, 2]</rosparam>
+      <env name="A" value="b"/>
+    </node>
+    <launch pkg="sewing_cell" type="a.launch"><arg name="prefix" value="sh"/></launch>
+    <node pkg="tf" type="static_transform_publisher" name="m"/>
+    <topic name="feed"/>
+  </device>
+</visualizer>
+'''
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    found = tmp_path / 'cell.xml'
+    found.write_text(TEXT, encoding='utf-8')
+    return found
+
+
+def parsed(path: Path, *packages: str) -> Cell:
+    provenance = Provenance(Origin.BAG, str(path.parent), frozenset(packages))
+    return XmlParser(provenance=provenance).parse(str(path))
+
+
+def test_a_file_on_the_disk_says_what_it_wants(path: Path) -> None:
+    cell = XmlParser().parse(str(path))
+    assert [it.name for it in cell.devices[0].nodes] == ['n', 'm']
+    assert cell.ignored == ()
+
+
+def test_nothing_starts_without_trust(path: Path) -> None:
+    cell = parsed(path)
+    assert cell.devices[0].nodes == () and cell.devices[0].launch_files == ()
+    assert [str(it) for it in cell.ignored][-1] == (
+        f'{path}:9: <node>: is ignored in a recording: its package tf is not trusted; '
+        '"rosrun process_visualizer cell trust tf" trusts it')
+
+
+def test_a_trusted_package_starts_without_what_changes_it(path: Path) -> None:
+    cell = parsed(path, 'sewing_cell')
+    node, = cell.devices[0].nodes
+    assert dict(node.attributes) == {'output': 'screen'}
+    assert [it.tag for it in node.children] == ['param', 'rosparam']
+    assert cell.devices[0].launch_files[0].arguments == ()
+    assert [it.location.line for it in cell.ignored] == [3, 3, 6, 8, 9]
+
+
+def test_the_text_without_it_says_what_stood_there(path: Path) -> None:
+    provenance = Provenance(Origin.BAG, str(path.parent), frozenset(['sewing_cell']))
+    found = confined(read_xml(str(path)), provenance)
+    path.write_bytes(without(path.read_bytes(), found.removals))
+    text = path.read_text(encoding='utf-8')
+    assert '<node pkg="sewing_cell" type="sewing_machine.py" name="n">' in text
+    assert '<!-- left out, as it was in a recording: <node pkg="tf" type="static' in text
+    assert confined(read_xml(str(path)), provenance).ignored == ()
+    XmlParser().parse(str(path))
+
+
+def test_packages_are_trusted_by_a_list(path: Path, tmp_path: Path,
+                                        monkeypatch: pytest.MonkeyPatch,
+                                        capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setenv('XDG_CONFIG_HOME', str(tmp_path / 'config'))
+    assert main(['trust']) == 0 and trusted_packages() == frozenset()
+    assert trust_file() in capsys.readouterr().err
+    assert main(['trust', 'sewing_cell', 'rviz']) == 0
+    assert capsys.readouterr().out.split() == ['rviz', 'sewing_cell']
+    assert main(['trust', 'sewing_sell']) == 1
+    assert 'did you mean "sewing_cell"' in capsys.readouterr().err
+    assert main(['trust', '--remove', 'rviz']) == 0
+    assert trusted_packages() == {'sewing_cell'}
+    with pytest.raises(ValueError, match='not a valid package name'):
+        set_trusted('a b', True)
+
+
+def test_what_the_opened_configuration_starts_is_trusted(path: Path, tmp_path: Path,
+                                                         monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv('XDG_CONFIG_HOME', str(tmp_path / 'config'))
+    assert trusted_packages(XmlParser().parse(str(path))) == {'sewing_cell', 'tf'}
+    assert trusted_packages(parsed(path, 'tf')) == frozenset()
+
+
+@pytest.mark.parametrize(('text', 'value'), [
+    ('deg(90)', math.pi / 2), ('rad(2*pi - 1)', 2 * math.pi - 1), ('!degrees 180', math.pi),
+    ('!radians -pi/4', -math.pi / 4), ('rad', 'rad')])
+def test_angles_are_calculated(text: str, value: object) -> None:
+    assert plain_yaml(f'a: {text}') == {'a': pytest.approx(value)
+                                        if isinstance(value, float) else value}
+
+
+@pytest.mark.parametrize('text', ['rad(1/0)', '!radians open("x")', '!radians pi.real',
+                                  'rad(9**9)', '!degrees x', f'!radians {"-" * 300}1'])
+def test_what_is_no_angle_is_refused(text: str) -> None:
+    with pytest.raises((ValueError, yaml.YAMLError)):
+        plain_yaml(f'a: {text}')
+
+
+def test_a_configuration_that_is_checked_runs_nothing(tmp_path: Path) -> None:
+    config, canary = tmp_path / 'cell.xml', tmp_path / 'canary'
+    config.write_text('<visualizer><device type="other" name="a"><rosparam>x: !radians '
+                      'open("canary", "w")</rosparam></device></visualizer>')
+    done = subprocess.run(
+        [sys.executable, '-c', 'import sys; from process_visualizer.commands.command_line import '
+         'main; sys.exit(main())', 'check', str(config)], stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT, text=True, check=False, cwd=tmp_path)
+    assert done.returncode == 1 and 'is no angle' in done.stdout
+    assert not canary.exists()
