@@ -20,6 +20,8 @@ add_library(process_visualizer_rviz
   src/displays/display_silence.cpp
   src/displays/display_status.cpp
   src/displays/flat_object.cpp
+  src/displays/key_names.cpp
+  src/displays/key_report.cpp
   src/displays/label_layer.cpp
   src/displays/label_layout.cpp
   src/displays/label_store.cpp
@@ -62,6 +64,11 @@ if(CATKIN_ENABLE_TESTING)
   process_visualizer_compile(test_labels)
   target_include_directories(test_labels PRIVATE ${PROJECT_SOURCE_DIR}/src/displays)
   target_link_libraries(test_labels ${roscpp_LIBRARIES})
+
+  catkin_add_gtest(test_key_names test/cpp/test_key_names.cpp src/displays/key_names.cpp)
+  process_visualizer_compile(test_key_names)
+  target_include_directories(test_key_names PRIVATE ${PROJECT_SOURCE_DIR}/src/displays)
+  target_link_libraries(test_key_names ${rviz_qt}::Widgets)
 
   catkin_add_gtest(test_replay_text test/cpp/test_replay_text.cpp src/displays/replay_text.cpp)
   process_visualizer_compile(test_replay_text)

@@ -46,7 +46,11 @@ void DisplayStatus::onInitialize() {
                                                                                 /*latch=*/true);
   subscriber_ = ros::NodeHandle("~").subscribe("place", 1, &DisplayStatus::place, this);
   camera_.advertise();
-  if (QWidget* const own = window()) window_report_ = std::make_unique<WindowReport>(*own);
+  if (QWidget* const own = window()) {
+    window_report_ = std::make_unique<WindowReport>(*own);
+    key_report_ = std::make_unique<KeyReport>(*own);
+    context_->getViewManager()->getRenderPanel()->setFocus();  // not in the list of displays
+  }
   stopDrawingAtTheEnd();
 }
 

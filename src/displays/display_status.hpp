@@ -11,6 +11,7 @@
 #include <memory>
 
 #include "camera_report.hpp"
+#include "key_report.hpp"
 #include "window_report.hpp"
 
 class QWidget;
@@ -25,7 +26,7 @@ namespace process_visualizer::displays {
 /// `height` of the 3D view in pixels, then one entry for each display.
 ///
 /// On `~camera` it publishes the present camera (see CameraReport), and on `~window` where RViz's
-/// window is (see WindowReport).
+/// window is (see WindowReport). Keys for the launcher are passed on to it (see KeyReport).
 ///
 /// It moves RViz's window to where `~place` (sensor_msgs/RegionOfInterest) says: the corner of its
 /// frame, and its size without the frame, in pixels of the screen, whatever Qt scales by. Only the
@@ -53,6 +54,7 @@ class DisplayStatus : public rviz::Display {
   ros::Subscriber subscriber_;
   CameraReport camera_;
   std::unique_ptr<WindowReport> window_report_;
+  std::unique_ptr<KeyReport> key_report_;
   sensor_msgs::RegionOfInterest place_;
   bool is_place_new_ = false;
   float seconds_since_report_ = 0;

@@ -43,6 +43,8 @@ DISPLAY_STATUS_TOPIC = f'/{RVIZ}/display_status'  # published by src/displays
 RVIZ_PLACE_TOPIC = f'/{RVIZ}/place'  # subscribed there
 RVIZ_CAMERA_TOPIC = f'/{RVIZ}/camera'  # published there
 RVIZ_WINDOW_TOPIC = f'/{RVIZ}/window'  # published there
+RVIZ_KEYS_TOPIC = f'/{RVIZ}/keys'  # subscribed there
+RVIZ_KEY_TOPIC = f'/{RVIZ}/key_pressed'  # published there
 
 TF_TOPIC, STATIC_TF_TOPIC = '/tf', '/tf_static'
 

@@ -2,8 +2,9 @@
 """The window without a mouse: what has the focus has a name, and every button can have it."""
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
-from typing import Any, Iterator, List
+from typing import Any, Iterator, List, Sequence
 
 import pytest
 from PyQt5.QtCore import QPoint, QRect, QSettings, Qt
@@ -21,6 +22,7 @@ from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.settings import Settings
+from process_visualizer.gui.models.cell.launch_model import Phase
 from process_visualizer.gui.views.cell.events_view import EventsView
 from process_visualizer.gui.views.cell.warnings_view import WarningsView
 
@@ -122,3 +124,53 @@ def test_what_can_have_the_focus_in_dialogs_has_a_name(window: LauncherApp) -> N
                 and not it.objectName().startswith('qt_') and not isinstance(it, QLabel)
                 and it not in [label.buddy() for label in dialog.findChildren(QLabel)]]
     assert len(dialogs) == 6 and nameless == []
+
+
+class RvizKeys:
+    """A window whose nodes run, and the keys that RViz is told to pass on."""
+
+    def __init__(self, window: LauncherApp, mode: Mode, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.window, launcher = window, window._launcher
+        self.told: Sequence[str] = ()
+        self.done: List[str] = []
+        monkeypatch.setattr(launcher.link, 'take_keys', self._take)
+        for shortcut in window.findChildren(QShortcut):
+            shortcut.activated.disconnect()
+            shortcut.activated.connect(partial(self.done.append, shortcut.key().toString()))
+        launcher.cell.set_mode(mode)
+        launcher.launch.phase = Phase.RUNNING
+        launcher.launch.changed.emit()
+
+    def _take(self, keys: Sequence[str]) -> None:
+        self.told = keys
+
+
+def test_keys_work_while_rviz_has_the_keyboard(window: LauncherApp,
+                                               monkeypatch: pytest.MonkeyPatch) -> None:
+    rviz = RvizKeys(window, Mode.REALTIME, monkeypatch)
+    assert {'R', 'M', '?', 'F5'} <= set(rviz.told)
+    assert not {'Space', 'A', 'Ctrl+L'} & set(rviz.told)  # Ctrl is RViz's own
+    for key in ('R', 'M', 'Space'):
+        window._launcher.link.key_pressed.emit(key)
+    assert rviz.done == ['R', 'M']
+    window._launcher.cell.set_mode(Mode.PLAYBACK)
+    assert {'Space', 'Shift+Left', 'M', '['} <= set(rviz.told) and 'R' not in rviz.told
+    window._launcher.link.key_pressed.emit('Space')
+    assert rviz.done[2:] == ['Space']
+    window._launcher.launch.phase = Phase.IDLE
+    window._launcher.launch.changed.emit()
+    assert not {'R', 'M', 'Space'} & set(rviz.told)
+
+
+def test_keys_of_rviz_answer_no_dialog(window: LauncherApp,
+                                       monkeypatch: pytest.MonkeyPatch) -> None:
+    rviz = RvizKeys(window, Mode.REALTIME, monkeypatch)
+    window._launcher.failed.emit('the disk is full')
+    window._launcher.link.key_pressed.emit('R')
+    assert rviz.done == []
+
+
+def test_what_is_switched_is_switched_once_however_long_a_key_is_held(window: LauncherApp) -> None:
+    repeating = {it.key().toString() for it in window.findChildren(QShortcut) if it.autoRepeat()}
+    assert {'Left', 'Right', '[', ']', '+'} <= repeating
+    assert not {'R', 'M', 'Space', 'L', 'Ctrl+L', 'Esc'} & repeating

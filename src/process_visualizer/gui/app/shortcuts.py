@@ -22,6 +22,10 @@ from process_visualizer.gui.models.recording.replay_model import ReplayModel
 from process_visualizer.gui.toolkit.theme import theme
 
 
+_ONCE = ('R', 'M', 'Space', 'Shift+Space', 'L', 'Ctrl+L', 'F5', '?', 'Esc')
+"""Keys that do something once, however long they are held."""
+
+
 class Shortcut(NamedTuple):
     """A key (as written by QKeySequence), its description, and its action."""
 
@@ -95,6 +99,7 @@ def bind(window: QWidget, keys: List[Shortcut]) -> List[QShortcut]:
     for key in keys:
         shortcut = QShortcut(QKeySequence(key.key), window)
         shortcut.setContext(Qt.WindowShortcut)
+        shortcut.setAutoRepeat(key.key not in _ONCE)
         shortcut.activated.connect(_unless_writing(key.action))
         bound.append(shortcut)
     return bound

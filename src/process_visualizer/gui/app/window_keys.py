@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Callable, List
 
-from PyQt5.QtWidgets import QShortcut, QWidget
+from PyQt5.QtWidgets import QDialog, QShortcut, QWidget
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.launcher import Launcher
@@ -39,7 +39,8 @@ class WindowKeys:
         self._recording: List[QShortcut] = bind(window, recording)
         self._replay: List[QShortcut] = bind(window, replay)
         launcher.replay.changed.connect(self.enable)
-        bind(window, general)
+        self._general: List[QShortcut] = bind(window, general)
+        launcher.link.key_pressed.connect(self.press)
         EnterPresses(window)
 
     def show(self) -> None:
@@ -56,3 +57,18 @@ class WindowKeys:
             shortcut.setEnabled(is_running and not is_playback)
         for shortcut in self._replay:
             shortcut.setEnabled(not self._launcher.replay.is_live)
+        self._launcher.link.take_keys([it.key().toString() for it in self._enabled()])
+
+    def press(self, key: str) -> None:
+        """Do what a key does that was pressed in RViz, unless a dialog waits for an answer."""
+        if any(it.isModal() and it.isVisible() for it in self._window.findChildren(QDialog)):
+            return
+        for shortcut in self._enabled():
+            if shortcut.key().toString() == key:
+                shortcut.activated.emit()
+                return
+
+    def _enabled(self) -> List[QShortcut]:
+        """Those that have a meaning now; what RViz itself does with Ctrl is not passed on."""
+        keys = (*self._playback, *self._recording, *self._replay, *self._general)
+        return [it for it in keys if it.isEnabled() and 'Ctrl' not in it.key().toString()]

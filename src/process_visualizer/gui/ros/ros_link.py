@@ -37,6 +37,8 @@ from process_visualizer.ros_names import (
     DISPLAY_STATUS_TOPIC,
     GHOST_PHASE_TOPIC,
     RVIZ_CAMERA_TOPIC,
+    RVIZ_KEY_TOPIC,
+    RVIZ_KEYS_TOPIC,
     RVIZ_PLACE_TOPIC,
     RVIZ_WINDOW_TOPIC,
 )
@@ -67,6 +69,8 @@ class RosLink(QObject):
     ghost_phase = pyqtSignal(object)
     rviz_moved = pyqtSignal()
     """RViz has been moved or resized, by whomever."""
+    key_pressed = pyqtSignal(str)
+    """One of the keys of ``take_keys`` was pressed while RViz had the keyboard."""
     pose_dragged = pyqtSignal(str, object)
     """A frame has been dragged in RViz to this Pose in the global frame."""
 
@@ -87,6 +91,8 @@ class RosLink(QObject):
         self.replay = ReplayLink(self.recorder.copy_recent, lambda: self._camera,
                                  lambda: self._window or self._place, self)
         self._place_publisher: Optional[rospy.Publisher] = None
+        self._keys: Sequence[str] = ()
+        self._keys_publisher: Optional[rospy.Publisher] = None
 
     def begin(self) -> None:
         """Become a node of the master.
@@ -110,6 +116,16 @@ class RosLink(QObject):
         self._place = place
         self._send_place()
 
+    def take_keys(self, keys: Sequence[str]) -> None:
+        """Let RViz pass on these keys, as QKeySequence writes them; returns at once."""
+        if tuple(keys) != self._keys:
+            self._keys = tuple(keys)
+            self._send_keys()
+
+    def _send_keys(self) -> None:
+        if self._keys_publisher is not None:
+            self._keys_publisher.publish(String('\n'.join(self._keys)))
+
     def _send_place(self) -> None:
         place, publisher = self._place, self._place_publisher
         if place is not None and publisher is not None:
@@ -121,6 +137,8 @@ class RosLink(QObject):
         self._place_publisher = rospy.Publisher(RVIZ_PLACE_TOPIC, RegionOfInterest, queue_size=1,
                                                 latch=True)
         self._send_place()
+        self._keys_publisher = rospy.Publisher(RVIZ_KEYS_TOPIC, String, queue_size=1, latch=True)
+        self._send_keys()
         self.player.begin()
         self.recorder.begin()
         self._subscribers = [
@@ -130,6 +148,8 @@ class RosLink(QObject):
                              lambda phase: self.ghost_phase.emit(_phase(phase)), queue_size=100),
             rospy.Subscriber(RVIZ_CAMERA_TOPIC, String, self._take_camera, queue_size=1),
             rospy.Subscriber(RVIZ_WINDOW_TOPIC, RegionOfInterest, self._take_window, queue_size=1),
+            rospy.Subscriber(RVIZ_KEY_TOPIC, String,
+                             lambda key: self.key_pressed.emit(key.data), queue_size=10),
             rospy.Subscriber('/rosout', Log, self._take_log),
             rospy.Subscriber('/diagnostics', DiagnosticArray, self._take_states)]
 
