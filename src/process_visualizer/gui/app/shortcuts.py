@@ -21,7 +21,6 @@ from process_visualizer.gui.models.recording.recording_model import RecordingMod
 from process_visualizer.gui.models.recording.replay_model import ReplayModel
 from process_visualizer.gui.toolkit.theme import theme
 
-
 _ONCE = ('R', 'M', 'Space', 'Shift+Space', 'L', 'Ctrl+L', 'F5', '?', 'Esc')
 """Keys that do something once, however long they are held."""
 
