@@ -154,6 +154,10 @@ _SIZES: Dict[str, Tuple[float, float, float]] = {
     'vibration': (2.5, 4.0, 8.0), 'contact_lost': (0.2, 0.4, 0.8), 'force_noise': (1.5, 2.0, 3.0),
     'force_turned': (20.0, 40.0, 60.0), 'force_stuck': (0.5, 1.0, 2.0),
     'current_drift': (0.1, 0.2, 0.4), 'late_flow': (0.25, 0.4, 0.8), 'late_ok': (0.3, 0.6, 1.2)}
+_NEEDED = {'vibration': 'force', 'contact_lost': 'force', 'force_noise': 'force',
+           'force_turned': 'force', 'force_stuck': 'force', 'current_drift': 'current',
+           'torque_once': 'torque', 'late_flow': 'flow'}
+"""What a step must have for a fault to show."""
 _PLACE = ('tool along', 'tool sideways', 'tool up', 'place')
 _WANTED: Dict[str, Tuple[str, ...]] = {
     'temperature': ('temperature',), 'ok_missing': ('ok',), 'late_ok': ('ok',),
@@ -210,6 +214,9 @@ class _Maker:
         inner = [row for row in range(1, len(self._steps) - 1) if not self._steps[row].is_wait]
         moving = [row for row in inner if self._steps[row].to is not None]
         working = [row for row in inner if self._steps[row].values]
+        needed = _NEEDED.get(self._kind)
+        if needed is not None:
+            working = [it for it in working if needed in self._steps[it].values]
         row = int(random.choice(working))
         if self._kind in ('missing_step', 'extra_step'):
             row = int(random.choice([it for it in working
@@ -260,6 +267,9 @@ class _Maker:
         if not self._kind:
             return None
         begin_s = float(self._starts_s[self._changed_row])
+        if self._kind == 'late_flow':  # where it should have begun
+            begin_s = float(next(start_s for start_s, step in zip(self._starts_s, self._steps)
+                                 if 'flow' in step.values))
         if self._kind in ('temperature', 'override', 'tool_offset', 'ok_missing', 'late_ok',
                           'wrong_state', 'wrong_number') or self._kind.endswith('gain'):
             begin_s = np.nan

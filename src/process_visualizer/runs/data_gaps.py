@@ -74,3 +74,26 @@ def known_at(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray) -> np
     late = inside(known_s, gaps)
     found[asked] = interpolated(times_s[asked], known_s[~late], values[~late], np.inf)
     return found
+
+
+def slow_values(times_s: np.ndarray, known_s: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return values (m,) at times (m,) of a series (n,) that comes seldom, NaN where it has none.
+
+    Between two values there is a straight line; the first and the last hold as long as the series
+    usually has none.
+    """
+    if not len(known_s):
+        return np.full(len(times_s), np.nan)
+    found = np.interp(times_s, known_s, values)
+    usual_s = period_s(known_s)
+    if usual_s <= 0.0:
+        return np.where(np.isfinite(times_s), found, np.nan)
+    longest_s = _MISSED * usual_s
+    behind = np.searchsorted(known_s, np.nan_to_num(times_s, nan=-np.inf))
+    before_s = known_s[np.maximum(behind - 1, 0)]
+    after_s = known_s[np.minimum(behind, len(known_s) - 1)]
+    with np.errstate(invalid='ignore'):
+        is_near = np.minimum(np.abs(times_s - before_s), np.abs(after_s - times_s)) <= longest_s
+        is_near &= (after_s - before_s) <= longest_s
+    result: np.ndarray = np.where(is_near, found, np.nan)
+    return result

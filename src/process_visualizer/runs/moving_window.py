@@ -26,11 +26,33 @@ def moving_mean(values: np.ndarray, rows: int) -> np.ndarray:
 
 
 def moving_maximum(values: np.ndarray, reach: int) -> np.ndarray:
-    """Return the greatest of so many values (n,) before and behind each, and of itself."""
-    result = values.copy()
-    for shift in range(1, min(reach, len(values) - 1) + 1):
-        np.maximum(result[shift:], values[:-shift], out=result[shift:])
-        np.maximum(result[:-shift], values[shift:], out=result[:-shift])
+    """Return the greatest of so many values (..., n) before and behind each, and of itself."""
+    result = values
+    left = min(reach, values.shape[-1] - 1)
+    step = 1
+    while left > 0:  # the greatest of what reaches so far already, moved by as much again
+        step = min(step, left)
+        wider = result.copy()
+        np.maximum(wider[..., step:], result[..., :-step], out=wider[..., step:])
+        np.maximum(wider[..., :-step], result[..., step:], out=wider[..., :-step])
+        np.maximum(wider[..., :step], result[..., :1], out=wider[..., :step])
+        np.maximum(wider[..., -step:], result[..., -1:], out=wider[..., -step:])
+        result, left, step = wider, left - step, 2 * step + 1
+    return result if result is not values else values.copy()
+
+
+def mean_of_last(values: np.ndarray, rows: int) -> np.ndarray:
+    """Return the means (n,) of what is known of so many values up to each.
+
+    NaN where the value is, and before half of a window.
+    """
+    known = np.isfinite(values)
+    total, count = (_running(np.where(known, it, 0.0)) for it in (values, known.astype(float)))
+    end = np.arange(len(values)) + 1
+    begin = np.maximum(end - rows, 0)
+    number = count[end] - count[begin]
+    result: np.ndarray = np.where(known & (number >= 0.5 * rows),
+                                  (total[end] - total[begin]) / np.maximum(number, 1.0), np.nan)
     return result
 
 

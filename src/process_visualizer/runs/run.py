@@ -29,7 +29,8 @@ class ChannelKind(Enum):
 class Channel(NamedTuple):
     """Numbers of one quantity: ``times_s`` (n,), rising, from the run's begin, ``values`` (n,).
 
-    ``tolerance`` is how far two good runs may differ, in ``unit``; None: not given.
+    ``tolerance`` is how far two good runs may differ, in ``unit``; None: not given. ``value_names``
+    are what the configuration calls some values.
     """
 
     device: str
@@ -39,6 +40,7 @@ class Channel(NamedTuple):
     times_s: np.ndarray
     values: np.ndarray
     tolerance: Optional[float] = None
+    value_names: Tuple[Tuple[float, str], ...] = ()
 
     @property
     def key(self) -> Key:

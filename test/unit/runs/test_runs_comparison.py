@@ -86,8 +86,8 @@ def test_one_of_the_good_runs_is_judged_by_the_others() -> None:
     runs = [*goods(24), made_run(30, value=pushed)]
     good = GoodRuns(made_run(), runs)
     assert good.compare(runs[-1]).departures[0].signal.name == 'robot tool force'
-    assert good.notes == ('run 30 stands out from the other good runs (robot tool force); without '
-                          'it the band would be narrower',)
+    assert good.notes == ('run 30 stands out from the other good runs (robot tool force); it is '
+                          'left out',)
 
 
 def test_a_rate_that_so_few_runs_cannot_support_is_refused() -> None:
@@ -266,11 +266,81 @@ def test_a_fault_beside_a_gap_is_found(learned: GoodRuns) -> None:
     assert found.departures[0].onset_s == pytest.approx(5.0, abs=0.2)
 
 
-def test_what_comes_too_seldom_to_be_judged_is_told() -> None:
-    def slow(run: Run) -> Run:
-        times_s = np.arange(0.0, run.duration_s, 1.0)
-        return run._replace(channels=(*run.channels, Channel(
-            'oven', 'temperature', '°C', ChannelKind.VARIABLE, times_s, 0.0 * times_s)))
-    good = GoodRuns(slow(made_run()))
-    text = as_text(good, [good.compare(slow(made_run(77)))])
-    assert 'not judged: oven temperature (fewer than two values a second)' in text
+def with_channel(run: Run, label: str, times_s: np.ndarray, values: np.ndarray,
+                 unit: str = '') -> Run:
+    return run._replace(channels=(*run.channels, Channel(
+        'oven', label, unit, ChannelKind.VARIABLE, times_s, values)))
+
+
+def heated(seed: int, degrees: float = 45.0) -> Run:
+    """A run with a temperature that comes once a second."""
+    run = made_run(seed)
+    times_s = np.arange(0.0, run.duration_s, 1.0)
+    noise = 0.1 * np.random.default_rng(seed).standard_normal(len(times_s))
+    return with_channel(run, 'temperature', times_s, degrees + noise, '°C')
+
+
+@pytest.mark.parametrize('count', [1, 4, 24])
+def test_what_comes_once_a_second_is_judged_by_the_value_that_holds(count: int) -> None:
+    good = GoodRuns(heated(1), [heated(seed) for seed in range(2, count + 1)])
+    assert good.compare(heated(77)).departures == ()
+    found, = good.compare(heated(77, 50.0)).departures
+    assert found.signal.name == 'oven temperature' and found.onset_s < 0.5
+    assert found.deviation == pytest.approx(5.0, abs=0.4)
+
+
+def stepped(seed: int, *states: float, late_s: float = 0.0) -> Run:
+    """A run whose states change every two seconds, sent ten times a second."""
+    run = made_run(seed)
+    times_s = np.arange(0.0, run.duration_s, 0.1)
+    row = np.floor((times_s - 2.0 - late_s * (times_s >= 6.0)) / 2.0).astype(int)
+    row = np.clip(np.maximum.accumulate(row), 0, len(states) - 1)
+    return with_channel(run, 'state', times_s, np.array(states)[row])
+
+
+@pytest.mark.parametrize('count', [1, 5, 24])
+@pytest.mark.parametrize('states, late_s, said, onset_s', [
+    ((10, 20, 40, 50, 60), 0.0, '30 is missing', 6.0),
+    ((10, 20, 30, 99, 50, 60), 0.0, '99 instead of 40', 8.0),
+    ((10, 20, 30, 40, 20, 50, 60), 0.0, '20 comes once more', 10.0),
+    ((10, 20, 30, 40, 50), 0.0, '60 is missing', 12.0),
+    ((10, 20, 30, 40, 50, 60), 0.8, '30 0.80 s later', 6.0)])
+def test_a_wrong_state_is_told_in_words(count: int, states: Sequence[float], late_s: float,
+                                        said: str, onset_s: float) -> None:
+    usual = (10, 20, 30, 40, 50, 60)
+    good = GoodRuns(stepped(1, *usual), [stepped(seed, *usual) for seed in range(2, count + 1)])
+    assert good.compare(stepped(77, *usual)).departures == ()
+    found = good.compare(stepped(77, *states, late_s=late_s))
+    assert said in verdict(found), verdict(found)
+    assert 'oven state' in verdict(found)
+    assert found.departures[0].onset_s == pytest.approx(onset_s, abs=0.25)
+
+
+def test_a_bit_that_is_sent_only_when_it_changes_has_the_value_that_holds() -> None:
+    def done(seed: int, *times_s: float) -> Run:
+        return with_channel(made_run(seed), 'done', np.array(times_s),
+                            np.array([0.0, 1.0])[:len(times_s)])
+    good = GoodRuns(done(1, 0.0, 9.0), [done(seed, 0.0, 9.0 + 0.02 * seed) for seed in range(2, 8)])
+    assert good.compare(done(77, 0.0, 9.06)).departures == ()
+    assert 'oven done, 1 is missing' in verdict(good.compare(done(77, 0.0)))
+
+
+@pytest.mark.parametrize('count', [5, 10, 25])
+def test_a_reference_that_is_none_is_left_out(count: int) -> None:
+    """Also where it is the first one, on whose clock all are compared."""
+    for place in (0, 2):
+        runs = list(goods(count))
+        runs[place] = made_run(50, value=lambda process_s, values: 1.6 * values)
+        good = GoodRuns(runs[0], runs[1:])
+        assert [it for it in good.notes if 'run 50 stands out' in it] and len(good.notes) == 1
+        found = good.compare(made_run(77, value=lambda process_s, values: 1.2 * values))
+        assert found.departures[0].signal.name == 'robot tool force'
+
+
+def test_what_lasts_is_found_though_no_single_moment_shows_it() -> None:
+    noisy = [made_run(seed, noise=1.0) for seed in range(1, 25)]
+    good = GoodRuns(noisy[0], noisy[1:])
+    assert good.compare(made_run(77, noise=1.0)).departures == ()
+    found = good.compare(made_run(77, noise=1.0, value=lambda process_s, values: values + 0.6))
+    assert found.departures[0].signal.name == 'robot tool force'
+    assert 'in the mean of' in verdict(found)

@@ -2,30 +2,44 @@
 """A run held against good ones."""
 from __future__ import annotations
 
-from typing import Iterable, List, NamedTuple, Optional, Sequence, Tuple
+from typing import (
+    Dict,
+    Iterable,
+    Iterator,
+    List,
+    Mapping,
+    NamedTuple,
+    Optional,
+    Sequence,
+    Tuple,
+)
 
 import numpy as np
 
 from process_visualizer.runs.alignment.alignment import Alignment, Means
 from process_visualizer.runs.alignment.anchors import Anchor, aligned_at
 from process_visualizer.runs.deviation.band import (
+    FEWEST_RUNS,
     RELATIVE_TOLERANCE,
+    USUAL_RATE,
     Band,
     BandLearner,
     TooFewRuns,
     fewest_runs,
-    tolerance_band,
+    most_of,
 )
-from process_visualizer.runs.deviation.departures import Departure, departures, spans
+from process_visualizer.runs.deviation.departures import Departure, departures, ranked, spans
 from process_visualizer.runs.deviation.signals import Columns, Signal, SignalKind, grid_s, signals
-from process_visualizer.runs.run import Run, fingerprint
+from process_visualizer.runs.deviation.state_order import StateFault, StateOrder
+from process_visualizer.runs.run import Key, Run, fingerprint
+from process_visualizer.runs.states import States, is_sequence, states
 
-USUAL_RATE = 0.05
-"""How often a good run leaves its band, where no rate was asked for and enough are there."""
 _LEAST_SHARE = 0.8
 """Of the reference, or of the run: if less than that has a counterpart in the other, it is told."""
 
-_FOLLOWING = (SignalKind.TIMING, SignalKind.NOISE)
+_WRONG_STATE, _STATE_KNOWN_S = 10.0, 0.05
+"""How severe a wrong state is, and how well its time is known."""
+_FOLLOWING = (SignalKind.STATE, SignalKind.TIMING, SignalKind.NOISE)
 _FOLLOWING_LABELS = ('tool sideways', 'tool up')
 """They have data where another signal of theirs has."""
 _MIN_UNJUDGED_ROWS, _MIN_KNOWN = 10, 0.1
@@ -61,18 +75,28 @@ class Comparison(NamedTuple):
         return float(self.alignment.time_map.to_run(np.array([reference_s]))[0])
 
 
+class _Good(NamedTuple):
+    """A good run on the reference's clock."""
+
+    run: Run
+    fingerprint: bytes
+    columns: Columns
+    states: Mapping[Key, States]
+
+
 class GoodRuns:
     """Good runs on the clock of one of them, the reference, and the band that they span."""
 
     def __init__(self, reference: Run, others: Iterable[Run] = (), rate: Optional[float] = None,
                  tolerance: float = RELATIVE_TOLERANCE) -> None:
-        """Take the runs.
+        """Take the runs; those that stand out from the others are left out.
 
         Args:
-            reference: on whose clock runs are compared.
-            others: good runs besides it; they are not kept.
+            reference: on whose clock runs are compared; if it stands out, another one takes its
+                place.
+            others: good runs besides it.
             rate: how often a good run leaves the band; default: 0.05 if there are enough runs,
-                otherwise the band is what the good runs did and a tolerance around it.
+                otherwise the band is what the good runs did, how they spread, and a tolerance.
             tolerance: as a share of the range, for signals without one of their own.
 
         Raises:
@@ -81,25 +105,50 @@ class GoodRuns:
         """
         if not reference.channels and not reference.motions:
             raise ValueError(f'{reference.name} has no variable, force or motion to compare')
-        self.reference = reference
-        self.times_s = grid_s(reference)
-        self._tolerance = tolerance
-        self._others: List[Tuple[str, bytes]] = []  # name and fingerprint
-        self._good = [self._columns(reference)[1]]
-        known = {fingerprint(reference)}
-        for run in others:
-            own = fingerprint(run)
-            if own in known:  # the same twice would look like two that agree
-                continue
-            known.add(own)
-            self._others.append((run.name, own))
-            self._good.append(self._columns(run)[1])
-        if rate is None and len(self._others) > fewest_runs(USUAL_RATE):
-            rate = USUAL_RATE
-        self._rate = rate
-        self._learner = None if rate is None else self._learned(rate)
+        runs = _distinct([reference, *others])
+        if rate is not None and len(runs) - 1 < fewest_runs(rate):
+            raise TooFewRuns(f'{len(runs) - 1} good runs beside the reference cannot support a '
+                             f'rate of {rate:g}; it takes {fewest_runs(rate)}')
+        self._asked_rate, self._tolerance = rate, tolerance
+        notes: List[str] = []
+        most = len(runs) - most_of(len(runs))
+        while True:
+            self._learn(runs, len(runs) - most)
+            left_out = self._left_out()
+            notes += [f'{runs[row].name} stands out from the other good runs ({why}); it is left '
+                      'out' for row, why in sorted(left_out.items())]
+            runs = [it for row, it in enumerate(runs) if row not in left_out]
+            if 0 not in left_out and not self._by_states:
+                break
         self.band = self._band(None)
-        self.notes = self._outstanding()
+        self.notes = tuple(notes)
+
+    def _learn(self, runs: Sequence[Run], most_left_out: int) -> None:
+        self.reference = runs[0]
+        self.times_s = grid_s(self.reference)
+        self._good: List[_Good] = []
+        for run in runs:
+            alignment, columns = self._columns(run)
+            self._good.append(_Good(run, fingerprint(run), columns,
+                                    _states(self.reference, run, alignment)))
+        self._learner = BandLearner([it.columns for it in self._good], self._tolerance,
+                                    most_left_out)
+        self._orders = {key: self._order(key, None) for key in _state_keys(self.reference)}
+
+    def _left_out(self) -> Dict[int, str]:
+        """Which good runs are none, and why; that one has other states is sought first."""
+        self._by_states: Dict[int, str] = {}
+        for key, order in self._orders.items():
+            for row, words in order.outstanding().items():
+                self._by_states.setdefault(row, f'{" ".join(key).strip()}: {words}')
+        if self._by_states:
+            return self._by_states
+        return {row: signal.name for row, signal in self._learner.outstanding()}
+
+    def _order(self, key: Key, without: Optional[int]) -> StateOrder:
+        good = [it.states[key] for row, it in enumerate(self._good)
+                if key in it.states and row != without]
+        return StateOrder(good, dict(self.reference.by_key[key].value_names))
 
     def compare(self, run: Run, anchors: Sequence[Anchor] = ()) -> Comparison:
         """Return where a run leaves the band; if it is one of the good runs, the others' band.
@@ -108,42 +157,39 @@ class GoodRuns:
         """
         alignment, columns = self._columns(run, anchors)
         own_print = fingerprint(run)
-        own = next((number for number, (_, other) in enumerate(self._others)
-                    if own_print == other), None)
+        own = next((row for row, it in enumerate(self._good) if it.fingerprint == own_print), None)
+        if len(self._good) <= FEWEST_RUNS:  # so few others are no measure
+            own = None
         band = self.band if own is None else self._band(own)
-        found = departures(self.times_s, columns, band)
+        found = ranked([*departures(self.times_s, columns, band),
+                        *self._state_departures(run, alignment, own)])
         notes = [*alignment.notes, *self._notes(run, alignment, columns)]
         return Comparison(run, alignment, columns, band, found, tuple(notes),
                           _unjudged(run, alignment, self.times_s, columns, band))
 
-    def _outstanding(self) -> Tuple[str, ...]:
-        """What is told of the good runs themselves."""
-        if self._learner is None:
-            return ()
-        return tuple(f'{self._others[run][0]} stands out from the other good runs '
-                     f'({signal.name}); without it the band would be narrower'
-                     for run, signal in self._learner.outstanding())
+    def _state_departures(self, run: Run, alignment: Alignment,
+                          own: Optional[int]) -> Iterator[Departure]:
+        end_s = min(float(alignment.time_map.to_reference(np.array([run.duration_s]))[0]),
+                    self.reference.duration_s)
+        for key, found in _states(self.reference, run, alignment).items():
+            order = self._orders[key] if own is None else self._order(key, own)
+            fault = order.fault(found, end_s)
+            if fault is not None:
+                yield _state_departure(key, fault, end_s)
 
     def _columns(self, run: Run,
                  anchors: Sequence[Anchor] = ()) -> Tuple[Alignment, Columns]:
         alignment = aligned_at(self.reference, run, anchors)
         return alignment, signals(self.reference, run, alignment.time_map)
 
-    def _learned(self, rate: float) -> BandLearner:
-        """What the good runs but the reference teach; it has their signals from then on."""
-        count = len(self._others)
-        if count < fewest_runs(rate):
-            raise TooFewRuns(f'{count} good runs beside the reference cannot support a rate of '
-                             f'{rate:g}; it takes {fewest_runs(rate)}')
-        learner = BandLearner(self._good[1:])
-        self._good.clear()
-        return learner
-
     def _band(self, without: Optional[int]) -> Band:
-        if self._learner is not None and self._rate is not None:
-            return self._learner.band(self._rate, without)
-        good = [it for number, it in enumerate(self._good) if number - 1 != without]
-        return tolerance_band(good, self._tolerance)
+        runs = self._learner.kept - (without is not None)
+        rate = self._asked_rate
+        if rate is None and runs > fewest_runs(USUAL_RATE):
+            rate = USUAL_RATE
+        if without is not None and rate is not None and runs < fewest_runs(rate):
+            rate = None
+        return self._learner.band(rate, without)
 
     def _notes(self, run: Run, alignment: Alignment, columns: Columns) -> List[str]:
         notes = []
@@ -160,7 +206,8 @@ class GoodRuns:
         return notes + self._uncovered(run, alignment, columns)
 
     def _uncovered(self, run: Run, alignment: Alignment, columns: Columns) -> List[str]:
-        covered = np.isfinite(np.stack(list(columns.values()))).any(axis=0)
+        covered = np.isfinite(np.stack([it for signal, it in columns.items()
+                                        if signal.kind is not SignalKind.STATE])).any(axis=0)
         if covered.mean() < _LEAST_SHARE:
             return [f'it covers {covered.mean():.0%} of the reference']
         ends_s = np.clip(alignment.time_map.to_run(self.times_s[[0, -1]]), 0.0, run.duration_s)
@@ -182,6 +229,40 @@ class GoodRuns:
         return notes
 
 
+def _distinct(runs: Sequence[Run]) -> List[Run]:
+    """The runs, each once: the same twice would look like two that agree."""
+    found: Dict[bytes, Run] = {}
+    for run in runs:
+        found.setdefault(fingerprint(run), run)
+    return list(found.values())
+
+
+def _state_keys(reference: Run) -> List[Key]:
+    return [channel.key for channel in reference.channels if is_sequence(channel)]
+
+
+def _states(reference: Run, run: Run, alignment: Alignment) -> Dict[Key, States]:
+    """The states of a run, by the reference's clock."""
+    found, theirs = {}, run.by_key
+    for key in _state_keys(reference):
+        if key not in theirs:
+            continue
+        mine = states(theirs[key])
+        until_s = mine.until_s
+        since_s = alignment.time_map.to_reference(np.array(mine.since_s, float)).tolist()
+        if np.isfinite(until_s):
+            until_s = float(alignment.time_map.to_reference(np.array([until_s]))[0])
+        found[key] = States(mine.values, tuple(since_s), until_s)
+    return found
+
+
+def _state_departure(key: Key, fault: StateFault, end_s: float) -> Departure:
+    since_s = min(max(fault.since_s, 0.0), end_s)
+    deviation, limit = (fault.late_s, fault.limit_s) if fault.limit_s else (_WRONG_STATE, 1.0)
+    return Departure(Signal(*key, '', SignalKind.STATE), since_s, None, since_s, _STATE_KNOWN_S,
+                     since_s, deviation, limit, fault.words)
+
+
 def _unjudged(run: Run, alignment: Alignment, times_s: np.ndarray, columns: Columns,
               band: Band) -> Tuple[Unjudged, ...]:
     """Return where the good runs have data of a channel or tool, and the run has none."""
@@ -189,7 +270,7 @@ def _unjudged(run: Run, alignment: Alignment, times_s: np.ndarray, columns: Colu
     is_there = (run_s >= 0.0) & (run_s <= run.duration_s)
     found = []
     for signal, limits in band.signals.items():
-        if signal.kind in _FOLLOWING or signal.label in _FOLLOWING_LABELS:
+        if signal.kind in _FOLLOWING or signal.label in _FOLLOWING_LABELS or signal.over_s:
             continue
         known = np.isfinite(limits.middle)
         if known.mean() < _MIN_KNOWN:

@@ -68,4 +68,5 @@ def _departure(comparison: Comparison, it: Departure) -> Dict[str, Any]:
             'uncertainty_s': round(it.uncertainty_s, 3),
             'left_s': round(begin_s + comparison.run_s(it.left_s), 3),
             'worst_s': round(begin_s + comparison.run_s(it.worst_s), 3),
-            'deviation': it.deviation, 'half_width': it.half_width}
+            'deviation': it.deviation, 'half_width': it.half_width, 'mean_over_s': it.signal.over_s,
+            'text': amount(it)}

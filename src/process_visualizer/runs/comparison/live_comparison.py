@@ -43,7 +43,7 @@ class LiveComparison:
         self.name = good.reference.name
         self._times_s = good.times_s
         self._signals = {(signal.device, signal.label): signal for signal in good.band.signals
-                         if signal.kind in SHOWN}
+                         if signal.kind in SHOWN and not signal.over_s}
         self._limits = {key: widened(good.band.signals[signal])
                         for key, signal in self._signals.items()}
 
@@ -101,7 +101,7 @@ class LiveComparison:
         if limits is None:
             return None
         return SignalBand(*(np.interp(reference_s, self._times_s, it, np.nan, np.nan)
-                            for it in limits))
+                            for it in limits[:2]))
 
 
 def _of_this_run(rows: np.ndarray, reference_s: np.ndarray) -> np.ndarray:

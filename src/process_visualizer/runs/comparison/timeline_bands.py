@@ -11,7 +11,7 @@ from process_visualizer.runs.deviation.departures import outside
 from process_visualizer.runs.deviation.signals import SignalKind
 from process_visualizer.runs.run import Key
 
-SHOWN = (SignalKind.VARIABLE, SignalKind.FORCE, SignalKind.SPEED)
+SHOWN = (SignalKind.VARIABLE, SignalKind.FORCE, SignalKind.SPEED, SignalKind.STATE)
 """What has curves."""
 
 
@@ -43,7 +43,7 @@ def timeline_bands(times_s: np.ndarray, comparisons: Sequence[Comparison], durat
         rows = slice(*np.searchsorted(middles_s, (run.begin_s, run.begin_s + run.duration_s)))
         at_s = comparison.alignment.time_map.to_reference(middles_s[rows] - run.begin_s)
         for signal, band in comparison.band.signals.items():
-            if signal.kind not in SHOWN or signal not in comparison.columns:
+            if signal.kind not in SHOWN or signal.over_s or signal not in comparison.columns:
                 continue
             it = found.setdefault((signal.device, signal.label), _empty(columns))
             is_out = outside(comparison.columns[signal], band)

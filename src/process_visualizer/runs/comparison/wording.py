@@ -53,11 +53,14 @@ def unjudged_texts(comparison: Comparison) -> List[str]:
 def amount(departure: Departure) -> str:
     """Return how far a signal was out at the worst, and how wide the band is there."""
     signal, value, half = departure.signal, departure.deviation, departure.half_width
+    if departure.words:
+        return departure.words
     if signal.kind is SignalKind.NOISE:
         return f'{math.exp(value):.2g} times as rough (band up to {math.exp(half):.2g})'
     if signal.label == SLOWER_LABEL:
         return f'{100 * value:+.1f} % (band ±{100 * half:.1f} %)'
-    return f'{quantity(signal, value, sign=True)} (band ±{quantity(signal, half)})'
+    over = f' in the mean of {signal.over_s:g} s' if signal.over_s else ''
+    return f'{quantity(signal, value, sign=True)}{over} (band ±{quantity(signal, half)})'
 
 
 def quantity(signal: Signal, value: float, sign: bool = False) -> str:

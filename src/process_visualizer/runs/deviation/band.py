@@ -3,37 +3,60 @@
 from __future__ import annotations
 
 import math
-from typing import Dict, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
 from process_visualizer.runs.deviation.signals import (
-    RATE_HZ,
     Columns,
     Signal,
     SignalKind,
-    common_signals,
+    usual_signals,
 )
-from process_visualizer.runs.moving_window import moving_maximum, moving_mean
+from process_visualizer.runs.deviation.spread import (
+    EDGE_ROWS,
+    beyond,
+    common,
+    common_of_others,
+    envelope,
+    highest_of_runs,
+    smoothed,
+    student_quantile,
+    sustained,
+    usual_square,
+)
 
 FEWEST_RUNS = 3
 """Good runs of which a spread can be known, each from the others."""
-_SPREAD_S = 0.5
-_SHARE_OF_MEAN_SPREAD = 0.25
-_HIGH_SCORE = 1.5
-"""A high score is so many deviations above the mean of the logarithms."""
-_OUTSTANDING = 5.0
-"""So many times its usual score a signal of a good run never reaches."""
+USUAL_RATE = 0.05
+"""How often a good run leaves its band, where no rate was asked for."""
+_ENOUGH_FOR_MEDIAN = 7
+"""From so many good runs on, what is usual is their median while it is not known if one is none."""
+_OUTSTANDING = 1.8
+"""A run that is so many times as far away as a good one may be is none."""
+_COARSE_ROWS = 3
+"""To find a run that is none, so much fewer moments do."""
+_MOST_OUTSTANDING, _SHARE_OF_NONE = 0.25, 0.1
+_SURE_SHARE = 0.4
+"""Of the rate is aimed at, so that it holds for most sets of good runs and not on average."""
+_RUNS_ALIKE, _LEAST_SCORE = 8.0, 0.2
+"""What is usual for signals of one sort counts as much as so many runs."""
 _LEAST_SPREAD: Dict[SignalKind, float] = {
     SignalKind.TIMING: 0.005, SignalKind.PLACE: 1e-4, SignalKind.NOISE: 0.05,
     SignalKind.JOINT: 2e-4}
 _LEAST_SHARE_OF_RANGE = 2e-3
 _TOLERANCES: Dict[SignalKind, float] = {
-    SignalKind.TIMING: 0.1, SignalKind.PLACE: 0.005, SignalKind.NOISE: math.log(4.0),
+    SignalKind.TIMING: 0.1, SignalKind.PLACE: 0.005, SignalKind.NOISE: math.log(2.5),
     SignalKind.JOINT: 0.02}
-_TIME_TOLERANCE_S = 0.1
 RELATIVE_TOLERANCE = 0.1
 """Of the range of the good runs' values, where the configuration gives no tolerance."""
+_SHARE_OF_SIZE = 0.3
+"""A signal counts as having a range of this share of its greatest value at least."""
+_LEAST_MARGIN_SHARE = 0.04
+_LEAST_MARGIN_SHARES: Dict[SignalKind, float] = {
+    SignalKind.TIMING: 0.4, SignalKind.PLACE: 0.1, SignalKind.NOISE: 0.2, SignalKind.JOINT: 0.1}
+"""Of the tolerance of one good run; no number of good runs makes the margin smaller."""
+_NOISE_SPREADS = 6.0
 
 
 class TooFewRuns(ValueError):
@@ -41,16 +64,20 @@ class TooFewRuns(ValueError):
 
 
 class SignalBand(NamedTuple):
-    """The values of good runs: in the middle, and half as wide as ``half_width``; both (t,)."""
+    """The values of good runs: in the middle, and half as wide as ``half_width``; both (t,).
+
+    ``usual`` (t,) is what they have in common; the middle is that of what they have within 0.1 s.
+    """
 
     middle: np.ndarray
     half_width: np.ndarray
+    usual: Optional[np.ndarray] = None
 
 
 class Band(NamedTuple):
     """The bands of all signals; ``rate`` is how often a good run leaves one of them.
 
-    Without a rate the bands are tolerances.
+    Without a rate there are too few runs to support one.
     """
 
     signals: Mapping[Signal, SignalBand]
@@ -63,52 +90,109 @@ def fewest_runs(rate: float) -> int:
     return max(math.ceil(1.0 / rate - 1e-9) - 1, FEWEST_RUNS)
 
 
-class BandLearner:
-    """Learns the band of good runs, also with one of them left out."""
+def most_of(runs: int) -> int:
+    """Return how many of so many good runs may be none, and be left out."""
+    return max(int(_MOST_OUTSTANDING * runs), 1)
 
-    def __init__(self, good: Sequence[Columns]) -> None:
-        """Take at least two runs on one reference's clock."""
+
+class BandLearner:
+    """Learns the band of good runs, without those that are none, also with one more left out."""
+
+    def __init__(self, good: Sequence[Columns], relative: float = RELATIVE_TOLERANCE,
+                 most_left_out: Optional[int] = None) -> None:
+        """Take at least one run on one reference's clock.
+
+        Args:
+            good: their signals.
+            most_left_out: how many of them may be none; default: a quarter.
+            relative: the tolerance of values as a share of their range, for as long as there is
+                one good run; what many runs did needs less of it.
+        """
         self._count = len(good)
-        self._signals = [LearnedSignal(signal, np.stack([it[signal] for it in good]))
-                         for signal in common_signals(tuple(good))]
-        self._scores = np.stack([it.scores for it in self._signals])  # (signals, runs)
+        self._signals = [LearnedSignal(signal, _stacked(good, signal), relative)
+                         for signal in usual_signals(good) if signal.kind is not SignalKind.STATE]
+        self._states = [(signal, _stacked(good, signal))
+                        for signal in usual_signals(good) if signal.kind is SignalKind.STATE]
+        self._kept = np.ones(self._count, bool)
+        self._left_out: List[Tuple[int, Signal]] = []
+        self._most_left_out = most_of(self._count) if most_left_out is None else most_left_out
+        self._find_outstanding()
+        self._scores = self._scored(self._kept, robust=False)
+
+    @property
+    def kept(self) -> int:
+        """How many runs count."""
+        return int(self._kept.sum())
 
     def outstanding(self) -> Tuple[Tuple[int, Signal], ...]:
         """Return the runs that are far from all others, and the signal in which they are.
 
-        Such a run makes the band so wide that it hides what it should show.
+        Such a run would make the band so wide that it hides what it should show: it is left out.
         """
-        usual = np.maximum(np.median(self._scores, axis=1), 1.0)
-        ratio = self._scores / usual[:, np.newaxis]
-        return tuple((int(run), self._signals[int(ratio[:, run].argmax())].signal)
-                     for run in np.flatnonzero(ratio.max(axis=0) > _OUTSTANDING))
+        return tuple(self._left_out)
 
-    def band(self, rate: float, without: Optional[int] = None) -> Band:
+    def band(self, rate: Optional[float] = None, without: Optional[int] = None) -> Band:
         """Return the band that a further good run leaves, anywhere, at a rate.
 
-        Each good run is judged by the others; a run's score is its greatest deviation over all
-        times and signals, in spreads, and in the high scores of the signal. The band is as wide as
-        the quantile of these scores that leaves ``rate`` (Vovk et al. 2005, conformal prediction;
-        Barber et al. 2021, the jackknife).
+        Each good run is judged by the others. The score of a signal is the greatest deviation over
+        all times, in spreads of that place. Each signal has its own limit: the score that a
+        further run exceeds at its share of the rate, as the scores of the good runs spread.
 
         Args:
-            rate: from 0 to 1.
+            rate: from 0 to 1; without one it is about the usual one, as far as the runs tell.
             without: the number of a run that is to be judged itself, and so does not count.
 
         Raises:
             TooFewRuns: there are fewer runs than the rate needs.
         """
-        scores = self._scores if without is None else np.delete(self._scores, without, axis=1)
-        runs = scores.shape[1]
-        if runs < fewest_runs(rate):
-            raise TooFewRuns(f'{runs} good runs cannot support a rate of {rate:g}; '
+        kept = self._kept.copy()
+        if without is not None:
+            kept[without] = False
+        runs = int(kept.sum())
+        given = self._count - (without is not None)
+        if rate is not None and given < fewest_runs(rate):
+            raise TooFewRuns(f'{given} good runs cannot support a rate of {rate:g}; '
                              f'it takes {fewest_runs(rate)}')
-        usual = _usual(scores)
-        left_out = np.stack([_usual(np.delete(scores, run, axis=1)) for run in range(runs)], axis=1)
-        highest = np.sort((scores / left_out).max(axis=0))[::-1]
-        limit = float(highest[int(rate * (runs + 1) + 1e-9) - 1])
-        return Band({it.signal: it.band(limit * float(high), without)
-                     for it, high in zip(self._signals, usual)}, runs, rate)
+        scores = self._scores[:, kept]
+        limits = _limits(scores, self._signals, rate or USUAL_RATE)
+        found = {it.signal: it.band(kept, limit) for it, limit in zip(self._signals, limits)}
+        found.update({signal: _state_band(values[kept]) for signal, values in self._states})
+        return Band(found, runs, rate)
+
+    def _scored(self, kept: np.ndarray, robust: bool) -> np.ndarray:
+        scores = np.zeros((len(self._signals), self._count))
+        if kept.sum() > 1:
+            for row, it in enumerate(self._signals):
+                scores[row, kept] = it.scores(kept, robust)
+        return scores
+
+    def _find_outstanding(self) -> None:
+        """Leave out the run that is farthest from the others, for as long as one is none."""
+        robust = self._count >= _ENOUGH_FOR_MEDIAN
+        scores = np.empty((0, 0))
+        while self.kept > FEWEST_RUNS and len(self._left_out) < self._most_left_out:
+            if not robust or not self._left_out:
+                scores = self._scored(self._kept, robust)
+            numbers = np.flatnonzero(self._kept)
+            ratio = self._ratios(scores[:, numbers])
+            worst = int(ratio.max(axis=0).argmax())
+            if ratio[:, worst].max() <= _OUTSTANDING:
+                return
+            signal = self._signals[int(ratio[:, worst].argmax())].signal
+            self._left_out.append((int(numbers[worst]), signal))
+            self._kept[numbers[worst]] = False
+
+    def _ratios(self, scores: np.ndarray) -> np.ndarray:
+        """How many times as far as the others may be each run is (s, n)."""
+        rows = np.arange(scores.shape[1])
+        return np.stack([scores[:, row] / self._usual_highest(scores[:, rows != row])
+                         for row in rows], axis=1)
+
+    def _usual_highest(self, scores: np.ndarray) -> np.ndarray:
+        """How far (s,) good runs are; of ten (s, n) one may be none as well."""
+        others = max(int(_SHARE_OF_NONE * scores.shape[1]), 0)
+        return np.maximum(_limits(scores, self._signals, USUAL_RATE, True),
+                          np.sort(scores, axis=1)[:, -1 - others])
 
 
 def learned_band(good: Sequence[Columns], rate: float) -> Band:
@@ -123,62 +207,136 @@ def learned_band(good: Sequence[Columns], rate: float) -> Band:
     return BandLearner(good).band(rate)
 
 
-def _usual(scores: np.ndarray) -> np.ndarray:
-    """A high score of each signal (s,), by which those with frequent outliers have wider bands."""
-    logarithms = np.log(np.maximum(scores, 1.0))
-    result: np.ndarray = np.exp(logarithms.mean(axis=1)
-                                + _HIGH_SCORE * logarithms.std(axis=1, ddof=1))
-    return result
+def _stacked(good: Sequence[Columns], signal: Signal) -> np.ndarray:
+    rows = next(len(it[signal]) for it in good if signal in it)
+    nothing = np.full(rows, np.nan, np.float32)
+    return np.stack([it.get(signal, nothing) for it in good])
+
+
+def _state_band(values: np.ndarray) -> SignalBand:
+    """What good runs had within 0.1 s; it is seen, while states are judged in their order."""
+    low, high = envelope(np.fmin.reduce(values))[0], envelope(np.fmax.reduce(values))[1]
+    return SignalBand(0.5 * (low + high), 0.5 * (high - low) + 0.5)
+
+
+def _limits(scores: np.ndarray, signals: Sequence['LearnedSignal'], rate: float,
+            robust: bool = False) -> np.ndarray:
+    """How many spreads (s,) a signal of a further run exceeds at its share of the rate.
+
+    Args:
+        scores: (s, n) those of the good runs.
+        signals: whose they are.
+        rate: of all signals together.
+        robust: one of the runs may be none.
+    """
+    runs = scores.shape[1]
+    if runs < 2 or not len(signals):
+        return np.full(len(signals), np.nan)
+    if robust:
+        middle = np.median(scores, axis=1)
+        spread = 1.4826 * np.median(np.abs(scores - middle[:, np.newaxis]), axis=1)
+    else:
+        middle, spread = scores.mean(axis=1), scores.std(axis=1, ddof=1)
+    sorts = np.array([it.sort for it in signals])
+    weight = runs / (runs + _RUNS_ALIKE)
+    for sort in np.unique(sorts):
+        rows = sorts == sort
+        alike = float(np.median(middle[rows])), float(np.sqrt(np.mean(spread[rows] ** 2)))
+        middle[rows] = weight * middle[rows] + (1.0 - weight) * alike[0]
+        spread[rows] = np.sqrt(weight * spread[rows] ** 2 + (1.0 - weight) * alike[1] ** 2)
+    quantile = student_quantile(_SURE_SHARE * rate / len(signals), runs - 1.0 + _RUNS_ALIKE)
+    middle = np.maximum(middle, _LEAST_SCORE)
+    limits = highest_of_runs(middle, np.sqrt(1.0 + 1.0 / runs) * spread, quantile)
+    return limits if robust else np.maximum(limits, scores.max(axis=1))
 
 
 class LearnedSignal:
-    """Mean and spread of a signal of good runs, and each run's score by the others."""
+    """What good runs have in common in one signal, and how far each is from the others."""
 
-    def __init__(self, signal: Signal, values: np.ndarray) -> None:
+    def __init__(self, signal: Signal, values: np.ndarray, relative: float) -> None:
         """Take the values (runs, t)."""
         self.signal = signal
+        is_exact = signal.kind in (SignalKind.PLACE, SignalKind.TIMING, SignalKind.JOINT,
+                                   SignalKind.SPEED)
+        self.sort = (signal.over_s > 0.0) + 2 * (signal.kind is SignalKind.NOISE) + 4 * is_exact
         self._values = values
-        known = np.isfinite(values)
-        count = known.sum(axis=0)
-        self._center = np.where(known, values, 0.0).sum(axis=0, dtype=float) / np.maximum(count, 1)
-        away = np.where(known, values - self._center, 0.0)
-        self._sums = count, away.sum(axis=0), (away * away).sum(axis=0)
         self._least = least_spread(signal, values)
-        self.scores = np.array([_score(row, *self._mean_and_spread(number))
-                                for number, row in enumerate(values)])
+        self._relative = relative
 
-    def band(self, limit: float, without: Optional[int] = None) -> SignalBand:
-        """Return the band of so many spreads."""
-        mean, spread = self._mean_and_spread(without)
-        return SignalBand(mean, limit * spread)
+    def scores(self, kept: np.ndarray, robust: bool) -> np.ndarray:
+        """Return the score of each kept run by the others."""
+        values = self._values[kept]
+        if robust:
+            values = values[:, ::_COARSE_ROWS]
+        usual, deviation = self._deviation(values, robust)
+        squares = deviation * deviation
+        whole = usual_square(squares, robust)
+        runs = len(values)
+        if robust:
+            square = np.broadcast_to(whole, values.shape)
+        else:
+            known = np.isfinite(squares)
+            count = known.sum(axis=0) - known
+            total = np.where(known, squares, 0.0)
+            square = np.where(count > 0, (total.sum(axis=0) - total) / np.maximum(count, 1), np.nan)
+        spread = smoothed(square, usual, runs - 1, self.signal.over_s > 0.0, self._least)
+        with np.errstate(invalid='ignore'):
+            return sustained(np.abs(deviation) / spread)
 
-    def _mean_and_spread(self, without: Optional[int]) -> Tuple[np.ndarray, np.ndarray]:
-        count, total, squares = self._sums
-        if without is not None:
-            row = self._values[without]
-            known = np.isfinite(row)
-            away = np.where(known, row - self._center, 0.0)
-            count, total, squares = count - known, total - away, squares - away * away
-        mean, spread = _mean_and_spread(count, total, squares, self._least)
-        return self._center + mean, spread
+    def band(self, kept: np.ndarray, limit: float) -> SignalBand:
+        """Return the band of so many spreads of the kept runs."""
+        values = self._values[kept]
+        low, high = envelope(common(values), self._edge_rows)
+        margin = self._margin(values)
+        if len(values) > 1:
+            usual, deviation = self._deviation(values, False)
+            spread = smoothed(common(deviation * deviation), usual, len(values),
+                              self.signal.over_s > 0.0, self._least)
+            margin = np.maximum(margin, limit * spread)
+        return SignalBand(0.5 * (low + high), 0.5 * (high - low) + margin, common(values))
+
+    @property
+    def _edge_rows(self) -> int:
+        return 2 * EDGE_ROWS if self.signal.kind is SignalKind.NOISE else EDGE_ROWS
+
+    def _deviation(self, values: np.ndarray, robust: bool) -> Tuple[np.ndarray, np.ndarray]:
+        """What is usual (t,), and how far each run is from that of the others (n, t)."""
+        if robust:
+            usual = _median(values)
+            return usual, beyond(values, *envelope(usual, self._edge_rows // _COARSE_ROWS + 1))
+        return common(values), beyond(values, *envelope(common_of_others(values),
+                                                        self._edge_rows))
+
+    def _margin(self, values: np.ndarray) -> float:
+        """How far a run may be from good ones at least, in the signal's unit.
+
+        What one good run is not to be taken at its word for is known better of many.
+        """
+        given = self.signal.tolerance
+        if given is not None:
+            return given
+        runs = len(values)
+        whole = signal_tolerance(self.signal, self._values, self._relative)
+        least = _LEAST_MARGIN_SHARES.get(self.signal.kind, _LEAST_MARGIN_SHARE)
+        margin = whole * max(1.0 / runs, least)
+        return max(margin, _NOISE_SPREADS * _fine_spread(values)) if runs == 1 else margin
 
 
-def _mean_and_spread(count: np.ndarray, total: np.ndarray, squares: np.ndarray,
-                     least: float) -> Tuple[np.ndarray, np.ndarray]:
-    number = np.maximum(count, 1)
-    mean = np.where(count > 1, total / number, np.nan)
-    variance = np.maximum(squares - total * total / number, 0.0) / np.maximum(count - 1, 1)
-    smooth = moving_mean(np.where(count > 1, variance, np.nan), int(_SPREAD_S * RATE_HZ))
-    known = smooth[np.isfinite(smooth)]
-    whole = float(known.mean()) if len(known) else 0.0
-    spread = np.sqrt(smooth * (1.0 + 1.0 / number) + _SHARE_OF_MEAN_SPREAD ** 2 * whole
-                     + least * least)
-    return mean, spread
+def _median(values: np.ndarray) -> np.ndarray:
+    """The median (t,) of what is known (n, t); NaN where nothing is."""
+    count = np.isfinite(values).sum(axis=0)
+    ordered = np.sort(values, axis=0)  # NaN comes last
+    columns = np.arange(values.shape[1])
+    last = np.maximum(count - 1, 0)
+    result: np.ndarray = 0.5 * (ordered[last // 2, columns] + ordered[(last + 1) // 2, columns])
+    return result
 
 
-def _score(values: np.ndarray, mean: np.ndarray, spread: np.ndarray) -> float:
-    deviation = np.abs(values - mean) / spread
-    return float(np.nanmax(deviation)) if np.isfinite(deviation).any() else 0.0
+def _fine_spread(values: np.ndarray) -> float:
+    """How far values a window of 0.1 s apart are from each other, as a standard deviation."""
+    steps = np.abs(values[:, 10:] - 2.0 * values[:, 5:-5] + values[:, :-10])
+    known = steps[np.isfinite(steps)]
+    return float(np.median(known)) / 0.6745 / math.sqrt(6.0) if len(known) else 0.0
 
 
 def least_spread(signal: Signal, values: np.ndarray) -> float:
@@ -189,46 +347,36 @@ def least_spread(signal: Signal, values: np.ndarray) -> float:
 
 
 def value_range(values: np.ndarray) -> float:
-    """Return the difference of the greatest and the least value; 0 without any."""
+    """Return the difference of the greatest and the least value; 0 without any.
+
+    A signal that hardly changes counts as having a range that is a share of its size.
+    """
     known = values[np.isfinite(values)]
-    return float(np.ptp(known)) if len(known) else 0.0
+    if not len(known):
+        return 0.0
+    return max(float(np.ptp(known)), _SHARE_OF_SIZE * float(np.abs(known).max()))
 
 
 def tolerance_band(good: Sequence[Columns], relative: float = RELATIVE_TOLERANCE) -> Band:
-    """Return the band of what good runs did 0.1 s before to 0.1 s later, and a tolerance beyond.
+    """Return the band of a few good runs: what they did, how they spread, and a tolerance.
 
     Args:
         good: at least one run, on one reference's clock.
         relative: the tolerance of values as a share of their range, where the configuration
             gives none; times, places and noise have tolerances of their own.
     """
-    found = {}
-    for signal in common_signals(tuple(good)):
-        values = np.stack([it[signal] for it in good])
-        low = -_greatest_around(-np.fmin.reduce(values))
-        high = _greatest_around(np.fmax.reduce(values))
-        found[signal] = SignalBand(0.5 * (low + high), 0.5 * (high - low)
-                                   + signal_tolerance(signal, values, relative))
-    return Band(found, len(good))
+    return BandLearner(good, relative).band()
 
 
 def widened(band: SignalBand) -> SignalBand:
     """Return the band of 0.1 s before to 0.1 s later, for what is known no better in time."""
-    low = -_greatest_around(band.half_width - band.middle)
-    high = _greatest_around(band.middle + band.half_width)
+    low, _ = envelope(band.middle - band.half_width)
+    _, high = envelope(band.middle + band.half_width)
     return SignalBand(0.5 * (low + high), 0.5 * (high - low))
 
 
-def _greatest_around(values: np.ndarray) -> np.ndarray:
-    """The greatest value (t,) within the tolerance of time; NaN where the value itself is."""
-    known = np.isfinite(values)
-    around = moving_maximum(np.where(known, values, -np.inf), int(_TIME_TOLERANCE_S * RATE_HZ))
-    result: np.ndarray = np.where(known, around, np.nan)
-    return result
-
-
 def signal_tolerance(signal: Signal, values: np.ndarray, relative: float) -> float:
-    """Return how far a run may be from good ones, in the signal's unit."""
+    """Return how far a run may be from a single good one, in the signal's unit."""
     if signal.tolerance is not None:
         return signal.tolerance
     if signal.kind in _TOLERANCES:

@@ -2,13 +2,14 @@
 """Where a run is outside of the band, and which signal left it first."""
 from __future__ import annotations
 
-from typing import List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
 from process_visualizer.runs.deviation.band import Band, SignalBand
-from process_visualizer.runs.deviation.onset import onset
+from process_visualizer.runs.deviation.onset import lasting_onset, onset
 from process_visualizer.runs.deviation.signals import NOISE_SUFFIX, Signal, SignalKind
+from process_visualizer.runs.moving_window import moving_maximum
 
 _SHORTEST_ROWS = 3
 _BACK_ROWS = 10
@@ -17,6 +18,10 @@ _SAME_TIME_S = 0.25
 _ONE_EVENT_S = 1.0
 _FAINT, _FAINT_SHARE = 1.5, 0.5
 """A departure so faint comes last beside one that is twice as strong: it may be chance."""
+_BESIDE = ('tool sideways', 'tool up')
+_EDGE_ROWS = 25
+_EARLIER_SHARE, _SOONER_S = 0.6, 0.5
+"""Of the strongest departure of a channel; one that left earlier must not be fainter."""
 _RANK = {kind: number for number, kind in enumerate(SignalKind)}
 
 
@@ -25,7 +30,8 @@ class Departure(NamedTuple):
 
     It leaves at ``left_s``, ``back_s`` is when it is back (None: not again), and the deviation
     began at ``onset_s``, give or take ``uncertainty_s``. At ``worst_s`` it is ``deviation`` away
-    from the middle of a band of ``half_width``, in the signal's unit.
+    from the middle of a band of ``half_width``, in the signal's unit. Of a state, ``words`` say
+    what is wrong.
     """
 
     signal: Signal
@@ -36,6 +42,7 @@ class Departure(NamedTuple):
     worst_s: float
     deviation: float
     half_width: float
+    words: str = ''
 
     @property
     def severity(self) -> float:
@@ -56,9 +63,10 @@ def departures(times_s: np.ndarray, run: Mapping[Signal, np.ndarray],
         run: the signals of the run to judge.
         band: what good runs do.
     """
-    found = [it for signal, limits in band.signals.items() if signal in run
-             for it in [_departure(times_s, signal, run[signal], limits)] if it is not None]
-    return tuple(_ranked(_agreed(found)))
+    found = [it for signal, limits in band.signals.items()
+             if signal in run and signal.kind is not SignalKind.STATE
+             for it in [_departure(times_s, signal, run, band)] if it is not None]
+    return ranked(_agreed(_of_channels(found)))
 
 
 def outside(values: np.ndarray, limits: SignalBand) -> np.ndarray:
@@ -78,21 +86,33 @@ def outside_since(is_outside: np.ndarray) -> Optional[int]:
                  if end > count - _BACK_ROWS), None)
 
 
-def _departure(times_s: np.ndarray, signal: Signal, values: np.ndarray,
-               limits: SignalBand) -> Optional[Departure]:
+def _departure(times_s: np.ndarray, signal: Signal, run: Mapping[Signal, np.ndarray],
+               band: Band) -> Optional[Departure]:
+    values, limits = run[signal], band.signals[signal]
     deviation = values - limits.middle
-    found = spans(outside(values, limits))
+    found = [it for it in spans(outside(values, limits)) if it[1] - it[0] >= _SHORTEST_ROWS]
     if not found:
         return None
-    begin, end = next((it for it in found if it[1] - it[0] >= _SHORTEST_ROWS), found[0])
-    begin, end = _for_good(found, (begin, end), len(times_s))
+    begin, end = _for_good(found, found[0], len(times_s))
     ratio = np.nan_to_num(np.abs(deviation[begin:end]) / limits.half_width[begin:end], nan=0.0)
     worst = begin + int(ratio.argmax())
-    since = onset(times_s, deviation / limits.half_width, begin)
+    from_usual = deviation if limits.usual is None else values - limits.usual
+    since = onset(times_s, from_usual / _usual_width(limits), begin)
+    single = signal._replace(over_s=0.0)
+    if signal.over_s and single in run and single in band.signals:
+        since = lasting_onset(times_s, run[single] - band.signals[single].middle, begin,
+                              float(np.sign(deviation[begin])), signal.over_s)
     back_s = float(times_s[end]) if end < len(times_s) else None
     return Departure(signal, float(times_s[begin]), back_s, since.time_s, since.uncertainty_s,
                      float(times_s[worst]), float(deviation[worst]),
                      float(limits.half_width[worst]))
+
+
+def _usual_width(limits: SignalBand) -> np.ndarray:
+    """How wide the band is around each moment, apart from edges, at which it is for a moment."""
+    known = np.isfinite(limits.half_width)
+    narrow = -moving_maximum(np.where(known, -limits.half_width, -np.inf), _EDGE_ROWS)
+    return np.where(known, narrow, np.nan)
 
 
 def spans(is_outside: np.ndarray) -> List[Tuple[int, int]]:
@@ -127,11 +147,43 @@ def _channel(departure: Departure) -> Tuple[str, str]:
     return signal.device, signal.label.replace(NOISE_SUFFIX, '')
 
 
-def _ranked(found: Sequence[Departure]) -> List[Departure]:
+def _of_channels(found: Sequence[Departure]) -> List[Departure]:
+    """One departure of each channel: the strongest of its values and means, since the first."""
+    best: Dict[Tuple[str, str], Departure] = {}
+    for it in found:
+        key = it.signal.device, it.signal.label
+        other = best.get(key)
+        if other is None:
+            best[key] = it
+            continue
+        strong, weak = (it, other) if _clearness(it) > _clearness(other) else (other, it)
+        if _tells_onset(weak, strong):
+            strong = strong._replace(onset_s=weak.onset_s, uncertainty_s=weak.uncertainty_s,
+                                     left_s=min(weak.left_s, strong.left_s))
+        best[key] = strong
+    return list(best.values())
+
+
+def _clearness(departure: Departure) -> Tuple[bool, float]:
+    """What is seen without a mean, and clearly, is told as such."""
+    return (not departure.signal.over_s and departure.severity >= _FAINT, departure.severity)
+
+
+def _tells_onset(it: Departure, other: Departure) -> bool:
+    """Whether it left first; what has no window around it tells when that was more exactly."""
+    if it.signal.over_s:
+        return (it.severity > _EARLIER_SHARE * other.severity
+                and it.left_s < other.left_s - _SOONER_S)
+    return it.left_s < other.left_s + _SOONER_S or \
+        other.onset_s - _ONE_EVENT_S < it.onset_s < other.onset_s
+
+
+def ranked(found: Sequence[Departure]) -> Tuple[Departure, ...]:
+    """Return departures in the order in which they began, faint ones last."""
     strongest = max((it.severity for it in found), default=0.0)
     faint = [it for it in found if it.severity < min(_FAINT, _FAINT_SHARE * strongest)]
     clear = [it for it in found if it not in faint]
-    return _in_order(clear) + _in_order(faint)
+    return tuple(_in_order(clear) + _in_order(faint))
 
 
 def _size(departure: Departure) -> float:
@@ -140,12 +192,24 @@ def _size(departure: Departure) -> float:
         else departure.severity
 
 
+def _rank(departure: Departure, beside: float) -> float:
+    """Its place among what began together.
+
+    A tool beside its path seems early or late, too: time is not the cause where it is less clear.
+    """
+    kind = departure.signal.kind
+    if kind is SignalKind.TIMING and departure.severity < beside:
+        return _RANK[SignalKind.PLACE] + 0.5
+    return _RANK[kind]
+
+
 def _in_order(found: Sequence[Departure]) -> List[Departure]:
     waiting = sorted(found, key=lambda it: it.onset_s)
     ranked: List[Departure] = []
     while waiting:
         together = [it for it in waiting if it.onset_s <= waiting[0].onset_s + _SAME_TIME_S]
-        together.sort(key=lambda it: (_RANK[it.signal.kind], -_size(it)))
+        beside = max((it.severity for it in together if it.signal.label in _BESIDE), default=0.0)
+        together.sort(key=lambda it: (_rank(it, beside), -_size(it)))
         ranked.append(together[0])
         waiting.remove(together[0])
     return ranked

@@ -53,6 +53,29 @@ def onset(times_s: np.ndarray, deviation: np.ndarray, left_row: int) -> Onset:
     return Onset(float(x[best]), float(half + 0.5 / rate_hz))
 
 
+def lasting_onset(times_s: np.ndarray, deviation: np.ndarray, left_row: int, sign: float,
+                  over_s: float) -> Onset:
+    """Return when a deviation began that is seen only in means over a longer time.
+
+    The moment is the one before which the mean is least, and behind which it is greatest; if
+    there is none, the deviation was there from the beginning.
+
+    Args:
+        times_s, deviation: as for ``onset``.
+        left_row: where the mean leaves the band.
+        sign: of the mean.
+        over_s: the time of the mean.
+    """
+    rows = np.flatnonzero(np.isfinite(deviation[:left_row + 1]))
+    if len(rows) < _FEWEST_ROWS:
+        return Onset(float(times_s[left_row]), over_s)
+    half = int(0.5 * over_s / (times_s[1] - times_s[0]))
+    size = sign * float(np.nanmean(deviation[max(left_row - half // 2, 0):left_row + half + 1]))
+    excess = np.cumsum(np.concatenate(([0.0], sign * deviation[rows] - 0.5 * size)))
+    first = min(int(excess.argmin()), len(rows) - 1)  # it falls before, and rises from there on
+    return Onset(float(times_s[rows[first]]), min(0.25 * over_s, 0.5))
+
+
 def _begin(deviation: np.ndarray, left_row: int, rate_hz: float) -> int:
     """Where the fits begin: as long before the deviation was last small as it grew since then."""
     first = max(left_row - int(_BEFORE_S * rate_hz), 0)
@@ -74,9 +97,12 @@ def _jump(deviation: np.ndarray, begin: int, left_row: int, rate_hz: float) -> O
     total = np.concatenate(([0.0], np.cumsum(known)))
     before = total[rows - half] - total[rows - 3 * half]
     behind = total[rows + 3 * half] - total[rows + half]
-    jumps = (behind - before) / (2 * half) * np.sign(deviation[left_row])
+    sign = np.sign(deviation[left_row])
+    jumps = (behind - before) / (2 * half) * sign
     best = int(jumps.argmax())
-    return int(rows[best]) if jumps[best] > _JUMP_SHARE * abs(deviation[left_row]) else None
+    is_one = jumps[best] > _JUMP_SHARE * abs(deviation[left_row]) and \
+        sign * before[best] / (2 * half) < _SMALL * jumps[best]  # otherwise it had begun to grow
+    return int(rows[best]) if is_one else None
 
 
 def _peak(deviation: np.ndarray, row: int, reach: int) -> int:

@@ -3,20 +3,35 @@
 from __future__ import annotations
 
 from enum import Enum
-from typing import Dict, List, Mapping, NamedTuple, Optional, Tuple
+from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
 from process_visualizer.runs.alignment.time_map import TimeMap
-from process_visualizer.runs.data_gaps import data_gaps, inside, known_at
+from process_visualizer.runs.data_gaps import (
+    data_gaps,
+    inside,
+    known_at,
+    period_s,
+    slow_values,
+)
 from process_visualizer.runs.deviation.tool_path_axes import path_axes
-from process_visualizer.runs.moving_window import ROUGH_S, moving_maximum, moving_mean, roughness
+from process_visualizer.runs.moving_window import (
+    ROUGH_S,
+    mean_of_last,
+    moving_maximum,
+    moving_mean,
+    roughness,
+)
 from process_visualizer.runs.run import Channel, ChannelKind, Run, ToolMotion
+from process_visualizer.runs.states import held_at, is_sequence
 
 RATE_HZ = 50.0
 MEAN_ROWS = int(0.1 * RATE_HZ)
 """Each value is the mean of so many."""
 _LOST_WITHIN_S = 0.5
+_SLOW_S, _FEW = 0.25, 4
+"""What comes more seldom, or so few times, has the value that holds."""
 _NEAR_GAP_S = 0.4
 """So near to a gap in the motion it is not known well which moment of the reference it is."""
 TIMING_LABEL, SLOWER_LABEL, NOISE_SUFFIX = 'time lost', 'slower by', ' noise'
@@ -25,6 +40,7 @@ TIMING_LABEL, SLOWER_LABEL, NOISE_SUFFIX = 'time lost', 'slower by', ' noise'
 class SignalKind(Enum):
     """What a signal is: of those that depart together, the one named first here is the cause."""
 
+    STATE = 'state'
     TIMING = 'timing'
     PLACE = 'place'
     VARIABLE = 'variable'
@@ -34,6 +50,8 @@ class SignalKind(Enum):
     NOISE = 'noise'
 
 
+_OVER_S: Dict[SignalKind, Tuple[float, ...]] = {
+    SignalKind.VARIABLE: (1.0, 4.0), SignalKind.FORCE: (1.0, 4.0), SignalKind.NOISE: (2.0,)}
 _KINDS = {ChannelKind.VARIABLE: SignalKind.VARIABLE, ChannelKind.FORCE: SignalKind.FORCE,
           ChannelKind.SPEED: SignalKind.SPEED, ChannelKind.JOINT: SignalKind.JOINT}
 
@@ -41,7 +59,8 @@ _KINDS = {ChannelKind.VARIABLE: SignalKind.VARIABLE, ChannelKind.FORCE: SignalKi
 class Signal(NamedTuple):
     """One compared quantity; ``device`` is empty for the whole run's.
 
-    ``tolerance`` is the configuration's, None where it gives none.
+    ``tolerance`` is the configuration's, None where it gives none. With ``over_s`` it is the mean
+    over the last so many seconds.
     """
 
     device: str
@@ -49,6 +68,7 @@ class Signal(NamedTuple):
     unit: str
     kind: SignalKind
     tolerance: Optional[float] = None
+    over_s: float = 0.0
 
     @property
     def name(self) -> str:
@@ -71,7 +91,8 @@ def signals(reference: Run, run: Run, time_map: TimeMap) -> Columns:
     A tool's place is relative to the reference's, along its path, sideways (to the left) and up.
     Time lost is how much longer the run needed for the last half second of the reference than it
     usually needs; how much longer that is than the reference's, is how much slower it is. Noise is
-    the natural logarithm of the roughness of a channel: 0.7 more is twice as rough.
+    the natural logarithm of the roughness of a channel: 0.7 more is twice as rough. What lasts is
+    seen in means over longer times. States have the value that holds.
     """
     times_s = grid_s(reference)
     run_s = time_map.to_run(times_s)
@@ -86,7 +107,9 @@ def signals(reference: Run, run: Run, time_map: TimeMap) -> Columns:
     theirs = run.by_key
     for channel in reference.channels:
         if channel.key in theirs:
-            found.update(_channel(channel, theirs[channel.key], run_s))
+            own = {} if run is reference else _channel(channel, channel, times_s)
+            values = _channel(channel, theirs[channel.key], run_s)
+            found.update(values if _is_slow(channel) else _with_means(own, values))
     return {signal: values.astype(np.float32) for signal, values in found.items()}
 
 
@@ -126,9 +149,14 @@ def _places(reference: ToolMotion, run: ToolMotion, times_s: np.ndarray,
 def _channel(reference: Channel, run: Channel, run_s: np.ndarray) -> Columns:
     finite = np.isfinite(run.values)
     times_s, values = run.times_s[finite], run.values[finite]
-    value = moving_mean(known_at(run_s, times_s, values[:, np.newaxis])[:, 0], MEAN_ROWS)
     signal = Signal(reference.device, reference.label, reference.unit, _KINDS[reference.kind],
                     reference.tolerance)
+    if is_sequence(reference):
+        return {Signal(reference.device, reference.label, '', SignalKind.STATE): held_at(
+            run_s, times_s, values)}
+    if _is_slow(reference):
+        return {signal: slow_values(run_s, times_s, values)}
+    value = moving_mean(known_at(run_s, times_s, values[:, np.newaxis])[:, 0], MEAN_ROWS)
     if reference.kind.is_motion:
         return {signal: value}
     theirs = reference.values[np.isfinite(reference.values)]
@@ -138,6 +166,41 @@ def _channel(reference: Channel, run: Channel, run_s: np.ndarray) -> Columns:
     return {signal: value, noise: known_at(rough_s, times_s, rough[:, np.newaxis])[:, 0]}
 
 
-def common_signals(columns: Tuple[Mapping[Signal, np.ndarray], ...]) -> List[Signal]:
-    """Return the signals that all of these have, in the order of the first."""
-    return [signal for signal in columns[0] if all(signal in other for other in columns[1:])]
+def _is_slow(channel: Channel) -> bool:
+    return period_s(channel.times_s) > _SLOW_S or len(channel.times_s) < _FEW
+
+
+def _with_means(reference: Columns, found: Columns) -> Columns:
+    """The signals of a channel and their means over longer times.
+
+    Where a run has no data for a moment, it counts as being as far from the reference as around.
+    """
+    means: Columns = {}
+    for signal, values in found.items():
+        for over_s in _OVER_S.get(signal.kind, ()):
+            rows = int(over_s * RATE_HZ)
+            if rows < len(values):
+                filled = _filled(values, reference.get(signal, values))
+                mean = mean_of_last(filled, rows)
+                mean[np.isnan(mean_of_last(values, rows))] = np.nan
+                means[signal._replace(over_s=over_s)] = mean
+    return {**found, **means}
+
+
+def _filled(values: np.ndarray, reference: np.ndarray) -> np.ndarray:
+    known = np.isfinite(values) & np.isfinite(reference)
+    if known.all() or not known.any():
+        return values
+    rows = np.arange(len(values))
+    away = np.interp(rows, rows[known], (values - reference)[known])
+    result: np.ndarray = np.where(np.isfinite(values), values, reference + away)
+    return result
+
+
+def usual_signals(columns: Sequence[Mapping[Signal, np.ndarray]]) -> List[Signal]:
+    """Return the signals that most of these have, in the order in which they come."""
+    counts: Dict[Signal, int] = {}
+    for it in columns:
+        for signal in it:
+            counts[signal] = counts.get(signal, 0) + 1
+    return [signal for signal, count in counts.items() if 2 * count > len(columns)]

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""States and bits of a run, held against those of good runs: one that never came, or came late."""
+from __future__ import annotations
+
+from collections import Counter
+from difflib import SequenceMatcher
+from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from process_visualizer.runs.deviation.spread import student_quantile
+from process_visualizer.runs.states import States
+
+Order = Tuple[float, ...]
+_LEAST_LATE_S, _LATE_OF_ONE_S = 0.2, 0.6
+"""A state that is later or earlier by less is not, of many good runs and of a single one."""
+_LEAST_SPREAD_S = 0.03
+_RUNS_ALIKE = 4.0
+_RATE_OF_ONE = 1e-3
+_FEW = 5
+"""Of fewer good runs each may be different for a reason."""
+
+
+class StateFault(NamedTuple):
+    """What is wrong with a state, in words, from a time of the reference [s] on.
+
+    Of one that comes late, ``late_s`` is by how much, and ``limit_s`` what is usual.
+    """
+
+    words: str
+    since_s: float
+    late_s: float = 0.0
+    limit_s: float = 0.0
+
+
+class StateOrder:
+    """What good runs have of one channel: in which order states come, and when."""
+
+    def __init__(self, good: Sequence[States], names: Mapping[float, str]) -> None:
+        """Take the states of good runs, with times of the reference, and what values are called."""
+        self._names = dict(names)
+        self._orders = [it.values for it in good]
+        self._times = [it.since_s for it in good]
+        counts = Counter(it for it in self._orders if it)
+        self._usual: Order = counts.most_common(1)[0][0] if counts else ()
+        self._count = counts[self._usual] if counts else 0
+
+    @property
+    def is_known(self) -> bool:
+        """Whether good runs agree on an order; without that, only values are judged."""
+        return self._count >= 0.5 * len(self._orders) or len(self._orders) < 3
+
+    def outstanding(self) -> Dict[int, str]:
+        """Return which good runs have another order than all others, if these agree."""
+        alone = [row for row, it in enumerate(self._orders) if it != self._usual]
+        if len(self._orders) < 4 or len(alone) > 0.25 * len(self._orders):
+            return {}
+        times = Counter(self._orders)
+        return {row: self._difference(self._orders[row], ())[0].words for row in alone
+                if times[self._orders[row]] == 1}
+
+    def fault(self, run: States, end_s: float) -> Optional[StateFault]:
+        """Return what is wrong with a run's states; None: nothing.
+
+        ``end_s`` is where the run ends, on the reference's clock.
+        """
+        order, times_s = self._comparable(run, end_s)
+        if self._is_context(order):
+            return self._other_context(order)
+        if order in self._orders:
+            return self._late(order, times_s)
+        if not self.is_known:
+            return self._strange(order, times_s)
+        found = self._difference(order, times_s)
+        return found[0] if found else None
+
+    def _comparable(self, run: States, end_s: float) -> Tuple[Order, Tuple[float, ...]]:
+        """The run's order; where its messages end, what is usual goes on."""
+        if run.until_s >= end_s or not self._usual:
+            return run.values, run.since_s
+        usual = self._usual_times()
+        rest = [row for row, time_s in enumerate(usual) if time_s > run.until_s]
+        return (run.values + tuple(self._usual[row] for row in rest),
+                run.since_s + tuple(usual[row] for row in rest))
+
+    def _is_context(self, order: Order) -> bool:
+        """Whether the channel has one value in each run: a variant, a place, a number."""
+        return len(order) == 1 and all(len(it) == 1 for it in self._orders)
+
+    def _other_context(self, order: Order) -> Optional[StateFault]:
+        known = set(self._orders)
+        if len(known) > 1 or len(self._orders) < _FEW or order in known:
+            return None
+        return StateFault(f'{self._name(order[0])} instead of {self._name(self._usual[0])}', 0.0)
+
+    def _usual_times(self) -> List[float]:
+        times = [it for order, it in zip(self._orders, self._times) if order == self._usual]
+        return [float(it) for it in np.median(np.array(times), axis=0)] if times else []
+
+    def _strange(self, order: Order, times_s: Sequence[float]) -> Optional[StateFault]:
+        known = {value for it in self._orders for value in it}
+        return next((StateFault(f'{self._name(value)} comes in no good run', float(time_s))
+                     for value, time_s in zip(order, times_s) if value not in known), None)
+
+    def _difference(self, order: Order, times_s: Sequence[float]) -> List[StateFault]:
+        usual_s = self._usual_times()
+        found = []
+        for what, i, j, k, m in SequenceMatcher(None, self._usual, order, False).get_opcodes():
+            if what == 'equal':
+                continue
+            expected, came = self._usual[i:j], order[k:m]
+            since_s = float(times_s[k]) if k < len(times_s) and k > 0 else \
+                usual_s[i] if i < len(usual_s) else usual_s[-1]
+            if what != 'insert' and i < len(usual_s):
+                since_s = min(since_s, usual_s[i]) if what == 'delete' else since_s
+            found.append(StateFault(self._words(what, expected, came), since_s))
+        return found
+
+    def _words(self, what: str, expected: Order, came: Order) -> str:
+        if what == 'delete':
+            return f'{self._named(expected)} {"is" if len(expected) == 1 else "are"} missing'
+        if what == 'replace':
+            return f'{self._named(came)} instead of {self._named(expected)}'
+        return f'{self._named(came)} {"comes" if len(came) == 1 else "come"} once more' \
+            if all(it in self._usual for it in came) else \
+            f'{self._named(came)} {"comes" if len(came) == 1 else "come"} besides'
+
+    def _named(self, values: Order) -> str:
+        return ', '.join(self._name(it) for it in values[:3]) + (' …' if len(values) > 3 else '')
+
+    def _name(self, value: float) -> str:
+        name = self._names.get(value)
+        return f'{value:g}' if name is None else f'{value:g} ({name})'
+
+    def _late(self, order: Order, times_s: Sequence[float]) -> Optional[StateFault]:
+        """A change that comes later or earlier than it does in the good runs, the first one."""
+        alike = np.array([it for known, it in zip(self._orders, self._times) if known == order])
+        if len(order) < 2:
+            return None
+        count = len(alike)
+        late_s = (np.array(times_s) - alike.mean(axis=0))[1:]
+        if count < 2:
+            limit_s = np.full(len(late_s), _LATE_OF_ONE_S)
+        else:
+            away = (alike - alike.mean(axis=0))[:, 1:]
+            square = (away * away).sum(axis=0)
+            usual = np.median(square / (count - 1.0))
+            freedom = count - 1.0 + _RUNS_ALIKE
+            spread = np.sqrt((square + _RUNS_ALIKE * usual) / freedom + _LEAST_SPREAD_S ** 2)
+            factor = student_quantile(_RATE_OF_ONE / len(late_s), freedom)
+            limit_s = np.maximum(factor * np.sqrt(1.0 + 1.0 / count) * spread,
+                                 max(_LATE_OF_ONE_S / count, _LEAST_LATE_S))
+        rows = np.flatnonzero(np.abs(late_s) > limit_s)
+        if not len(rows):
+            return None
+        row = int(rows[0])
+        late = float(late_s[row])
+        since_s = min(float(times_s[row + 1]), float(times_s[row + 1]) - late)
+        return StateFault(f'{self._name(order[row + 1])} {abs(late):.2f} s '
+                          f'{"later" if late > 0 else "earlier"} (usual ±{limit_s[row]:.2f} s)',
+                          since_s, late, float(limit_s[row]))
