@@ -37,6 +37,7 @@ if(CATKIN_ENABLE_TESTING)
 endif()
 
 add_library(process_visualizer_common SHARED
+  src/common/claimed_lengths.cpp
   src/common/complaint.cpp
   src/common/complaint_status.cpp
   src/common/time_slice.cpp
@@ -46,3 +47,9 @@ target_link_libraries(process_visualizer_common Threads::Threads)
 
 install(TARGETS process_visualizer_common LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})
 install(DIRECTORY include/${PROJECT_NAME}/ DESTINATION ${CATKIN_PACKAGE_INCLUDE_DESTINATION})
+
+if(CATKIN_ENABLE_TESTING)
+  catkin_add_gtest(test_claimed_lengths test/cpp/test_claimed_lengths.cpp)
+  process_visualizer_compile(test_claimed_lengths)
+  target_link_libraries(test_claimed_lengths process_visualizer_common ${roscpp_LIBRARIES})
+endif()

@@ -19,7 +19,7 @@ add_executable(sensor_fit src/cloud/cloud_source.cpp src/cloud/model_surfaces.cp
   src/cloud/sensor_fit.cpp src/cloud/sensor_fit_main.cpp)
 process_visualizer_compile(sensor_fit)
 add_dependencies(sensor_fit ${${PROJECT_NAME}_EXPORTED_TARGETS})
-target_link_libraries(sensor_fit process_visualizer_fit roi_filter ${roscpp_LIBRARIES}
+target_link_libraries(sensor_fit process_visualizer_fit process_visualizer_common roi_filter ${roscpp_LIBRARIES}
   ${resource_retriever_LIBRARIES} ${tf2_ros_LIBRARIES})
 
 install(TARGETS process_visualizer_fit LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})

@@ -22,6 +22,7 @@
 #include "process_visualizer/cloud/periods.hpp"
 #include "process_visualizer/cloud/transform_lookup.hpp"
 #include "process_visualizer/cloud/voxel_grid.hpp"
+#include "process_visualizer/common/checked_subscription.hpp"
 
 namespace process_visualizer::cloud {
 namespace {
@@ -101,8 +102,10 @@ void CloudFusion::begin() {
 
 void CloudFusion::connect() {
   ros::NodeHandle& node_handle = getPrivateNodeHandle();
-  state_subscriber_ = node_handle.subscribe("/bag_player/state", 10, &CloudFusion::follow, this,
-                                            ros::TransportHints().tcpNoDelay());
+  state_subscriber_ = subscribeChecked<PlayerState>(
+      node_handle, "/bag_player/state", 10,
+      [this](const PlayerState::ConstPtr& state) { follow(*state); },
+      ros::TransportHints().tcpNoDelay());
   const auto follow = [this](const ros::SingleSubscriberPublisher&) { followSubscribers(); };
   publisher_ = node_handle.advertise<PointCloud2>("output", 1, follow, follow);
 }
@@ -118,10 +121,10 @@ void CloudFusion::subscribe() {
   subscribed_s_ = now();
   clouds_->begin(subscribed_s_);
   for (std::size_t sensor = 0; sensor < parameters_.topics.size(); ++sensor) {
-    subscribers_.push_back(getPrivateNodeHandle().subscribe<PointCloud2>(
-        parameters_.topics[sensor], 1,
+    subscribers_.push_back(subscribeChecked<PointCloud2>(
+        getPrivateNodeHandle(), parameters_.topics[sensor], 1,
         [this, sensor](const PointCloud2::ConstPtr& cloud) { take(sensor, cloud); },
-        ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay()));
+        ros::TransportHints().tcpNoDelay()));
   }
 }
 

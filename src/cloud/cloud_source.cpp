@@ -7,6 +7,8 @@
 
 #include <stdexcept>
 
+#include "process_visualizer/common/checked_subscription.hpp"
+
 namespace process_visualizer::cloud {
 namespace {
 
@@ -38,7 +40,7 @@ PointCloud2::ConstPtr nextCloud(const std::string& topic) {
   ros::NodeHandle node_handle;
   node_handle.setCallbackQueue(&queue);
   const ros::Subscriber subscriber =
-      node_handle.subscribe<PointCloud2>(topic, 1, [&](const PointCloud2::ConstPtr& cloud) {
+      subscribeChecked<PointCloud2>(node_handle, topic, 1, [&](const PointCloud2::ConstPtr& cloud) {
         last = cloud;
         arrival = ros::WallTime::now();
       });

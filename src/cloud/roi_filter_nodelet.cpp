@@ -14,6 +14,7 @@
 #include "process_visualizer/cloud/region_of_interest.hpp"
 #include "process_visualizer/cloud/roi_filter.hpp"
 #include "process_visualizer/cloud/transform_lookup.hpp"
+#include "process_visualizer/common/checked_subscription.hpp"
 #include "process_visualizer/common/frame_name.hpp"
 
 namespace process_visualizer::cloud {
@@ -54,8 +55,10 @@ void RoiFilter::followSubscribers() {
   if (publisher_.getNumSubscribers() == 0) {
     subscriber_.shutdown();
   } else if (!subscriber_) {
-    subscriber_ = getPrivateNodeHandle().subscribe("input", 1, &RoiFilter::crop, this,
-                                                   ros::TransportHints().tcpNoDelay());
+    subscriber_ = subscribeChecked<sensor_msgs::PointCloud2>(
+        getPrivateNodeHandle(), "input", 1,
+        [this](const sensor_msgs::PointCloud2::ConstPtr& cloud) { crop(cloud); },
+        ros::TransportHints().tcpNoDelay());
   }
 }
 

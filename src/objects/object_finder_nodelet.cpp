@@ -13,6 +13,7 @@
 
 #include "process_visualizer/cloud/periods.hpp"
 #include "process_visualizer/cloud/require.hpp"
+#include "process_visualizer/common/checked_subscription.hpp"
 #include "process_visualizer/common/frame_name.hpp"
 #include "process_visualizer/objects/cell_models.hpp"
 #include "process_visualizer/objects/cloud_points.hpp"
@@ -67,11 +68,14 @@ void ObjectFinderNodelet::onInit() {
   marker_publisher_ = node_handle.advertise<visualization_msgs::MarkerArray>("markers", 1);
   unknown_publisher_ = node_handle.advertise<sensor_msgs::PointCloud2>("unknown", 1);
   player_subscriber_ =
-      node_handle.subscribe("/bag_player/state", kStates, &ObjectFinderNodelet::follow, this);
+      subscribeChecked<PlayerState>(node_handle, "/bag_player/state", kStates,
+                                    [this](const PlayerState::ConstPtr& state) { follow(*state); });
   redraw_timer_ = node_handle.createWallTimer(ros::WallDuration(kRedrawPeriod),
                                               [this](const ros::WallTimerEvent&) { redraw(); });
-  cloud_subscriber_ = node_handle.subscribe("input", 1, &ObjectFinderNodelet::process, this,
-                                            ros::TransportHints().tcpNoDelay());
+  cloud_subscriber_ = subscribeChecked<sensor_msgs::PointCloud2>(
+      node_handle, "input", 1,
+      [this](const sensor_msgs::PointCloud2::ConstPtr& cloud) { process(cloud); },
+      ros::TransportHints().tcpNoDelay());
 }
 
 /// Whether the models have been read. The parts of a cell start in any order, so a model may be

@@ -6,7 +6,7 @@ import bz2
 import threading
 from collections import OrderedDict
 from functools import lru_cache
-from typing import Dict, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterator, NamedTuple, Optional, Sequence, Tuple, Union
 
 import lz4.frame
 
@@ -26,12 +26,18 @@ from process_visualizer.bags.bag_records import (
 )
 
 _FIRST_READ_BYTES = 4096
-_LARGEST_CHUNK_BYTES = 1 << 30
+_LARGEST_CHUNK_BYTES = 256 << 20
+"""Of a compressed chunk, which is in memory as a whole: a thousand times what rosbag writes."""
+_STEP_BYTES = 1 << 20
 _MORE_BYTES = 64 << 20
 """By which what is compressed may be longer, and a wrong length be told as such: a chunk is read
 into memory as a whole."""
 _HEADS_KEPT = 4096
 _MOST_NOTES = 100
+
+
+Content = Union[bytes, bytearray]
+"""Nobody changes it."""
 
 
 class Chunk(NamedTuple):
@@ -131,7 +137,7 @@ class ChunkStore:
             raise BagDamaged(self._damaged[number_])
         return number_, int(self._index.offset[position])
 
-    def _open_chunk(self, number_: int) -> Tuple[Chunk, Optional[bytes]]:
+    def _open_chunk(self, number_: int) -> Tuple[Chunk, Optional[Content]]:
         """The chunk and, where it is compressed, its content."""
         try:
             chunk = self._chunk(number_)
@@ -184,9 +190,9 @@ class ChunkCache:
         self.size = 0
         self._largest_size = largest_size
         self._lock = threading.Lock()
-        self._contents: OrderedDict[int, bytes] = OrderedDict()
+        self._contents: OrderedDict[int, Content] = OrderedDict()
 
-    def get(self, number_: int) -> Optional[bytes]:
+    def get(self, number_: int) -> Optional[Content]:
         """Return the content of a chunk if it is there."""
         with self._lock:
             content = self._contents.get(number_)
@@ -194,7 +200,7 @@ class ChunkCache:
                 self._contents.move_to_end(number_)
             return content
 
-    def put(self, number_: int, content: bytes) -> None:
+    def put(self, number_: int, content: Content) -> None:
         """Keep the content of a chunk, and let go of those that were not used for longest."""
         with self._lock:
             if number_ in self._contents:
@@ -223,27 +229,42 @@ def chunk_at(file: BagFile, position: int) -> Chunk:
     return Chunk(head.data_offset, head.data_size, compression, size)
 
 
-def decompressed(data: bytes, chunk: Chunk) -> bytes:
+def decompressed(data: bytes, chunk: Chunk) -> Content:
     """Return the content of a chunk; it needs no more memory than the chunk's header says.
 
     Raises:
         RecordError: the data cannot be decompressed, or to another size than the header says.
     """
     size = chunk.uncompressed_size
-    if size > _LARGEST_CHUNK_BYTES:
-        raise RecordError(f'it would take {size} bytes of memory')
     if chunk.compression == 'none':
         return data
-    decompressor = (bz2.BZ2Decompressor() if chunk.compression == 'bz2'
-                    else lz4.frame.LZ4FrameDecompressor())
+    if size > _LARGEST_CHUNK_BYTES:
+        raise RecordError(f'it would take {size} bytes of memory, and {_LARGEST_CHUNK_BYTES} at '
+                          'most are taken')
+    content = bytearray()
     try:
-        content = bytes(decompressor.decompress(data, max_length=size + 1))
+        for step in _steps(data, chunk.compression):
+            content += step
+            if len(content) > size:
+                break
     except (OSError, RuntimeError, ValueError, EOFError) as error:
         raise RecordError(f'decompression ({chunk.compression}) fails: {error}') from error
     if len(content) != size:
         raise RecordError(f'it holds {"more" if len(content) > size else "less"} than the '
                           f'{size} bytes that its header says')
     return content
+
+
+def _steps(data: bytes, compression: str) -> Iterator[bytes]:
+    """Decompress some data step by step: as a whole it would be in memory twice."""
+    decompressor: Any = bz2.BZ2Decompressor() if compression == 'bz2' \
+        else lz4.frame.LZ4FrameDecompressor()
+    step = decompressor.decompress(data, max_length=_STEP_BYTES)
+    while step:
+        yield step
+        if decompressor.eof:
+            return
+        step = decompressor.decompress(b'', max_length=_STEP_BYTES)
 
 
 def _message_in(record: memoryview) -> memoryview:

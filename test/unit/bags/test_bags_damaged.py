@@ -2,12 +2,14 @@
 """Files that are no bags, damaged, cut off or changed while they are open."""
 from __future__ import annotations
 
+import bz2
 import os
 import random
 import tracemalloc
 from pathlib import Path
 from typing import Callable, Iterator, List, Tuple
 
+import lz4.frame
 import pytest
 from bag_files import Row, content, rows_of_messages, some_rows, write_bag
 from hypothesis import given, settings
@@ -26,6 +28,7 @@ from process_visualizer.bags.bag_records import (
     packed_record,
     record_at,
 )
+from process_visualizer.bags.chunk_store import Chunk, decompressed
 from process_visualizer.bags.recording import Recording
 from process_visualizer.bags.reindex import reindex
 
@@ -257,7 +260,8 @@ def test_chunk_with_a_wrong_length_is_a_gap(tmp_path: Path, change: int) -> None
 
 @pytest.mark.parametrize('compression', ['bz2', 'lz4'])
 @pytest.mark.parametrize('size, message', [
-    (10, 'it holds more than the 10 bytes'), (2 ** 29, 'it holds less than the 536870912 bytes'),
+    (10, 'it holds more than the 10 bytes'), (2 ** 27, 'it holds less than the 134217728 bytes'),
+    (900_000_000, 'would take 900000000 bytes of memory'),
     (2 ** 32 - 1, 'would take 4294967295 bytes of memory')])
 def test_chunk_that_lies_about_its_size(
         tmp_path: Path, compression: str, size: int, message: str) -> None:
@@ -272,6 +276,21 @@ def test_chunk_that_lies_about_its_size(
                 recording.message(0)
         assert not recording.is_readable(0)
         assert len(recording.gaps) == 1
+
+
+@pytest.mark.parametrize('compression', ['bz2', 'lz4'])
+def test_chunk_of_which_little_is_in_the_file_is_not_twice_in_memory(compression: str) -> None:
+    size = 40_000_000
+    compress = bz2.compress if compression == 'bz2' else lz4.frame.compress
+    data = compress(bytes(size))
+    tracemalloc.start()
+    try:
+        content = decompressed(data, Chunk(0, len(data), compression, size))
+        peak_bytes = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert len(content) == size and not any(content[::997])
+    assert peak_bytes < 1.3 * size
 
 
 def test_unknown_compression_is_named(tmp_path: Path) -> None:

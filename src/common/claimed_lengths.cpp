@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "process_visualizer/common/claimed_lengths.hpp"
+
+#include <cstring>
+#include <sstream>
+#include <stdexcept>
+
+namespace process_visualizer {
+namespace {
+
+constexpr std::size_t kLengthBytes = 4;
+constexpr int kDeepest = 40;  // of messages in messages
+constexpr char kString[] = "string";
+const std::string kSection = "MSG: ";
+
+const std::map<std::string, std::size_t>& primitiveBytes() {
+  static const std::map<std::string, std::size_t> bytes = {
+      {"bool", 1},  {"int8", 1},   {"uint8", 1},   {"byte", 1},   {"char", 1},
+      {"int16", 2}, {"uint16", 2}, {"int32", 4},   {"uint32", 4}, {"float32", 4},
+      {"int64", 8}, {"uint64", 8}, {"float64", 8}, {"time", 8},   {"duration", 8}};
+  return bytes;
+}
+
+/// The whole name of a type in a definition of a message of a package.
+std::string wholeName(const std::string& name, const std::string& package) {
+  if (name == kString || primitiveBytes().count(name) != 0 || name.find('/') != std::string::npos)
+    return name;
+  return (name == "Header" ? "std_msgs" : package) + "/" + name;
+}
+
+}  // namespace
+
+ClaimedLengths::ClaimedLengths(const std::string& type, const std::string& definition)
+    : type_(type), least_bytes_(primitiveBytes()) {
+  least_bytes_[kString] = kLengthBytes;
+  for (const auto& [name, bytes] : least_bytes_) is_fixed_[name] = name != kString;
+  read(type, definition);
+  measure(type, 0);
+}
+
+/// Takes the fields of all messages of a definition.
+void ClaimedLengths::read(const std::string& type, const std::string& definition) {
+  std::string current = type;
+  fields_[current];
+  std::istringstream lines(definition);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line.substr(0, line.find('#')));
+    if (line.compare(0, kSection.size(), kSection) == 0) {
+      words.seekg(static_cast<std::streamoff>(kSection.size()));
+      words >> current;
+      fields_[current].clear();
+      continue;
+    }
+    std::string kind, name;
+    // A constant has its "=" in the rest of the line; a line of "=" separates messages.
+    if (!(words >> kind >> name) || line.find('=') != std::string::npos) continue;
+    Field field;
+    const std::size_t bracket = kind.find('[');
+    field.is_array = bracket != std::string::npos;
+    if (field.is_array && kind.at(bracket + 1) != ']')
+      field.length = std::stoul(kind.substr(bracket + 1));
+    field.type = wholeName(kind.substr(0, bracket), current.substr(0, current.find('/')));
+    fields_[current].push_back(field);
+  }
+}
+
+/// Finds out how many bytes a message of a type takes at least.
+void ClaimedLengths::measure(const std::string& type, int depth) {
+  if (least_bytes_.count(type) != 0) return;
+  const auto fields = fields_.find(type);
+  if (fields == fields_.end() || depth > kDeepest)
+    throw std::invalid_argument("the definition of " + type + " is missing, or contains itself");
+  std::size_t bytes = 0;
+  bool is_fixed = true;
+  for (const Field& field : fields->second) {
+    measure(field.type, depth + 1);
+    const bool is_counted = field.is_array && !field.length;
+    bytes += is_counted ? kLengthBytes : field.length.value_or(1) * least_bytes_.at(field.type);
+    is_fixed = is_fixed && !is_counted && is_fixed_.at(field.type);
+  }
+  least_bytes_[type] = bytes;
+  is_fixed_[type] = is_fixed;
+}
+
+/// Goes over the bytes of a message from front to back.
+class ClaimedLengths::Walk {
+ public:
+  Walk(const ClaimedLengths& lengths, const std::uint8_t* bytes, std::size_t size)
+      : lengths_(lengths), bytes_(bytes), left_(size) {}
+
+  void message(const std::string& type) {
+    for (const Field& field : lengths_.fields_.at(type)) elements(field.type, count(field));
+  }
+
+ private:
+  std::size_t count(const Field& field) {
+    if (!field.is_array) return 1;
+    return field.length ? *field.length : claimed();
+  }
+
+  std::size_t claimed() {
+    std::uint32_t length = 0;
+    if (left_ < kLengthBytes) throw std::invalid_argument("its bytes end too early");
+    std::memcpy(&length, bytes_, kLengthBytes);
+    skip(kLengthBytes);
+    return length;
+  }
+
+  void elements(const std::string& type, std::size_t count) {
+    const std::size_t least = lengths_.least_bytes_.at(type);
+    // Elements without a byte take memory, too: one that claims them has to have bytes for that.
+    if (count > left_ / (least > 0 ? least : 1))
+      throw std::invalid_argument("it claims " + std::to_string(count) + " of " + type +
+                                  ", and only " + std::to_string(left_) + " bytes follow");
+    if (lengths_.is_fixed_.at(type)) {
+      skip(count * least);
+      return;
+    }
+    for (; count > 0; --count) {
+      if (type == kString)
+        elements("char", claimed());
+      else
+        message(type);
+    }
+  }
+
+  void skip(std::size_t size) {
+    bytes_ += size;
+    left_ -= size;
+  }
+
+  const ClaimedLengths& lengths_;
+  const std::uint8_t* bytes_;
+  std::size_t left_;
+};
+
+void ClaimedLengths::check(const std::uint8_t* bytes, std::size_t size) const {
+  Walk(*this, bytes, size).message(type_);
+}
+
+}  // namespace process_visualizer
