@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import bisect
+import errno
+import hashlib
 import json
 import os
 from typing import Any, List, NamedTuple, Optional, Sequence
@@ -11,6 +13,8 @@ from process_visualizer.bags.bag_errors import BagError
 from process_visualizer.bags.json_text import parsed_json
 from process_visualizer.bags.recorder_topics import MARKS, texts
 from process_visualizer.bags.recording import Recording
+
+_READ_ONLY = (errno.EACCES, errno.EPERM, errno.EROFS)
 
 
 class Mark(NamedTuple):
@@ -43,13 +47,25 @@ def mark_at(marks: Sequence[Mark], time_ns: int) -> Optional[Mark]:
     return marks[row - 1] if row else None
 
 
+def own_marks_path(bag: str) -> str:
+    """Return the file of the user for marks of a bag in whose folder nothing can be written."""
+    data = os.environ.get('XDG_DATA_HOME') or os.path.expanduser('~/.local/share')
+    where = hashlib.sha256(os.path.abspath(bag).encode('utf-8', 'surrogateescape')).hexdigest()
+    return os.path.join(data, 'process_visualizer', 'marks',
+                        f'{os.path.basename(bag)}-{where[:12]}.marks.json')
+
+
 def added_marks(bag: str) -> List[Mark]:
-    """Return the marks in the file beside a bag; an empty list if there is none.
+    """Return the marks that were added to a bag, beside it and by this user.
 
     Raises:
-        BagError: the file is not one of marks.
+        BagError: a file is not one of marks.
     """
-    path = marks_path(bag)
+    return [*_marks_in(marks_path(bag)), *_marks_in(own_marks_path(bag))]
+
+
+def _marks_in(path: str) -> List[Mark]:
+    """The marks in a file; none if it does not exist."""
     if not os.path.exists(path):
         return []
     try:
@@ -72,13 +88,28 @@ def _mark(entry: Any) -> Mark:
     return Mark(time_ns, label)
 
 
-def add_mark(bag: str, mark: Mark) -> None:
-    """Add a mark to the file beside a bag; the bag itself is not touched.
+def add_mark(bag: str, mark: Mark) -> str:
+    """Add a mark to the file beside a bag, else to one of the user; the bag is not touched.
+
+    Returns the path of the file.
 
     Raises:
-        BagError: the file cannot be read or written; then it is as it was.
+        BagError: the file cannot be read, or neither can be written; they are as they were.
     """
-    write_added_marks(bag, [*added_marks(bag), mark])
+    path, own = marks_path(bag), own_marks_path(bag)
+    try:
+        _write(path, [*_marks_in(path), mark])
+        return path
+    except OSError as error:
+        refusal = BagError(path, f'cannot be written: {error.strerror}')
+        if error.errno not in _READ_ONLY:
+            raise refusal from error
+    try:
+        os.makedirs(os.path.dirname(own), exist_ok=True)
+        _write(own, [*_marks_in(own), mark])
+    except OSError:
+        raise refusal from None
+    return own
 
 
 def write_added_marks(bag: str, marks: Sequence[Mark]) -> None:
@@ -88,11 +119,14 @@ def write_added_marks(bag: str, marks: Sequence[Mark]) -> None:
         BagError: the file cannot be written; then it is as it was.
     """
     path = marks_path(bag)
-    unfinished = f'{path}.unfinished'
     try:
-        with open(unfinished, 'w', encoding='utf-8') as file:
-            json.dump([mark._asdict() for mark in sorted(marks)], file, indent=1,
-                      ensure_ascii=False)
-        os.replace(unfinished, path)
+        _write(path, marks)
     except OSError as error:
         raise BagError(path, f'cannot be written: {error.strerror}') from error
+
+
+def _write(path: str, marks: Sequence[Mark]) -> None:
+    unfinished = f'{path}.unfinished'
+    with open(unfinished, 'w', encoding='utf-8') as file:
+        json.dump([mark._asdict() for mark in sorted(marks)], file, indent=1, ensure_ascii=False)
+    os.replace(unfinished, path)

@@ -7,7 +7,7 @@ import sys
 from typing import Any, Callable, Dict, NamedTuple
 
 from process_visualizer.bags.bag_errors import BagError, BagUnindexed
-from process_visualizer.bags.marks import Mark, add_mark
+from process_visualizer.bags.marks import Mark, add_mark, marks_path
 from process_visualizer.bags.recorder_topics import recorded_configuration
 from process_visualizer.bags.recording import Recording
 from process_visualizer.bags.reindex import reindex
@@ -77,7 +77,10 @@ def _mark(options: argparse.Namespace) -> int:
     duration_s = (end_ns - begin_ns) / 1e9
     if not 0.0 <= options.position <= duration_s:
         raise ValueError(f'{options.bag} goes from 0 to {duration_s:.3f} s')
-    add_mark(options.bag, Mark(begin_ns + round(options.position * 1e9), options.label))
+    path = add_mark(options.bag, Mark(begin_ns + round(options.position * 1e9), options.label))
+    if path != marks_path(options.bag):
+        print(f'note: the folder of the bag cannot be written; the mark is in {path}',
+              file=sys.stderr)
     return 0
 
 

@@ -2,6 +2,7 @@
 """Marks in the bag and beside it; the configuration that a bag carries."""
 from __future__ import annotations
 
+import errno
 import json
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ import rosbag
 from genpy import Time
 from std_msgs.msg import String, UInt32
 
+from process_visualizer.bags import marks
 from process_visualizer.bags.bag_errors import BagError
 from process_visualizer.bags.catalogue import read_catalogue
 from process_visualizer.bags.marks import (
@@ -162,3 +164,22 @@ def test_many_odd_messages_are_told_once(tmp_path: Path) -> None:
     with Recording([bag_with(tmp_path / 'a.bag', ACCOUNT, *['x'] * 500)]) as recording:
         make_report(recording)
         assert len(recording.gaps) == 1
+
+
+def test_a_mark_of_a_bag_on_a_read_only_disk_is_kept_by_the_user(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv('XDG_DATA_HOME', str(tmp_path / 'data'))
+    bag = str(tmp_path / 'a.bag')
+    write = marks._write
+
+    def refuse(path: str, added: Any) -> None:
+        if path == marks_path(bag):
+            raise OSError(errno.EROFS, 'Read-only file system')
+        write(path, added)
+
+    monkeypatch.setattr(marks, '_write', refuse)
+    path = add_mark(bag, Mark(5, 'thread breaks'))
+    assert path.startswith(str(tmp_path / 'data' / 'process_visualizer' / 'marks' / 'a.bag-'))
+    add_mark(bag, Mark(7, 'seam ends'))
+    assert added_marks(bag) == [Mark(5, 'thread breaks'), Mark(7, 'seam ends')]
+    assert added_marks(str(tmp_path / 'other' / 'a.bag')) == []

@@ -199,6 +199,16 @@ def test_the_events_are_listed(stand: Stand, qtbot: Any) -> None:
     assert text.toPlainText().endswith('  mark: seam begins')
 
 
+def test_the_list_of_events_opens_at_the_newest(stand: Stand, qtbot: Any) -> None:
+    for number in range(200):
+        stand.model.note(f'mark: seam {number} ' + 40 * 'long ')
+    view = EventsView(stand.model)
+    qtbot.addWidget(view)
+    view.show()
+    bar = view.findChild(QPlainTextEdit, 'events_text').verticalScrollBar()
+    qtbot.waitUntil(lambda: bar.maximum() > 0 and bar.value() == bar.maximum())
+
+
 class Recording(QObject):
     """A recording model that the test sets."""
 

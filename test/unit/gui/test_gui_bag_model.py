@@ -2,6 +2,7 @@
 """The chosen recording: read in the background, with everything that can be wrong with one."""
 from __future__ import annotations
 
+import json
 import math
 import os
 import threading
@@ -17,9 +18,10 @@ from PyQt5.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
 from std_msgs.msg import Float32, String
 
-from process_visualizer.bags.recorder_topics import MARKS
+from process_visualizer.bags.recorder_topics import CONFIGURATION, MARKS
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Topic
+from process_visualizer.gui.models.playback import bag_model
 from process_visualizer.gui.models.playback.bag_model import BagModel
 from process_visualizer.gui.models.playback.marks import PlacedMark
 from process_visualizer.gui.toolkit.tasks import Tasks
@@ -119,6 +121,38 @@ class TestOpening:
         os.remove(path)
         bench.qtbot.waitUntil(lambda: bench.model.gone == (path,))
         assert 'deleted or moved' in bench.failures[0] and path in bench.failures[0]
+
+
+class TestForeign:
+    """A recording of another cell."""
+
+    def test_nothing_of_it_can_be_played(self, bench: Bench, path: str) -> None:
+        bench.open(path)
+        assert not bench.model.is_foreign  # nothing is ticked
+        bench.model.set_devices([machine('/edge', '/feed_rate'), machine('/q')])
+        assert not bench.model.is_foreign and bench.model.foreign_text == ''
+        bench.model.set_devices([machine('/edge'), machine('/q')])
+        assert bench.model.foreign_text == 'a.bag has no topic of the ticked devices'
+
+    def test_a_configuration_of_its_own_is_offered(self, bench: Bench, path: str) -> None:
+        view = BagView(bench.model)
+        bench.qtbot.addWidget(view)
+        view.show()
+        bench.model.set_devices([machine('/edge')])
+        bench.open(path)
+        button = view.findChild(QPushButton, 'configuration_of_bag')
+        assert button.isVisible() and button.text() == 'Make a configuration from it…'
+        with rosbag.Bag(path, 'a') as bag:
+            text = json.dumps({'file': '/cell.xml', 'files': {'/cell.xml': '<visualizer/>'},
+                               'arguments': {}})
+            bag.write(CONFIGURATION, String(text), genpy.Time(BEGIN_S))
+        bench.open(path)
+        bench.qtbot.waitUntil(lambda: button.text() == 'Use the configuration in it…')
+        with bench.qtbot.waitSignal(view.configuration_wanted) as wanted:
+            button.click()
+        assert wanted.args == [(path,)]
+        bench.model.set_devices([machine('/feed_rate')])
+        assert not button.isVisible()
 
 
 class TestRecent:
@@ -251,6 +285,18 @@ class TestMarks:
         assert Path(path).read_bytes() == before
         bench.open(path)
         assert len(bench.model.marks) == 2
+
+    def test_where_it_is_kept_is_told_if_that_is_elsewhere(
+            self, bench: Bench, path: str, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(bag_model, 'add_mark', lambda _bag, _mark: '/home/anna/a.marks.json')
+        told: List[str] = []
+        bench.model.noted.connect(told.append)
+        bench.open(path)
+        bench.model.add_mark(7.5, 'thread breaks')
+        bench.qtbot.waitUntil(lambda: len(bench.model.marks) == 2)
+        assert told == [f'{os.path.dirname(path)} cannot be written: the mark is kept in '
+                        '/home/anna/a.marks.json']
+        assert bench.failures == []
 
     def test_where_it_cannot_be_written_that_is_told(self, bench: Bench, path: str) -> None:
         bench.open(path)

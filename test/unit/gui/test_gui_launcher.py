@@ -168,6 +168,27 @@ def test_another_recording_is_played_with_all_its_files_and_no_others(
     assert [(choice.bag, *choice.further_bags) for choice in applied] == [paths]
 
 
+def test_a_recording_of_another_cell_does_not_end_the_player(
+        loaded: Launcher, monkeypatch: pytest.MonkeyPatch) -> None:
+    applied: List[Any] = []
+    failed: List[str] = []
+    monkeypatch.setattr(loaded.launch, 'apply', applied.append)
+    loaded.failed.connect(failed.append)
+    monkeypatch.setattr(loaded.bag, '_paths', ('/a.bag',))
+    loaded.cell.set_mode(Mode.PLAYBACK)
+    loaded.master.is_connected = True
+    run(loaded)
+    monkeypatch.setattr(loaded.bag, '_paths', ('/foreign.bag',))
+    monkeypatch.setattr(type(loaded.bag), 'is_foreign', property(lambda _: True))
+    loaded.bag.chosen.emit('/foreign.bag')
+    assert applied == []
+    loaded.apply()
+    assert failed == ['Nothing to play: foreign.bag has no topic of the ticked devices.']
+    assert loaded.blocked_reason() == 'foreign.bag has no topic of the ticked devices'
+    loaded.cell.set_mode(Mode.REALTIME)
+    assert loaded.blocked_reason() == ''
+
+
 def test_the_mode_of_what_runs_is_changed(loaded: Launcher,
                                           monkeypatch: pytest.MonkeyPatch) -> None:
     """One click each way: the same devices, and the recording that is open."""

@@ -170,7 +170,7 @@ class Launcher(QObject):
             return 'The configuration has problems' if self.cell.problems else 'Loading'
         if not self.cell.chosen:
             return 'Tick a device first'
-        return ''
+        return self.bag.foreign_text if self.cell.mode is Mode.PLAYBACK else ''
 
     def pending(self) -> str:
         """What would change if the present choice were applied to the running nodes."""
@@ -196,6 +196,8 @@ class Launcher(QObject):
         """Apply the present choice; a recording must not be interrupted."""
         if self.recording.is_recording:
             self.failed.emit('A recording is in progress: stop it before you change devices.')
+        elif self.cell.mode is Mode.PLAYBACK and self.bag.is_foreign:
+            self.failed.emit(f'Nothing to play: {self.bag.foreign_text}.')
         else:
             self.launch.apply(self.choice())
 
@@ -341,7 +343,8 @@ class Launcher(QObject):
         """Restart the player with another bag; everything else keeps running."""
         running, paths = self.launch.running, self.bag.paths
         if running is not None and self.launch.is_running and running.mode is Mode.PLAYBACK \
-                and paths and paths != (running.bag, *running.further_bags):
+                and paths and paths != (running.bag, *running.further_bags) \
+                and not self.bag.is_foreign:
             self.launch.apply(replace(running, bag=paths[0], further_bags=paths[1:],
                                       left_out=self._left_out()))
 

@@ -212,6 +212,8 @@ class LauncherApp(QMainWindow):
     def _connect_recordings(self) -> None:
         bag = self._launcher.bag
         bag.played.changed.connect(self._show_launch)
+        bag.changed.connect(self._show_launch)
+        bag.noted.connect(self.tell)
         self._launcher.recording.finished.connect(bag.add_recent)
         self._launcher.recording.changed.connect(self._show_mode_choice)
         self.compare.seek_wanted.connect(self._launcher.playback.seek)
@@ -220,6 +222,7 @@ class LauncherApp(QMainWindow):
         self.playback.timeline.anchor_wanted.connect(self._launcher.compare.anchor)
         self._launcher.objects.model.changed.connect(self._show_near)
         self.live.replay_wanted.connect(self._launcher.show_replay)
+        self.playback.bag.configuration_wanted.connect(self.new.ask_path)
         self.recording.play_wanted.connect(lambda path: self._after_quit.play((path,)))
         self._drops.play_wanted.connect(self._after_quit.play)
         self._after_quit.close_wanted.connect(self._close_now)

@@ -12,6 +12,8 @@ from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.toolkit.questions import ask, message_box
 from process_visualizer.gui.toolkit.sentences import sentence
 
+_BRIEF_MS = 15_000
+
 
 class WindowQuestions(QObject):
     """The messages and questions of a window."""
@@ -35,10 +37,10 @@ class WindowQuestions(QObject):
         self.show_briefly(message)
 
     def show_briefly(self, message: str) -> None:
-        """Show a message in the status bar."""
+        """Show a message in the status bar, for long enough to be read."""
         bar = self._window.statusBar()
         assert bar is not None
-        bar.showMessage(sentence(message))
+        bar.showMessage(sentence(message), _BRIEF_MS)
 
     def ask_about_lost_master(self, start_again: Callable[[], None]) -> None:
         """Offer to start the program again; the question closes when the master returns."""

@@ -9,13 +9,14 @@ from PyQt5.QtCore import QFileSystemWatcher, QObject, pyqtSignal
 
 from process_visualizer.bags.bag_errors import BagError, BagUnindexed
 from process_visualizer.bags.catalogue import Catalogue, missing_topics
-from process_visualizer.bags.marks import Mark, add_mark
+from process_visualizer.bags.marks import Mark, add_mark, marks_path
 from process_visualizer.bags.reindex import ReindexCancelled, Reindexed
 from process_visualizer.cell.model import Device
 from process_visualizer.gui.models.playback.bag_reading import (
     RecordingGone,
     catalogue_if_there,
     catalogue_of,
+    holds_configuration,
     in_order,
     missing_of,
     reindexed,
@@ -41,6 +42,8 @@ class BagModel(QObject):
 
     changed = pyqtSignal()
     failed = pyqtSignal(str)
+    noted = pyqtSignal(str)
+    """Something the operator should know, though it is no failure."""
     chosen = pyqtSignal(str)
     """Another recording has been opened: the path of its first file."""
 
@@ -61,6 +64,7 @@ class BagModel(QObject):
         self._reindexing: Optional[Progress] = None
         self._recent: Tuple[Paths, ...] = ()
         self._gone: Paths = ()
+        self._holds_configuration = False
         self._last: Paths = ()  # was open when the window was closed, and has not been opened yet
         self._folder = ''
         self._watcher = QFileSystemWatcher(self)
@@ -110,6 +114,24 @@ class BagModel(QObject):
     def missing(self) -> Dict[str, Tuple[str, ...]]:
         """By device what it would play and the recording has not."""
         return {} if self._catalogue is None else missing_topics(self._catalogue, self._devices)
+
+    @property
+    def is_foreign(self) -> bool:
+        """Whether the recording has no topic of the ticked devices, which have some."""
+        found = self._catalogue
+        wanted = {topic.name for it in self._devices for topic in it.topics if topic.record}
+        return found is not None and bool(wanted) and wanted.isdisjoint(found.topic_names)
+
+    @property
+    def foreign_text(self) -> str:
+        """Why nothing of the recording can be played; empty if something can."""
+        name = os.path.basename(self.path)
+        return f'{name} has no topic of the ticked devices' if self.is_foreign else ''
+
+    @property
+    def holds_configuration(self) -> bool:
+        """Whether a foreign recording brings its own configuration."""
+        return self._holds_configuration
 
     @property
     def gone(self) -> Paths:
@@ -171,12 +193,12 @@ class BagModel(QObject):
     # What the operator adds.
 
     def add_mark(self, position_s: float, label: str) -> None:
-        """Add a mark beside the bag, which itself is not touched."""
+        """Add a mark beside the bag, or elsewhere if that is read-only; the bag is not touched."""
         found = self._catalogue
         if found is not None:
             mark = Mark(found.begin_ns + round(position_s * _NS_PER_S), label)
             self._tasks.run(_FILES, lambda: add_mark(found.paths[0], mark),
-                            lambda _: self._take_mark(found.paths, mark), self._report)
+                            lambda path: self._take_mark(found.paths, mark, path), self._report)
 
     # What is remembered.
 
@@ -235,8 +257,16 @@ class BagModel(QObject):
         self._watch()
         self.curves.set_recording(found.paths)
         self.played.set_recording(found.paths)
+        self._holds_configuration = False
+        self._tasks.run(_FILES, lambda: holds_configuration(found.paths),
+                        lambda holds: self._take_configuration(found.paths, holds), self._report)
         self.changed.emit()
         self.chosen.emit(self.path)
+
+    def _take_configuration(self, paths: Paths, holds: bool) -> None:
+        if paths == self._paths and holds != self._holds_configuration:
+            self._holds_configuration = holds
+            self.changed.emit()
 
     def _refuse(self, wanted: Paths, error: Exception) -> None:
         if wanted != self._wanted:
@@ -271,7 +301,10 @@ class BagModel(QObject):
         self.dismiss()
         self._report(error)
 
-    def _take_mark(self, paths: Paths, mark: Mark) -> None:
+    def _take_mark(self, paths: Paths, mark: Mark, path: str) -> None:
+        if path != marks_path(paths[0]):
+            self.noted.emit(f'{os.path.dirname(paths[0])} cannot be written: the mark is kept in '
+                            f'{path}')
         found = self._catalogue
         if found is not None and found.paths == paths:
             self._catalogue = found._replace(marks=tuple(sorted([*found.marks, mark])))

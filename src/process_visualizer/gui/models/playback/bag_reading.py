@@ -7,6 +7,8 @@ from typing import Callable, List, Sequence, Tuple
 
 from process_visualizer.bags.bag_errors import BagUnindexed
 from process_visualizer.bags.catalogue import Catalogue, read_catalogue
+from process_visualizer.bags.recorder_topics import recorded_configuration
+from process_visualizer.bags.recording import Recording
 from process_visualizer.bags.reindex import Reindexed, copy_path, reindex
 from process_visualizer.gui.toolkit.progress import Progress
 
@@ -14,10 +16,10 @@ _STEP = 0.005  # a bar shows no smaller part
 
 
 class RecordingGone(Exception):
-    """Files (``paths``) of a recording that was open once are not there any more."""
+    """Files (``paths``) of a recording that was open once no longer exist."""
 
     def __init__(self, paths: Tuple[str, ...]) -> None:
-        super().__init__(f'{", ".join(paths)}: not there any more')
+        super().__init__(f'{", ".join(paths)}: no longer exists')
         self.paths = paths
 
 
@@ -35,6 +37,16 @@ def catalogue_of(paths: Sequence[str]) -> Catalogue:
         if error.file == copy or error.file not in paths or not _is_newer(copy, error.file):
             raise
         return catalogue_of([copy if path == error.file else path for path in paths])
+
+
+def holds_configuration(paths: Sequence[str]) -> bool:
+    """Return whether a recording was made with a configuration, which it has in it.
+
+    Raises:
+        BagError: a bag cannot be read.
+    """
+    with Recording(paths) as recording:
+        return recorded_configuration(recording) is not None
 
 
 def catalogue_if_there(paths: Sequence[str]) -> Catalogue:

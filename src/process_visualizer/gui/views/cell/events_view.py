@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Optional
 
-from PyQt5.QtCore import Qt
+from PyQt5.QtCore import Qt, QTimer
+from PyQt5.QtGui import QShowEvent
 from PyQt5.QtWidgets import QPlainTextEdit, QWidget
 
 from process_visualizer.gui.models.cell.alarms_model import AlarmsModel, RecordedAlarms
@@ -27,13 +28,21 @@ class EventsView(TextDialog):
         model.changed.connect(self.refresh)
         self.refresh()
 
+    def showEvent(self, event: QShowEvent) -> None:
+        """Begin at the newest: only now the text has its lines."""
+        super().showEvent(event)
+        QTimer.singleShot(0, self._go_to_end)
+
+    def _go_to_end(self) -> None:
+        self.text.verticalScrollBar().setValue(self.text.verticalScrollBar().maximum())
+
     def refresh(self) -> None:
         """Show all events, the last one in sight; a selection stays."""
         recorded = recorded_text(self._model.recorded)
         text = '\n\n'.join(filter(None, [recorded, events_text(self._model.events)]))
         if text != self.text.toPlainText() and not self.text.textCursor().hasSelection():
-            self.show_text('What happened, the newest last.', text)
-            self.text.verticalScrollBar().setValue(self.text.verticalScrollBar().maximum())
+            self.show_text('Events (newest last)', text)
+            self._go_to_end()
 
 
 def recorded_text(alarms: RecordedAlarms) -> str:

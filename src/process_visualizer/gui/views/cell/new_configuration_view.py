@@ -56,7 +56,7 @@ class NewConfigurationView(QFrame):
                              lambda: None)
         menu = QMenu(button)
         menu.setObjectName('new_menu')
-        menu.addAction('Make one from what is running…', self._ask_path)
+        menu.addAction('Make one from what is running…', self.ask_path)
         menu.addAction('Make one from a recording…', self._ask_bags)
         button.setMenu(menu)
         button.setPopupMode(QToolButton.InstantPopup)
@@ -71,7 +71,7 @@ class NewConfigurationView(QFrame):
         layout.addWidget(text, 0, 0, 1, 2)
         self._buttons = []
         for number, (name, label, action) in enumerate((
-                ('new_from_system', 'From what is running…', self._ask_path),
+                ('new_from_system', 'From what is running…', self.ask_path),
                 ('new_from_bag', 'From a recording…', self._ask_bags),
                 ('new_open', 'Open a file…', self.open_wanted.emit))):
             button = QPushButton(label)
@@ -87,10 +87,10 @@ class NewConfigurationView(QFrame):
     def _ask_bags(self) -> None:
         dialog = self._dialog('new_bags', 'The recording to read', _BAGS)
         dialog.setFileMode(QFileDialog.ExistingFiles)
-        dialog.filesSelected.connect(self._ask_path)
+        dialog.filesSelected.connect(self.ask_path)
         dialog.open()
 
-    def _ask_path(self, bags: Optional[Sequence[str]] = None) -> None:
+    def ask_path(self, bags: Optional[Sequence[str]] = None) -> None:
         """Ask where to write the configuration; then make it."""
         given: List[str] = list(bags or [])
         dialog = self._dialog('new_path', 'Write the new configuration', _CONFIGURATIONS)

@@ -7,7 +7,7 @@ import os
 from datetime import datetime
 from typing import List, Optional, Sequence, Tuple
 
-from PyQt5.QtCore import Qt
+from PyQt5.QtCore import Qt, pyqtSignal
 from PyQt5.QtWidgets import (
     QComboBox,
     QFileDialog,
@@ -37,6 +37,9 @@ _MOST_REMARKS = 2
 class BagView(QWidget):
     """Recent bags, a dialog for others, a line of facts, the topics on request, and warnings."""
 
+    configuration_wanted = pyqtSignal(object)
+    """A configuration should be made from the files of the recording."""
+
     def __init__(self, bag: BagModel, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
         self._bag = bag
@@ -47,6 +50,8 @@ class BagView(QWidget):
         self.topics = PlayedTopicsTable(bag.played)
         self.warnings = QLabel()
         self.unindexed = UnindexedRow(bag)
+        self.foreign = ForeignRow(bag)
+        self.foreign.make.clicked.connect(lambda: self.configuration_wanted.emit(bag.paths))
         self._prepare()
         self._lay_out()
         bag.changed.connect(self._show)
@@ -77,7 +82,8 @@ class BagView(QWidget):
         facts.setSpacing(0)
         facts.addWidget(self.facts, 1)
         facts.addWidget(self.details, 0, Qt.AlignTop)
-        in_column(self, 4, in_row(self.recent, self.open, wide=self.recent), self.unindexed, facts,
+        in_column(self, 4, in_row(self.recent, self.open, wide=self.recent), self.unindexed,
+                  self.foreign, facts,
                   self.warnings, self.topics)
         self.topics.hide()
 
@@ -121,6 +127,32 @@ class BagView(QWidget):
         if found is None:
             return f'<span style="color: {theme().quiet}">Choose a recording to play.</span>'
         return facts_of(found)
+
+
+class ForeignRow(QWidget):
+    """Says that a recording is of another cell, and offers its configuration, or to make one."""
+
+    def __init__(self, bag: BagModel, parent: Optional[QWidget] = None) -> None:
+        super().__init__(parent)
+        self._bag = bag
+        self.text = QLabel()
+        self.text.setObjectName('foreign_bag')
+        self.text.setWordWrap(True)
+        self.make = QPushButton()
+        self.make.setObjectName('configuration_of_bag')
+        in_column(self, 2, self.text, in_row(self.make))
+        bag.changed.connect(self._show)
+        self._show()
+
+    def _show(self) -> None:
+        bag = self._bag
+        self.text.setText(f'{bag.foreign_text}. It is of another cell.')
+        self.make.setText('Use the configuration in it…' if bag.holds_configuration
+                          else 'Make a configuration from it…')
+        self.make.setToolTip('Writes it into a file that you name, and opens that. What it would '
+                             'start on this computer is left out' if bag.holds_configuration else
+                             'Writes one for its topics into a file that you name, and opens that')
+        self.setVisible(bag.is_foreign)
 
 
 class UnindexedRow(QWidget):
@@ -204,7 +236,7 @@ def _warnings(bag: BagModel) -> List[str]:
     """The warnings for the operator before the recording is played, in HTML."""
     lines = [(theme().bad, f'{os.path.basename(path)} no longer exists') for path in bag.gone]
     lines += [(theme().warning, f'<b>{device}</b>: not in the recording: {_named(topics)}')
-              for device, topics in bag.missing.items()]
+              for device, topics in bag.missing.items() if not bag.is_foreign]
     problems, remarks = ((), ()) if bag.catalogue is None else (
         bag.catalogue.problems, bag.catalogue.remarks)
     if problems:
