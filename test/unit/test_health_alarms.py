@@ -77,6 +77,41 @@ def test_notes_are_events_too() -> None:
     assert [event.text for event in board.events_since(2.0)] == ['mark seam']
 
 
+LATCHED = BEYOND._replace(is_latched=True)
+
+
+def test_a_latched_alarm_stays_until_it_is_acknowledged() -> None:
+    board = AlarmBoard().seen([LATCHED], 1.0).seen([], 3.0).seen([], 9.0)
+    (alarm,) = board.alarms
+    assert (alarm.since_s, alarm.ended_s) == (1.0, 3.0)
+    board = board.acknowledged(LATCHED, 'anna', 10.0)
+    assert board.alarms == ()
+    assert [tuple(event) for event in board.events] == [
+        (1.0, 'oven: oven is above 200'), (3.0, 'oven: oven is above 200: over after 2.0 s'),
+        (10.0, 'oven: oven is above 200: acknowledged by anna')]
+    assert board.acknowledged(LATCHED, 'anna', 11.0) == board
+
+
+def test_what_is_acknowledged_while_it_lasts_goes_when_it_is_over() -> None:
+    board = AlarmBoard().seen([LATCHED], 1.0).acknowledged(LATCHED, 'anna', 2.0)
+    assert board.alarms[0].is_acknowledged
+    board = board.seen([LATCHED], 3.0)
+    assert board.alarms[0].is_acknowledged
+    assert board.seen([], 4.0).alarms == ()
+
+
+def test_what_begins_again_is_the_same_alarm() -> None:
+    board = AlarmBoard().seen([LATCHED], 1.0).seen([], 2.0).seen([LATCHED], 5.0)
+    assert [(it.since_s, it.ended_s) for it in board.alarms] == [(1.0, None)]
+    assert texts(board) == ['oven: oven is above 200', 'oven: oven is above 200: over after 1.0 s',
+                            'oven: oven is above 200']
+
+
+def test_what_lasts_comes_before_what_is_over() -> None:
+    board = AlarmBoard().seen([LATCHED], 1.0).seen([SILENT], 2.0)
+    assert [it.condition.source for it in board.alarms] == ['arm', 'oven']
+
+
 @given(st.lists(st.sets(st.sampled_from('abcd')), max_size=20))
 def test_every_begin_has_its_end(steps: Any) -> None:
     board = AlarmBoard()
@@ -151,6 +186,7 @@ def test_variables_beyond_their_limits() -> None:
     other = NodeWarning('/oven/variable_proc', Severity.WARNING, 'wrong type', 3, 5.0, 9.0)
     (found,) = limit_conditions('oven', [warning, other], 1000.0)
     assert (found.text, found.since_s) == ('oven is above 200 °C, up to 230 °C', 1005.0)
+    assert found.is_latched and found.actions == (Action.REPLAY, Action.ACKNOWLEDGE)
 
 
 def test_losses_only_while_recording() -> None:

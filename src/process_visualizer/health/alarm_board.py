@@ -19,6 +19,7 @@ class Action(Enum):
     SHOW_LOG = 'Show log'
     GO_THERE = 'Go there'
     REPLAY = 'Replay'
+    ACKNOWLEDGE = 'Acknowledge'
 
 
 class Condition(NamedTuple):
@@ -27,7 +28,8 @@ class Condition(NamedTuple):
     ``source`` is the device, or what else is concerned; with ``about`` it identifies the alarm
     while its ``text`` changes. ``part`` and ``node`` are what an action is about. ``since_s`` is
     the time since the epoch, if known; ``position_s`` is given for alarms of a recording: where it
-    begins there. ``is_clause`` if the source is the subject of the text.
+    begins there. ``is_clause`` if the source is the subject of the text. A latched one stays an
+    alarm when it is over, until somebody acknowledges it.
     """
 
     source: str
@@ -40,6 +42,7 @@ class Condition(NamedTuple):
     since_s: Optional[float] = None
     position_s: Optional[float] = None
     is_clause: bool = False
+    is_latched: bool = False
 
     @property
     def said(self) -> str:
@@ -48,10 +51,12 @@ class Condition(NamedTuple):
 
 
 class Alarm(NamedTuple):
-    """A condition and since when it lasts [s since the epoch]."""
+    """A condition and since when it lasts, or until when it did [s since the epoch]."""
 
     condition: Condition
     since_s: float
+    ended_s: Optional[float] = None
+    is_acknowledged: bool = False
 
 
 class Event(NamedTuple):
@@ -81,14 +86,35 @@ class AlarmBoard(NamedTuple):
             known = before.get(key)
             since_s = known.since_s if known is not None else \
                 now_s if condition.since_s is None else condition.since_s
-            if key not in present and (known is None or condition.level > known.condition.level):
+            is_again = known is not None and known.ended_s is not None
+            if key not in present and (known is None or is_again
+                                       or condition.level > known.condition.level):
                 events.append(Event(since_s if known is None else now_s, _begun(condition)))
-            present[key] = Alarm(condition._replace(since_s=since_s), since_s)
-        events += [Event(now_s, _ended(alarm, now_s)) for key, alarm in before.items()
-                   if key not in present]
-        ordered = sorted(present.values(), key=lambda it: (-it.condition.level, it.since_s))
-        return AlarmBoard(tuple(ordered), self.events)._with(
-            event for event in events if event.text)
+            present[key] = Alarm(condition._replace(since_s=since_s), since_s, None,
+                                 known is not None and known.is_acknowledged and not is_again)
+        for key, alarm in before.items():
+            if key not in present:
+                if alarm.ended_s is None:
+                    events.append(Event(now_s, _ended(alarm, now_s)))
+                if alarm.condition.is_latched and not alarm.is_acknowledged:
+                    present[key] = alarm if alarm.ended_s is not None else \
+                        alarm._replace(ended_s=now_s)
+        return self._of(present.values())._with(event for event in events if event.text)
+
+    def acknowledged(self, condition: Condition, who: str, now_s: float) -> AlarmBoard:
+        """Return the board when somebody has seen an alarm, which may go as soon as it is over."""
+        key = _key(condition)
+        found = [it for it in self.alarms if _key(it.condition) == key and not it.is_acknowledged]
+        if not found:
+            return self
+        alarms = (it._replace(is_acknowledged=True) if it in found else it for it in self.alarms)
+        return self._of(it for it in alarms if it not in found and not (
+            it.is_acknowledged and it.ended_s is not None))._with(
+            [Event(now_s, f'{found[0].condition.said}: acknowledged by {who}')])
+
+    def _of(self, alarms: Iterable[Alarm]) -> AlarmBoard:
+        return self._replace(alarms=tuple(sorted(alarms, key=lambda it: (
+            it.ended_s is not None, -it.condition.level, it.since_s))))
 
     def noted(self, text: str, now_s: float) -> AlarmBoard:
         """Return the board with another event."""

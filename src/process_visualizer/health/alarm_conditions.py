@@ -66,7 +66,8 @@ def limit_conditions(device: str, warnings: Iterable[NodeWarning],
         epoch_s: the time since the epoch at which the clock of warnings was 0.
     """
     return [Condition(device, it.text, f'{it.text}, {it.values[LIMIT_KEY]}', Level.BAD,
-                      since_s=it.since_s + epoch_s)
+                      (Action.REPLAY, Action.ACKNOWLEDGE), since_s=it.since_s + epoch_s,
+                      is_latched=True)
             for it in warnings if LIMIT_KEY in it.values]
 
 

@@ -2,6 +2,7 @@
 """Alarms in one place that never moves, and the list of what happened."""
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from shutil import rmtree
 from typing import Any, Iterator, List, Tuple
@@ -60,7 +61,7 @@ class Stand:
         self.launch = LaunchModel(HeldTasks())
         self.states = DeviceStatesModel(self.launch, self.warnings)
         self.model = AlarmsModel(self.launch, self.states, lambda: NOON_S + self.now_s,
-                                 lambda: self.now_s)
+                                 lambda: self.now_s, lambda: 'anna')
         self.strip = AlarmStrip(self.model)
         self.wanted: List[Tuple[Action, Condition]] = []
         self.strip.action_wanted.connect(lambda *wanted: self.wanted.append(wanted))
@@ -113,11 +114,28 @@ def test_a_variable_beyond_its_limit(stand: Stand) -> None:
     assert stand.texts() == ['arm: edge is above 335, up to 424']
     assert not stand.says_no_alarms()
     assert stand.model.alarms[0].since_s == NOON_S + 98.0
+
+
+def test_a_variable_that_was_beyond_its_limit_is_acknowledged(stand: Stand, qtbot: Any) -> None:
+    stand.beyond(True)
+    stand.now_s += 1.0
     stand.beyond(False)
+    stand.now_s += 60.0
+    stand.model.look()
+    (chip,) = stand.chips()
+    assert re.fullmatch(r'\d\d:\d\d:\d\d to \d\d:\d\d:\d\d  arm: edge is above 335, up to 424',
+                        chip.text.text())
+    buttons = {it.text(): it for it in chip.findChildren(QPushButton)}
+    assert list(buttons) == ['Replay', 'Acknowledge']
+    qtbot.mouseClick(buttons['Replay'], Qt.LeftButton)
+    assert stand.wanted[0][1].since_s == NOON_S + 98.0
+    qtbot.mouseClick(buttons['Acknowledge'], Qt.LeftButton)
+    stand.model.acknowledge(stand.wanted[1][1])
     assert (stand.says_no_alarms(), stand.texts()) == (True, [])
     assert [event.text for event in stand.model.events] == [
         'arm: edge is above 335, up to 424',
-        'arm: edge is above 335, up to 424: over after 2.0 s']
+        'arm: edge is above 335, up to 424: over after 3.0 s',
+        'arm: edge is above 335, up to 424: acknowledged by anna']
 
 
 def test_a_chip_stays_while_its_text_changes(stand: Stand) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import List, Optional
+from unittest.mock import Mock
 
 import pytest
 from cycle_bags import BEGIN_S, CYCLE_S, write_bag
@@ -78,6 +79,24 @@ def test_what_is_out_of_the_band_is_said_with_since_when(compared: Compared) -> 
     found, = compared.model.departed
     assert found[:2] == ('arm', 'tool force') and found[2].endswith('N over the band')
     assert found[3] == pytest.approx(BEGIN_S + POOR_FROM_S, abs=0.2)
+
+
+def test_every_run_that_is_over_leaves_a_row_with_its_verdict(compared: Compared,
+                                                              qtbot: QtBot) -> None:
+    run = compared.choose(0, 1)
+    panel = ComparePanel(compared.stand.compare, Mock(is_wanted=True), compared.model, lambda: '')
+    qtbot.addWidget(panel)
+    panel.set_live(True)
+    compared.run(len(compared.parts), run)
+    compared.stand.model.set_running(False)
+    good, poor = compared.model.finished[:2]
+    assert (good.verdict, good.is_good) == ('in range', True)
+    assert poor.verdict.startswith('out of range: arm tool force +') and not poor.is_good
+    rows = [panel.finished.topLevelItem(row).text(2)
+            for row in range(panel.finished.topLevelItemCount())]
+    assert rows == [it.verdict for it in reversed(compared.model.finished)]  # the newest first
+    panel.set_live(False)
+    assert panel.finished.isHidden()
 
 
 def test_it_is_judged_while_nobody_looks_and_while_the_curves_are_held(compared: Compared) -> None:

@@ -27,6 +27,8 @@ def _carry_out(launcher: Launcher, show_log: ShowLog, action: Action,
         launcher.view.restart()
     elif action is Action.GO_THERE:
         launcher.playback.seek(condition.position_s or 0.0)
+    elif action is Action.ACKNOWLEDGE:
+        launcher.alarms.acknowledge(condition)
     elif action is Action.REPLAY:
         launcher.live.hold(True)  # until the replay is left
         launcher.show_replay(condition.since_s or 0.0)

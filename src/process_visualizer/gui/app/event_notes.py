@@ -74,7 +74,7 @@ class EventNotes(QObject):
     def _note_begin(self, name: str) -> None:
         """Alarms that have begun before belong to what happened meanwhile, too."""
         self._alarms.note(f'recording {name}')
-        for condition, _since_s in self._alarms.alarms:
+        for condition in [it.condition for it in self._alarms.alarms if it.ended_s is None]:
             self._alarms.note(f'{condition.said} (since before recording began)')
 
     def _finish(self, path: str) -> None:

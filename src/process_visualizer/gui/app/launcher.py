@@ -116,7 +116,8 @@ class Launcher(QObject):
 
     def settings(self) -> Dict[str, Any]:
         """Return what the operator has ticked, called good and compared, for ``restore``."""
-        return {'unticked': self.cell.unticked, 'compare': self.compare.settings()}
+        return {'unticked': self.cell.unticked, 'compare': self.compare.settings(),
+                'finished': self.live_comparison.settings()}
 
     def restore(self, settings: Mapping[str, Any]) -> None:
         """Take what was ticked and compared in an earlier session.
@@ -125,6 +126,7 @@ class Launcher(QObject):
             AttributeError, KeyError, TypeError, ValueError: these are not settings.
         """
         self.compare.restore(settings['compare'])
+        self.live_comparison.restore(settings.get('finished', []))
         self.cell.set_unticked(settings['unticked'])
 
     @property
@@ -243,6 +245,7 @@ class Launcher(QObject):
         self.link.ghost_phase.connect(self.live_comparison.take_phase)
         self.live_comparison.changed.connect(
             lambda: self.alarms.set_departed(self.live_comparison.departed))
+        self.live_comparison.run_finished.connect(self._note_run)
         self.link.recorder_state.connect(self.recording.take_state)
         self.link.recorder_state.connect(self.states.take_recorder)
         self.link.recorder_state.connect(self.alarms.take_recorder)
@@ -266,6 +269,10 @@ class Launcher(QObject):
             ready.connect(self._try_to_begin)
         self.bag.chosen.connect(self._play_other_bag)
         self.bag.changed.connect(self._follow_bag)
+
+    def _note_run(self) -> None:
+        run = self.live_comparison.finished[-1]
+        self.alarms.note(f'run finished (reference {run.reference}): {run.verdict}')
 
     def _follow_launch(self) -> None:
         running = self.launch.running

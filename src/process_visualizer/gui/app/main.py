@@ -61,8 +61,9 @@ def main() -> int:
                      launcher.settings, launcher)
     kept.failed.connect(launcher.failed)
     kept.restore()
-    for model in (launcher.cell, launcher.compare):
-        model.changed.connect(kept.write)
+    for changed in (launcher.cell.changed, launcher.compare.changed,
+                    launcher.live_comparison.run_finished):
+        changed.connect(kept.write)
     _begin(launcher, settings, options, arguments)
     if not options.config and not _last_configuration(settings):
         window.new.offer()

@@ -2,6 +2,8 @@
 """The present alarms, and the list of what happened since the launcher was opened."""
 from __future__ import annotations
 
+import getpass
+import os
 import time
 from typing import Callable, List, Sequence, Tuple
 
@@ -35,11 +37,12 @@ class AlarmsModel(QObject):
 
     def __init__(self, launch: LaunchModel, states: DeviceStatesModel,
                  wall_s: Callable[[], float] = time.time,
-                 clock_s: Callable[[], float] = time.monotonic) -> None:
-        """``clock_s`` is the clock of the nodes' warnings."""
+                 clock_s: Callable[[], float] = time.monotonic,
+                 who: Callable[[], str] = lambda: _user()) -> None:
+        """``clock_s`` is the clock of the nodes' warnings, ``who`` returns the operator's name."""
         super().__init__(launch)
         self._launch, self._states = launch, states
-        self._wall_s, self._clock_s = wall_s, clock_s
+        self._wall_s, self._clock_s, self._who = wall_s, clock_s, who
         self._board = AlarmBoard()
         self._losses: List[Condition] = []
         self._departed: Departed = ()
@@ -80,6 +83,10 @@ class AlarmsModel(QObject):
     def note(self, text: str) -> None:
         """Add an event."""
         self._take(self._board.noted(text, self._wall_s()))
+
+    def acknowledge(self, condition: Condition) -> None:
+        """Let the operator's name stand in the events; what is over is then no alarm any more."""
+        self._take(self._board.acknowledged(condition, self._who(), self._wall_s()))
 
     def take_recorder(self, recorder: RecorderSnapshot) -> None:
         """Update from the recorder."""
@@ -150,3 +157,11 @@ class AlarmsModel(QObject):
         for device in running.devices:
             found += limit_conditions(device.name, self._states.warnings(device.name), epoch_s)
         return [*found, *departure_conditions(self._departed), *self._losses, *self._objects]
+
+
+def _user() -> str:
+    """The name of the user, or the number of one without a name."""
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):
+        return f'user {os.getuid()}'

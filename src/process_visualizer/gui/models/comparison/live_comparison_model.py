@@ -2,7 +2,7 @@
 """The running cell held against good runs: which channels are out of their band, since when."""
 from __future__ import annotations
 
-from typing import Dict, List, Optional, Tuple
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 from PyQt5.QtCore import QObject, pyqtSignal
@@ -18,12 +18,14 @@ from process_visualizer.runs.comparison.live_comparison import (
     beyond_text,
     departure_text,
 )
+from process_visualizer.runs.comparison.live_runs import FinishedRun, LiveRuns, finished_run
 from process_visualizer.runs.comparison.timeline_bands import TimelineBand
 from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.runs.run import Key
 
 _SILENT_S = 2.0
 _MOST_TOLD = 2
+_MOST_FINISHED = 500
 _NO_PHASE = ('Not compared: /ghost does not say which moment of {} this is. Restart the nodes if '
              'this stays.')
 _NOTHING = ('Not compared: {} has none of the variables, forces and speeds of the running cell. Is '
@@ -35,6 +37,8 @@ class LiveComparisonModel(QObject):
     """Judges the live curves a few times a second, while they run and there are good runs."""
 
     changed = pyqtSignal()
+    run_finished = pyqtSignal()
+    """There is another one in ``finished``."""
 
     def __init__(self, compare: CompareModel, live: LiveCurvesModel,
                  parent: Optional[QObject] = None) -> None:
@@ -47,9 +51,29 @@ class LiveComparisonModel(QObject):
         self._departures: Tuple[LiveDeparture, ...] = ()
         self._now_s = 0.0
         self._has_common = True
+        self._runs: Optional[LiveRuns] = None
+        self._finished: Tuple[FinishedRun, ...] = ()
         compare.changed.connect(self._follow)
         live.changed.connect(self._follow)
         live.judged.connect(self._judge)
+
+    @property
+    def finished(self) -> Tuple[FinishedRun, ...]:
+        """The runs that are over, of earlier sessions too, the newest last."""
+        return self._finished
+
+    def settings(self) -> List[Dict[str, Any]]:
+        """Return what ``restore`` needs."""
+        return [it.settings() for it in self._finished]
+
+    def restore(self, settings: Sequence[Mapping[str, Any]]) -> None:
+        """Take the runs of earlier sessions.
+
+        Raises:
+            KeyError, TypeError, ValueError: these are not settings.
+        """
+        self._finished = tuple(finished_run(it) for it in settings)
+        self.changed.emit()
 
     @property
     def departures(self) -> Tuple[LiveDeparture, ...]:
@@ -102,17 +126,28 @@ class LiveComparisonModel(QObject):
         """Take which moment of the reference it is."""
         self._phase = phase
         self._history.add(phase.stamp_s, phase.reference_s)
+        if self._runs is not None:
+            self._finish(self._runs.at(phase.stamp_s, phase.reference_s))
 
     def _follow(self) -> None:
         """Follow what is compared, and whether anything runs."""
         compared = self._compare.compared
         if compared is not self._compared:
+            self._finish(None if self._runs is None else self._runs.end())
             self._compared = compared
             self._comparison = None if compared is None else LiveComparison(compared.good)
+            self._runs = None if compared is None else LiveRuns(
+                compared.good.reference.name, compared.good.reference.duration_s)
             self._forget()
         if not self._live.is_running and self._phase is not None:
+            self._finish(None if self._runs is None else self._runs.end())
             self._forget()
         self._live.set_judged(self._comparison is not None)
+
+    def _finish(self, run: Optional[FinishedRun]) -> None:
+        if run is not None:
+            self._finished = (*self._finished, run)[-_MOST_FINISHED:]
+            self.run_finished.emit()
 
     def _forget(self) -> None:
         self._phase, self._departures, self._has_common = None, (), True
@@ -129,6 +164,8 @@ class LiveComparisonModel(QObject):
         self._has_common = not values.keys().isdisjoint(comparison.keys)
         self._departures = _earliest(self._departures, comparison.departures(
             times_s, values, self._history.at(times_s)))
+        if self._runs is not None and self._has_common:
+            self._runs.judge(self._departures)
         self.changed.emit()
 
 

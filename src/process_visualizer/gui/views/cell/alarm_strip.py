@@ -122,7 +122,7 @@ class AlarmChip(QFrame):
         row.setContentsMargins(6, 1, 2, 1)
         row.setSpacing(2)
         row.addWidget(self.text, 1)
-        for action in alarm.condition.actions:
+        for action in _actions(alarm):
             row.addWidget(self._button(action, alarm.condition))
         self.show_text(alarm)
 
@@ -154,8 +154,20 @@ def chip_text(alarm: Alarm) -> str:
     if condition.position_s is not None:
         since = format_time(condition.position_s)
     else:
-        since = time.strftime('%H:%M:%S', time.localtime(alarm.since_s))
+        since = _of_day(alarm.since_s)
+        if alarm.ended_s is not None:
+            since += f' to {_of_day(alarm.ended_s)}'
     return f'{since}  {condition.said}'
+
+
+def _of_day(time_s: float) -> str:
+    return time.strftime('%H:%M:%S', time.localtime(time_s))
+
+
+def _actions(alarm: Alarm) -> Tuple[Action, ...]:
+    """What can be done; nobody acknowledges twice."""
+    return tuple(it for it in alarm.condition.actions
+                 if it is not Action.ACKNOWLEDGE or not alarm.is_acknowledged)
 
 
 def _colour(condition: Condition) -> str:

@@ -2,6 +2,7 @@
 """Why was this run poor: the runs, which of them are good, and what differed first."""
 from __future__ import annotations
 
+import time
 from typing import Callable, List, Optional, Sequence
 
 from PyQt5.QtCore import Qt, pyqtSignal
@@ -26,6 +27,7 @@ from process_visualizer.gui.views.parts.row_delegate import RowDelegate, colour_
 from process_visualizer.gui.views.parts.text_place import TextPlace
 from process_visualizer.runs.comparison.comparison import Comparison
 from process_visualizer.runs.comparison.live_comparison import beyond_text, since_text
+from process_visualizer.runs.comparison.live_runs import FinishedRun
 from process_visualizer.runs.comparison.verdict import band_text, verdict
 from process_visualizer.runs.comparison.wording import amount, clock, moment
 from process_visualizer.runs.deviation.departures import Departure
@@ -72,14 +74,17 @@ class ComparePanel(QWidget):
                               'from there, 20 times as long')
         self.ghost.setChecked(ghost.is_wanted)
         self.runs = _tree('runs', ('Run', 'Begins', 'Verdict'), _RUNS_PX)
+        self.finished = _tree('finished_runs', ('Live run', 'Length', 'Verdict'), _DEPARTURES_PX)
+        self._finished: Sequence[FinishedRun] = ()
         self.departures = _tree('departures', ('What departed', 'From', 'By how much'),
                                 _DEPARTURES_PX)
         layout = in_column(self, 6, TextPlace(_STATE_LINES, self.state), in_row(
             self.find, self.add, self.compare), self.runs, in_row(
-            self.ghost, self.reset, self.cancel, wide=self.ghost), self.departures)
+            self.ghost, self.reset, self.cancel, wide=self.ghost), self.departures, self.finished)
         layout.setContentsMargins(0, 6, 0, 0)
         layout.setStretchFactor(self.runs, 3)
         layout.setStretchFactor(self.departures, 2)
+        layout.setStretchFactor(self.finished, 2)
         self.ghost.toggled.connect(ghost.set_wanted)
         self.runs.itemChanged.connect(self._tick)
         self.runs.currentItemChanged.connect(lambda *_: self._show_departures())
@@ -99,6 +104,7 @@ class ComparePanel(QWidget):
         if self._is_live:
             self.state.setText(self._state())
             self._show_departures()
+            self._show_finished()
 
     def _show(self) -> None:
         model = self._model
@@ -111,6 +117,7 @@ class ComparePanel(QWidget):
         self.ghost.setEnabled(model.compared is not None)
         self._show_runs()
         self._show_departures()
+        self._show_finished()
 
     def _state(self) -> str:
         model = self._model
@@ -190,6 +197,14 @@ class ComparePanel(QWidget):
         elif chosen is not None:
             self.departures.addTopLevelItems([_row(chosen, it) for it in chosen.departures])
 
+    def _show_finished(self) -> None:
+        """Show the live runs that are over, the newest at the top."""
+        self.finished.setVisible(self._is_live)
+        if self._finished is not self._live.finished:
+            self._finished = self._live.finished
+            self.finished.clear()
+            self.finished.addTopLevelItems([_finished_row(it) for it in reversed(self._finished)])
+
     def _tick(self, item: QTreeWidgetItem) -> None:
         self._model.set_good(self.runs.indexOfTopLevelItem(item), item.checkState(0) == Qt.Checked)
 
@@ -218,6 +233,17 @@ def _row(comparison: Comparison, departure: Departure) -> QTreeWidgetItem:
     item.setData(0, Qt.UserRole, begin_s)
     for column in range(3):
         item.setToolTip(column, f'{moment(comparison, departure.onset_s)}\nClick to go there')
+    return item
+
+
+def _finished_row(run: FinishedRun) -> QTreeWidgetItem:
+    ended = time.localtime(run.ended_s)
+    item = QTreeWidgetItem([time.strftime('%H:%M:%S', ended), clock(run.ended_s - run.began_s),
+                            run.verdict])
+    colour_row(item, 2, 'good' if run.is_good else 'bad')
+    hint = f'{time.strftime("%Y-%m-%d %H:%M:%S", ended)}, reference {run.reference}\n{run.verdict}'
+    for column in range(3):
+        item.setToolTip(column, hint)
     return item
 
 

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Each run of a cell that is followed live leaves a row with its verdict."""
+from __future__ import annotations
+
+import json
+from typing import List, Optional
+
+import pytest
+
+from process_visualizer.runs.comparison.live_comparison import LiveDeparture
+from process_visualizer.runs.comparison.live_runs import FinishedRun, LiveRuns, finished_run
+from process_visualizer.runs.deviation.signals import Signal, SignalKind
+
+NOON_S, LENGTH_S = 1_800_000_000.0, 8.0
+FORCE = Signal('arm', 'tool force', 'N', SignalKind.FORCE)
+
+
+class Following:
+    """A cell that is followed: ten moments a second."""
+
+    def __init__(self) -> None:
+        self.runs, self.now_s = LiveRuns('a.bag#1', LENGTH_S), 0.0
+        self.finished: List[FinishedRun] = []
+
+    def pass_(self, seconds: float, from_s: Optional[float], beyond: float = 0.0,
+              is_judged: bool = True) -> None:
+        """Let time pass; ``from_s`` is the moment of the reference at first, None: in no run."""
+        for tenth in range(round(10 * seconds)):
+            reference_s = None if from_s is None else from_s + 0.1 * tenth
+            found = self.runs.at(NOON_S + self.now_s, reference_s)
+            self.finished += [found] if found is not None else []
+            if is_judged:
+                self.runs.judge([LiveDeparture(FORCE, NOON_S, beyond)] if beyond else [])
+            self.now_s += 0.1
+
+
+@pytest.fixture
+def following() -> Following:
+    return Following()
+
+
+def test_a_good_run(following: Following) -> None:
+    following.pass_(LENGTH_S, 0.0)
+    following.pass_(3.0, None)
+    [run] = following.finished
+    assert (run.verdict, run.is_good, run.reference) == ('in range', True, 'a.bag#1')
+    assert run.ended_s - run.began_s == pytest.approx(LENGTH_S - 0.1)
+
+
+def test_a_fault_that_is_over_before_the_run_is_told_at_its_end(following: Following) -> None:
+    following.pass_(3.0, 0.0)
+    following.pass_(1.0, 3.0, beyond=2.0)
+    following.pass_(1.0, 4.0, beyond=7.9)
+    following.pass_(3.0, 5.0)
+    following.pass_(3.0, None)
+    [run] = following.finished
+    assert run.verdict == 'out of range: arm tool force +7.9 N from 0:03.00'
+    assert not run.is_good
+
+
+def test_a_run_behind_another_one(following: Following) -> None:
+    following.pass_(LENGTH_S, 0.0, beyond=3.0)
+    following.pass_(LENGTH_S, 0.0)
+    following.pass_(3.0, None)
+    assert [it.is_good for it in following.finished] == [False, True]
+
+
+def test_a_moment_that_is_not_known_divides_no_run(following: Following) -> None:
+    following.pass_(3.0, 0.0)
+    following.pass_(0.6, None)
+    following.pass_(LENGTH_S - 3.6, 3.6)
+    following.pass_(3.0, None)
+    assert len(following.finished) == 1
+
+
+def test_a_run_that_is_broken_off(following: Following) -> None:
+    following.pass_(4.1, 0.0)
+    ended = following.runs.end()
+    assert ended is not None and ended.verdict == 'in range, broken off at 0:04.00'
+    assert not ended.is_good
+    assert following.runs.end() is None
+
+
+def test_what_was_not_judged_is_not_good(following: Following) -> None:
+    following.pass_(LENGTH_S, 0.0, is_judged=False)
+    following.pass_(3.0, None, is_judged=False)
+    assert (following.finished[0].verdict, following.finished[0].is_good) == ('no data', False)
+
+
+def test_what_is_too_short_is_no_run(following: Following) -> None:
+    following.pass_(0.5, 0.0)
+    following.pass_(3.0, None)
+    assert following.finished == []
+
+
+def test_it_is_kept() -> None:
+    run = FinishedRun(NOON_S, NOON_S + 8.0, 'a.bag#1', ('arm tool force +7.9 N',), True, 4.0)
+    assert finished_run(json.loads(json.dumps(run.settings()))) == run
