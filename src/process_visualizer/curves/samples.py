@@ -52,7 +52,8 @@ def found_series(recording: Recording, sources: Sequence[CurveSource],
 
 def read_samples(recording: Recording, series: Sequence[Series], most: Optional[int] = None,
                  on_progress: Optional[Callable[[float], None]] = None,
-                 is_cancelled: Callable[[], bool] = lambda: False) -> List[Samples]:
+                 is_cancelled: Callable[[], bool] = lambda: False,
+                 by_stamp: bool = False) -> List[Samples]:
     """Return the numbers of some series, in their order.
 
     Only the parts of the files that hold wanted messages are read (of compressed bags, the
@@ -64,6 +65,8 @@ def read_samples(recording: Recording, series: Sequence[Series], most: Optional[
         most: messages of a topic that are read, evenly spread; default: all.
         on_progress: is told the part that is done, 0 to 1.
         is_cancelled: is asked often.
+        by_stamp: whether numbers belong to the time of their message's stamp, where it has one
+            that can be right, instead of that at which it was recorded.
 
     Raises:
         ReadingCancelled: is_cancelled() has become true.
@@ -73,7 +76,7 @@ def read_samples(recording: Recording, series: Sequence[Series], most: Optional[
                      for part in it.locators.parts) for it in series]
     _collect(recording, [part for parts in columns for part in parts], most,
              on_progress or _ignore, is_cancelled)
-    return [_samples(recording, it, parts) for it, parts in zip(series, columns)]
+    return [_samples(recording, it, parts, by_stamp) for it, parts in zip(series, columns)]
 
 
 def sampled(samples: Samples) -> Tuple[np.ndarray, np.ndarray]:
@@ -115,16 +118,17 @@ def _spread(positions: np.ndarray, most: Optional[int]) -> np.ndarray:
 
 
 def _samples(recording: Recording, series: Series,
-             parts: Sequence[Dict[int, NumberColumns]]) -> Samples:
+             parts: Sequence[Dict[int, NumberColumns]], by_stamp: bool) -> Samples:
     numbers = [joined_numbers(tuple(it.numbers() for it in part.values())) for part in parts]
     with np.errstate(over='ignore', invalid='ignore'):  # of numbers that are no measurements
         joined = series.locators.joined(partial(measured_s, recording), numbers)
-    return Samples(series.source, _times_s(recording, series.source.quantity, joined),
-                   joined.values)
+    by_stamp = series.source.quantity is Quantity.SPEED or by_stamp and bool(
+        (joined.stamps_ns > 0).any())
+    return Samples(series.source, _times_s(recording, by_stamp, joined), joined.values)
 
 
-def _times_s(recording: Recording, quantity: Quantity, numbers: Numbers) -> np.ndarray:
-    if quantity is Quantity.SPEED:
+def _times_s(recording: Recording, by_stamp: bool, numbers: Numbers) -> np.ndarray:
+    if by_stamp:
         return measured_s(recording, numbers)
     result: np.ndarray = (recording.index.time_ns[numbers.positions] - recording.begin_ns) / 1e9
     return result

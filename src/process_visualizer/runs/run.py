@@ -8,6 +8,8 @@ from typing import Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
 
+_SELDOM_HZ = 4.0
+"""What has fewer values has one that holds until the next."""
 Key = Tuple[str, str]
 """A channel: the device and the label."""
 
@@ -125,8 +127,19 @@ def _rows(times_s: np.ndarray, begin_s: float, end_s: float) -> slice:
 
 
 def _cut_channel(channel: Channel, begin_s: float, end_s: float) -> Channel:
+    """Of what comes seldom, the value that holds at the begin as well, if that is needed.
+
+    It is for what is sent only when it changes; a measurement has its first value until then.
+    """
     rows = _rows(channel.times_s, begin_s, end_s)
-    return channel._replace(times_s=channel.times_s[rows] - begin_s, values=channel.values[rows])
+    times_s, values = channel.times_s[rows] - begin_s, channel.values[rows]
+    span_s = float(np.ptp(channel.times_s)) if len(channel.times_s) else 0.0
+    is_seldom = len(channel.times_s) <= _SELDOM_HZ * span_s + 1.0
+    is_whole = not channel.unit and bool((values == np.rint(values)).all())
+    if is_seldom and rows.start > 0 and (not len(times_s) or is_whole and times_s[0] > 0.0):
+        times_s = np.concatenate(([0.0], times_s))
+        values = np.concatenate((channel.values[rows.start - 1:rows.start], values))
+    return channel._replace(times_s=times_s, values=values)
 
 
 def _cut_motion(motion: ToolMotion, begin_s: float, end_s: float) -> ToolMotion:

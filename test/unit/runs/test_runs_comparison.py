@@ -23,7 +23,7 @@ from process_visualizer.runs.comparison.timeline_bands import timeline_bands
 from process_visualizer.runs.comparison.verdict import verdict
 from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.runs.deviation.band import TooFewRuns
-from process_visualizer.runs.run import Channel, ChannelKind, Run
+from process_visualizer.runs.run import Channel, ChannelKind, Run, part_of
 
 
 def pushed(process_s: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -323,6 +323,16 @@ def test_a_bit_that_is_sent_only_when_it_changes_has_the_value_that_holds() -> N
     good = GoodRuns(done(1, 0.0, 9.0), [done(seed, 0.0, 9.0 + 0.02 * seed) for seed in range(2, 8)])
     assert good.compare(done(77, 0.0, 9.06)).departures == ()
     assert 'oven done, 1 is missing' in verdict(good.compare(done(77, 0.0)))
+
+
+def test_what_was_sent_before_a_run_holds_in_it() -> None:
+    """Of a bit that is sent when it changes; a measurement is none of the run before."""
+    bit = with_channel(made_run(), 'done', np.array([1.0, 3.0]), np.array([0.0, 1.0]))
+    heat = with_channel(bit, 'heat', np.arange(14.0), np.where(np.arange(14) < 5, 20.0, 30.0), '°C')
+    part = part_of(heat, 4.5, 9.0, 'part')
+    assert part.by_key['oven', 'done'].values.tolist() == [1.0]
+    assert part.by_key['oven', 'done'].times_s.tolist() == [0.0]
+    assert part.by_key['oven', 'heat'].values[0] == 30.0
 
 
 @pytest.mark.parametrize('count', [5, 10, 25])

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import rosbag
 from cycle_bags import BEGIN_S, write_bag
+from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import JointState
 
 from process_visualizer.bags.marks import Mark, add_mark
@@ -142,6 +143,29 @@ def test_a_driver_of_joints_only_may_begin_later_or_be_slower(
     out = capsys.readouterr().out
     assert 'other.bag: stays within the band' in out
     assert re.search(said, out) and ('took' in out) == bool(said)
+
+
+def test_what_has_a_stamp_was_measured_then(tmp_path: Path) -> None:
+    """A hold-up on the way delays messages and changes no time of a joint or force."""
+    (tmp_path / 'arm.urdf').write_text(ARM)
+    (tmp_path / 'cell.xml').write_text(
+        '<visualizer><device type="robot" name="arm"><model path="arm.urdf"/>'
+        '<base frame="root"/><topic name="joints" type="joint_states"/>'
+        '<topic name="wrench" type="force_sensor" msg="geometry_msgs/WrenchStamped"/>'
+        '</device></visualizer>')
+    with rosbag.Bag(str(tmp_path / 'a.bag'), 'w') as bag:
+        for row in range(200):
+            stamp = genpy.Time(1000 + row / 100)
+            arrival = genpy.Time(1000 + (row if not 50 <= row < 54 else 54) / 100 + 0.002)
+            for topic, message in (('/joints', JointState(name=['a', 'b'], position=[row, 0.0])),
+                                   ('/wrench', WrenchStamped())):
+                message.header.stamp = stamp
+                bag.write(topic, message, arrival)
+    with Recording([str(tmp_path / 'a.bag')]) as recording:
+        run = read_run(recording, XmlParser().parse(str(tmp_path / 'cell.xml')))
+    for key in (('arm', 'joint a'), ('arm', 'tool force')):
+        times_s = run.by_key[key].times_s
+        np.testing.assert_allclose(np.diff(times_s), 0.01, atol=1e-6)
 
 
 @pytest.mark.parametrize('words, reason', [

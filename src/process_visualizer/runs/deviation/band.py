@@ -318,7 +318,8 @@ class LearnedSignal:
         runs = len(values)
         whole = signal_tolerance(self.signal, self._values, self._relative)
         least = _LEAST_MARGIN_SHARES.get(self.signal.kind, _LEAST_MARGIN_SHARE)
-        margin = whole * max(1.0 / runs, least)
+        is_exact = self.signal.kind in (SignalKind.PLACE, SignalKind.JOINT)
+        margin = whole * max(1.0 / runs if is_exact else 1.0 / math.sqrt(runs), least)
         return max(margin, _NOISE_SPREADS * _fine_spread(values)) if runs == 1 else margin
 
 

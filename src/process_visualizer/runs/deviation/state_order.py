@@ -21,6 +21,18 @@ _FEW = 5
 """Of fewer good runs each may be different for a reason."""
 
 
+def _completed(states: States, orders: 'set[Order]') -> States:
+    """The states with the one before the first message, where others tell which that is.
+
+    Of the first run of a recording it is not known.
+    """
+    longer = [it for it in orders if it[1:] == states.values and len(it) > 1]
+    if not longer or not states.values or states.values in orders and len(longer) != 1:
+        return states
+    before_s = min(states.since_s[0], 0.0)
+    return states._replace(values=longer[0], since_s=(before_s, *states.since_s))
+
+
 class StateFault(NamedTuple):
     """What is wrong with a state, in words, from a time of the reference [s] on.
 
@@ -39,6 +51,8 @@ class StateOrder:
     def __init__(self, good: Sequence[States], names: Mapping[float, str]) -> None:
         """Take the states of good runs, with times of the reference, and what values are called."""
         self._names = dict(names)
+        whole = {it.values for it in good}
+        good = [_completed(it, whole) for it in good]
         self._orders = [it.values for it in good]
         self._times = [it.since_s for it in good]
         counts = Counter(it for it in self._orders if it)
@@ -64,7 +78,7 @@ class StateOrder:
 
         ``end_s`` is where the run ends, on the reference's clock.
         """
-        order, times_s = self._comparable(run, end_s)
+        order, times_s = self._comparable(_completed(run, set(self._orders)), end_s)
         if self._is_context(order):
             return self._other_context(order)
         if order in self._orders:
@@ -105,9 +119,13 @@ class StateOrder:
     def _difference(self, order: Order, times_s: Sequence[float]) -> List[StateFault]:
         usual_s = self._usual_times()
         found = []
-        for what, i, j, k, m in SequenceMatcher(None, self._usual, order, False).get_opcodes():
+        same = next((row for row, (one, other) in enumerate(zip(self._usual, order))
+                     if one != other), min(len(self._usual), len(order)))
+        codes = SequenceMatcher(None, self._usual[same:], order[same:], False).get_opcodes()
+        for what, *places in codes:
             if what == 'equal':
                 continue
+            i, j, k, m = (same + place for place in places)
             expected, came = self._usual[i:j], order[k:m]
             since_s = float(times_s[k]) if k < len(times_s) and k > 0 else \
                 usual_s[i] if i < len(usual_s) else usual_s[-1]

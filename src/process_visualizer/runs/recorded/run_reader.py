@@ -48,7 +48,7 @@ def read_run(recording: Recording, cell: Cell,
     wanted = found_series(recording, [*curve_sources(devices),
                                       *map(_event_source, cell.events)], devices)
     samples = read_samples(recording, [*wanted, *joint_series(recording, devices)],
-                           on_progress=on_progress, is_cancelled=is_cancelled)
+                           on_progress=on_progress, is_cancelled=is_cancelled, by_stamp=True)
     stored = recorded_configuration(recording)
     events = [it for it in samples if not it.source.device]
     channels = [it for it in samples if it.source.device]
