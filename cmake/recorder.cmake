@@ -13,6 +13,7 @@ add_library(process_visualizer_recorder
   src/recorder/recent_answers.cpp
   src/recorder/recent_messages.cpp
   src/recorder/recording.cpp
+  src/recorder/recording_limits.cpp
   src/recorder/text.cpp
   src/recorder/topic_board.cpp
   src/recorder/topic_choice.cpp
@@ -48,7 +49,7 @@ if(CATKIN_ENABLE_TESTING)
   # What rosbag's own library reads in the recorder's bags, and adds to them.
   find_package(rosbag_storage REQUIRED)
 
-  foreach(test test_recorder test_recorder_figures test_recorder_intake test_recorder_memory
+  foreach(test test_recorder test_recorder_figures test_recorder_intake test_recorder_limits test_recorder_memory
           test_recorder_publishers)
     catkin_add_gtest(${test} test/cpp/${test}.cpp)
     process_visualizer_compile(${test})

@@ -3,6 +3,7 @@
 
 #include <ros/this_node.h>
 #include <std_msgs/String.h>
+#include <sys/stat.h>
 
 #include <cstdlib>
 #include <limits>
@@ -33,12 +34,14 @@ const char* const kNoTime =
 BagRecorder::BagRecorder()
     : name_(ros::this_node::getName()),
       folder_(node_.param<std::string>("folder", defaultFolder())),
+      allowed_folders_(allowedFolders(node_, folder_)),
       configuration_(node_.param<std::string>("configuration", "")),
       connection_timeout_(node_.param("connection_timeout", 5.0)),
       intake_(name_,
               {node_.param("recent_duration", 30.0), megabytes(node_, "recent_megabytes", 512)},
               [this] { turns_.wake(); }),
       subscriptions_([this](const Message& message) { intake_.receive(message); }) {
+  setFileModeMask();
   state_publisher_ = node_.advertise<RecorderState>("state", 10, true);
   mark_publisher_ = node_.advertise<std_msgs::String>(kOwnPrefix + "marks", 10);
   watch({node_.param("topics", std::vector<std::string>()), {}, {}});
@@ -56,6 +59,15 @@ BagRecorder::BagRecorder()
 }
 
 BagRecorder::~BagRecorder() { shutDown(); }
+
+/// Bags and folders have the permissions of the user's mask, or of the parameter.
+void BagRecorder::setFileModeMask() const {
+  std::string mask;
+  if (node_.getParam("umask", mask))
+    umask(fileModeMask(mask));
+  else if (node_.hasParam("umask"))
+    throw RecordingError("~umask is no text; write it with quotation marks, such as \"0027\"");
+}
 
 void BagRecorder::shutDown() {
   {
@@ -134,7 +146,7 @@ bool BagRecorder::readRecent(ReadRecent::Request& request, ReadRecent::Response&
 
 std::string BagRecorder::begin(const Start::Request& request) {
   requireIdle();
-  RecordingOptions options = optionsOf(request, node_, folder_);
+  RecordingOptions options = optionsOf(request, node_, folder_, allowed_folders_);
   const TopicChoice choice(request.topics, request.patterns, request.excluded);
   watch(choice.isEmpty() ? intake_.choice() : choice);
   if (intake_.choice().isEmpty())
@@ -142,7 +154,8 @@ std::string BagRecorder::begin(const Start::Request& request) {
   try {
     connect();
     const std::lock_guard<std::mutex> naming(naming_mutex_);
-    options.path = pathOf(request, folder_);  // a copy may have taken the other meanwhile
+    options.path =
+        pathOf(request, folder_, allowed_folders_);  // a copy may have taken the other meanwhile
     intake_.begin(options, beginningOf(request, intake_.choice()));
   } catch (const RecordingError&) {
     setPhase(RecorderState::IDLE);
@@ -157,7 +170,7 @@ std::string BagRecorder::save(const Start::Request& request) {
   const Beginning beginning = memoryOf(request);
   {
     const std::lock_guard<std::mutex> naming(naming_mutex_);
-    intake_.save(optionsOf(request, node_, folder_), beginning);
+    intake_.save(optionsOf(request, node_, folder_, allowed_folders_), beginning);
   }
   setPhase(RecorderState::STOPPING);
   waitUntilWritten();
@@ -175,7 +188,7 @@ std::string BagRecorder::copy(const Start::Request& request) {
 
 BagFile BagRecorder::createCopy(const Start::Request& request, std::uint64_t bytes) {
   const std::lock_guard<std::mutex> naming(naming_mutex_);
-  return createWhole(optionsOf(request, node_, folder_), bytes);
+  return createWhole(optionsOf(request, node_, folder_, allowed_folders_), bytes);
 }
 
 void BagRecorder::requireIdle() const {

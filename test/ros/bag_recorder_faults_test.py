@@ -93,8 +93,16 @@ class BagRecorderFaultsTest(unittest.TestCase):
                     ({'name': 'x' * 300}, 'File name too long')]:
                 with self.assertRaisesRegex(RecorderError, message):
                     recorder.start(topic, **options)
-            for folder, message in [('/proc/no/folder', 'folder cannot be created'),
-                                    ('/proc', '/proc/x.bag cannot be created')]:
+            for options, message in [
+                    ({'split_duration_s': 1e-9}, 'write 0'),
+                    ({'split_bytes': 1}, 'at least 1048576'),
+                    ({'split_duration_s': float('nan')}, 'split_duration is nan'),
+                    ({'recent_s': -1e308}, 'recent is -')]:
+                with self.assertRaisesRegex(RecorderError, message):
+                    recorder.start(topic, name='odd', **options)
+            taken = os.path.join(recorder.folder, 'taken.bag')
+            for folder, message in [(f'{taken}/folder', 'folder cannot be created'),
+                                    ('/proc', 'none of those that the recorder was started with')]:
                 with self.assertRaisesRegex(RecorderError, message):
                     recorder.client.start(RecordingOptions((topic,), folder, name='x'))
             with self.assertRaisesRegex(RecorderError, 'nothing is being recorded'):

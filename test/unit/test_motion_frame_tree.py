@@ -26,11 +26,20 @@ def test_a_frame_gets_another_parent():
     assert tree().move('world', 'force', ZERO, ZERO).parent == 'world'
 
 
+def test_links_of_models_are_ancestors_too():
+    links = {'tool': 'wrist', 'wrist': 'base', 'other': 'other'}
+    with pytest.raises(ValueError, match='base would be its own ancestor with the parent force'):
+        tree().move('force', 'base', ZERO, ZERO, links)
+    assert tree().move('wrist', 'force', ZERO, ZERO, links).parent == 'wrist'
+    assert tree().move('other', 'force', ZERO, ZERO, links).parent == 'other'
+
+
 @pytest.mark.parametrize('parent, child, xyz, problem', [
     ('', 'bas', ZERO, "'bas' is not known; known are: base, camera, force"),
     ('', '', ZERO, 'not known'),
     ('', 'base', (0.0, math.nan, 0.0), 'NaN or infinity'),
     ('', 'base', (math.inf, 0.0, 0.0), 'NaN or infinity'),
+    ('', 'base', (0.0, -1e308, 0.0), 'out of range: at most 1e.06 m'),
     ('base', 'base', ZERO, 'own ancestor'),
     ('camera', 'base', ZERO, 'own ancestor'),
 ])

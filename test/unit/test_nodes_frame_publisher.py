@@ -57,6 +57,16 @@ def test_a_frame_is_moved_and_all_are_published_again(node: SimulatedNode) -> No
     assert numbers(message.transforms[1]) == pytest.approx([0.1, 0.2, 0.3, 0, 1, 0, 0], abs=1e-9)
 
 
+def test_a_base_frame_does_not_come_below_its_own_robot(node: SimulatedNode) -> None:
+    joint = '<joint><parent link="{}"/><child link="{}"/></joint>'.format
+    model = f'<robot>{joint("r/link0", "r/link1")}{joint("r/link1", "r/tool")}</robot>'
+    node.set_param('/', {'r': {'robot_description': model}, 's': {'robot_description': 'none'}})
+    answer = set_frame(node, 'r/tool', 'r/link0', ZERO)
+    assert not answer.success and 'own ancestor' in answer.message
+    assert set_frame(node, 'r/link1', 'r/force', ZERO).success
+    assert not set_frame(node, '', 'r/link0', (1e308, 0.0, 0.0)).success
+
+
 def test_what_is_refused_says_why_and_moves_nothing(node: SimulatedNode) -> None:
     answer = set_frame(node, '', 'r/link1', ZERO)
     assert not answer.success and 'known are: r/force, r/link0' in answer.message

@@ -20,6 +20,7 @@
 #include "process_visualizer/recorder/bag_file.hpp"
 #include "process_visualizer/recorder/intake.hpp"
 #include "process_visualizer/recorder/recent_answers.hpp"
+#include "process_visualizer/recorder/recording_limits.hpp"
 #include "process_visualizer/recorder/subscriptions.hpp"
 #include "process_visualizer/recorder/turns.hpp"
 
@@ -57,6 +58,7 @@ class BagRecorder {
   void finish(std::chrono::milliseconds under_way);
   void waitUntilWritten();
   void requireIdle() const;
+  void setFileModeMask() const;
   void watch(TopicChoice choice);
   std::vector<std::string> ownPrefixes() const;
 
@@ -72,6 +74,7 @@ class BagRecorder {
   ros::NodeHandle node_{"~"};
   const std::string name_;
   const std::string folder_;
+  const AllowedFolders allowed_folders_;
   const std::string configuration_;
   const double connection_timeout_;
 

@@ -268,7 +268,8 @@ _PROCESSES: Dict[str, Tag] = {
          'default': _optional('choice', 'whether nodes run there unless they name a machine',
                               'false', ('true', 'false', 'never')),
          'user': _optional('text', 'user name'),
-         'password': _optional('text', 'password; SSH keys are the better way'),
+         'password': _optional('text', 'refused, as it would stand in recordings; use SSH keys and '
+                                       'an agent'),
          'timeout': _optional('positive', 'seconds to wait for the connection', '10'),
          'ssh-port': _optional('integer', 'port of the SSH server', '22'),
          **_CONDITION}),

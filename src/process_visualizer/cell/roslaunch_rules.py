@@ -23,10 +23,15 @@ _VALUE_TYPES: Dict[str, Tuple[Callable[[str], object], str]] = {
 
 def check_machines(machines: Iterable[Parsed], devices: Iterable[Parsed],
                    problems: ProblemList) -> None:
-    """Check that names of machines are unique, and that nodes run on declared machines."""
+    """Check that names of machines are unique, and that nodes run on declared machines.
+
+    A password is refused: it would stand in launch files, parameters and recordings.
+    """
     names: List[str] = []
     for machine in machines:
         name = machine.values['name']
+        if 'password' in machine.given:
+            problems.add(machine.location, 'machine', _no_password(machine))
         if name in names:
             problems.add(machine.location, 'machine', f'a machine named {quoted(name)} already '
                                                       'exists; choose another name')
@@ -36,6 +41,14 @@ def check_machines(machines: Iterable[Parsed], devices: Iterable[Parsed],
         if name and name not in names:
             problems.add(node.location, 'node', f'there is no machine {quoted(name)}; '
                          + (advice(name, names) if names else 'no <machine> is declared'))
+
+
+def _no_password(machine: Parsed) -> str:
+    user, address = machine.values['user'], machine.values['address']
+    whom = f'{user}@{address}' if user and address else 'USER@ADDRESS'
+    return ('the attribute "password" is not accepted: it would stand in launch files, parameters '
+            f'and recordings; remove it, and let SSH use a key ("ssh-copy-id {whom}", with an '
+            'agent: "ssh-add")')
 
 
 def check_node(node: Node, problems: ProblemList) -> None:

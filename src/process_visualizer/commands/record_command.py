@@ -165,4 +165,6 @@ def _command(name: str, options: RecordOptions) -> List[str]:
     if not programs:
         raise OSError('the program bag_recorder is not built; build the workspace')
     queue = [] if options.queue_mb is None else [queue_parameter(options.queue_mb)]
-    return [*dying_with_parent(), programs[0], f'__name:={name}', '_recent_duration:=0', *queue]
+    folder = options.recording.folder  # others in the network may choose one below it only
+    return [*dying_with_parent(), programs[0], f'__name:={name}', '_recent_duration:=0',
+            *([f'_folder:={folder}'] if folder else []), *queue]

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Dict, Iterable, List, Tuple
+from types import MappingProxyType
+from typing import Dict, Iterable, List, Mapping, Tuple
 
 Triple = Tuple[float, float, float]
+FARTHEST_M = 1e6
+"""No frame of a cell is farther; numbers far beyond overflow where they are used."""
+_LARGEST_RAD = 1e3
 
 
 @dataclass(frozen=True)
@@ -38,12 +42,15 @@ class FrameTree:
         """Return all frames."""
         return list(self._frames.values())
 
-    def move(self, parent: str, child: str, xyz: Triple, ypr: Triple) -> Frame:
+    def move(self, parent: str, child: str, xyz: Triple, ypr: Triple,
+             links: Mapping[str, str] = MappingProxyType({})) -> Frame:
         """Move a frame, to another parent unless that is ''; return the frame as it is now.
 
+        ``links`` has the parent of each link of the models, which others publish.
+
         Raises:
-            ValueError: the frame is not known, the numbers are not finite, or it would be its
-                own ancestor. Nothing is changed then.
+            ValueError: the frame is not known, the numbers are not finite or out of any range, or
+                it would be its own ancestor. Nothing is changed then.
         """
         known = self._frames.get(child)
         if known is None:
@@ -51,17 +58,22 @@ class FrameTree:
                              f'{", ".join(sorted(self._frames)) or "none"}')
         if not all(map(math.isfinite, (*xyz, *ypr))):
             raise ValueError(f'the pose of {child} holds NaN or infinity')
+        if max(map(abs, xyz)) > FARTHEST_M or max(map(abs, ypr)) > _LARGEST_RAD:
+            raise ValueError(f'the pose of {child} is out of range: at most {FARTHEST_M:g} m and '
+                             f'{_LARGEST_RAD:g} rad')
         moved = replace(known, parent=parent or known.parent, xyz=xyz, ypr=ypr)
-        self._put(moved)
+        self._put(moved, links)
         return moved
 
-    def _put(self, frame: Frame) -> None:
+    def _put(self, frame: Frame, links: Mapping[str, str] = MappingProxyType({})) -> None:
         if not frame.parent or not frame.child:
             raise ValueError('a frame needs a parent and a child, '
                              f"not parent '{frame.parent}' and child '{frame.child}'")
-        ancestor = frame.parent
-        while ancestor != frame.child and ancestor in self._frames:
-            ancestor = self._frames[ancestor].parent
+        parents = {**links, **{name: it.parent for name, it in self._frames.items()}}
+        ancestor, seen = frame.parent, {''}
+        while ancestor != frame.child and ancestor in parents and ancestor not in seen:
+            seen.add(ancestor)
+            ancestor = parents[ancestor]
         if ancestor == frame.child:
             raise ValueError(f'the frame {frame.child} would be its own ancestor '
                              f'with the parent {frame.parent}')

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import sys
 import threading
+from typing import Any, Dict, Mapping
+from xml.etree import ElementTree
 
 import rospy
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
@@ -38,13 +40,31 @@ class FramePublisher:
     def _on_set_frame(self, request: SetFrameRequest) -> SetFrameResponse:
         with self._lock:
             try:
-                frame = self._tree.move(request.parent.lstrip('/'), request.child.lstrip('/'),
-                                        tuple(request.xyz), tuple(request.ypr))
+                parent = request.parent.lstrip('/')
+                links = model_links(self._node.param('/', {})) if parent else {}
+                frame = self._tree.move(parent, request.child.lstrip('/'), tuple(request.xyz),
+                                        tuple(request.ypr), links)
             except ValueError as error:
                 return SetFrameResponse(False, str(error))
             self._publish()
         return SetFrameResponse(True, f'{frame.child} is at {list(frame.xyz)} m, '
                                       f'yaw pitch roll {list(frame.ypr)} rad in {frame.parent}')
+
+
+def model_links(parameters: Mapping[str, Any]) -> Dict[str, str]:
+    """Return the parent of each link of the models in all parameters, the robot descriptions."""
+    links: Dict[str, str] = {}
+    for group in parameters.values():
+        text = group.get('robot_description') if isinstance(group, dict) else None
+        try:
+            joints = ElementTree.fromstring(str(text or '<robot/>')).iter('joint')
+        except ElementTree.ParseError:
+            continue  # what is no model is published by nobody
+        for joint in joints:
+            parent, child = joint.find('parent'), joint.find('child')
+            if parent is not None and child is not None:
+                links[child.get('link', '')] = parent.get('link', '')
+    return links
 
 
 def transform_message(frame: Frame, stamp: rospy.Time) -> TransformStamped:

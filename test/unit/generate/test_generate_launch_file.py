@@ -52,11 +52,11 @@ def test_what_records_or_plays_begins_at_the_rate_of_1(mode: Mode, bag: 'str | N
 
 def test_machine(build: Build) -> None:
     config = build('<machine name="far" address="pc &amp; co" env-loader="/opt/e.sh" user="u" '
-                   'password="p&quot;w" timeout="5" ssh-port="2222" default="never"/>'
+                   'timeout="5" ssh-port="2222" default="never"/>'
                    + device('<node pkg="a" type="b" name="n" machine="far"/>'))
     far = config.machines['far']
     assert (far.address, far.env_loader, far.user, far.password, far.timeout, far.ssh_port,
-            far.assignable) == ('pc & co', '/opt/e.sh', 'u', 'p"w', 5.0, 2222, False)
+            far.assignable) == ('pc & co', '/opt/e.sh', 'u', None, 5.0, 2222, False)
     assert one_node(config).machine_name == 'far'
     assert one_node(config, '/cell_frames').machine_name is None
 
