@@ -18,6 +18,7 @@ from process_visualizer.cell.stored_configuration import write_configuration
 from process_visualizer.cell.xml_reader import read_xml
 from process_visualizer.report.report import make_report
 from process_visualizer.report.report_text import as_json, as_text
+from process_visualizer.shown_text import say
 
 
 def add_bag_commands(commands: 'argparse._SubParsersAction[Any]') -> None:
@@ -61,7 +62,7 @@ def _add_report_options(command: argparse.ArgumentParser) -> None:
 def _report(options: argparse.Namespace) -> int:
     with Recording(options.bags) as recording:
         report = make_report(recording)
-    print(as_json(report) if options.json else as_text(report))
+    say(as_json(report) if options.json else as_text(report))
     return 0 if report.is_good else 2
 
 
@@ -79,8 +80,8 @@ def _mark(options: argparse.Namespace) -> int:
         raise ValueError(f'{options.bag} goes from 0 to {duration_s:.3f} s')
     path = add_mark(options.bag, Mark(begin_ns + round(options.position * 1e9), options.label))
     if path != marks_path(options.bag):
-        print(f'note: the folder of the bag cannot be written; the mark is in {path}',
-              file=sys.stderr)
+        say(f'note: the folder of the bag cannot be written; the mark is in {path}',
+            file=sys.stderr)
     return 0
 
 
@@ -91,8 +92,8 @@ def _add_reindex_options(command: argparse.ArgumentParser) -> None:
 def _reindex(options: argparse.Namespace) -> int:
     done = reindex(options.bag)
     for gap in done.gaps:
-        print(gap, file=sys.stderr)
-    print(f'{done.path}: {done.message_count} messages')
+        say(gap, file=sys.stderr)
+    say(f'{done.path}: {done.message_count} messages')
     return 0
 
 
@@ -106,12 +107,12 @@ def _configuration(options: argparse.Namespace) -> int:
         configuration, damage = recorded_configuration(recording), recording.damage
     if configuration is None:
         for gap in damage:
-            print(gap, file=sys.stderr)
-        print(f'cell: {options.bags[0]} holds no configuration', file=sys.stderr)
+            say(gap, file=sys.stderr)
+        say(f'cell: {options.bags[0]} holds no configuration', file=sys.stderr)
         return 1
     words = [f'{name}:={value}' for name, value in configuration.arguments.items()]
     path = write_configuration(configuration, options.output)
-    print(' '.join([path, *words]))
+    say(' '.join([path, *words]))
     _tell_what_it_starts(path, options.output)
     return 0
 
@@ -126,8 +127,8 @@ def _tell_what_it_starts(path: str, folder: str) -> None:
     except ConfigurationError:
         return
     for it in found:
-        print(f'note: {it.location}: <{it.element}> runs or reads something when this file is '
-              'opened; read it first', file=sys.stderr)
+        say(f'note: {it.location}: <{it.element}> runs or reads something when this file is '
+            'opened; read it first', file=sys.stderr)
 
 
 class _Command(NamedTuple):

@@ -15,6 +15,7 @@ from process_visualizer.cell.model import Cell, Pose
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.commands.bag_commands import advised
 from process_visualizer.motion.pose_difference import PoseDifference, pose_difference
+from process_visualizer.shown_text import say
 
 _SAME = PoseDifference(5e-6, 5e-6)
 """Files have six decimals."""
@@ -60,7 +61,7 @@ def execute_calibration(options: argparse.Namespace, arguments: Mapping[str, str
         config, known = options.config, {}
     cell = None if not config else XmlParser({**known, **arguments}).parse(config)
     bases = _bases(then, saved, cell)
-    print('\n'.join([_title(options.bag, config), *(_text(it) for it in bases)]))
+    say('\n'.join([_title(options.bag, config), *(_text(it) for it in bases)]))
     return _DIFFERS if any(it.has_moved for it in bases) else 0
 
 

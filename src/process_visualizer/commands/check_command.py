@@ -26,6 +26,7 @@ from process_visualizer.generate.frame_rules import (
 )
 from process_visualizer.rviz.saved_views import SavedViewError, SavedViews
 from process_visualizer.rviz.view_rules import view_warnings
+from process_visualizer.shown_text import say
 
 
 class Findings(NamedTuple):
@@ -44,10 +45,10 @@ def check(path: str, arguments: Mapping[str, str]) -> int:
     """
     cell, problems, warnings = find_problems(path, arguments)
     for line in [*map(str, problems), *map(_warning, warnings)]:
-        print(line, file=sys.stderr)
+        say(line, file=sys.stderr)
     if not problems:
-        print(f'{cell.file}: {_counted(len(cell.devices), "device")}, no problem'
-              + (f', {_counted(len(warnings), "warning")}' if warnings else ''))
+        say(f'{cell.file}: {_counted(len(cell.devices), "device")}, no problem'
+            + (f', {_counted(len(warnings), "warning")}' if warnings else ''))
     return 1 if problems else 0
 
 

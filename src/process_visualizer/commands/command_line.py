@@ -43,6 +43,7 @@ from process_visualizer.generate.plan import Plan, PlanError, write_plan
 from process_visualizer.health.mixed_sources import MixedSources, refuse_mixture
 from process_visualizer.launching.other_cell import OtherCell
 from process_visualizer.launching.ros_master import RosMaster, RosMasterError
+from process_visualizer.shown_text import say
 
 _DESCRIPTION = ('Checks, shows, generates, runs or records the robot cell of a configuration file, '
                 'or makes such a file; reports on recordings.')
@@ -83,13 +84,13 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         return _execute(options)
     except ConfigurationError as error:
         for problem in error.problems:
-            print(problem, file=sys.stderr)
+            say(problem, file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         return _INTERRUPTED
     except (BagError, PlanError, MixedSources, OtherCell, RosMasterError, ValueError,
             OSError) as error:
-        print(f'cell: {error}', file=sys.stderr)
+        say(f'cell: {error}', file=sys.stderr)
         return 1
 
 
@@ -134,7 +135,7 @@ def _execute(options: argparse.Namespace) -> int:
     cell = XmlParser(_named_values(options.args)).parse(options.config)
     if options.command == 'show':
         devices = choose_devices(cell, _names(options.devices))
-        print(overview(cell, devices, describe_devices(devices)[0]))
+        say(overview(cell, devices, describe_devices(devices)[0]))
         return 0
     choice = _choice(cell, options)
     plan = _plan(choice)
@@ -192,7 +193,7 @@ def _calibrated(cell: Cell, bag: str) -> Cell:
     poses = saved_poses(bag)
     moved = [it.base.frame for it in cell.devices if it.base and it.base.frame in poses]
     if moved:
-        print(f'as saved in {calibration_path(bag)}: {", ".join(moved)}')
+        say(f'as saved in {calibration_path(bag)}: {", ".join(moved)}')
     return with_saved_poses(cell, poses)
 
 
@@ -204,11 +205,11 @@ def _plan(choice: Choice) -> Plan:
         raise ConfigurationError(problems)
     plan = generate(choice)
     for warning in plan.warnings:
-        print(f'warning: {warning}', file=sys.stderr)
+        say(f'warning: {warning}', file=sys.stderr)
     return plan
 
 
 def _generate(plan: Plan, folder: str) -> int:
     for path in write_plan(plan, folder):
-        print(path)
+        say(path)
     return 0

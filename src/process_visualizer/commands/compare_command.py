@@ -18,6 +18,7 @@ from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.runs.deviation.band import RELATIVE_TOLERANCE
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
 from process_visualizer.runs.run import Run
+from process_visualizer.shown_text import say
 
 
 def add_runs_options(command: argparse.ArgumentParser) -> None:
@@ -53,14 +54,14 @@ def execute_runs(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
     """List the runs of recordings; return 0."""
     found = _chosen(options, arguments).runs(options.bags)
     if options.json:
-        print(json.dumps([_entry(run) for run in found], indent=1))
+        say(json.dumps([_entry(run) for run in found], indent=1))
         return 0
     width = max(len(run.name) for run in found)
     for run in found:
         events = ', '.join(f'{event.name} at {clock(run.begin_s + event.time_s)}'
                            for event in run.events[:6])
-        print(f'{run.name:{width}}  from {clock(run.begin_s)}, {run.duration_s:.1f} s'
-              + (f': {events}' if events else ''))
+        say(f'{run.name:{width}}  from {clock(run.begin_s)}, {run.duration_s:.1f} s'
+            + (f': {events}' if events else ''))
     return 0
 
 
@@ -78,7 +79,7 @@ def execute_compare(options: argparse.Namespace, arguments: Dict[str, str]) -> i
     runs = _comparable(reference, chosen.runs(options.runs))
     good = GoodRuns(reference, others, options.band, options.tolerance)
     found = [good.compare(run) for run in runs]
-    print(as_json(good, found) if options.json else as_text(good, found))
+    say(as_json(good, found) if options.json else as_text(good, found))
     if options.report is not None:
         _write_report(options, chosen, good, found)
     return 2 if any(it.departures for it in found) else 0
@@ -110,7 +111,7 @@ def _comparable(reference: Run, runs: Sequence[Run]) -> List[Run]:
     if all(reasons):
         raise ValueError(str(reasons[0]))
     for reason in filter(None, reasons):
-        print(f'cell: left out: {reason}', file=sys.stderr)
+        say(f'cell: left out: {reason}', file=sys.stderr)
     return [run for run, reason in zip(runs, reasons) if reason is None]
 
 
@@ -124,13 +125,13 @@ def _write_report(options: argparse.Namespace, chosen: ChosenRuns, good: GoodRun
     try:
         with chosen.cell_of(good.reference) as cell:
             for ignored in cell.ignored:
-                print(f'note: {ignored}', file=sys.stderr)
+                say(f'note: {ignored}', file=sys.stderr)
             scenes = scene_pictures(cell, good, found)
         page.write_text(comparison_page(good, found, scenes), encoding='utf-8')
     except SceneError as error:
         note = f'Without pictures of the scene: {error}.'
         page.write_text(comparison_page(good, found, (), note), encoding='utf-8')
-        print(f'note: {note}', file=sys.stderr)
+        say(f'note: {note}', file=sys.stderr)
 
 
 def _entry(run: Run) -> Dict[str, object]:

@@ -9,6 +9,7 @@ import rospy
 from process_visualizer.clients.system_look import from_system
 from process_visualizer.discovery.new_configuration import from_bags, write_new
 from process_visualizer.launching.ros_master import RosMaster
+from process_visualizer.shown_text import say
 
 DEFAULT_FILE = 'cell.xml'
 
@@ -41,9 +42,9 @@ def execute_new(options: argparse.Namespace) -> int:
     except FileExistsError as error:
         raise FileExistsError(f'{error}; --force overwrites it') from error
     for path in paths:
-        print(path)
-    print(f'{new.summary}; read its comments, then: '
-          f'rosrun process_visualizer cell check {options.output}')
+        say(path)
+    say(f'{new.summary}; read its comments, then: '
+        f'rosrun process_visualizer cell check {options.output}')
     return 0
 
 

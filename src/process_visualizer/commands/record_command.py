@@ -30,6 +30,7 @@ from process_visualizer.msg import RecorderState
 from process_visualizer.report.report import make_report
 from process_visualizer.report.report_text import as_text
 from process_visualizer.ros_names import BAG_RECORDER, PACKAGE
+from process_visualizer.shown_text import say
 
 _READY_TIMEOUT_S = 10.0
 _STATE_TIMEOUT_S = 1.0  # states come twice a second; none come of a recorder that has died
@@ -42,8 +43,8 @@ def record(cell: Optional[Cell], devices: Sequence[Device], options: RecordOptio
         OSError: the configuration cannot be read.
     """
     if not rosgraph.is_master_online():
-        print(f'cell: there is no ROS master at {rosgraph.get_master_uri()}; start the cell first',
-              file=sys.stderr)
+        say(f'cell: there is no ROS master at {rosgraph.get_master_uri()}; start the cell first',
+            file=sys.stderr)
         return 1
     name = f'bag_recorder_{os.getpid()}'
     process = subprocess.Popen(_command(name, options), start_new_session=True,
@@ -53,7 +54,7 @@ def record(cell: Optional[Cell], devices: Sequence[Device], options: RecordOptio
         recording = _Recording(f'/{name}', process, options)
         return recording.run(_recording_options(cell, devices, options))
     except RecorderError as error:
-        print(f'cell: {error}', file=sys.stderr)
+        say(f'cell: {error}', file=sys.stderr)
         return 1
     finally:
         process.send_signal(signal.SIGINT)
@@ -102,7 +103,7 @@ class _Recording:
 
     def _print(self, text: str) -> None:
         if not self._wanted.is_quiet:
-            print(text, flush=True)
+            say(text)
 
     def _finish(self) -> int:
         if self._process.poll() is not None:
@@ -125,7 +126,7 @@ class _Recording:
     def _take_state(self, state: RecorderState) -> None:
         new = min(state.problem_count - self._reported_problems, len(state.problems))
         for problem in state.problems[len(state.problems) - new:]:
-            print(problem, file=sys.stderr, flush=True)
+            say(problem, file=sys.stderr)
         self._reported_problems = state.problem_count
         if state.files:
             self._files = list(state.files)

@@ -19,6 +19,7 @@ from process_visualizer.launching.node_state import NodeReport, NodeState
 from process_visualizer.launching.other_cell import refuse_other_cell
 from process_visualizer.launching.run import Run
 from process_visualizer.launching.run_record import clean_up_crashed_runs, new_run_folder
+from process_visualizer.shown_text import say
 
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 """The last one only if nohup does not ask to ignore it."""
@@ -38,7 +39,7 @@ def run_plan(plan: Plan, folder: Optional[str], choice: Choice) -> int:
     """
     ended = clean_up_crashed_runs()
     if ended:
-        print(f'ended {len(ended)} processes that a crashed run had left')
+        say(f'ended {len(ended)} processes that a crashed run had left')
     refuse_other_cell()
     give_real_time_advice(print)
     output = folder or new_run_folder()
@@ -68,7 +69,7 @@ class _Reporter:
             self._print(f'[WARN] {explanation(mode, others)}')
 
     def _print(self, text: str) -> None:
-        print(f'{time.monotonic() - self._begin:7.2f} s  {text}', flush=True)
+        say(f'{time.monotonic() - self._begin:7.2f} s  {text}')
 
 
 def _run(launch_file: str, choice: Choice) -> int:
@@ -84,7 +85,7 @@ def _run(launch_file: str, choice: Choice) -> int:
     try:
         run.wait()
     except StopRequested:
-        print('stopping all nodes', flush=True)
+        say('stopping all nodes')
     finally:
         for number in numbers:
             signal.signal(number, signal.SIG_IGN)
@@ -93,7 +94,7 @@ def _run(launch_file: str, choice: Choice) -> int:
         for number, handler in previous.items():
             signal.signal(number, handler)
     if orphans:
-        print(f'ended {len(orphans)} processes that roslaunch had left')
+        say(f'ended {len(orphans)} processes that roslaunch had left')
     return _exit_code(run)
 
 
@@ -108,11 +109,11 @@ def _exit_code(run: Run) -> int:
     """1 when a required node failed or nothing could be started, else 0."""
     failed = run.failed_required
     if failed is not None and failed.exit_code != 0:
-        print(f'the required node {failed}; see {run.log_path}', file=sys.stderr)
+        say(f'the required node {failed}; see {run.log_path}', file=sys.stderr)
         return 1
     states = [report.state for report in run.reports()]
     if not any(state in (NodeState.RUNNING, NodeState.EXITED, NodeState.STARTING)
                for state in states):
-        print(f'nothing could be started; see {run.log_path}', file=sys.stderr)
+        say(f'nothing could be started; see {run.log_path}', file=sys.stderr)
         return 1
     return 0

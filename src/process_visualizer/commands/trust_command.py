@@ -9,6 +9,7 @@ import rospkg
 
 from process_visualizer.cell.substitution import package_advice
 from process_visualizer.cell.trusted_packages import set_trusted, trust_file, trusted_packages
+from process_visualizer.shown_text import say
 
 
 def add_trust_options(command: argparse.ArgumentParser) -> None:
@@ -27,12 +28,12 @@ def execute_trust(options: argparse.Namespace) -> int:
     known = rospkg.RosPack().list()
     for name in options.packages:
         if name not in known and not options.remove:
-            print(f'cell: {package_advice(name)}', file=sys.stderr)
+            say(f'cell: {package_advice(name)}', file=sys.stderr)
             return 1
     for name in options.packages:
         set_trusted(name, not options.remove)
     for name in sorted(trusted_packages()):
-        print(name)
+        say(name)
     if not options.packages and not trusted_packages():
-        print(f'no package is trusted ({trust_file()})', file=sys.stderr)
+        say(f'no package is trusted ({trust_file()})', file=sys.stderr)
     return 0

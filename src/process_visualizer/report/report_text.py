@@ -8,6 +8,7 @@ from typing import List, Optional
 
 from process_visualizer.report.report import Completeness, Report, TopicReport
 from process_visualizer.report.report_streams import StreamGap
+from process_visualizer.shown_text import shown_in_line
 
 _MOST_GAPS = 10
 _KNOWN = {
@@ -63,7 +64,8 @@ def as_text(report: Report) -> str:
                      f'at {_clock(jump.time_ns - report.begin_ns)}')
     lines += [f'mark at {_clock(mark.time_ns - report.begin_ns)}: {mark.label}'
               for mark in report.marks]
-    return '\n'.join([*lines, *report.remarks, *report.unreadable, f'verdict: {verdict(report)}'])
+    lines += [*report.remarks, *report.unreadable, f'verdict: {verdict(report)}']
+    return '\n'.join(map(shown_in_line, lines))
 
 
 def as_json(report: Report) -> str:
@@ -77,7 +79,7 @@ def as_json(report: Report) -> str:
                         for it in report.clock_jumps],
         'marks': [{'time': it.time_ns / 1e9, 'label': it.label} for it in report.marks],
         'unreadable': list(report.unreadable), 'remarks': list(report.remarks)},
-                      indent=1, ensure_ascii=False)
+                      indent=1)
 
 
 def _as_bool(completeness: Completeness) -> Optional[bool]:

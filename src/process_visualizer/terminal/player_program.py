@@ -23,6 +23,7 @@ from process_visualizer.player.bag_player import (
 )
 from process_visualizer.player.timed_sender import take_long_slices
 from process_visualizer.ros_names import BAG_PLAYER
+from process_visualizer.shown_text import say
 from process_visualizer.terminal.player_options import (
     PlayerOptions,
     parse_options,
@@ -58,14 +59,14 @@ def exit_code(play: Callable[[], int]) -> int:
         return play()
     except (BagError, NothingToPlay, PlaybackFailed, ReindexRefused, CommandRefused,
             ValueError) as error:
-        print(f'bag_player: {error}', file=sys.stderr)
+        say(f'bag_player: {error}', file=sys.stderr)
     except KeyboardInterrupt:  # before it is a node, which ends in its own way
         return INTERRUPTED
     except (rospy.ROSException, rosgraph.MasterException, OSError) as error:
         if rospy.is_shutdown():  # by a signal, in the middle of beginning
             return 0
-        print(f'bag_player: the ROS master cannot be used: {error}; is roscore running?',
-              file=sys.stderr)
+        say(f'bag_player: the ROS master cannot be used: {error}; is roscore running?',
+            file=sys.stderr)
     return 1
 
 
@@ -133,5 +134,5 @@ def _run(player: BagPlayer, options: PlayerOptions) -> None:
 def _sum_up(player: BagPlayer) -> None:
     lines = player.summary()
     if lines:
-        print('\n  '.join(['bag_player: not everything was played or arrived:', *lines]),
-              file=sys.stderr)
+        say('\n  '.join(['bag_player: not everything was played or arrived:', *lines]),
+            file=sys.stderr)

@@ -7,6 +7,7 @@ import sys
 import time
 
 from process_visualizer.bags.reindex import ReindexCancelled, copy_path, reindex
+from process_visualizer.shown_text import say
 
 _PERIOD_S = 0.2
 
@@ -26,7 +27,7 @@ def reindexed(path: str, reason: str, allowed: bool) -> str:
     """
     copy = copy_path(path)
     if os.path.exists(copy) and os.path.getmtime(copy) >= os.path.getmtime(path):
-        print(f'{reason}: playing {copy}', file=sys.stderr)
+        say(f'{reason}: playing {copy}', file=sys.stderr)
         return copy
     if not allowed and not _agreed(reason, copy):
         raise ReindexRefused(f'{reason}; bag_player --reindex {path} makes {copy} and plays it')
@@ -34,17 +35,17 @@ def reindexed(path: str, reason: str, allowed: bool) -> str:
         result = reindex(path, _Progress(copy).show)
     except (ReindexCancelled, KeyboardInterrupt):
         raise ReindexRefused(f'{path}: the copy was cancelled') from None
-    print(f'{result.path}: {result.message_count} messages', file=sys.stderr)
+    say(f'{result.path}: {result.message_count} messages', file=sys.stderr)
     for gap in result.gaps:
-        print(gap, file=sys.stderr)
+        say(gap, file=sys.stderr)
     return result.path
 
 
 def _agreed(reason: str, copy: str) -> bool:
     if not sys.stdin.isatty():
         return False
-    print(f'{reason}.\nWrite an indexed copy to {copy} and play that? [Y/n] ', end='',
-          file=sys.stderr, flush=True)
+    say(f'{reason}.\nWrite an indexed copy to {copy} and play that? [Y/n] ', end='',
+        file=sys.stderr)
     return sys.stdin.readline().strip().lower() in ('', 'y', 'yes')
 
 
@@ -61,6 +62,6 @@ class _Progress:
         if now_s >= self._next_s or part >= 1.0:
             self._next_s = now_s + _PERIOD_S
             end = '\n' if part >= 1.0 else '\r'
-            print(f'{self._copy}: {100 * part:3.0f} %  (Ctrl-C cancels)', end=end,
-                  file=sys.stderr, flush=True)
+            say(f'{self._copy}: {100 * part:3.0f} %  (Ctrl-C cancels)', end=end,
+                file=sys.stderr)
         return True

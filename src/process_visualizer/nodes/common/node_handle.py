@@ -11,6 +11,7 @@ from rospy.impl.paramserver import get_param_server_cache
 
 from process_visualizer.clients.service_connection import ServiceConnection
 from process_visualizer.nodes.common.process_end import at_shutdown
+from process_visualizer.shown_text import shown
 
 
 class Worker:
@@ -164,8 +165,8 @@ class NodeHandle:
 
     def warn(self, text: str) -> None:
         """Log a warning."""
-        rospy.logwarn('%s', text)
+        rospy.logwarn('%s', shown(text))
 
     def error(self, text: str) -> None:
         """Log an error."""
-        rospy.logerr('%s', text)
+        rospy.logerr('%s', shown(text))
