@@ -20,6 +20,7 @@ from process_visualizer.cell.model import (
     Mode,
     Model,
     Node,
+    Phase,
     Pose,
     ProcessEvent,
     Property,
@@ -208,7 +209,9 @@ def _variable(parsed: Parsed) -> Variable:
                     cast(Vector3, values['axis']), values['color'], values['unit'],
                     values['scale'], values['offset'], label, parsed.location,
                     values['offset_param'], _limits(values), _color_scale(values), values['max'],
-                    values['shown'], values['tolerance'])
+                    values['shown'], values['tolerance'],
+                    tuple((it.values['of'], it.values['name']) for it in parsed.all('value')
+                          if it.complete))
 
 
 def _limits(values: Dict[str, Any]) -> Optional[WarningLimits]:
@@ -228,14 +231,21 @@ def build_event(parsed: Parsed) -> ProcessEvent:
     is_above = values['above'] is not None
     return ProcessEvent(values['name'], absolute_topic('', values['topic']), values['field'],
                         values['above'] if is_above else values['below'], is_above,
-                        values['hysteresis'], parsed.location)
+                        values['hysteresis'], parsed.location, values['for'])
 
 
 def build_run(parsed: Parsed) -> RunSpan:
     """What one run is, by a ``<run>`` element."""
     values = parsed.values
     return RunSpan(values['begin'], values['end'], values['before'], values['after'],
-                   parsed.location)
+                   parsed.location, values['shortest'], values['group'] or '',
+                   values['place'] or '')
+
+
+def build_phase(parsed: Parsed) -> Phase:
+    """The part of a run of a ``<phase>`` element."""
+    values = parsed.values
+    return Phase(values['name'], values['from'], values['to'], values['wait'], parsed.location)
 
 
 def build_machines(machines: Iterable[Parsed]) -> Tuple[RoslaunchElement, ...]:

@@ -111,7 +111,8 @@ _STRUCTURE: Dict[str, Tag] = {
     'visualizer': Tag(
         'The root of a configuration.',
         {'frame': _optional('frame', 'name of the global frame', DEFAULT_FRAME)},
-        children=('arg', 'include', 'machine', 'device', 'event', 'run'), single=('run',)),
+        children=('arg', 'include', 'machine', 'device', 'event', 'run', 'phase'),
+        single=('run',)),
     'arg': Tag(
         'A value for `$(arg name)`; given on the command line as `name:=value`.',
         {'name': _required('name', 'name of the argument'),
@@ -141,6 +142,9 @@ _STRUCTURE: Dict[str, Tag] = {
          'below': _optional('number', 'the moment is when the number comes to be less'),
          'hysteresis': _optional('length', 'how far the number must be back behind the threshold '
                                            'before it can pass it again', '0'),
+         'for': _optional('length', 'seconds for which the number must stay beyond the threshold; '
+                                    'a contact that bounces for less than 0.05 s passes once '
+                                    'anyway', '0'),
          **_CONDITION},
         alternatives=('above', 'below'), needs_alternative=True),
     'run': Tag(
@@ -151,6 +155,22 @@ _STRUCTURE: Dict[str, Tag] = {
                                   'be the same, then it ends where the next one begins'),
          'before': _optional('length', 'seconds before the begin that belong to the run', '0'),
          'after': _optional('length', 'seconds behind the end that belong to the run', '0'),
+         'shortest': _optional('length', 'seconds that a run takes at least, from its begin to its '
+                                         'end; what is shorter is none', '0'),
+         'group': _optional('text', 'label of the `<variable>`, or topic, whose value says of '
+                                    'which variant a run is: it is judged by good runs of the same '
+                                    'value'),
+         'place': _optional('text', 'the same for the place of a pattern; it is judged by good '
+                                    'runs of the same place'),
+         **_CONDITION}),
+    'phase': Tag(
+        'A part of a run, from one event to another one.',
+        {'name': _required('text', 'what is done then'),
+         'from': _required('text', 'name of the `<event>`, or label of the mark, at which it '
+                                   'begins'),
+         'to': _required('text', 'name of the one at which it ends'),
+         'wait': _optional('boolean', 'whether it may take any time, as it waits for somebody or '
+                                      'something: only its content is judged', 'False'),
          **_CONDITION}),
     'base': Tag(
         "The device's base frame, posed in the global frame.",
@@ -339,7 +359,11 @@ _DRAWN: Dict[str, Tag] = {
                                             'the value; default: a share of the range'),
          'label': _optional('text', 'text before the value; default: the name of the topic'),
          'shown': _optional('boolean', 'whether RViz shows it; if not, it has its curve and its '
-                                       'limits all the same', 'True')}),
+                                       'limits all the same', 'True')},
+        children=('value',)),
+    'value': Tag(
+        'What a value of a variable is called, such as a state of a controller.',
+        {'of': _required('number', 'the value'), 'name': _required('text', 'its name')}),
 }
 
 ROOT = 'visualizer'

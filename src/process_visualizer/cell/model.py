@@ -228,6 +228,7 @@ class Variable:
     maximum_m: Optional[float] = None  # longest length
     is_shown: bool = True  # in RViz; limits and curve are independent of it
     tolerance: Optional[float] = None  # how far a run may be from a good one
+    value_names: Tuple[Tuple[float, str], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -320,7 +321,8 @@ class Device:
 class ProcessEvent:
     """A moment of the process: when a number of a topic comes to lie beyond a threshold.
 
-    It counts as having left only when it is back by the hysteresis.
+    It counts as having left only when it is back by the hysteresis, and as being beyond only if it
+    stays there for so long.
     """
 
     name: str
@@ -330,16 +332,34 @@ class ProcessEvent:
     is_above: bool
     hysteresis: float
     location: Location
+    lasting_s: float = 0.0
 
 
 @dataclass(frozen=True)
 class RunSpan:
-    """One run of the process: from one event or mark to another, with some seconds around it."""
+    """One run of the process: from one event or mark to another, with some seconds around it.
+
+    ``group`` and ``place`` name what says which good runs one is judged by, empty: nothing does.
+    """
 
     begin: str
     end: str
     before_s: float
     after_s: float
+    location: Location
+    shortest_s: float = 0.0
+    group: str = ''
+    place: str = ''
+
+
+@dataclass(frozen=True)
+class Phase:
+    """A part of a run, from one event or mark to another; a wait may take any time."""
+
+    name: str
+    begin: str
+    end: str
+    is_wait: bool
     location: Location
 
 
@@ -362,6 +382,7 @@ class Cell:
     run: Optional[RunSpan] = None
     provenance: Provenance = OPENED
     ignored: Tuple[Problem, ...] = ()
+    phases: Tuple[Phase, ...] = ()
 
     def device(self, name: str) -> Device:
         """The device of that name.

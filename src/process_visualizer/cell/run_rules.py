@@ -11,8 +11,9 @@ from process_visualizer.cell.model import Device
 from process_visualizer.cell.suggestions import nearest
 
 
-def check_run(events: Sequence[Parsed], runs: Sequence[Parsed], problems: ProblemList) -> None:
-    """Report events of one name, a second run, and a misspelt event of the run.
+def check_run(events: Sequence[Parsed], runs: Sequence[Parsed], phases: Sequence[Parsed],
+              problems: ProblemList) -> None:
+    """Report events of one name, a second run, and a misspelt event of the run or of a phase.
 
     A run may also begin or end at a mark, whose label only a recording knows.
     """
@@ -31,6 +32,9 @@ def check_run(events: Sequence[Parsed], runs: Sequence[Parsed], problems: Proble
     for run in runs:
         for end in ('begin', 'end'):
             _check_name(run, end, first, problems)
+    for phase in phases:
+        for end in ('from', 'to'):
+            _check_name(phase, end, first, problems)
 
 
 def check_event_topics(events: Sequence[Parsed], devices: Sequence[Device],
@@ -49,5 +53,5 @@ def _check_name(run: Parsed, end: str, names: Dict[str, Location], problems: Pro
     if given and given not in names:
         meant = nearest(given, names)
         if meant is not None:
-            problems.add(run.location, 'run', f'attribute "{end}": there is no event "{given}"; '
+            problems.add(run.location, run.tag, f'attribute "{end}": there is no event "{given}"; '
                                               f'did you mean "{meant}"?')

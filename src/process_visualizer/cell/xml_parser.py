@@ -7,12 +7,25 @@ from dataclasses import replace
 from typing import Dict, List, Mapping, Optional, Tuple
 
 from process_visualizer.cell.arguments import passed_arguments, read_arguments, report_unknown
-from process_visualizer.cell.builder import build_device, build_event, build_machines, build_run
+from process_visualizer.cell.builder import (
+    build_device,
+    build_event,
+    build_machines,
+    build_phase,
+    build_run,
+)
 from process_visualizer.cell.confinement import confined, confined_arguments, refused_include
 from process_visualizer.cell.element_reader import ElementReader, Parsed
 from process_visualizer.cell.elements import DEFAULT_FRAME, ROOT
 from process_visualizer.cell.errors import ConfigurationError, Problem, ProblemList
-from process_visualizer.cell.model import Cell, Device, ProcessEvent, RoslaunchElement, RunSpan
+from process_visualizer.cell.model import (
+    Cell,
+    Device,
+    Phase,
+    ProcessEvent,
+    RoslaunchElement,
+    RunSpan,
+)
 from process_visualizer.cell.output_rules import check_outputs
 from process_visualizer.cell.provenance import OPENED, Provenance
 from process_visualizer.cell.roslaunch_rules import check_machines
@@ -63,7 +76,7 @@ class XmlParser:
         reading.read(root, given, (path,), None)
         check_devices(reading.devices, reading.frame or DEFAULT_FRAME, problems)
         check_machines(reading.machines, reading.devices, problems)
-        check_run(reading.events, reading.runs, problems)
+        check_run(reading.events, reading.runs, reading.phases, problems)
         devices = tuple(map(self._confined, _build_devices(
             reading.devices, reading.frame or DEFAULT_FRAME, problems)))
         check_event_topics(reading.events, devices, problems)
@@ -74,7 +87,7 @@ class XmlParser:
         return Cell(os.path.abspath(path), reading.frame or DEFAULT_FRAME, devices,
                     reading.machine_elements(), tuple(reading.files), given,
                     reading.process_events(), reading.run_span(), self._provenance,
-                    tuple(reading.ignored)), problems
+                    tuple(reading.ignored), reading.parts_of_runs()), problems
 
     def _confined(self, device: Device) -> Device:
         """The device, of whose model it is said that it is data."""
@@ -120,9 +133,10 @@ class _Reading:
         self.machines: List[Parsed] = []
         self.events: List[Parsed] = []
         self.runs: List[Parsed] = []
+        self.phases: List[Parsed] = []
         self.files: Dict[str, None] = {}
         self._lists = {'device': self.devices, 'machine': self.machines, 'event': self.events,
-                       'run': self.runs}
+                       'run': self.runs, 'phase': self.phases}
         self.ignored: List[Problem] = []
         self._problems = problems
         self._provenance = provenance
@@ -139,6 +153,10 @@ class _Reading:
     def run_span(self) -> Optional[RunSpan]:
         """What one run of the process is, if it is said."""
         return next((build_run(parsed) for parsed in self.runs if parsed.complete), None)
+
+    def parts_of_runs(self) -> Tuple[Phase, ...]:
+        """The parts of a run that are named."""
+        return tuple(build_phase(parsed) for parsed in self.phases if parsed.complete)
 
     def read(self, root: Element, given: Mapping[str, str], chain: Tuple[str, ...],
              place: Optional[Parsed]) -> None:

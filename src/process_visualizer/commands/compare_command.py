@@ -6,7 +6,7 @@ import argparse
 import json
 import sys
 from pathlib import Path
-from typing import Dict, List, Sequence
+from typing import Dict, List, Optional, Sequence
 
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.commands.scene_camera import SceneError
@@ -61,7 +61,8 @@ def execute_runs(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
         events = ', '.join(f'{event.name} at {clock(run.begin_s + event.time_s)}'
                            for event in run.events[:6])
         say(f'{run.name:{width}}  from {clock(run.begin_s)}, {run.duration_s:.1f} s'
-            + (f': {events}' if events else ''))
+            + ''.join(f', {what} {_number(value)}' for what, value in run.context)
+            + (', broken off' if run.is_broken_off else '') + (f': {events}' if events else ''))
     return 0
 
 
@@ -134,9 +135,14 @@ def _write_report(options: argparse.Namespace, chosen: ChosenRuns, good: GoodRun
         say(f'note: {note}', file=sys.stderr)
 
 
+def _number(value: Optional[float]) -> str:
+    return 'unknown' if value is None else f'{value:g}'
+
+
 def _entry(run: Run) -> Dict[str, object]:
     return {'name': run.name, 'begin_s': round(run.begin_s, 3),
-            'duration_s': round(run.duration_s, 3),
+            'duration_s': round(run.duration_s, 3), 'is_broken_off': run.is_broken_off,
+            'context': dict(run.context),
             'events': [{'name': it.name, 'time_s': round(run.begin_s + it.time_s, 3)}
                        for it in run.events],
             'channels': [f'{it.device} {it.label}' for it in run.channels]}

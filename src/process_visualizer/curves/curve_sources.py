@@ -42,7 +42,8 @@ class CurveSource(NamedTuple):
     ``model`` is named, the tool is that model's: see tool_on_tf. A tool whose driver sends no
     poses has the topic of the robot's joints, of which its place is computed. A source that is
     ``plain`` was not asked for: it has a curve only if its topic is one of plain numbers.
-    ``tolerance`` is how far a run may be from a good one.
+    ``tolerance`` is how far a run may be from a good one, ``value_names`` what some values are
+    called.
     """
 
     device: str
@@ -58,6 +59,7 @@ class CurveSource(NamedTuple):
     plain: bool = False
     limits: Optional[WarningLimits] = None
     tolerance: Optional[float] = None
+    value_names: Tuple[Tuple[float, str], ...] = ()
 
     @property
     def channel_label(self) -> str:
@@ -122,7 +124,8 @@ def _quantity_source(device: Device, topic: Topic, quantity: Quantity, label: st
 def _variable_source(device: Device, variable: Variable) -> CurveSource:
     return CurveSource(device.name, variable.label or variable.topic.strip('/'), variable.unit,
                        variable.color, Quantity.NUMBER, variable.topic, field=variable.field,
-                       limits=variable.limits, tolerance=variable.tolerance)
+                       limits=variable.limits, tolerance=variable.tolerance,
+                       value_names=variable.value_names)
 
 
 def _plain_sources(devices: Sequence[Device], taken: Set[str]) -> List[CurveSource]:

@@ -2,19 +2,20 @@
 """Moments of the process: when a number passes a threshold."""
 from __future__ import annotations
 
-from typing import List, Optional, Sequence, Tuple
+from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-Span = Tuple[float, float]
+_BOUNCE_S = 0.05
+"""A contact that is back after a shorter time, and then stays where it went, bounces."""
 
 
 def passages_s(times_s: np.ndarray, values: np.ndarray, threshold: float, is_above: bool,
-               hysteresis: float) -> np.ndarray:
+               hysteresis: float, lasting_s: float = 0.0) -> np.ndarray:
     """Return when a number comes to lie beyond a threshold [s] (k,), rising.
 
     It counts as having left only when it is back by the hysteresis. A number that begins beyond
-    the threshold does not come to lie there.
+    the threshold does not come to lie there. Of a contact that bounces, the first passage counts.
 
     Args:
         times_s: (n,), rising.
@@ -22,14 +23,57 @@ def passages_s(times_s: np.ndarray, values: np.ndarray, threshold: float, is_abo
         threshold: in the unit of the values.
         is_above: beyond means above; otherwise below.
         hysteresis: not negative, in the unit of the values.
+        lasting_s: for how long it must lie beyond the threshold, or not, to count.
     """
     is_known = np.isfinite(values)
     times_s, values = times_s[is_known], values[is_known]
     beyond = values - threshold if is_above else threshold - values
     state = np.where(beyond > 0.0, 1, np.where(beyond <= -hysteresis, -1, 0))
     decided = np.flatnonzero(state)
-    entered = decided[1:][(state[decided[1:]] > 0) & (state[decided[:-1]] < 0)]
-    return times_s[entered]
+    changed = decided[1:][state[decided[1:]] != state[decided[:-1]]]
+    if not len(changed):
+        return np.empty(0)
+    changes = _lasting(_calm(_levels(times_s[changed], state[changed] > 0)), lasting_s)
+    return np.array([time_s for time_s, is_beyond in changes if is_beyond])
+
+
+_Change = Tuple[float, bool]
+"""When a state begins, and which."""
+
+
+def _levels(times_s: np.ndarray, is_beyond: np.ndarray) -> List[_Change]:
+    return list(zip(times_s.tolist(), is_beyond.tolist()))
+
+
+def _calm(changes: Sequence[_Change]) -> List[_Change]:
+    """The changes without bouncing: of short states that end elsewhere than they began, one.
+
+    A pulse, after which everything is as before, stays.
+    """
+    found: List[_Change] = []
+    row = 0
+    while row < len(changes):
+        last = row
+        while last + 1 < len(changes) and changes[last + 1][0] - changes[last][0] < _BOUNCE_S:
+            last += 1
+        if changes[last][1] == changes[row][1]:
+            found.append(changes[row])
+        else:
+            found += changes[row:last + 1]
+        row = last + 1
+    return found
+
+
+def _lasting(changes: Sequence[_Change], lasting_s: float) -> List[_Change]:
+    """The changes to what stays for so long; what comes for a shorter time is passed over."""
+    found: List[_Change] = []
+    for row, (time_s, is_beyond) in enumerate(changes):
+        is_long = row + 1 == len(changes) or changes[row + 1][0] - time_s >= lasting_s
+        if is_long and (not found or found[-1][1] != is_beyond):
+            found.append((time_s, is_beyond))
+    if found and changes and found[0][1] != changes[0][1]:  # it never came to lie elsewhere before
+        found = found[1:]
+    return found
 
 
 class Passages:
@@ -51,20 +95,30 @@ class Passages:
         return before is False and self._is_beyond is True
 
 
-def cycles(begins_s: Sequence[float], ends_s: Sequence[float]) -> Tuple[Span, ...]:
-    """Return the spans [s] from each begin to the first end behind it.
+class Cycle(NamedTuple):
+    """From a begin to an end [s]; one that was broken off has none, but another begin."""
 
-    A begin that is followed by another one before the end is a cycle that was broken off: it is
-    left out, as is the last one without an end.
+    begin_s: float
+    end_s: float
+    is_broken_off: bool = False
+
+
+def cycles(begins_s: Sequence[float], ends_s: Sequence[float],
+           shortest_s: float = 0.0) -> Tuple[Cycle, ...]:
+    """Return the cycles from each begin to the first end behind it.
+
+    A begin that is followed by another one before the end is a cycle that was broken off: it ends
+    there, or after the longest whole one. The last one without an end is left out, as is what is
+    shorter than ``shortest_s``.
     """
     moments = sorted([(time_s, False) for time_s in ends_s]
                      + [(time_s, True) for time_s in begins_s])
-    found: List[Span] = []
-    open_s = None
+    found: List[Cycle] = []
+    open_s: Optional[float] = None
     for time_s, is_begin in moments:
-        if is_begin:
-            open_s = time_s
-        elif open_s is not None:
-            found.append((open_s, time_s))
-            open_s = None
-    return tuple(found)
+        if open_s is not None and time_s - open_s >= shortest_s:
+            found.append(Cycle(open_s, time_s, is_begin))
+        open_s = time_s if is_begin else None
+    longest_s = max((it.end_s - it.begin_s for it in found if not it.is_broken_off), default=0.0)
+    return tuple(it._replace(end_s=min(it.end_s, it.begin_s + longest_s)) if it.is_broken_off
+                 else it for it in found if longest_s > 0.0 or not it.is_broken_off)

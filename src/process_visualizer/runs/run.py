@@ -14,6 +14,10 @@ Key = Tuple[str, str]
 """A channel: the device and the label."""
 
 
+Context = Tuple[Tuple[str, Optional[float]], ...]
+"""What decides what is expected of a run, such as the variant, and its value there."""
+
+
 class ChannelKind(Enum):
     """What a channel is; of two that depart together, the one named first here is the cause."""
 
@@ -43,6 +47,7 @@ class Channel(NamedTuple):
     values: np.ndarray
     tolerance: Optional[float] = None
     value_names: Tuple[Tuple[float, str], ...] = ()
+    topic: str = ''
 
     @property
     def key(self) -> Key:
@@ -81,7 +86,8 @@ class Run(NamedTuple):
     """A run; its times count from its begin, which is at ``begin_s`` of its recording.
 
     ``recording`` are the files of that, in their order; ``configuration`` is the same in runs that
-    were recorded with the same one, empty if it is not known.
+    were recorded with the same one, empty if it is not known. One that ``is_broken_off`` never came
+    to its end. Of runs with the same ``context`` the same is expected.
     """
 
     name: str
@@ -93,6 +99,8 @@ class Run(NamedTuple):
     recording: Tuple[str, ...] = ()
     forces: Tuple[ToolForce, ...] = ()
     configuration: str = ''
+    is_broken_off: bool = False
+    context: Context = ()
 
     @property
     def by_key(self) -> Mapping[Key, Channel]:

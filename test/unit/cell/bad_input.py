@@ -52,7 +52,7 @@ WHOLE_FILES: List[Bad] = [
           '4: <frobnicate>: unknown element in <device>; expected one of: arrow, base, '),
     _file('tag in the wrong place', '<visualizer>\n<topic name="a"/></visualizer>',
           '2: <topic>: is not allowed in <visualizer>; expected one of: arg, device, event, '
-          'include, machine, run'),
+          'include, machine, phase, run'),
     _file('unknown attribute of the root', '<visualizer fram="x"/>',
           '1: <visualizer>: unknown attribute "fram"; did you mean "frame"?'),
     _file('missing attributes', '<visualizer>\n<device/>\n</visualizer>',

@@ -132,3 +132,12 @@ def test_an_hour_and_twenty_seconds() -> None:
     found = aligned(made_run(), long)
     assert np.percentile(np.abs(found.time_map.to_run(2.0 + MOVING_S) - 1800.0 - MOVING_S),
                          95) < 0.02
+
+
+def test_events_of_one_moment_are_no_disorder() -> None:
+    """Two states are passed in one message: which of the two events comes first says nothing."""
+    both = [RunEvent('one', 1.0), RunEvent('two', 3.0), RunEvent('three', 3.0)]
+    other = [RunEvent('one', 1.0), RunEvent('three', 3.5), RunEvent('two', 3.5)]
+    for run in (both, other):
+        found = common_events(both, run)
+        assert found.notes == () and len(found.run_s) == 3

@@ -46,15 +46,30 @@ def test_it_is_as_walking_through_the_values(values: 'list[float]', hysteresis: 
 
 
 def test_cycles_from_each_begin_to_the_next_end() -> None:
-    assert cycles([1.0, 5.0], [0.5, 3.0, 7.0]) == ((1.0, 3.0), (5.0, 7.0))
+    assert cycles([1.0, 5.0], [0.5, 3.0, 7.0]) == ((1.0, 3.0, False), (5.0, 7.0, False))
 
 
-def test_a_cycle_that_was_broken_off_is_left_out() -> None:
-    assert cycles([1.0, 2.0, 5.0], [3.0]) == ((2.0, 3.0),)
+def test_a_cycle_that_was_broken_off_is_one() -> None:
+    """It ends with the next begin, or after as long as a whole one takes."""
+    assert cycles([1.0, 2.0, 5.0], [4.0]) == ((1.0, 2.0, True), (2.0, 4.0, False))
+    assert cycles([1.0, 9.0, 15.0], [12.0]) == ((1.0, 4.0, True), (9.0, 12.0, False))
+
+
+def test_what_is_shorter_than_a_run_is_none() -> None:
+    assert cycles([1.0, 2.0], [1.2, 8.0], 0.5) == ((2.0, 8.0, False),)
+
+
+def test_a_contact_that_bounces_passes_once() -> None:
+    times_s = np.array([0.0, 1.0, 1.012, 1.03, 5.0, 5.02, 5.045, 9.0, 9.02])
+    values = np.array([0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0])
+    assert passages_s(times_s, values, 0.5, True, 0.0).tolist() == [1.0, 9.0]  # this is a pulse
+    assert passages_s(times_s, values, 0.5, False, 0.0).tolist() == [5.0, 9.02]
+    assert passages_s(times_s, values, 0.5, True, 0.0, 0.1).tolist() == [1.0]
 
 
 @given(st.lists(st.floats(0.0, 100.0), max_size=20), st.lists(st.floats(0.0, 100.0), max_size=20))
 def test_cycles_do_not_overlap(begins: 'list[float]', ends: 'list[float]') -> None:
     found = cycles(begins, ends)
-    assert all(begin in begins and end in ends and begin <= end for begin, end in found)
-    assert all(one[1] <= other[0] for one, other in zip(found, found[1:]))
+    assert all(it.begin_s in begins and it.begin_s <= it.end_s for it in found)
+    assert all(it.end_s in ends for it in found if not it.is_broken_off)
+    assert all(one.end_s <= other.begin_s for one, other in zip(found, found[1:]))

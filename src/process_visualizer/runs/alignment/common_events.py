@@ -49,11 +49,11 @@ def _times(count: int) -> str:
 
 
 def _longest_rising(values: Sequence[float]) -> List[int]:
-    """Return the places of a longest strictly rising subsequence."""
+    """Return the places of a longest subsequence that does not fall."""
     length, before = [1] * len(values), [-1] * len(values)
     for here, value in enumerate(values):
         for earlier in range(here):
-            if values[earlier] < value and length[earlier] + 1 > length[here]:
+            if values[earlier] <= value and length[earlier] + 1 > length[here]:
                 length[here], before[here] = length[earlier] + 1, earlier
     place = int(np.argmax(length)) if values else -1
     found = []

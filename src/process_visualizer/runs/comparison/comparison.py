@@ -105,12 +105,13 @@ class GoodRuns:
         """
         if not reference.channels and not reference.motions:
             raise ValueError(f'{reference.name} has no variable, force or motion to compare')
-        runs = _distinct([reference, *others])
+        given = _distinct([reference, *others])
+        runs = [it for it in given if not it.is_broken_off] or given[:1]
         if rate is not None and len(runs) - 1 < fewest_runs(rate):
             raise TooFewRuns(f'{len(runs) - 1} good runs beside the reference cannot support a '
                              f'rate of {rate:g}; it takes {fewest_runs(rate)}')
         self._asked_rate, self._tolerance = rate, tolerance
-        notes: List[str] = []
+        notes = [f'{it.name} was broken off; it is left out' for it in given if it not in runs]
         most = len(runs) - most_of(len(runs))
         while True:
             self._learn(runs, len(runs) - most)
@@ -195,6 +196,10 @@ class GoodRuns:
         notes = []
         if fingerprint(run) == fingerprint(self.reference):
             notes.append('it is the reference itself')
+        if run.is_broken_off:
+            last = max(run.events, key=lambda it: it.time_s, default=None)
+            notes.append('it was broken off' + ('' if last is None else
+                                                f' after "{last.name}"'))
         if alignment.means is not Means.MOTION:
             notes.append(f'aligned by {alignment.means.value}: there is no motion that both have')
         else:

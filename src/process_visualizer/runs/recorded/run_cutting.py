@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import Optional, Tuple
 
+import numpy as np
+
 from process_visualizer.cell.model import RunSpan
-from process_visualizer.runs.event import cycles
+from process_visualizer.runs.event import Cycle, cycles
 from process_visualizer.runs.run import Run, part_of
 
 
@@ -25,14 +27,32 @@ def cut_into_runs(whole: Run, span: Optional[RunSpan]) -> Tuple[Run, ...]:
         return (whole,)
     begins = [event.time_s for event in whole.events if event.name == span.begin]
     ends = [event.time_s for event in whole.events if event.name == span.end]
-    found = tuple(zip(begins, begins[1:])) if span.begin == span.end else cycles(begins, ends)
+    found = tuple(Cycle(*it) for it in zip(begins, begins[1:])
+                  if it[1] - it[0] >= span.shortest_s) if span.begin == span.end \
+        else cycles(begins, ends, span.shortest_s)
     if not found:
         missing = next((name for name, times in ((span.begin, begins), (span.end, ends))
                         if not times), None)
         raise NoCycle(f'{whole.name} holds no whole run: ' + (
             f'"{missing}" does not occur' if missing is not None
             else f'no "{span.end}" follows a "{span.begin}"'))
-    return tuple(
-        part_of(whole, max(begin_s - span.before_s, 0.0),
-                min(end_s + span.after_s, whole.duration_s), f'{whole.name}#{number}')
-        for number, (begin_s, end_s) in enumerate(found, start=1))
+    return tuple(_run(whole, span, cycle, f'{whole.name}#{number}')
+                 for number, cycle in enumerate(found, start=1))
+
+
+def _run(whole: Run, span: RunSpan, cycle: Cycle, name: str) -> Run:
+    after_s = 0.0 if cycle.is_broken_off else span.after_s
+    part = part_of(whole, max(cycle.begin_s - span.before_s, 0.0),
+                   min(cycle.end_s + after_s, whole.duration_s), name)
+    context = tuple((what, _usual_value(part, what)) for what in (span.group, span.place) if what)
+    return part._replace(is_broken_off=cycle.is_broken_off, context=context)
+
+
+def _usual_value(run: Run, what: str) -> Optional[float]:
+    """The value that a run has most often of a channel, by its label or topic."""
+    for channel in run.channels:
+        if what.strip('/') in (channel.label, channel.topic.strip('/')):
+            values = channel.values[np.isfinite(channel.values)]
+            found, counts = np.unique(values, return_counts=True)
+            return float(found[counts.argmax()]) if len(found) else None
+    return None

@@ -85,7 +85,8 @@ def _channel(samples: Samples) -> Channel:
             if source.quantity is Quantity.JOINT else sampled(samples)
     order = np.argsort(times_s, kind='stable')
     return Channel(source.device, source.channel_label, source.unit,
-                   _KINDS[source.quantity], times_s[order], values[order], source.tolerance)
+                   _KINDS[source.quantity], times_s[order], values[order], source.tolerance,
+                   source.value_names, source.topic)
 
 
 def _motions(recording: Recording, cell: Cell, samples: Sequence[Samples]) -> List[ToolMotion]:
@@ -122,7 +123,7 @@ def _events(samples: Sequence[Samples], events: Sequence[ProcessEvent]) -> List[
         order = np.argsort(it.times_s, kind='stable')  # a clock may have been set back
         found += [RunEvent(event.name, float(time_s)) for time_s in passages_s(
             it.times_s[order], it.values[order, 0], event.threshold, event.is_above,
-            event.hysteresis)]
+            event.hysteresis, event.lasting_s)]
     return found
 
 
