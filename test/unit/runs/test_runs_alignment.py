@@ -10,7 +10,7 @@ from made_runs import made_run
 from process_visualizer.runs.alignment.alignment import Means, aligned
 from process_visualizer.runs.alignment.common_events import common_events
 from process_visualizer.runs.alignment.time_map import time_map
-from process_visualizer.runs.run import Run, RunEvent
+from process_visualizer.runs.run import Run, RunEvent, ToolMotion
 
 TIMES = st.lists(st.floats(0.0, 100.0), min_size=1, max_size=20)
 MOVING_S = np.concatenate((np.arange(1.5, 4.5, 0.05), np.arange(6.5, 8.5, 0.05)))
@@ -81,6 +81,34 @@ def test_a_dwell_is_a_jump_of_the_map() -> None:
     found = aligned(made_run(), made_run(1, dwell_s=0.2)).time_map
     lost_s = found.to_run(np.array([5.5])) - found.to_run(np.array([4.5])) - 1.0
     assert lost_s == pytest.approx(0.2, abs=0.01)
+
+
+def moves_and_rests(slower: float, rests_s: 'list[float]') -> 'tuple[Run, np.ndarray]':
+    """A tool that moves to and fro, and the moments at which it begins and ends to do so."""
+    corners_s = np.cumsum([rests_s[0], *np.ravel([[1.5 * slower, it] for it in rests_s[1:]])])
+    times_s = np.arange(0.0, corners_s[-1], 0.01)
+    shares = [np.clip((times_s - begin) / (1.5 * slower), 0.0, 1.0) for begin in corners_s[:-1:2]]
+    smooth = [share ** 3 * (10.0 - 15.0 * share + 6.0 * share ** 2) for share in shares]
+    place = sum((-1) ** number * it for number, it in enumerate(smooth))
+    noise = np.random.default_rng(int(10 * slower)).normal(0.0, 5e-5, (len(times_s), 3))
+    positions = np.outer(place, [0.9, 0.3, 0.2]) + noise
+    motion = ToolMotion('arm', times_s, positions)
+    return Run('made', float(corners_s[-1]), (), (motion,)), corners_s
+
+
+@pytest.mark.parametrize('slower, longer_s', [(1.0, 2.0), (1.1, 0.0), (0.9, 1.0), (1.0, -0.4)])
+def test_tools_are_at_the_same_place_at_the_edges_of_rests(slower: float,
+                                                           longer_s: float) -> None:
+    rests_s = [0.7, 0.8, 0.5, 0.6]
+    reference, corners_s = moves_and_rests(1.0, rests_s)
+    rests_s[2] += longer_s
+    run, run_corners_s = moves_and_rests(slower, rests_s)
+    found = aligned(reference, run).time_map
+    shares = np.linspace(0.1, 0.9, 40)
+    for begin in range(0, len(corners_s) - 1, 2):
+        expected, there = (it[begin] + shares * (it[begin + 1] - it[begin])
+                           for it in (run_corners_s, corners_s))
+        assert np.abs(found.to_run(there) - expected).max() < 0.025
 
 
 def test_events_that_contradict_the_motion_do_not_bend_it() -> None:

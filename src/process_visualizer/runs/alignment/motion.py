@@ -12,6 +12,8 @@ from process_visualizer.runs.run import Run, ToolMotion
 
 _LEAST_SPEED_M_S = 0.002
 _SHARE_OF_FASTEST, _AROUND_S = 0.5, 0.5
+_NOISE_S = 0.1
+"""Speed is that of the motion within so long, else the noise of a tool at rest would be one."""
 
 
 class Motion(NamedTuple):
@@ -52,14 +54,23 @@ def velocities(motion: Motion) -> np.ndarray:
     return result
 
 
+def _speed(motion: Motion) -> np.ndarray:
+    positions, rows = motion.positions, np.arange(len(motion.positions))
+    reach = max(int(_NOISE_S * motion.rate_hz), 1)
+    begin, end = np.maximum(rows - reach, 0), np.minimum(rows + reach, len(rows) - 1)
+    way = positions[end] - positions[begin]
+    passed_s = np.maximum(end - begin, 1) / motion.rate_hz
+    result: np.ndarray = np.sqrt(np.nansum(way * way, axis=1)) / passed_s
+    return result
+
+
 def moving_rows(motion: Motion) -> np.ndarray:
     """Return in which rows (n,) (bool) the motion tells the time.
 
     Where a tool comes to rest, a small difference of its place would be a large one of time; so
     only what is at least half as fast as the fastest motion around it counts.
     """
-    velocity = velocities(motion)
-    speed = np.sqrt(np.nansum(velocity * velocity, axis=1))
+    speed = _speed(motion)
     fastest = moving_maximum(speed, int(_AROUND_S * motion.rate_hz))
     result: np.ndarray = speed > np.maximum(_SHARE_OF_FASTEST * fastest, _LEAST_SPEED_M_S)
     return result

@@ -7,6 +7,7 @@ from typing import Tuple
 import numpy as np
 
 from process_visualizer.runs.alignment.motion import Motion, moving_rows, velocities
+from process_visualizer.runs.alignment.rests import with_rests
 from process_visualizer.runs.alignment.time_map import TimeMap, time_map
 
 _ROUNDS, _FIRST_ROUNDS, _PARTS = 6, 3, 8
@@ -34,7 +35,7 @@ def refined(rough: TimeMap, reference: Motion, run: Motion) -> TimeMap:
                                    number >= _FIRST_ROUNDS)
         moved_s = found_s + np.clip(shift_s, -_FURTHEST_S, _FURTHEST_S)
         found_s = np.maximum.accumulate(_smooth(run_s, moved_s, weight, found_s))
-    return time_map(found_s, run_s)
+    return with_rests(time_map(found_s, run_s), weight > 0.0, reference, run)
 
 
 def _shift_s(reference: Motion, velocity: np.ndarray, moves: np.ndarray, found_s: np.ndarray,
