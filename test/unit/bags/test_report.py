@@ -331,6 +331,18 @@ def test_numbers_of_large_messages_are_read(tmp_path: Path) -> None:
         assert header_numbers(recording).tolist() == [1, -1, 2, -1, 5, -1]
 
 
+def test_a_definition_that_cannot_be_read_has_no_numbers(tmp_path: Path) -> None:
+    """As of a publisher that sends its own language; the bag is reported all the same."""
+    with rosbag.Bag(str(tmp_path / 'a.bag'), 'w') as bag:
+        for number in range(60):
+            bag.write('/h', Numbered(seq=number), Time(BEGIN_S + number, 0), connection_header={
+                'topic': '/h', 'type': 'a/B', 'md5sum': '0' * 32,
+                'message_definition': 'struct Header { int seq; };'})
+    with Recording([str(tmp_path / 'a.bag')]) as recording:
+        assert set(header_numbers(recording).tolist()) == {-1}
+        assert make_report(recording).topics[0].message_count == 60
+
+
 def test_an_empty_bag(tmp_path: Path) -> None:
     report = report_of(write(tmp_path / 'a.bag', []))
     assert report.topics == () and 'duration 0.0 s' in as_text(report)
