@@ -32,6 +32,7 @@ from process_visualizer.bags.recorder_topics import (
 from process_visualizer.bags.recording import Recording
 from process_visualizer.cell.stored_configuration import configuration_text, write_configuration
 from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.commands.command_line import main
 from process_visualizer.report.report import make_report
 from process_visualizer.report.report_text import as_json, as_text
 
@@ -53,6 +54,16 @@ def test_marks_of_the_bag_and_added_ones(tmp_path: Path) -> None:
         assert [mark.label for mark in read_marks(recording)] == [
             'first', 'one', 'between', 'zwei ü']
     assert Path(bag).read_bytes() == before
+
+
+def test_a_mark_by_the_command_is_within_the_bag(tmp_path: Path,
+                                                 capsys: pytest.CaptureFixture[str]) -> None:
+    bag = bag_with(tmp_path / 'a.bag', '/a', 'x', 'y', 'z')
+    assert main(['mark', bag, '1.5', 'thread breaks']) == 0
+    for position in ('2.1', '-0.1', 'nan'):
+        assert main(['mark', bag, position, 'nowhere']) == 1
+        assert 'a.bag goes from 0 to 2.000 s' in capsys.readouterr().err
+    assert added_marks(bag) == [Mark(2_500_000_000, 'thread breaks')]
 
 
 def test_the_last_mark_at_a_time() -> None:

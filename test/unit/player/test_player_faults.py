@@ -10,6 +10,7 @@ import pytest
 from recorded_rows import Row, cell_rows, serialised, write_bag
 from sensor_msgs.msg import Image
 from simulated_player import SimulatedPlayer
+from std_msgs.msg import Float32MultiArray
 
 from process_visualizer.bags.recording import Recording
 from process_visualizer.playback.topic_choice import TopicChoice
@@ -88,6 +89,13 @@ def test_a_message_that_does_not_fit_its_definition_is_left_out(play: Play, bag_
     player.end()
     assert '/image: the message at 0.500 s does not fit its definition' in player.state.gaps[0]
     assert len(player.of('/image')) == 25
+
+
+def test_a_message_with_an_odd_time_is_told(play: Play, bag_of: Any) -> None:
+    days_ms = 100 * 24 * 3600 * 1000
+    player = play(bag_of([*cell_rows(), Row('/tcf', days_ms, Float32MultiArray(data=[9.0]))]))
+    gap, = player.state.gaps
+    assert gap.startswith('/tcf: one message has a time far from that of all others')
 
 
 def test_a_bag_that_disappears_is_played_to_its_end(play: Play, bag_of: Any) -> None:
