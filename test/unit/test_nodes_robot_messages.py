@@ -49,6 +49,17 @@ def rotation(pose):
     return matrix_from_quaternion(pose.quaternion)
 
 
+@pytest.mark.parametrize(('decoders', 'message', 'problem'), [
+    (WRENCH_DECODERS, array(0.0, 1e38, 0.0), r'a force of 1e.38 N is out of any physical range'),
+    (WRENCH_DECODERS, array(0.0, 0.0, 0.0, -1e30, 0.0, 0.0), r'a torque of -1e.30 Nm'),
+    (WRENCH_DECODERS, wrench_stamped(-1e38), r'a force of -1e.38 N'),
+    (POSE_DECODERS, array(1e38, 0.0, 0.0), r'a position of 1e.38 m'),
+    (POSE_DECODERS, array(0.0, 0.0, 2e5, 0.0, 0.0, 0.0, 1.0), r'a position of 2e.05 m')])
+def test_what_is_out_of_any_physical_range_is_named(decoders, message, problem):
+    with pytest.raises(ValueError, match=problem):
+        decode(decoders, message)
+
+
 def test_tool_pose():
     vector = decode(POSE_DECODERS, array(0.5, 0.25, -1.0, 0.1, 0.2, 0.3))
     assert tuple(vector.position) == (0.5, 0.25, -1.0)

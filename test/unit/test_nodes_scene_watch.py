@@ -33,8 +33,10 @@ class Processes:
     def __init__(self, *nodes: str) -> None:
         self.running = set(nodes)
         self.hanging: Set[str] = set()
+        self.killed: Set[str] = set()
         self.publishers: Dict[str, List[str]] = {}
         self.is_master_there = True
+        self.parameters: Dict[str, Any] = {}
         self._questions: List[Tuple[str, socket.socket]] = []
 
     def getSystemState(self) -> List[Any]:
@@ -42,8 +44,13 @@ class Processes:
             raise rosgraph.MasterException('no master')
         return [list(self.publishers.items()), [], []]
 
+    def setParam(self, key: str, value: Any) -> None:
+        self.parameters[key] = value
+
     def lookupNode(self, node: str) -> str:
-        if node not in self.running:
+        if not self.is_master_there:
+            raise ConnectionError('no master')
+        if node not in self.running | self.killed:
             raise rosgraph.MasterException(f'unknown node {node}')
         return node
 
@@ -76,8 +83,13 @@ class Watch:
     def __init__(self) -> None:
         self.processes = Processes(STATE_PUBLISHER, PROCESSOR, '/c/depth_proc')
         self.node = SimulatedNode('/scene_watch')
-        master: Any = self.processes
-        self._watch = SceneWatch(self.node, master, PARAMETERS, self.processes.connect)
+        self.start()
+
+    def start(self) -> None:
+        """Begin, or begin anew after the last process of the node has ended."""
+        for name, value in self.processes.parameters.items():
+            self.node.set_param(name, value)
+        self._watch = SceneWatch(self.node, self.processes, PARAMETERS, self.processes.connect)
         self.wait(NOTICED_S)
 
     def wait(self, duration_s: float) -> None:
@@ -169,4 +181,46 @@ def test_a_master_that_does_not_answer_is_told_now_and_then(watch: Watch) -> Non
     watch.processes.is_master_there = False
     watch.wait(15.0)
     assert watch.node.log == 2 * [('warn', 'scene_watch: the master does not answer: no master')]
+    assert watch.words() == ''
+
+
+def test_one_that_had_ended_when_the_watch_was_started_anew_is_still_missed(watch: Watch) -> None:
+    watch.processes.running.remove(PROCESSOR)
+    watch.start()
+    watch.wait(NOTICED_S)
+    assert watch.words() == ''  # it may be starting as well
+    watch.wait(6.0)
+    assert watch.words() == 'r: robot_proc has ended, no arrows and numbers'
+    watch.processes.running.add(PROCESSOR)
+    watch.wait(2.0)
+    assert watch.words() == ''
+
+
+def test_one_that_was_killed_before_the_watch_began_is_missed(watch: Watch) -> None:
+    """The master knows it, and nobody listens there."""
+    watch.processes.killed.add(NEVER)
+    watch.wait(7.0)
+    assert watch.words() == 'r: variable_proc has ended, never started'
+
+
+def test_after_it_was_held_up_itself_nobody_is_said_to_be_silent(watch: Watch) -> None:
+    watch.processes.hanging.add(PROCESSOR)
+    for _ in range(5):
+        watch.node.advance(20.0)  # the process stood still, or the master held it up
+        watch.wait(STEP_S)
+        assert watch.words() == ''
+    watch.wait(NOTICED_S)
+    assert watch.words() == 'r: robot_proc does not answer, no arrows and numbers'
+
+
+def test_what_a_silent_master_was_not_asked_is_unknown(watch: Watch) -> None:
+    watch.processes.is_master_there = False
+    watch.processes.running.remove(PROCESSOR)
+    watch.wait(NOTICED_S)
+    assert watch.words() == 'r: robot_proc has ended, no arrows and numbers'  # nobody listens
+    watch.processes.running.add(PROCESSOR)  # at another address, which nobody can tell
+    watch.wait(10.0)
+    assert watch.words() == 'r: robot_proc has ended, no arrows and numbers'
+    watch.processes.is_master_there = True
+    watch.wait(4.0)
     assert watch.words() == ''

@@ -20,7 +20,7 @@ def process_id_at(uri: str) -> int:
         s.
         ValueError: the answer is not that of a master or node.
     """
-    with ServerProxy(uri, transport=_Transport()) as server:
+    with ServerProxy(uri, transport=LimitedTransport(ANSWER_TIMEOUT_S)) as server:
         answer: Any = server.getPid(CALLER_ID)
     if not isinstance(answer, list) or len(answer) != 3 or answer[0] != 1:
         raise ValueError(f'{uri} is not a ROS master or node')
@@ -40,10 +40,16 @@ def is_registered(name: str, master_uri: Optional[str] = None) -> bool:
     return True
 
 
-class _Transport(Transport):
+class LimitedTransport(Transport):
     """Does not wait for ever."""
 
+    def __init__(self, timeout_s: float) -> None:
+        """``timeout_s`` is how long it waits for each part of an answer."""
+        super().__init__()
+        self._timeout_s = timeout_s
+
     def make_connection(self, host: Any) -> Any:
+        """See Transport."""
         connection = super().make_connection(host)
-        connection.timeout = ANSWER_TIMEOUT_S
+        connection.timeout = self._timeout_s
         return connection

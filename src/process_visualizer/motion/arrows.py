@@ -11,6 +11,9 @@ FORCE_COLOR: Triple = (0.9, 0.05, 0.05)
 """The thesis' colours, red green blue from 0 to 1, where a configuration has no others."""
 
 
+_MOST_READ = 1e9
+
+
 def arrow_length(magnitude: float, scale: float, min_m: float, max_m: float) -> float:
     """Return the length [m] of an arrow: linear, within two limits (thesis section 5.3.2).
 
@@ -23,9 +26,13 @@ def arrow_length(magnitude: float, scale: float, min_m: float, max_m: float) -> 
 
 
 def format_value(label: str, value: float, unit: str, decimals: int) -> str:
-    """Return, for instance, 'v 0.052 m/s'; a value that rounds to zero has no minus sign."""
+    """Return, for instance, 'v 0.052 m/s'; a value that rounds to zero has no minus sign.
+
+    Of one with more digits than anybody reads only the first ones are written.
+    """
     number = round(value, decimals) + 0.0  # -0.0 + 0.0 is 0.0
-    return ' '.join(part for part in (label, f'{number:.{decimals}f}', unit) if part)
+    text = f'{number:.{decimals}f}' if abs(number) < _MOST_READ else f'{number:.3g}'
+    return ' '.join(part for part in (label, text, unit) if part)
 
 
 def format_age(label: str, age_s: float) -> str:

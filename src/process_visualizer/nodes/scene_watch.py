@@ -16,9 +16,15 @@ import rospy
 from std_msgs.msg import Float32
 from visualization_msgs.msg import MarkerArray
 
+from process_visualizer.nodes.common.asked_master import AskedMaster, Master
 from process_visualizer.nodes.common.markers import Pace, invisible_marker, text_marker
 from process_visualizer.nodes.common.node_handle import NodeHandle
-from process_visualizer.nodes.common.node_pulse import Connect, Pulses, connecting
+from process_visualizer.nodes.common.node_pulse import (
+    Connect,
+    LookupUnanswered,
+    Pulses,
+    connecting,
+)
 from process_visualizer.nodes.common.private_parameters import private_parameters
 from process_visualizer.nodes.common.process_end import start_node
 from process_visualizer.parameters.reading import ParameterError
@@ -29,6 +35,7 @@ TEXT_PERIOD_S = 0.2
 CALM_PERIOD_S = 1.0  # RViz has something to show, also when the frames come after it
 LOOKUP_PERIOD_S = 2.0
 LOG_PERIOD_S = 10.0
+SEEN = '~seen'
 AMBER = (1.0, 0.7, 0.1, 1.0)
 HEIGHT_M = 0.06
 OTHERS_MEANING = 'what it showed is out of date'
@@ -37,7 +44,7 @@ OTHERS_MEANING = 'what it showed is out of date'
 class SceneWatch:
     """Asks the nodes of all devices whether they are alive, and writes the problems."""
 
-    def __init__(self, node: NodeHandle, master: rosgraph.Master, parameters: SceneParameters,
+    def __init__(self, node: NodeHandle, master: Master, parameters: SceneParameters,
                  connect: Connect = connecting) -> None:
         """Advertise, and subscribe to the ages of clouds; see `Pulses` for ``connect``."""
         self._node, self._master = node, master
@@ -49,6 +56,10 @@ class SceneWatch:
         self._ages: Dict[str, Tuple[float, float]] = {}  # age [s], and when it was reported
         self._texts, self._calm = Pace(TEXT_PERIOD_S), Pace(CALM_PERIOD_S)
         self._lookups, self._log = Pace(LOOKUP_PERIOD_S), Pace(LOG_PERIOD_S)
+        self._is_master_silent = False
+        self._seen = frozenset(map(str, node.param(SEEN, [])))  # by its last process
+        known = {name for meanings in self._meanings.values() for name in meanings}
+        self._pulses.watch(self._seen & known, are_expected=True)
         self._publisher = node.publisher('~marker_array', MarkerArray, queue_size=1, latch=True)
         for device in self._devices:
             if device.age_topic:
@@ -65,9 +76,24 @@ class SceneWatch:
         if self._lookups.is_due(now_s):
             self._look_up_publishers()
         self._pulses.step(now_s, longest_s)
+        self._remember()
         problems = self.problems()
         if (self._texts if problems else self._calm).is_due(now_s):
             self._publish(problems)
+
+    def _remember(self) -> None:
+        """Keep the names of nodes that have answered for the next process of this node.
+
+        Otherwise one that has ended before that begins would never be missed.
+        """
+        answered = {name for name, node in self._pulses.nodes.items() if node.has_answered}
+        if answered <= self._seen or self._is_master_silent:
+            return
+        try:
+            self._master.setParam(self._node.resolve(SEEN), sorted(self._seen | answered))
+            self._seen |= answered
+        except (rosgraph.MasterException, OSError):
+            self._is_master_silent = True  # later
 
     def problems(self) -> Dict[str, List[str]]:
         """Return the present problems by device name."""
@@ -94,7 +120,9 @@ class SceneWatch:
         """Watch the publishers of displayed topics, besides the known nodes."""
         try:
             publishers = dict(self._master.getSystemState()[0])
+            self._is_master_silent = False
         except (rosgraph.MasterException, OSError) as error:
+            self._is_master_silent = True
             if self._log.is_due(self._node.monotonic_s()):
                 self._node.warn(f'scene_watch: the master does not answer: {error}')
             return
@@ -106,11 +134,16 @@ class SceneWatch:
             self._pulses.watch(meanings)
 
     def _uri(self, node: str) -> Optional[str]:
+        """See Lookup. A master that does not answer is asked again with the next look at it."""
+        if self._is_master_silent:
+            raise LookupUnanswered
         try:
-            uri: str = self._master.lookupNode(node)
-        except (rosgraph.MasterException, OSError):
+            return self._master.lookupNode(node)
+        except rosgraph.MasterException:
             return None
-        return uri
+        except OSError:
+            self._is_master_silent = True
+            raise LookupUnanswered from None
 
     def _on_age(self, device: str, message: Float32) -> None:
         self._ages[device] = message.data, self._node.monotonic_s()
@@ -125,4 +158,4 @@ def main() -> None:
         rospy.logfatal('%s', error)
         sys.exit(1)
     node = NodeHandle()
-    SceneWatch(node, rosgraph.Master(node.name), parameters).run()
+    SceneWatch(node, AskedMaster(node.name), parameters).run()

@@ -12,12 +12,19 @@ from process_visualizer.ros_names import SCENE_WATCH
 
 PERIOD_S = 0.3
 ANSWER_WITHIN_S = 0.5
+STARTS_WITHIN_S = 5.0
+"""Of a node that should be there, and has not answered yet."""
 ENDED, SILENT = 'has ended', 'does not answer'
 _LONGEST_ANSWER = 1 << 16
 _QUESTION = xmlrpc.client.dumps((f'/{SCENE_WATCH}',), 'getPid').encode()
 
 Lookup = Callable[[str], Optional[str]]
+"""Returns the URI of a node's slave API, None for an unknown node; or raises LookupUnanswered."""
 Connect = Callable[[str], socket.socket]
+
+
+class LookupUnanswered(Exception):
+    """The master did not say whether it knows a node: nothing is known of that."""
 
 
 def connecting(uri: str) -> socket.socket:
@@ -42,11 +49,25 @@ class NodePulse:
         """``name`` is the node's name; see `Pulses` for ``connect``."""
         self.name, self._connect = name, connect
         self.problem = ''  # ENDED, SILENT or nothing
+        self.is_expected = False  # it was there already, or the master knows it
         self._seen = self._is_sent = False
+        self._told_from_s: Optional[float] = None  # if it has not answered until then
         self._uri: Optional[str] = None
         self._received = b''
         self._connection: Optional[socket.socket] = None
         self._due_s = self._deadline_s = 0.0
+        self._is_late = False
+
+    @property
+    def has_answered(self) -> bool:
+        """Whether it has answered once."""
+        return self._seen
+
+    def postpone(self, late_s: float) -> None:
+        """Count the time in which nobody could listen for no silence of the node."""
+        self._deadline_s += late_s
+        if self._told_from_s is not None:
+            self._told_from_s += late_s
 
     def next_s(self) -> float:
         """Return when something must be done for this node."""
@@ -56,6 +77,9 @@ class NodePulse:
         """Ask the node if it is time; give up a question that was not answered in time."""
         if now_s < self.next_s():
             return
+        if self._told_from_s is None:
+            self._told_from_s = now_s + STARTS_WITHIN_S
+        self._is_late = now_s >= self._told_from_s
         if self._connection is not None:
             self._end(selector, SILENT)
         else:
@@ -69,7 +93,8 @@ class NodePulse:
                 self._send(selector)
                 return
             part = self._connection.recv(65536)
-        except OSError:
+        except OSError as error:
+            self._take_refusal(error)
             self._end(selector, ENDED)
             return
         self._received += part
@@ -78,18 +103,26 @@ class NodePulse:
 
     def _ask(self, now_s: float, lookup: Lookup, selector: selectors.BaseSelector) -> None:
         self._due_s, self._deadline_s = now_s + PERIOD_S, now_s + ANSWER_WITHIN_S
-        self._uri = self._uri or lookup(self.name)
+        try:
+            self._uri = self._uri or lookup(self.name)
+        except LookupUnanswered:
+            return  # it is as it was
         if self._uri is None:
             self._note(ENDED)
             return
         self._received, self._is_sent = b'', False
         try:
             self._connection = self._connect(self._uri)
-        except OSError:
+        except OSError as error:
+            self._take_refusal(error)
             self._uri = None
             self._note(ENDED)
             return
         selector.register(self._connection, selectors.EVENT_WRITE, self)
+
+    def _take_refusal(self, error: OSError) -> None:
+        """A node that the master knows, and whose computer says that nobody listens, was there."""
+        self.is_expected = self.is_expected or isinstance(error, ConnectionError)
 
     def _send(self, selector: selectors.BaseSelector) -> None:
         assert self._connection is not None
@@ -111,8 +144,9 @@ class NodePulse:
         self._note(problem)
 
     def _note(self, problem: str) -> None:
-        """Remember the problem; a node that has never answered has not started yet."""
-        self.problem = problem if self._seen else ''
+        """Remember the problem; a node that has never answered may not have started yet."""
+        is_there = self._seen or (self.is_expected and self._is_late)
+        self.problem = problem if is_there else ''
 
 
 class Pulses:
@@ -122,17 +156,19 @@ class Pulses:
         """Watch no node at first.
 
         Args:
-            lookup: returns the URI of a node's slave API, None for an unknown node.
+            lookup: see Lookup.
             connect: returns a socket that is being connected to a URI, or raises OSError.
         """
         self._lookup, self._connect = lookup, connect
         self._selector = selectors.DefaultSelector()
+        self._listened_s: Optional[float] = None
         self.nodes: Dict[str, NodePulse] = {}
 
-    def watch(self, names: Iterable[str]) -> None:
-        """Watch further nodes."""
+    def watch(self, names: Iterable[str], are_expected: bool = False) -> None:
+        """Watch further nodes; those that ``are_expected`` are missed soon if they do not start."""
         for name in names:
-            self.nodes.setdefault(name, NodePulse(name, self._connect))
+            node = self.nodes.setdefault(name, NodePulse(name, self._connect))
+            node.is_expected = node.is_expected or are_expected
 
     def step(self, now_s: float, longest_s: float) -> None:
         """Ask the nodes that are due, and wait for answers for a limited time.
@@ -141,10 +177,18 @@ class Pulses:
             now_s: the present time of a clock that does not jump.
             longest_s: how long to wait.
         """
+        self._receive(0.0)  # what has come while nobody listened
+        late_s = 0.0 if self._listened_s is None else now_s - self._listened_s
+        self._listened_s = now_s
         for node in self.nodes.values():
+            if late_s > ANSWER_WITHIN_S:
+                node.postpone(late_s)
             node.act(now_s, self._lookup, self._selector)
         next_s = min((node.next_s() for node in self.nodes.values()), default=now_s + longest_s)
-        for key, _ in self._selector.select(min(max(next_s - now_s, 0.0), longest_s)):
+        self._receive(min(max(next_s - now_s, 0.0), longest_s))
+
+    def _receive(self, longest_s: float) -> None:
+        for key, _ in self._selector.select(longest_s):
             key.data.receive(self._selector)
 
 

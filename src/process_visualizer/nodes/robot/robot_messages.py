@@ -18,6 +18,9 @@ from process_visualizer.motion.rotations import (
 from process_visualizer.nodes.robot.message_reader import Decoder
 from process_visualizer.ros_names import FLOAT_ARRAY, POSE_STAMPED, WRENCH_STAMPED
 
+_FARTHEST_M, _LARGEST_FORCE_N, _LARGEST_TORQUE_NM = 1e5, 1e7, 1e7
+"""Far beyond what any robot reaches or bears."""
+
 
 @dataclass(frozen=True)
 class ToolPose:
@@ -43,6 +46,7 @@ class Wrench:
 def _pose_from_array(message: bytes) -> ToolPose:
     """Read x y z [m], and a rotation vector [rad] (Universal Robots) or a quaternion x y z w."""
     values = _finite(float32_values(message))
+    _in_range(values[:3], 'position', _FARTHEST_M, 'm')
     if len(values) == 3:
         return ToolPose(values, has_rotation=False)
     if len(values) == 6:
@@ -58,7 +62,8 @@ def _pose_from_pose_stamped(message: bytes) -> ToolPose:
     position, rotation = stamped.pose.position, stamped.pose.orientation
     quaternion = _finite((rotation.x, rotation.y, rotation.z, rotation.w))
     return _with_rotation(ToolPose(
-        _finite(_numbers(position)), frame=stamped.header.frame_id.lstrip('/'),
+        _in_range(_finite(_numbers(position)), 'position', _FARTHEST_M, 'm'),
+        frame=stamped.header.frame_id.lstrip('/'),
         stamp_s=stamped.header.stamp.to_sec()), quaternion)
 
 
@@ -68,14 +73,19 @@ def _wrench_from_array(message: bytes) -> Wrench:
     if len(values) not in (3, 6):
         raise ValueError('3 values (a force) or 6 (a force and a torque) are expected, '
                          f'not {len(values)}')
-    return Wrench(values[:3], values[3:] if len(values) == 6 else (0.0, 0.0, 0.0))
+    return _wrench(values[:3], values[3:] if len(values) == 6 else (0.0, 0.0, 0.0))
 
 
 def _wrench_from_wrench_stamped(message: bytes) -> Wrench:
     stamped = deserialize(WrenchStamped, message)
-    return Wrench(_finite(_numbers(stamped.wrench.force)),
-                  _finite(_numbers(stamped.wrench.torque)),
-                  stamped.header.frame_id.lstrip('/'))
+    return _wrench(_finite(_numbers(stamped.wrench.force)),
+                   _finite(_numbers(stamped.wrench.torque)),
+                   stamped.header.frame_id.lstrip('/'))
+
+
+def _wrench(force: Sequence[float], torque: Sequence[float], frame: str = '') -> Wrench:
+    return Wrench(_in_range(force, 'force', _LARGEST_FORCE_N, 'N'),
+                  _in_range(torque, 'torque', _LARGEST_TORQUE_NM, 'Nm'), frame)
 
 
 POSE_DECODERS: Dict[str, Decoder[ToolPose]] = {
@@ -100,6 +110,14 @@ def _numbers(vector: Any) -> Sequence[float]:
 def _finite(values: Sequence[float]) -> Sequence[float]:
     if not all(map(math.isfinite, values)):
         raise ValueError('it holds NaN or infinity')
+    return values
+
+
+def _in_range(values: Sequence[float], what: str, largest: float, unit: str) -> Sequence[float]:
+    """Return values that a robot can have; raise ValueError for others, which nobody should see."""
+    if max(map(abs, values), default=0.0) > largest:
+        raise ValueError(f'a {what} of {max(values, key=abs):.3g} {unit} is out of any physical '
+                         f'range (up to {largest:g} {unit})')
     return values
 
 

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A master that is asked: it answers, refuses, hangs, or is none."""
+from __future__ import annotations
+
+import socket
+import threading
+from contextlib import contextmanager
+from typing import Any, Iterator
+from xmlrpc.server import SimpleXMLRPCServer
+
+import pytest
+import rosgraph
+
+from process_visualizer.nodes.common.asked_master import AskedMaster
+
+
+@contextmanager
+def served(**functions: Any) -> Iterator[str]:
+    with SimpleXMLRPCServer(('127.0.0.1', 0), logRequests=False) as server:
+        for name, function in functions.items():
+            server.register_function(function, name)
+        thread = threading.Thread(target=server.serve_forever, args=(0.01,))
+        thread.start()
+        yield f'http://127.0.0.1:{server.server_address[1]}/'
+        server.shutdown()
+        thread.join()
+
+
+def test_what_it_answers_and_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
+    told = []
+    with served(lookupNode=lambda caller, node: [1, '', f'{caller} {node}'],
+                getSystemState=lambda caller: [-1, 'not now', 0],
+                setParam=lambda *values: [1, '', told.append(values) or 0]) as uri:
+        monkeypatch.setenv('ROS_MASTER_URI', uri)
+        master = AskedMaster('/me')
+        assert master.lookupNode('/a') == '/me /a'
+        master.setParam('/a/seen', ['/b'])
+        assert told == [('/me', '/a/seen', ['/b'])]
+        with pytest.raises(rosgraph.MasterException, match='not now'):
+            master.getSystemState()
+
+
+def test_one_that_hangs_or_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    with socket.create_server(('127.0.0.1', 0)) as server:
+        monkeypatch.setenv('ROS_MASTER_URI', f'http://127.0.0.1:{server.getsockname()[1]}/')
+        with pytest.raises(OSError):
+            AskedMaster('/me').lookupNode('/a')
+    with pytest.raises(OSError):
+        AskedMaster('/me').getSystemState()
+    with served(getSystemState=lambda caller: 'text') as uri:
+        monkeypatch.setenv('ROS_MASTER_URI', uri)
+        with pytest.raises(OSError):
+            AskedMaster('/me').getSystemState()
