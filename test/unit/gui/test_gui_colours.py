@@ -9,11 +9,14 @@ from typing import List
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from PyQt5.QtCore import QRect, Qt
 from PyQt5.QtGui import QColor
+from PyQt5.QtWidgets import QRadioButton, QTreeWidget, QTreeWidgetItem, QVBoxLayout, QWidget
 
 from process_visualizer.gui.toolkit.colours import contrast, readable_colour
-from process_visualizer.gui.toolkit.style import apply_theme
+from process_visualizer.gui.toolkit.style import apply_style, apply_theme
 from process_visualizer.gui.toolkit.theme import DARK, LIGHT, Theme, theme
+from process_visualizer.gui.views.parts.row_delegate import RowDelegate
 
 GUI = Path(__file__).parents[3] / 'src/process_visualizer/gui'
 LITERAL = re.compile(r"'#[0-9a-fA-F]{3,8}'|Qt\.white|Qt\.black|QColor\(\d")
@@ -25,7 +28,8 @@ PAIRS += [(text, behind) for text in ('text', 'quiet', 'bad')
           for behind in ('behind_bad', 'behind_warning', 'behind_good')]
 PAIRS += [('on_signal', behind) for behind in ('accent', 'warning', 'bad', 'text', 'loop')]
 PAIRS += [('text', 'button'), ('text', 'row')]
-INDICATORS = ('indicator', 'window'), ('indicator', 'paper'), ('text', 'indicator')
+INDICATORS = (('indicator', 'window'), ('indicator', 'paper'), ('indicator_tick', 'indicator'),
+              ('indicator_off_tick', 'indicator_off'))
 
 parts = st.floats(0.0, 1.0)
 themes = pytest.mark.parametrize('colours', [LIGHT, DARK], ids=['light', 'dark'])
@@ -85,3 +89,54 @@ def test_boxes_and_ticks_are_seen_on_dark_windows(inside: str, behind: str) -> N
     """On a light one they have an outline."""
     assert contrast(QColor(getattr(DARK, inside)),
                     QColor(getattr(DARK, behind))) >= GRAPHICS_CONTRAST
+
+
+def pixels(widget: QWidget, area: QRect) -> List[QColor]:
+    image = widget.grab(area).toImage()
+    return [image.pixelColor(x, y) for x in range(image.width()) for y in range(image.height())]
+
+
+def close_to(colour: QColor, name: str) -> bool:
+    wanted = QColor(getattr(theme(), name))
+    return max(abs(a - b) for a, b in zip(colour.getRgb(), wanted.getRgb())) < 60
+
+
+@themes
+def test_ticks_of_rows_are_seen_whatever_colour_the_row_has(qtbot, qapp, colours: Theme) -> None:
+    apply_style(qapp, colours)
+    tree = QTreeWidget()
+    tree.setItemDelegate(RowDelegate(tree))
+    qtbot.addWidget(tree)
+    states = (Qt.Unchecked, Qt.PartiallyChecked, Qt.Checked)
+    for state in states:
+        item = QTreeWidgetItem(tree, ['curve'])
+        item.setCheckState(0, state)
+        item.setForeground(0, QColor(colours.indicator))  # as the box: no contrast at all
+    tree.show()
+    inked = {}
+    for row, state in enumerate(states):
+        place = tree.visualItemRect(tree.topLevelItem(row))
+        box = QRect(place.left() + 5, place.center().y() - 3, 9, 8)  # inside of its outline
+        found = pixels(tree.viewport(), box)
+        inked[state] = sum(close_to(it, 'indicator_tick') for it in found)
+        assert sum(close_to(it, 'indicator') for it in found) > len(found) // 3
+    assert inked[Qt.Unchecked] == 0
+    assert min(inked[Qt.PartiallyChecked], inked[Qt.Checked]) >= 8
+
+
+@themes
+def test_radio_buttons_are_rings_and_the_chosen_one_has_a_dot(qtbot, qapp,
+                                                              colours: Theme) -> None:
+    apply_style(qapp, colours)
+    group = QWidget()
+    qtbot.addWidget(group)
+    layout = QVBoxLayout(group)
+    buttons = [QRadioButton('') for _ in range(2)]
+    for button in buttons:
+        layout.addWidget(button)
+    buttons[0].setChecked(True)
+    group.show()
+    for button in buttons:
+        found = pixels(button, QRect(0, 0, 16, button.height()))
+        ink = sum(close_to(it, 'text') for it in found)
+        assert (ink > 30) is button.isChecked() and ink > 8, ink

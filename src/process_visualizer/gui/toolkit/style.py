@@ -24,10 +24,15 @@ _ROLES = {
 }
 _ON_PRIMARY = (QPalette.BrightText, QPalette.HighlightedText)
 _DISABLED_ROLES = (QPalette.WindowText, QPalette.Text, QPalette.ButtonText)
-_WITH_INDICATOR = ('QCheckBox', 'QRadioButton')
 _SHEET = """
 QGroupBox { border: 0; margin-top: 1.6em; padding: 0; font-weight: bold; }
 QGroupBox::title { subcontrol-origin: margin; subcontrol-position: top left; padding: 0; }
+QRadioButton::indicator { width: 12px; height: 12px; border-radius: 7px;
+  border: 1px solid palette(window-text); background: palette(base); }
+QRadioButton::indicator:focus, QRadioButton::indicator:hover { border-color: palette(link); }
+QRadioButton::indicator:checked { background: qradialgradient(cx: 0.5, cy: 0.5, radius: 0.5,
+  fx: 0.5, fy: 0.5, stop: 0 palette(text), stop: 0.55 palette(text), stop: 0.65 palette(base),
+  stop: 1 palette(base)); }
 QToolTip { border: 1px solid palette(mid); padding: 3px; }
 """
 """For all widgets, whatever the theme: another sheet would mean to polish all of them again."""
@@ -54,8 +59,7 @@ def apply_theme(app: QApplication, wanted: Theme) -> None:
     """Give an application, and all of its widgets, the colours of a theme."""
     with _no_widget_collected():
         app.setPalette(palette(wanted))
-        for kind in _WITH_INDICATOR:
-            app.setPalette(_indicator_palette(wanted), kind)
+        app.setPalette(_check_box_palette(wanted), 'QCheckBox')
         recolour(app)
 
 
@@ -94,11 +98,21 @@ def palette(wanted: Theme) -> QPalette:
     return colours
 
 
-def _indicator_palette(wanted: Theme) -> QPalette:
-    """In Fusion the outline of an indicator is darker than the window: not seen on a dark one."""
+def _check_box_palette(wanted: Theme) -> QPalette:
     colours = palette(wanted)
-    colours.setColor(QPalette.Base, QColor(wanted.indicator))
+    colour_indicators(colours, wanted)
     return colours
+
+
+def colour_indicators(colours: QPalette, wanted: Theme) -> None:
+    """Let boxes, ticks and dots be seen: Fusion's outline is darker than the window.
+
+    What is written beside the box of a QCheckBox has another role than the tick.
+    """
+    colours.setColor(QPalette.Base, QColor(wanted.indicator))
+    colours.setColor(QPalette.Text, QColor(wanted.indicator_tick))
+    colours.setColor(QPalette.Disabled, QPalette.Base, QColor(wanted.indicator_off))
+    colours.setColor(QPalette.Disabled, QPalette.Text, QColor(wanted.indicator_off_tick))
 
 
 def tabular_font(font: QFont) -> QFont:

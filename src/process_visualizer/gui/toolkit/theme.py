@@ -35,6 +35,9 @@ class Theme:
     disabled_text: str
     disabled_shape: str
     indicator: str  # of a check box or radio button, inside
+    indicator_tick: str
+    indicator_off: str  # where nothing can be ticked
+    indicator_off_tick: str
     groove: str  # of a slider
     loop: str
     loop_off: str
@@ -59,9 +62,10 @@ LIGHT = Theme(
     paper='#ffffff', on_signal='#ffffff', behind_bad='#fdf4f3', behind_warning='#fdf8ef',
     behind_good='#f2f9f4', used='#93b4c8', shape='#3c454d', waiting='#7a8590', tick='#aab2b9',
     band='#cfe0ea', band_line='#7fa3b8',
-    disabled_text='#a3abb2', disabled_shape='#b4bbc1', indicator='#ffffff', groove='#dde2e6',
-    loop='#8a5fb0', loop_off='#a0a8af', row='#f7f8f9', button='#fafbfb', light='#ffffff',
-    midlight='#eceff1', mid='#c3c9ce', dark='#9aa3ab', shadow='#6b747c', primary='#1f6f9f',
+    disabled_text='#a3abb2', disabled_shape='#b4bbc1', indicator='#ffffff',
+    indicator_tick='#23292f', indicator_off='#f3f5f6', indicator_off_tick='#a3abb2',
+    groove='#dde2e6', loop='#8a5fb0', loop_off='#a0a8af', row='#f7f8f9', button='#fafbfb',
+    light='#ffffff', midlight='#eceff1', mid='#c3c9ce', dark='#9aa3ab', shadow='#6b747c', primary='#1f6f9f',
     primary_hovered='#2a7fb3', primary_pressed='#185a82', primary_focus='#8fb8d0',
     primary_off='#d9dee2', primary_off_text='#87919a')
 
@@ -71,9 +75,10 @@ DARK = Theme(
     paper='#171b1e', on_signal='#14181b', behind_bad='#38221f', behind_warning='#352b1a',
     behind_good='#1b3025', used='#3f6d8a', shape='#c4ccd3', waiting='#8d99a4', tick='#69737c',
     band='#26404f', band_line='#55798d',
-    disabled_text='#69727a', disabled_shape='#59626a', indicator='#66727c', groove='#363e45',
-    loop='#b794dc', loop_off='#77818a', row='#1b2024', button='#2a3036', light='#3a424a',
-    midlight='#323940', mid='#454e56', dark='#101316', shadow='#0a0c0e', primary='#1f6f9f',
+    disabled_text='#69727a', disabled_shape='#59626a', indicator='#d3dae0',
+    indicator_tick='#14181b', indicator_off='#454e56', indicator_off_tick='#98a3ad',
+    groove='#363e45', loop='#b794dc', loop_off='#77818a', row='#1b2024', button='#2a3036',
+    light='#3a424a', midlight='#323940', mid='#454e56', dark='#101316', shadow='#0a0c0e', primary='#1f6f9f',
     primary_hovered='#2a7fb3', primary_pressed='#185a82', primary_focus='#8fb8d0',
     primary_off='#2c3339', primary_off_text='#77818a')
 
