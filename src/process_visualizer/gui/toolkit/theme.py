@@ -65,9 +65,9 @@ LIGHT = Theme(
     disabled_text='#a3abb2', disabled_shape='#b4bbc1', indicator='#ffffff',
     indicator_tick='#23292f', indicator_off='#f3f5f6', indicator_off_tick='#a3abb2',
     groove='#dde2e6', loop='#8a5fb0', loop_off='#a0a8af', row='#f7f8f9', button='#fafbfb',
-    light='#ffffff', midlight='#eceff1', mid='#c3c9ce', dark='#9aa3ab', shadow='#6b747c', primary='#1f6f9f',
-    primary_hovered='#2a7fb3', primary_pressed='#185a82', primary_focus='#8fb8d0',
-    primary_off='#d9dee2', primary_off_text='#87919a')
+    light='#ffffff', midlight='#eceff1', mid='#c3c9ce', dark='#9aa3ab', shadow='#6b747c',
+    primary='#1f6f9f', primary_hovered='#2a7fb3', primary_pressed='#185a82',
+    primary_focus='#8fb8d0', primary_off='#d9dee2', primary_off_text='#87919a')
 
 DARK = Theme(
     accent='#62b0de', text='#e3e7ea', quiet='#a4aeb7', grid='#262c32', line='#3c444c',
@@ -78,9 +78,9 @@ DARK = Theme(
     disabled_text='#69727a', disabled_shape='#59626a', indicator='#d3dae0',
     indicator_tick='#14181b', indicator_off='#454e56', indicator_off_tick='#98a3ad',
     groove='#363e45', loop='#b794dc', loop_off='#77818a', row='#1b2024', button='#2a3036',
-    light='#3a424a', midlight='#323940', mid='#454e56', dark='#101316', shadow='#0a0c0e', primary='#1f6f9f',
-    primary_hovered='#2a7fb3', primary_pressed='#185a82', primary_focus='#8fb8d0',
-    primary_off='#2c3339', primary_off_text='#77818a')
+    light='#3a424a', midlight='#323940', mid='#454e56', dark='#101316', shadow='#0a0c0e',
+    primary='#1f6f9f', primary_hovered='#2a7fb3', primary_pressed='#185a82',
+    primary_focus='#8fb8d0', primary_off='#2c3339', primary_off_text='#77818a')
 
 
 def theme() -> Theme:
