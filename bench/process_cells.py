@@ -15,8 +15,10 @@ import numpy as np
 from process_visualizer.runs.run import (
     Channel,
     ChannelKind,
+    Context,
     Run,
     RunEvent,
+    RunPhase,
     ToolForce,
     ToolMotion,
 )
@@ -30,6 +32,7 @@ _GAIN = {'force': 0.02, 'current': 0.015, 'torque': 0.015, 'flow': 0.015, 'press
          'vacuum': 0.01}
 _UNITS = {'force': 'N', 'current': 'A', 'torque': 'Nm', 'flow': 'ml/s', 'pressure': 'bar',
           'vacuum': 'kPa'}
+_WAITS = (RunPhase('wait', 'waits', 'goes on', True),)
 _DIRECTION = np.array([0.2, 0.1, 0.97])
 PITCH_M = 0.12
 
@@ -257,11 +260,22 @@ class _Maker:
                                     np.linalg.norm(vectors, axis=1)))
         channels += [self._sensor(it) for it in self._cell.quantities if it != 'force']
         channels += [self._temperature(), *self._plc()]
-        events = (RunEvent('cycle begins', REST_S),
-                  RunEvent('cycle ends', self.duration_s - REST_S))
+        events = [RunEvent('cycle begins', REST_S),
+                  RunEvent('cycle ends', self.duration_s - REST_S)]
+        for step, begin_s, took_s in zip(self._steps, self._starts_s, self._durations_s):
+            if step.is_wait:
+                events += [RunEvent('waits', float(begin_s)),
+                           RunEvent('goes on', float(begin_s + took_s))]
         run = Run(f'{self._cell.name} {self._kind or "good"} {self._seed}', self.duration_s,
-                  tuple(channels), (ToolMotion('robot', times_s, at),), events, forces=forces)
+                  tuple(channels), (ToolMotion('robot', times_s, at),),
+                  tuple(sorted(events, key=lambda it: it.time_s)), forces=forces,
+                  phases=_WAITS, **self._context())
         return MadeRun(run, self._fault())
+
+    def _context(self) -> Dict[str, Context]:
+        label = self._cell.number_label
+        context = ((label, float(self._number)),)
+        return {} if not label else {'place' if label == 'pattern_index' else 'context': context}
 
     def _fault(self) -> Optional[Fault]:
         if not self._kind:

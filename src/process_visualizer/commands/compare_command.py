@@ -61,13 +61,15 @@ def execute_runs(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
         events = ', '.join(f'{event.name} at {clock(run.begin_s + event.time_s)}'
                            for event in run.events[:6])
         say(f'{run.name:{width}}  from {clock(run.begin_s)}, {run.duration_s:.1f} s'
-            + ''.join(f', {what} {_number(value)}' for what, value in run.context)
+            + ''.join(f', {what} {_number(value)}' for what, value in run.context + run.place)
             + (', broken off' if run.is_broken_off else '') + (f': {events}' if events else ''))
     return 0
 
 
 def execute_compare(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
-    """Compare runs with good ones; return 0 if all stay within the band, otherwise 2.
+    """Compare runs with good ones; return 0 if all stay within the band, 2 if one leaves it.
+
+    3 is returned if none leaves it, but there is nothing by which one of them can be judged.
 
     Raises:
         TooFewRuns: for the rate that was asked for.
@@ -83,7 +85,9 @@ def execute_compare(options: argparse.Namespace, arguments: Dict[str, str]) -> i
     say(as_json(good, found) if options.json else as_text(good, found))
     if options.report is not None:
         _write_report(options, chosen, good, found)
-    return 2 if any(it.departures for it in found) else 0
+    if any(it.departures for it in found):
+        return 2
+    return 3 if any(it.why_not for it in found) else 0
 
 
 def _check(options: argparse.Namespace) -> None:
@@ -142,7 +146,7 @@ def _number(value: Optional[float]) -> str:
 def _entry(run: Run) -> Dict[str, object]:
     return {'name': run.name, 'begin_s': round(run.begin_s, 3),
             'duration_s': round(run.duration_s, 3), 'is_broken_off': run.is_broken_off,
-            'context': dict(run.context),
+            'context': dict(run.context + run.place),
             'events': [{'name': it.name, 'time_s': round(run.begin_s + it.time_s, 3)}
                        for it in run.events],
             'channels': [f'{it.device} {it.label}' for it in run.channels]}

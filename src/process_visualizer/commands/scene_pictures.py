@@ -39,7 +39,8 @@ def scene_pictures(cell: Cell, good: GoodRuns,
     Raises:
         SceneError: there is no RViz or no screen, or they do not do what they should; says why.
     """
-    poor = [it for it in comparisons if it.departures][:MOST_SCENES]
+    poor = [it for it in comparisons
+            if it.departures and good.of(it.run) is good][:MOST_SCENES]
     if not poor:
         return (None,) * len(comparisons)
     _check_rviz()

@@ -82,12 +82,22 @@ class RunEvent(NamedTuple):
     time_s: float
 
 
+class RunPhase(NamedTuple):
+    """A part of a run between two of its events; a wait may take any time."""
+
+    name: str
+    begin: str
+    end: str
+    is_wait: bool
+
+
 class Run(NamedTuple):
     """A run; its times count from its begin, which is at ``begin_s`` of its recording.
 
     ``recording`` are the files of that, in their order; ``configuration`` is the same in runs that
     were recorded with the same one, empty if it is not known. One that ``is_broken_off`` never came
-    to its end. Of runs with the same ``context`` the same is expected.
+    to its end. Of runs with the same ``context`` the same is expected, of those with the same
+    ``place`` also that the tools are at the same places.
     """
 
     name: str
@@ -101,6 +111,21 @@ class Run(NamedTuple):
     configuration: str = ''
     is_broken_off: bool = False
     context: Context = ()
+    place: Context = ()
+    phases: Tuple[RunPhase, ...] = ()
+
+    @property
+    def waits_s(self) -> Tuple[Tuple[float, float], ...]:
+        """Begin and end [s] of each phase that may take any time."""
+        found = []
+        for phase in self.phases:
+            ends = [it.time_s for it in self.events if it.name == phase.end]
+            begins = [it.time_s for it in self.events if it.name == phase.begin]
+            for begin_s, next_s in zip(begins, [*begins[1:], self.duration_s]):
+                end_s = next((it for it in ends if begin_s < it <= next_s), None)
+                if phase.is_wait and end_s is not None:
+                    found.append((begin_s, end_s))
+        return tuple(sorted(found))
 
     @property
     def by_key(self) -> Mapping[Key, Channel]:

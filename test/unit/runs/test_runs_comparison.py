@@ -23,7 +23,7 @@ from process_visualizer.runs.comparison.timeline_bands import timeline_bands
 from process_visualizer.runs.comparison.verdict import verdict
 from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.runs.deviation.band import TooFewRuns
-from process_visualizer.runs.run import Channel, ChannelKind, Run, part_of
+from process_visualizer.runs.run import Channel, ChannelKind, Run, RunPhase, part_of
 
 
 def pushed(process_s: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -345,6 +345,44 @@ def test_a_reference_that_is_none_is_left_out(count: int) -> None:
         assert [it for it in good.notes if 'run 50 stands out' in it] and len(good.notes) == 1
         found = good.compare(made_run(77, value=lambda process_s, values: 1.2 * values))
         assert found.departures[0].signal.name == 'robot tool force'
+
+
+def test_a_run_is_judged_by_those_of_its_variant() -> None:
+    def of(seed: int, variant: float, force: float = 1.0) -> Run:
+        run = made_run(seed, value=lambda process_s, values: force * values)
+        return run._replace(context=(('variant', variant),))
+    good = GoodRuns(of(1, 1.0), [*(of(seed, 1.0) for seed in range(2, 7)),
+                                 *(of(seed, 2.0, 2.0) for seed in range(7, 13))])
+    assert good.compare(of(77, 1.0)).departures == ()
+    assert good.compare(of(77, 2.0, 2.0)).departures == ()
+    assert good.compare(of(77, 1.0, 2.0)).departures != ()
+    unknown = good.compare(of(77, 3.0))
+    assert verdict(unknown) == 'is not judged: there is no good run of variant 3'
+    judged = json.loads(as_json(good, [unknown]))['runs'][0]
+    assert (judged['is_judged'], judged['is_within']) == (False, False)
+
+
+def test_the_place_of_a_pattern_is_that_of_good_runs_at_it() -> None:
+    def at(seed: int, index: int, offset_m: float) -> Run:
+        def aside(process_s: np.ndarray, places: np.ndarray) -> np.ndarray:
+            share = np.clip(process_s - 2.0, 0.0, 1.0) * np.clip(8.0 - process_s, 0.0, 1.0)
+            return places + share[:, np.newaxis] * (0.0, offset_m, 0.0)
+        return made_run(seed, place=aside)._replace(place=(('index', float(index)),))
+    good = GoodRuns(at(1, 0, 0.0), [at(seed, seed % 4, 0.1 * (seed % 4)) for seed in range(2, 14)])
+    assert good.compare(at(77, 2, 0.2)).departures == ()
+    wrong = good.compare(at(77, 2, 0.3)).departures[0]
+    assert wrong.signal.kind.value in ('place', 'speed')
+    assert 'no good run of index 9' in as_text(good, [good.compare(at(77, 9, 0.2))])
+
+
+def test_a_wait_may_take_any_time() -> None:
+    def waiting(seed: int, wait_s: float) -> Run:
+        run = made_run(seed, dwell_s=wait_s, events=(('waits', 2.999), ('goes on', 3.001)))
+        return run._replace(phases=(RunPhase('operator', 'waits', 'goes on', True),))
+    good = GoodRuns(waiting(1, 1.0))
+    for wait_s in (0.3, 1.2, 9.0):
+        assert good.compare(waiting(77, wait_s)).departures == ()
+    assert GoodRuns(waiting(1, 1.0)._replace(phases=())).compare(waiting(77, 9.0)).departures != ()
 
 
 def test_what_lasts_is_found_though_no_single_moment_shows_it() -> None:

@@ -17,26 +17,32 @@ from typing import (
 import numpy as np
 
 from process_visualizer.runs.alignment.alignment import Alignment, Means
-from process_visualizer.runs.alignment.anchors import Anchor, aligned_at
+from process_visualizer.runs.alignment.anchors import Anchor, aligned_at, with_anchor
 from process_visualizer.runs.deviation.band import (
     FEWEST_RUNS,
     RELATIVE_TOLERANCE,
     USUAL_RATE,
     Band,
     BandLearner,
+    SignalBand,
     TooFewRuns,
     fewest_runs,
     most_of,
+    signal_tolerance,
+    widened,
 )
 from process_visualizer.runs.deviation.departures import Departure, departures, ranked, spans
 from process_visualizer.runs.deviation.signals import Columns, Signal, SignalKind, grid_s, signals
 from process_visualizer.runs.deviation.state_order import StateFault, StateOrder
-from process_visualizer.runs.run import Key, Run, fingerprint
+from process_visualizer.runs.run import Context, Key, Run, fingerprint
 from process_visualizer.runs.states import States, is_sequence, states
 
 _LEAST_SHARE = 0.8
 """Of the reference, or of the run: if less than that has a counterpart in the other, it is told."""
 
+_OF_PLACE = (SignalKind.PLACE, SignalKind.JOINT, SignalKind.SPEED)
+_FEW_PLACES = 4
+"""So few good runs of other places do not tell how long the way to this one takes."""
 _WRONG_STATE, _STATE_KNOWN_S = 10.0, 0.05
 """How severe a wrong state is, and how well its time is known."""
 _FOLLOWING = (SignalKind.STATE, SignalKind.TIMING, SignalKind.NOISE)
@@ -60,7 +66,10 @@ class Unjudged(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """What came of a run: its signals on the reference's clock, and where they left a band."""
+    """What came of a run: its signals on the reference's clock, and where they left a band.
+
+    ``why_not`` says why it was not judged, if it was not.
+    """
 
     run: Run
     alignment: Alignment
@@ -69,6 +78,7 @@ class Comparison(NamedTuple):
     departures: Tuple[Departure, ...]
     notes: Tuple[str, ...]
     unjudged: Tuple[Unjudged, ...] = ()
+    why_not: str = ''
 
     def run_s(self, reference_s: float) -> float:
         """Return the time of the run [s from its begin] that belongs to one of the reference."""
@@ -106,12 +116,20 @@ class GoodRuns:
         if not reference.channels and not reference.motions:
             raise ValueError(f'{reference.name} has no variable, force or motion to compare')
         given = _distinct([reference, *others])
-        runs = [it for it in given if not it.is_broken_off] or given[:1]
+        whole = [it for it in given if not it.is_broken_off] or given[:1]
+        runs = [it for it in whole if it.context == whole[0].context]
+        self._elsewhere: Dict[Context, List[Run]] = {}
+        for run in whole:
+            if run.context != whole[0].context:
+                self._elsewhere.setdefault(run.context, []).append(run)
+        self._others: Dict[Context, GoodRuns] = {}
+        self._of_place: Dict[Tuple[int, ...], Dict[Signal, SignalBand]] = {}
         if rate is not None and len(runs) - 1 < fewest_runs(rate):
             raise TooFewRuns(f'{len(runs) - 1} good runs beside the reference cannot support a '
                              f'rate of {rate:g}; it takes {fewest_runs(rate)}')
         self._asked_rate, self._tolerance = rate, tolerance
-        notes = [f'{it.name} was broken off; it is left out' for it in given if it not in runs]
+        notes = [f'{it.name} was broken off; it is left out' for it in given
+                 if it.is_broken_off and it is not runs[0]]
         most = len(runs) - most_of(len(runs))
         while True:
             self._learn(runs, len(runs) - most)
@@ -123,6 +141,18 @@ class GoodRuns:
                 break
         self.band = self._band(None)
         self.notes = tuple(notes)
+
+    def of(self, run: Run) -> Optional['GoodRuns']:
+        """Return the good runs that a run is judged by: those of its variant and place, if any."""
+        if run.context == self.reference.context:
+            return self
+        if run.context not in self._others and run.context in self._elsewhere:
+            first, *rest = self._elsewhere[run.context]
+            rate = self._asked_rate
+            if rate is not None and len(rest) < fewest_runs(rate):
+                rate = None
+            self._others[run.context] = GoodRuns(first, rest, rate, self._tolerance)
+        return self._others.get(run.context)
 
     def _learn(self, runs: Sequence[Run], most_left_out: int) -> None:
         self.reference = runs[0]
@@ -156,12 +186,19 @@ class GoodRuns:
 
         ``anchors`` are moments that belong together because the operator says so.
         """
+        good = self.of(run)
+        if good is None:
+            why_not = f'there is no good run of {_context_text(run.context)}'
+            return Comparison(run, aligned_at(self.reference, run, anchors), {}, Band({}, 0), (),
+                              (), (), why_not)
+        if good is not self:
+            return good.compare(run, anchors)
         alignment, columns = self._columns(run, anchors)
         own_print = fingerprint(run)
         own = next((row for row, it in enumerate(self._good) if it.fingerprint == own_print), None)
         if len(self._good) <= FEWEST_RUNS:  # so few others are no measure
             own = None
-        band = self.band if own is None else self._band(own)
+        band = self._band_of_place(run, own, self.band if own is None else self._band(own))
         found = ranked([*departures(self.times_s, columns, band),
                         *self._state_departures(run, alignment, own)])
         notes = [*alignment.notes, *self._notes(run, alignment, columns)]
@@ -180,7 +217,7 @@ class GoodRuns:
 
     def _columns(self, run: Run,
                  anchors: Sequence[Anchor] = ()) -> Tuple[Alignment, Columns]:
-        alignment = aligned_at(self.reference, run, anchors)
+        alignment = aligned_at(self.reference, run, anchors or _wait_anchors(self.reference, run))
         return alignment, signals(self.reference, run, alignment.time_map)
 
     def _band(self, without: Optional[int]) -> Band:
@@ -191,6 +228,32 @@ class GoodRuns:
         if without is not None and rate is not None and runs < fewest_runs(rate):
             rate = None
         return self._learner.band(rate, without)
+
+    def _band_of_place(self, run: Run, own: Optional[int], band: Band) -> Band:
+        """The band, in which good runs of the same place tell where the tools are.
+
+        What follows from the place, and no such run tells of, is not judged.
+        """
+        if all(it.run.place == run.place for it in self._good):
+            return band
+        alike = tuple(row for row, it in enumerate(self._good)
+                      if it.run.place == run.place and row != own)
+        dropped = _OF_PLACE if len(self._good) > _FEW_PLACES else (*_OF_PLACE, SignalKind.TIMING)
+        found = {signal: limits for signal, limits in band.signals.items()
+                 if signal.kind not in dropped}
+        if alike:
+            if alike not in self._of_place:
+                self._of_place[alike] = self._learned_of_place(alike)
+            found.update(self._of_place[alike])
+        return band._replace(signals=found)
+
+    def _learned_of_place(self, alike: Sequence[int]) -> Dict[Signal, SignalBand]:
+        """Where the tools were; as time is found by the motion to another place, with a margin."""
+        columns = [self._good[row].columns for row in alike]
+        band = BandLearner(columns, self._tolerance).band()
+        return {signal: widened(limits._replace(half_width=limits.half_width + signal_tolerance(
+                    signal, columns[0][signal], self._tolerance)))
+                for signal, limits in band.signals.items() if signal.kind in _OF_PLACE}
 
     def _notes(self, run: Run, alignment: Alignment, columns: Columns) -> List[str]:
         notes = []
@@ -204,6 +267,9 @@ class GoodRuns:
             notes.append(f'aligned by {alignment.means.value}: there is no motion that both have')
         else:
             notes += _pace(alignment)
+        if all(it.run.place != run.place for it in self._good):
+            notes.append('not judged: where the tools are, as there is no good run of '
+                         f'{_context_text(run.place)}')
         notes += self._missing(run)
         known = {run.configuration, self.reference.configuration} - {''}
         if len(known) > 1:
@@ -232,6 +298,24 @@ class GoodRuns:
                 more = f' and {len(only) - 4} more' if len(only) > 4 else ''
                 notes.append(f'only {where} has {names}{more}')
         return notes
+
+
+def _context_text(context: Context) -> str:
+    """What decides what is expected, and its value, in words."""
+    return ', '.join(f'{name} {"unknown" if value is None else format(value, "g")}'
+                     for name, value in context) or 'no variant'
+
+
+def _wait_anchors(reference: Run, run: Run) -> List[Anchor]:
+    """Where waits begin and end: how long they take says nothing of which moments are the same."""
+    mine, theirs = reference.waits_s, run.waits_s
+    if len(mine) != len(theirs):
+        return []
+    anchors = (Anchor(*it) for one, other in zip(mine, theirs) for it in zip(one, other))
+    found: Tuple[Anchor, ...] = ()
+    for anchor in anchors:
+        found = with_anchor(found, anchor)
+    return list(found)
 
 
 def _distinct(runs: Sequence[Run]) -> List[Run]:

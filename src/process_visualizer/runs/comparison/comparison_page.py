@@ -47,7 +47,7 @@ def comparison_page(good: GoodRuns, comparisons: Sequence[Comparison],
         parts.append(_summary(comparisons))
     pictures = dict(zip(map(id, comparisons), scenes))
     for it in poor[:_MOST_RUNS]:
-        parts += _details(good, it, pictures.get(id(it)))
+        parts += _details(good.of(it.run) or good, it, pictures.get(id(it)))
     if len(poor) > _MOST_RUNS:
         parts.append(f'<p>{len(poor) - _MOST_RUNS} more runs are not shown in detail.</p>')
     return ('<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'

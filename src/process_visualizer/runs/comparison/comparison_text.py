@@ -52,8 +52,9 @@ def _run(comparison: Comparison) -> Dict[str, Any]:
     run = comparison.run
     return {'name': run.name, 'begin_s': round(run.begin_s, 3),
             'duration_s': round(run.duration_s, 3), 'aligned_by': comparison.alignment.means.name,
-            'is_within': not comparison.departures, 'verdict': verdict(comparison),
-            'notes': list(comparison.notes),
+            'is_judged': not comparison.why_not,
+            'is_within': not comparison.departures and not comparison.why_not,
+            'verdict': verdict(comparison), 'notes': list(comparison.notes),
             'not_judged': [{'device': it.signal.device, 'signal': it.signal.label,
                             'from_s': round(it.begin_s, 3), 'to_s': round(it.end_s, 3)}
                            for it in comparison.unjudged],

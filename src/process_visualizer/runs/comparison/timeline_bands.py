@@ -8,7 +8,7 @@ import numpy as np
 
 from process_visualizer.runs.comparison.comparison import Comparison
 from process_visualizer.runs.deviation.departures import outside
-from process_visualizer.runs.deviation.signals import SignalKind
+from process_visualizer.runs.deviation.signals import RATE_HZ, SignalKind
 from process_visualizer.runs.run import Key
 
 SHOWN = (SignalKind.VARIABLE, SignalKind.FORCE, SignalKind.SPEED, SignalKind.STATE)
@@ -46,6 +46,7 @@ def timeline_bands(times_s: np.ndarray, comparisons: Sequence[Comparison], durat
             if signal.kind not in SHOWN or signal.over_s or signal not in comparison.columns:
                 continue
             it = found.setdefault((signal.device, signal.label), _empty(columns))
+            times_s = np.arange(len(band.middle)) / RATE_HZ  # of runs of another group, another one
             is_out = outside(comparison.columns[signal], band)
             it.low[rows] = np.interp(at_s, times_s, band.middle - band.half_width, np.nan, np.nan)
             it.high[rows] = np.interp(at_s, times_s, band.middle + band.half_width, np.nan, np.nan)

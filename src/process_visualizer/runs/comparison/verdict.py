@@ -12,6 +12,8 @@ _MOST_FOLLOWERS = 2
 def verdict(comparison: Comparison) -> str:
     """Return whether, when and with what a run left the band first, and what followed."""
     found = comparison.departures
+    if comparison.why_not:
+        return f'is not judged: {comparison.why_not}'
     if not found:
         return 'stays within the band'
     first = found[0]

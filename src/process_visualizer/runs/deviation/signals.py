@@ -32,6 +32,7 @@ MEAN_ROWS = int(0.1 * RATE_HZ)
 _LOST_WITHIN_S = 0.5
 _SLOW_S, _FEW = 0.25, 4
 """What comes more seldom, or so few times, has the value that holds."""
+_NEAR_WAIT_S = 0.1
 _NEAR_GAP_S = 0.4
 """So near to a gap in the motion it is not known well which moment of the reference it is."""
 TIMING_LABEL, SLOWER_LABEL, NOISE_SUFFIX = 'time lost', 'slower by', ' noise'
@@ -99,7 +100,7 @@ def signals(reference: Run, run: Run, time_map: TimeMap) -> Columns:
     run_s = np.where((run_s >= 0.0) & (run_s <= run.duration_s), run_s, np.nan)
     others = {motion.device: motion for motion in run.motions}
     unsure = _unsure(reference, run, times_s, run_s)
-    found = _timing(times_s, run_s, unsure)
+    found = _timing(times_s, run_s, unsure | _waits(reference, times_s))
     run_s = np.where(unsure, np.nan, run_s)
     for motion in reference.motions:
         if motion.device in others and len(motion.times_s) and len(others[motion.device].times_s):
@@ -121,6 +122,14 @@ def _unsure(reference: Run, run: Run, times_s: np.ndarray, run_s: np.ndarray) ->
                 if len(it.times_s)]
         if gaps:
             found |= np.logical_and.reduce(gaps)
+    return found
+
+
+def _waits(reference: Run, times_s: np.ndarray) -> np.ndarray:
+    """Return where (t,) (bool) the process may take any time."""
+    found = np.zeros(len(times_s), bool)
+    for begin_s, end_s in reference.waits_s:
+        found |= (times_s >= begin_s - _NEAR_WAIT_S) & (times_s <= end_s + _NEAR_WAIT_S)
     return found
 
 

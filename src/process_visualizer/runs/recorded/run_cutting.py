@@ -8,7 +8,7 @@ import numpy as np
 
 from process_visualizer.cell.model import RunSpan
 from process_visualizer.runs.event import Cycle, cycles
-from process_visualizer.runs.run import Run, part_of
+from process_visualizer.runs.run import Context, Run, part_of
 
 
 class NoCycle(ValueError):
@@ -44,8 +44,12 @@ def _run(whole: Run, span: RunSpan, cycle: Cycle, name: str) -> Run:
     after_s = 0.0 if cycle.is_broken_off else span.after_s
     part = part_of(whole, max(cycle.begin_s - span.before_s, 0.0),
                    min(cycle.end_s + after_s, whole.duration_s), name)
-    context = tuple((what, _usual_value(part, what)) for what in (span.group, span.place) if what)
-    return part._replace(is_broken_off=cycle.is_broken_off, context=context)
+    return part._replace(is_broken_off=cycle.is_broken_off, context=_context(part, span.group),
+                         place=_context(part, span.place))
+
+
+def _context(run: Run, what: str) -> Context:
+    return ((what, _usual_value(run, what)),) if what else ()
 
 
 def _usual_value(run: Run, what: str) -> Optional[float]:

@@ -25,6 +25,7 @@ from process_visualizer.runs.run import (
     Key,
     Run,
     RunEvent,
+    RunPhase,
     ToolForce,
     ToolMotion,
 )
@@ -58,7 +59,9 @@ def read_run(recording: Recording, cell: Cell,
                tuple(sorted(_events(events, cell.events) + _marks(recording),
                             key=lambda it: it.time_s)), recording=recording.paths,
                forces=tuple(_forces(recording, channels)),
-               configuration='' if stored is None else repr(stored))
+               configuration='' if stored is None else repr(stored),
+               phases=tuple(RunPhase(it.name, it.begin, it.end, it.is_wait)
+                            for it in cell.phases))
 
 
 def _event_source(event: ProcessEvent) -> CurveSource:
