@@ -62,5 +62,8 @@ SENSOR_TYPES = frozenset((
     'sensor_msgs/PointCloud2', 'stereo_msgs/DisparityImage'))
 """Of messages that show what was at which place at their stamp."""
 
+SILENT_NODE_KEY, CONCERNED_KEY = 'silent_node', 'concerned'
+"""Of a status on /diagnostics about a node that does not answer: its name, and that of its device
+('' for a node of the program itself)."""
 LIMIT_KEY = 'beyond_limit'
 """Of a status on /diagnostics about a variable beyond its limits: how far it went."""

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
+import socket
+from contextlib import suppress
 from typing import Any, List, Tuple
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
 from simulated_node import SimulatedNode
 
 from process_visualizer.motion.frame_tree import FrameTree
 from process_visualizer.nodes.frame_publisher import FramePublisher
 from process_visualizer.parameters.frame_parameters import read_frames
 from process_visualizer.parameters.reading import ParameterError
+from process_visualizer.ros_names import SILENT_NODE_KEY
 from process_visualizer.srv import SetFrameRequest, SetFrameResponse
 
 FRAMES = [{'parent': 'world', 'child': '/r/link0', 'xyz': [1, 2, 3], 'ypr': [math.pi / 2, 0, 0]},
@@ -19,11 +23,72 @@ FRAMES = [{'parent': 'world', 'child': '/r/link0', 'xyz': [1, 2, 3], 'ypr': [mat
 ZERO = (0.0, 0.0, 0.0)
 
 
+class Watch:
+    """The master, and the node scene_watch as far as it can be asked."""
+
+    def __init__(self) -> None:
+        self.is_there, self.answers = True, True
+        self._questions: List[socket.socket] = []
+
+    def getSystemState(self) -> List[Any]:
+        raise AssertionError('nobody asks')
+
+    def setParam(self, key: str, value: Any) -> None:
+        raise AssertionError(f'nobody sets {key} to {value}')
+
+    def lookupNode(self, node: str) -> str:
+        if not self.is_there:
+            raise ConnectionError('no master')
+        assert node == '/scene_watch'
+        return node
+
+    def connect(self, _uri: str) -> socket.socket:
+        ours, theirs = socket.socketpair()
+        ours.setblocking(False)
+        self._questions.append(theirs)
+        return ours
+
+    def answer(self) -> None:
+        """Answer all questions, unless it hangs."""
+        for question in self._questions if self.answers else ():
+            with suppress(BrokenPipeError):
+                question.recv(4096)
+                question.sendall(b'HTTP/1.0 200 OK\r\n\r\n<methodResponse></methodResponse>')
+            question.close()
+        if self.answers:
+            self._questions.clear()
+
+
 @pytest.fixture
-def node() -> SimulatedNode:
+def watch() -> Watch:
+    return Watch()
+
+
+@pytest.fixture
+def node(watch: Watch) -> SimulatedNode:
     found = SimulatedNode('/cell_frames')
-    FramePublisher(found, FrameTree(read_frames(FRAMES)))
+    FramePublisher(found, FrameTree(read_frames(FRAMES)), watch, watch.connect)
     return found
+
+
+def test_the_watch_is_watched(node: SimulatedNode, watch: Watch) -> None:
+    def told(answers: bool) -> List[Any]:
+        watch.answers = answers
+        node.sent('/diagnostics').clear()
+        for _ in range(20):
+            node.advance(0.1)
+            watch.answer()
+        return [it for message in node.sent('/diagnostics') for it in message.status]
+
+    assert told(True) == []
+    silent = told(False)[-1]
+    assert (silent.level, silent.message) == (
+        DiagnosticStatus.WARN,
+        'scene_watch does not answer: nobody says which other nodes do not answer')
+    assert {it.key: it.value for it in silent.values}[SILENT_NODE_KEY] == '/scene_watch'
+    assert told(True)[-1].level == DiagnosticStatus.OK
+    watch.is_there = False
+    assert told(True) == []
 
 
 def numbers(transform: Any) -> List[float]:

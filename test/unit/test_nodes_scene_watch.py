@@ -14,6 +14,7 @@ from visualization_msgs.msg import Marker
 
 from process_visualizer.nodes.scene_watch import SceneWatch
 from process_visualizer.parameters.scene_parameters import SceneParameters, WatchedDevice
+from process_visualizer.ros_names import CONCERNED_KEY
 
 STATE_PUBLISHER, PROCESSOR, NEVER = '/r/robot_state_publisher', '/r/robot_proc', '/r/variable_proc'
 PARAMETERS = SceneParameters('r/link0', (
@@ -201,6 +202,21 @@ def test_one_that_was_killed_before_the_watch_began_is_missed(watch: Watch) -> N
     watch.processes.killed.add(NEVER)
     watch.wait(7.0)
     assert watch.words() == 'r: variable_proc has ended, never started'
+
+
+def test_own_nodes_of_the_program_are_watched_too_and_it_is_told(watch: Watch) -> None:
+    watch.processes.running.add('/cell_frames')
+    watch.wait(NOTICED_S)
+    watch.processes.hanging.update(('/cell_frames', PROCESSOR))
+    watch.wait(2.0)
+    assert watch.words('the cell') == 'the cell: cell_frames does not answer, no frame can be moved'
+    told = {it.message: {value.key: value.value for value in it.values}
+            for it in watch.node.sent('/diagnostics')[-1].status}
+    assert told['cell_frames does not answer: no frame can be moved'][CONCERNED_KEY] == ''
+    assert told['robot_proc does not answer: no arrows and numbers'][CONCERNED_KEY] == 'r'
+    watch.processes.hanging.clear()
+    watch.wait(2.0)
+    assert {it.message for it in watch.node.sent('/diagnostics')[-1].status} == {'all is well'}
 
 
 def test_after_it_was_held_up_itself_nobody_is_said_to_be_silent(watch: Watch) -> None:

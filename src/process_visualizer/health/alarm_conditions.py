@@ -2,8 +2,9 @@
 """What is wrong with a running cell: dead nodes, silent topics, values beyond limits, losses."""
 from __future__ import annotations
 
-from typing import Iterable, List, Mapping, Optional, Sequence, Tuple
+from typing import Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 
+from process_visualizer.generate.plan import FRAMES_PART
 from process_visualizer.health.alarm_board import Action, Condition
 from process_visualizer.health.device_state import Level, Line, node_line
 from process_visualizer.health.near_objects import NearObject
@@ -11,7 +12,7 @@ from process_visualizer.health.node_warnings import NodeWarning
 from process_visualizer.health.object_spans import ObjectSpans
 from process_visualizer.launching.node_state import NodeReport, NodeState
 from process_visualizer.launching.part_report import PartReport, PartState
-from process_visualizer.ros_names import LIMIT_KEY
+from process_visualizer.ros_names import CONCERNED_KEY, LIMIT_KEY, SILENT_NODE_KEY
 
 
 def part_conditions(source: str, report: PartReport, restart: Action) -> List[Condition]:
@@ -69,6 +70,19 @@ def limit_conditions(device: str, warnings: Iterable[NodeWarning],
                       (Action.REPLAY, Action.ACKNOWLEDGE), since_s=it.since_s + epoch_s,
                       is_latched=True)
             for it in warnings if LIMIT_KEY in it.values]
+
+
+def silence_conditions(warnings: Iterable[NodeWarning]) -> List[Condition]:
+    """Return which nodes do not answer, as the nodes say that ask all others."""
+    found: Dict[str, Condition] = {}
+    for it in warnings:
+        node = it.values.get(SILENT_NODE_KEY)
+        if node is not None:
+            device = it.values.get(CONCERNED_KEY, '')
+            actions = (Action.RESTART_DEVICE,) if device else (Action.RESTART_PART,)
+            found.setdefault(node, Condition(device or 'cell', node, it.text, Level.BAD, actions,
+                                             device or FRAMES_PART, node))
+    return list(found.values())
 
 
 def object_conditions(device: str, near: Iterable[NearObject],

@@ -4,38 +4,77 @@ from __future__ import annotations
 
 import sys
 import threading
-from typing import Any, Dict, Mapping
+from typing import Any, Dict, Mapping, Optional
 from xml.etree import ElementTree
 
+import rosgraph
 import rospy
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from tf2_msgs.msg import TFMessage
 
 from process_visualizer.motion.frame_tree import Frame, FrameTree
 from process_visualizer.motion.rotations import quaternion_from_ypr
+from process_visualizer.nodes.common.asked_master import AskedMaster, Master
 from process_visualizer.nodes.common.node_handle import NodeHandle
+from process_visualizer.nodes.common.node_pulse import (
+    SILENT,
+    Connect,
+    LookupUnanswered,
+    Pulses,
+    connecting,
+)
 from process_visualizer.nodes.common.process_end import spin_to_end, start_node
+from process_visualizer.nodes.common.silent_nodes import SilentNode, SilentNodes
 from process_visualizer.parameters.frame_parameters import read_frames
-from process_visualizer.ros_names import CELL_FRAMES, STATIC_TF_TOPIC
+from process_visualizer.ros_names import CELL_FRAMES, SCENE_WATCH, STATIC_TF_TOPIC
 from process_visualizer.srv import SetFrame, SetFrameRequest, SetFrameResponse
+
+_WATCH = f'/{SCENE_WATCH}'
+_PERIOD_S, _LISTEN_S = 0.2, 0.1
 
 
 class FramePublisher:
     """Publishes the frames, latched and all in one message, and moves them with a service."""
 
-    def __init__(self, node: NodeHandle, tree: FrameTree) -> None:
-        """Advertise, and publish the frames."""
+    def __init__(self, node: NodeHandle, tree: FrameTree, master: Optional[Master] = None,
+                 connect: Connect = connecting) -> None:
+        """Advertise, and publish the frames; ask ``scene_watch``, as it asks all others.
+
+        See `Pulses` for ``connect``.
+        """
         self._node = node
+        self._master: Master = master or AskedMaster(node.name)
+        self._silent = SilentNodes(node)
+        self._pulses = Pulses(self._uri, connect)
+        self._pulses.watch([_WATCH])
         self._tree = tree
         self._lock = threading.Lock()  # each service call has a thread of its own
         self._publisher = node.publisher(STATIC_TF_TOPIC, TFMessage, latch=True)
         self._publish()
         node.serve('~set_frame', SetFrame, self._on_set_frame)
+        node.worker(self._look, 'watch').wake()
 
     def _publish(self) -> None:
         now = self._node.now()
         frames = [transform_message(frame, now) for frame in self._tree.frames()]
         self._publisher.publish(TFMessage(frames))
+
+    def _look(self) -> float:
+        """Ask the watch; return when to ask again [s]."""
+        self._pulses.step(self._node.monotonic_s(), _LISTEN_S)
+        is_silent = self._pulses.nodes[_WATCH].problem == SILENT
+        self._silent.tell({_WATCH: SilentNode('', 'nobody says which other nodes do not answer')}
+                          if is_silent else {})
+        return _PERIOD_S
+
+    def _uri(self, node: str) -> Optional[str]:
+        """See Lookup."""
+        try:
+            return self._master.lookupNode(node)
+        except rosgraph.MasterException:
+            return None
+        except OSError:
+            raise LookupUnanswered from None
 
     def _on_set_frame(self, request: SetFrameRequest) -> SetFrameResponse:
         with self._lock:

@@ -20,6 +20,7 @@ from process_visualizer.nodes.common.asked_master import AskedMaster, Master
 from process_visualizer.nodes.common.markers import Pace, invisible_marker, text_marker
 from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.nodes.common.node_pulse import (
+    SILENT,
     Connect,
     LookupUnanswered,
     Pulses,
@@ -27,15 +28,22 @@ from process_visualizer.nodes.common.node_pulse import (
 )
 from process_visualizer.nodes.common.private_parameters import private_parameters
 from process_visualizer.nodes.common.process_end import start_node
+from process_visualizer.nodes.common.silent_nodes import SilentNode, SilentNodes
 from process_visualizer.parameters.reading import ParameterError
-from process_visualizer.parameters.scene_parameters import SceneParameters
-from process_visualizer.ros_names import SCENE_WATCH
+from process_visualizer.parameters.scene_parameters import SceneParameters, WatchedDevice
+from process_visualizer.ros_names import CELL_FRAMES, GHOST, SCENE_WATCH, SENSOR_FIT
 
 TEXT_PERIOD_S = 0.2
 CALM_PERIOD_S = 1.0  # RViz has something to show, also when the frames come after it
 LOOKUP_PERIOD_S = 2.0
 LOG_PERIOD_S = 10.0
 SEEN = '~seen'
+ITSELF = 'the cell'
+ABOVE_ALL_M = (0.0, 0.0, 1.2)
+OWN_NODES = {
+    f'/{CELL_FRAMES}': 'no frame can be moved', f'/{SENSOR_FIT}': 'no sensor can be placed',
+    f'/{GHOST}': 'the other run is out of date'}
+"""The program's own nodes, and what it means that one is gone. Player and recorder come and go."""
 AMBER = (1.0, 0.7, 0.1, 1.0)
 HEIGHT_M = 0.06
 OTHERS_MEANING = 'what it showed is out of date'
@@ -48,7 +56,10 @@ class SceneWatch:
                  connect: Connect = connecting) -> None:
         """Advertise, and subscribe to the ages of clouds; see `Pulses` for ``connect``."""
         self._node, self._master = node, master
-        self._frame, self._devices = parameters.frame, parameters.devices
+        self._frame = parameters.frame
+        self._devices = (*parameters.devices, WatchedDevice(
+            ITSELF, parameters.frame, ABOVE_ALL_M, OWN_NODES, ()))
+        self._silent = SilentNodes(node)
         self._stale_after_s = parameters.stale_after_s
         self._pulses = Pulses(self._uri, connect)
         self._meanings: Dict[str, Dict[str, str]] = {
@@ -77,9 +88,18 @@ class SceneWatch:
             self._look_up_publishers()
         self._pulses.step(now_s, longest_s)
         self._remember()
+        self._silent.tell(self._silent_nodes())
         problems = self.problems()
         if (self._texts if problems else self._calm).is_due(now_s):
             self._publish(problems)
+
+    def _silent_nodes(self) -> Dict[str, SilentNode]:
+        """Those that hang; what has ended is known to whoever has started it."""
+        devices = {device.name for device in self._devices} - {ITSELF}
+        return {name: SilentNode(device if device in devices else '', meaning)
+                for device, meanings in self._meanings.items()
+                for name, meaning in meanings.items()
+                if name in self._pulses.nodes and self._pulses.nodes[name].problem == SILENT}
 
     def _remember(self) -> None:
         """Keep the names of nodes that have answered for the next process of this node.

@@ -43,7 +43,7 @@ from process_visualizer.health.alarm_board import Action, Condition
 from process_visualizer.health.node_warnings import NodeWarnings, Severity
 from process_visualizer.launching.node_state import NodeReport, NodeState
 from process_visualizer.launching.part_report import PartReport, PartState
-from process_visualizer.ros_names import LIMIT_KEY
+from process_visualizer.ros_names import CONCERNED_KEY, LIMIT_KEY, SILENT_NODE_KEY
 
 ARM = Device(DeviceType.ROBOT, 'arm', Location('cell.xml', 1))
 CELL = Cell('cell.xml', 'world', (ARM,))
@@ -103,6 +103,20 @@ def stand(qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterat
     made.strip.show()
     yield made
     rmtree(made.launch.folder)
+
+
+def test_a_node_that_hangs_is_an_alarm_until_it_answers(stand: Stand) -> None:
+    for device, source in (('arm', 'arm'), ('', 'cell')):
+        for node in ('/scene_watch', '/cell_frames'):  # both may say so
+            stand.said.take_state(node, '/x/variable_proc', Severity.WARNING,
+                                  'variable_proc does not answer: no limits', stand.now_s,
+                                  {SILENT_NODE_KEY: '/x/variable_proc', CONCERNED_KEY: device})
+        stand.warnings.look()
+        assert stand.texts() == [f'{source}: variable_proc does not answer: no limits']
+        for node in ('/scene_watch', '/cell_frames'):
+            stand.said.take_state(node, '/x/variable_proc', None, '', stand.now_s, {})
+        stand.warnings.look()
+        assert stand.says_no_alarms()
 
 
 def test_nothing_is_wrong(stand: Stand) -> None:

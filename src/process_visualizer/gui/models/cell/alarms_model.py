@@ -21,6 +21,7 @@ from process_visualizer.health.alarm_conditions import (
     loss_conditions,
     part_conditions,
     recorded_conditions,
+    silence_conditions,
     topic_conditions,
 )
 
@@ -150,6 +151,7 @@ class AlarmsModel(QObject):
             restart = Action.RESTART_RVIZ if part == RVIZ_PART else Action.RESTART_PART
             if part in self._launch.reports:
                 found += part_conditions(title, self._launch.reports[part], restart)
+        found += silence_conditions(self._states.watch_warnings())
         if running.mode is Mode.PLAYBACK:
             return [*found, *recorded_conditions(self._recorded, self._position_s),
                     *self._objects]

@@ -23,6 +23,7 @@ from process_visualizer.health.device_state import (
 )
 from process_visualizer.health.node_warnings import NodeWarning, by_node
 from process_visualizer.health.topic_watch import TopicWatch
+from process_visualizer.ros_names import CELL_FRAMES, SCENE_WATCH
 
 PART_TITLES = {FRAMES_PART: 'frames', BAG_PART: 'recorder or player', RVIZ_PART: 'RViz'}
 
@@ -74,6 +75,10 @@ class DeviceStatesModel(QObject):
         report = self._launch.reports.get(device)
         nodes = set() if report is None else {node.name for node in report.nodes}
         return by_node(self._warnings.present, nodes)
+
+    def watch_warnings(self) -> Tuple[NodeWarning, ...]:
+        """Return what the nodes say that ask all others whether they answer."""
+        return by_node(self._warnings.present, {f'/{SCENE_WATCH}', f'/{CELL_FRAMES}'})
 
     def trouble(self, devices: Tuple[Device, ...]) -> Line:
         """Return the worst state of devices and of the program's own parts, with its name."""
