@@ -95,7 +95,7 @@ def _run(launch_file: str, choice: Choice) -> int:
             signal.signal(number, handler)
     if orphans:
         say(f'ended {len(orphans)} processes that roslaunch had left')
-    return _exit_code(run)
+    return exit_code(run)
 
 
 def raise_stop_once(_number: int, _frame: Optional[FrameType]) -> None:
@@ -105,8 +105,8 @@ def raise_stop_once(_number: int, _frame: Optional[FrameType]) -> None:
     raise StopRequested
 
 
-def _exit_code(run: Run) -> int:
-    """1 when a required node failed or nothing could be started, else 0."""
+def exit_code(run: Run) -> int:
+    """Return 1 if a required node failed or nothing could be started, else 0."""
     failed = run.failed_required
     if failed is not None and failed.exit_code != 0:
         say(f'the required node {failed}; see {run.log_path}', file=sys.stderr)

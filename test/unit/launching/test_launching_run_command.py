@@ -1,12 +1,43 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Signals to the command that runs a cell."""
+"""Signals to the command that runs a cell, and its exit code."""
 from __future__ import annotations
 
 import signal
+from pathlib import Path
+from typing import Any, List, NamedTuple, Optional, Tuple
 
 import pytest
 
-from process_visualizer.commands.run_command import StopRequested, raise_stop_once
+from process_visualizer.commands.run_command import StopRequested, exit_code, raise_stop_once
+from process_visualizer.launching.node_state import NodeReport, NodeState
+
+
+class EndedRun(NamedTuple):
+    """What the command asks of a run that has ended."""
+
+    failed_required: Optional[NodeReport]
+    states: Tuple[NodeState, ...]
+    log_path: Path = Path('cell.log')
+
+    def reports(self) -> List[NodeReport]:
+        """One for each node."""
+        return [NodeReport('/node', state) for state in self.states]
+
+
+@pytest.mark.parametrize('required, states, code, told', [
+    (NodeReport('/driver', NodeState.FAILED, 3), (NodeState.RUNNING,), 1, '/driver'),
+    (NodeReport('/rviz', NodeState.EXITED, 0), (NodeState.EXITED,), 0, ''),  # it was closed
+    (None, (NodeState.RUNNING, NodeState.FAILED), 0, ''),
+    (None, (NodeState.FAILED,), 1, 'nothing could be started'),
+    (None, (), 1, 'nothing could be started')])
+def test_the_exit_code_tells_whether_it_ran(
+        required: Optional[NodeReport], states: Tuple[NodeState, ...], code: int, told: str,
+        capsys: pytest.CaptureFixture[str]) -> None:
+    run: Any = EndedRun(required, states)
+    assert exit_code(run) == code
+    error = capsys.readouterr().err
+    assert told in error and bool(error) == bool(told)
+    assert bool(error) == ('cell.log' in error)
 
 
 @pytest.mark.parametrize('second', [signal.SIGINT, signal.SIGTERM])
