@@ -168,7 +168,7 @@ _WANTED: Dict[str, Tuple[str, ...]] = {
     'missing_step': ('state', 'time lost', 'slower by', *_PLACE),
     'extra_step': ('state', 'time lost', 'slower by', *_PLACE), 'tool_offset': _PLACE,
     'wrong_state': ('state',), 'force_gain': ('force',), 'vibration': ('force',),
-    'contact_lost': ('force',), 'force_noise': ('force',), 'force_turned': ('force',),
+    'contact_lost': ('force',), 'force_noise': ('force',), 'force_turned': ('force', 'direction'),
     'force_stuck': ('force',), 'wrong_number': (*_PLACE, 'pattern_index', 'variant'),
     'current_gain': ('current',), 'current_drift': ('current',), 'torque_gain': ('torque',),
     'torque_once': ('torque',), 'vacuum_gain': ('vacuum',), 'pressure_gain': ('pressure',),

@@ -32,7 +32,14 @@ from process_visualizer.runs.deviation.band import (
     widened,
 )
 from process_visualizer.runs.deviation.departures import Departure, departures, ranked, spans
-from process_visualizer.runs.deviation.signals import Columns, Signal, SignalKind, grid_s, signals
+from process_visualizer.runs.deviation.signals import (
+    DIRECTION_LABEL,
+    Columns,
+    Signal,
+    SignalKind,
+    grid_s,
+    signals,
+)
 from process_visualizer.runs.deviation.state_order import StateFault, StateOrder
 from process_visualizer.runs.run import Context, Key, Run, fingerprint
 from process_visualizer.runs.states import States, is_sequence, states
@@ -46,7 +53,7 @@ _FEW_PLACES = 4
 _WRONG_STATE, _STATE_KNOWN_S = 10.0, 0.05
 """How severe a wrong state is, and how well its time is known."""
 _FOLLOWING = (SignalKind.STATE, SignalKind.TIMING, SignalKind.NOISE)
-_FOLLOWING_LABELS = ('tool sideways', 'tool up')
+_FOLLOWING_LABELS = ('tool sideways', 'tool up', DIRECTION_LABEL)
 """They have data where another signal of theirs has."""
 _MIN_UNJUDGED_ROWS, _MIN_KNOWN = 10, 0.1
 _MIN_LONGER_S, _MIN_PACE = 0.1, 0.02

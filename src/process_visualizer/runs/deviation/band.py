@@ -286,7 +286,10 @@ class LearnedSignal:
     def band(self, kept: np.ndarray, limit: float) -> SignalBand:
         """Return the band of so many spreads of the kept runs."""
         values = self._values[kept]
-        low, high = envelope(common(values), self._edge_rows)
+        edge_rows = self._edge_rows
+        if len(values) == 1 and self.signal.kind is SignalKind.NOISE:
+            edge_rows *= 2  # one run does not tell how much earlier or later an edge may come
+        low, high = envelope(common(values), edge_rows)
         margin = self._margin(values)
         if len(values) > 1:
             usual, deviation = self._deviation(values, False)

@@ -23,7 +23,7 @@ from process_visualizer.runs.moving_window import (
     moving_mean,
     roughness,
 )
-from process_visualizer.runs.run import Channel, ChannelKind, Run, ToolMotion
+from process_visualizer.runs.run import Channel, ChannelKind, Run, ToolForce, ToolMotion
 from process_visualizer.runs.states import held_at, is_sequence
 
 RATE_HZ = 50.0
@@ -32,10 +32,13 @@ MEAN_ROWS = int(0.1 * RATE_HZ)
 _LOST_WITHIN_S = 0.5
 _SLOW_S, _FEW = 0.25, 4
 """What comes more seldom, or so few times, has the value that holds."""
+_TURN_ROWS, _LEAST_TURNED, _TURNED_DEG = int(0.3 * RATE_HZ), 0.3, 10.0
+"""A direction is that of a mean, of a force of this share of the greatest at least."""
 _NEAR_WAIT_S = 0.1
 _NEAR_GAP_S = 0.4
 """So near to a gap in the motion it is not known well which moment of the reference it is."""
 TIMING_LABEL, SLOWER_LABEL, NOISE_SUFFIX = 'time lost', 'slower by', ' noise'
+DIRECTION_LABEL = 'tool force direction'
 
 
 class SignalKind(Enum):
@@ -100,17 +103,25 @@ def signals(reference: Run, run: Run, time_map: TimeMap) -> Columns:
     run_s = np.where((run_s >= 0.0) & (run_s <= run.duration_s), run_s, np.nan)
     others = {motion.device: motion for motion in run.motions}
     unsure = _unsure(reference, run, times_s, run_s)
-    found = _timing(times_s, run_s, unsure | _waits(reference, times_s))
+    waits = _waits(reference, times_s)
+    found = _timing(times_s, run_s, unsure | waits)
     run_s = np.where(unsure, np.nan, run_s)
     for motion in reference.motions:
         if motion.device in others and len(motion.times_s) and len(others[motion.device].times_s):
             found.update(_places(motion, others[motion.device], times_s, run_s))
+    forces = {it.device: it for it in run.forces}
+    for force in reference.forces:
+        if force.device in forces:
+            found.update(_direction(force, forces[force.device], times_s, run_s))
     theirs = run.by_key
     for channel in reference.channels:
         if channel.key in theirs:
             own = {} if run is reference else _channel(channel, channel, times_s)
             values = _channel(channel, theirs[channel.key], run_s)
             found.update(values if _is_slow(channel) else _with_means(own, values))
+    for signal, values in found.items():
+        if signal.kind is SignalKind.NOISE:  # a second is none of the reference's there
+            values[waits] = np.nan
     return {signal: values.astype(np.float32) for signal, values in found.items()}
 
 
@@ -153,6 +164,21 @@ def _places(reference: ToolMotion, run: ToolMotion, times_s: np.ndarray,
     parts = np.einsum('tij,tj->ti', axes, difference)
     return {Signal(reference.device, label, 'm', SignalKind.PLACE): moving_mean(part, MEAN_ROWS)
             for label, part in zip(('tool along', 'tool sideways', 'tool up'), parts.T)}
+
+
+def _direction(reference: ToolForce, run: ToolForce, times_s: np.ndarray,
+               run_s: np.ndarray) -> Columns:
+    """How far a force is turned from the reference's, where that is no small one."""
+    mine, theirs = (moving_mean(known_at(at_s, it.times_s, it.vectors.astype(float)).T, _TURN_ROWS)
+                    for it, at_s in ((reference, times_s), (run, run_s)))
+    size, other = np.sqrt((mine * mine).sum(axis=0)), np.sqrt((theirs * theirs).sum(axis=0))
+    known = size[np.isfinite(size)]
+    least = _LEAST_TURNED * float(known.max()) if len(known) else np.inf
+    with np.errstate(invalid='ignore', divide='ignore'):
+        cosine = (mine * theirs).sum(axis=0) / (size * other)
+        angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
+        angle[~((size > least) & (other > least))] = np.nan
+    return {Signal(reference.device, DIRECTION_LABEL, '°', SignalKind.FORCE, _TURNED_DEG): angle}
 
 
 def _channel(reference: Channel, run: Channel, run_s: np.ndarray) -> Columns:
