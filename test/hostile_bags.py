@@ -103,7 +103,7 @@ def hostile(canaries: Path, port: int) -> List[Hostile]:
             '<xacro:property name="p" value="$(env HOME)"/>', '<link name="x${p}"/>'))),
         Hostile('xacro_include', 'may not read', beside, files=model(_ROBOT.format(
             f'<xacro:include filename="{outside}.urdf"/>', ''))),
-        Hostile('xacro_yaml', 'only calculate', beside, files=expression(
+        Hostile('xacro_yaml', 'may not read', beside, files=expression(
             f'xacro.load_yaml(&quot;{outside}.yaml&quot;)')),
         Hostile('xacro_memory', 'xacro', beside, files=expression('len(&quot;x&quot;*(10**11))')),
         Hostile('mesh', 'installed packages only', beside, files=model(_ROBOT.format('', ''.join(

@@ -34,8 +34,8 @@ _EXPRESSIONS = ('<expression>', b'<expression>', '<string>', b'<string>')
 """What xacro calls ${…} and Python the text of $(eval …)."""
 _REACHING = re.compile(r'_|(gi|cr|ag|tb|co|f|func)_')
 """Attributes of Python's own objects: of generators, frames, code, functions."""
-_REACHING_NAMES = frozenset(('vars', 'type', 'dir', 'mro', 'format', 'format_map', 'load_yaml',
-                             'abs_filename', 'getattr', 'eval', 'exec'))
+_REACHING_NAMES = frozenset(('vars', 'mro', 'format', 'format_map', 'getattr', 'eval', 'exec'))
+"""Without these nothing leads from a value to what Python knows of it, such as all classes."""
 _NEEDED_LATER = ('yaml', 'xacro.substitution_args', 'roslaunch.substitution_args')
 """Modules that xacro, as its version may be, imports only when a file needs them."""
 _VARIABLES = ('ROS_PACKAGE_PATH', 'ROS_ROOT')
