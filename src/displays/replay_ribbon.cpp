@@ -13,7 +13,7 @@ namespace {
 constexpr int kHeight = 34, kTextHeight = 21, kHintHeight = 14;  // px
 constexpr int kTextGap = 12;                                     ///< between the texts, px
 constexpr int kPlateInset = 4;                                   ///< of the plate from the band, px
-const char* const kHint = "live goes on; Esc in the launcher returns";
+const char* const kHint = "Cell still running; press Esc in the launcher to return";
 
 QFont fontOf(const QWidget& widget, int height, QFont::Weight weight) {
   QFont font = widget.font();

@@ -30,10 +30,10 @@ void checkPrintable(const std::string& name) {
 void checkName(const std::string& name) {
   if (name.find('/') != std::string::npos)
     throw RecordingError("the name \"" + name +
-                         "\" has a slash in it: a folder is chosen apart from the name");
+                         "\" must not contain a slash: the folder is chosen separately");
   checkPrintable(name);
   if (stemOf(name).empty() || name[0] == '.')
-    throw RecordingError("the name \"" + name + "\" begins with a dot; choose another");
+    throw RecordingError("the name \"" + name + "\" must not start with a dot");
 }
 
 bool isTaken(const std::string& path) {

@@ -215,9 +215,8 @@ void BagRecorder::connect() {
   }
   const auto missing = subscriptions_.waitUntilConnected(connection_timeout_);
   if (!missing.empty())
-    throw RecordingError(
-        "not recording, because these do not send their messages here: " + joined(missing, ", ") +
-        "; look whether the nodes still answer, and at ROS_IP and ROS_HOSTNAME");
+    throw RecordingError("Not recording: no connection to " + joined(missing, ", ") +
+                         "; check that these nodes still respond, and ROS_IP and ROS_HOSTNAME");
 }
 
 Beginning BagRecorder::beginningOf(const Start::Request& request, TopicChoice choice) const {

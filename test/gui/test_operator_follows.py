@@ -42,17 +42,17 @@ def test_a_fault_of_the_running_cell_is_told(operator: Operator, bag: str, tmp_p
     open_the_faulty_cell(operator)
     choose_reference(operator, bag)
     operator.click('launch')
-    operator.wait(lambda: 'Within the band, at 0:' in operator.text('status'), 'it is followed',
-                  instead=operator.messages)
+    operator.wait(lambda: 'Run in range (reference at 0:' in operator.text('status'),
+                  'it is followed', instead=operator.messages)
     assert operator.beside(ghost_namespaces) >= {'ur_rt_upper/ghost', 'ur_rt_lower/ghost'}
     operator.wait(lambda: 'tool force +' in operator.text('status'), 'the departure')
-    assert ' N over the band since ' in operator.text('status')
-    assert ' N over the band since ' in operator.text('compare_state')
-    assert any('over the band' in it.condition.text for it in operator.launcher.alarms.alarms)
+    assert ' N above range since ' in operator.text('status')
+    assert ' N above range since ' in operator.text('compare_state')
+    assert any('above range' in it.condition.text for it in operator.launcher.alarms.alarms)
     assert any(it.band is not None for it in operator.window.live.timeline.stack.lanes)
     operator.beside(lambda: save_picture(str(tmp_path / 'follows.png')))
     end_the_simulator(operator)
-    operator.wait(lambda: 'over the band' not in operator.text('status'), 'nothing is judged',
+    operator.wait(lambda: 'above range' not in operator.text('status'), 'nothing is judged',
                   instead=operator.messages)
     operator.click('launch')
     operator.click('yes')  # the comparison ends, too

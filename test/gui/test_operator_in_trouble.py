@@ -74,10 +74,10 @@ def a_node_is_killed(operator: Operator) -> None:
 def the_master_hangs(operator: Operator) -> None:
     """The window lives, and knows when the master answers again."""
     os.kill(master(), signal.SIGSTOP)
-    wait_for_question(operator, 'The ROS master no longer answers')
-    assert operator.text('status').endswith('The ROS master no longer answers')
+    wait_for_question(operator, 'The ROS master is not responding')
+    assert operator.text('status').endswith('The ROS master is not responding')
     status_bar = operator.window.statusBar()
-    assert status_bar.currentMessage() == 'The ROS master no longer answers'
+    assert status_bar.currentMessage() == 'The ROS master is not responding'
     operator.widget('question', QMessageBox).button(QMessageBox.Cancel).click()
     for is_chosen in (False, True):
         operator.click_check_box(devices(operator), devices(operator).topLevelItem(1))
@@ -104,7 +104,7 @@ def wait_for_question(operator: Operator, text: str) -> None:
 
 def the_master_is_killed(operator: Operator) -> None:
     os.kill(master(), signal.SIGKILL)
-    wait_for_question(operator, 'The ROS master no longer answers')
+    wait_for_question(operator, 'The ROS master is not responding')
     operator.click('yes')
     operator.wait(lambda: not operator.window.isVisible(), 'the nodes have ended')
     assert operator.window.restarts

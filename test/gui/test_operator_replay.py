@@ -76,7 +76,7 @@ def begin_recording(operator: Operator, folder: Path) -> None:
     operator.launcher.recording.choices.set_folder(str(folder))
     operator.wait(lambda: operator.widget('record').isEnabled(), 'ready to record')
     operator.click('record')
-    operator.wait(lambda: 'Recording data' in operator.text('status'), 'recording')
+    operator.wait(lambda: 'Recording' in operator.text('status'), 'recording')
 
 
 def end_recording(operator: Operator, folder: Path) -> None:

@@ -144,7 +144,7 @@ def record(operator: Operator, folder: Path) -> str:
     operator.launcher.recording.choices.set_folder(str(folder))
     operator.wait(lambda: operator.widget('record').isEnabled(), 'ready to record')
     operator.click('record')
-    operator.wait(lambda: 'Recording data' in operator.text('status'), 'recording')
+    operator.wait(lambda: 'Recording' in operator.text('status'), 'recording')
     operator.wait(lambda: operator.launcher.recording.elapsed_s > RECORDED_S / 2, 'half of it')
     operator.press(Qt.Key_M)
     operator.wait(lambda: operator.launcher.recording.elapsed_s > RECORDED_S, 'all of it')

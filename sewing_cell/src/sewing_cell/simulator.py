@@ -102,8 +102,8 @@ class _Skipped:
         share = self._count / (duration_s * self._rate_hz)
         if share > _TOLERATED_SHARE:
             self._node.warn(
-                f"simulator: the computer is too busy for {self._rate_hz:g} Hz: {share:.0%} of the "
-                f"messages of group '{self._name}' were left out; lower ~{self._name}_rate"
+                f"Computer too slow: {100 * share:.0f} % of {self._name} messages skipped at "
+                f"{self._rate_hz:g} Hz; lower ~{self._name}_rate"
             )
         self._count, self._since_s = 0, self._node.monotonic_s()
 

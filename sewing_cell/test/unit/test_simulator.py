@@ -164,8 +164,8 @@ def test_a_computer_that_is_too_busy_is_told() -> None:
         node.advance(10.0)
     ((level, text),) = node.log
     assert level == "warn"
-    assert text.startswith("simulator: the computer is too busy for 125 Hz: ")
-    assert text.endswith("of the messages of group 'joint' were left out; lower ~joint_rate")
+    assert text.startswith("Computer too slow: ")
+    assert text.endswith(" % of joint messages skipped at 125 Hz; lower ~joint_rate")
 
 
 def test_nothing_is_published_after_the_stop() -> None:

@@ -55,7 +55,7 @@ def from_system() -> NewConfiguration:
         seen, stored = look_at_system(master), running_configuration(master)
         return new_configuration(seen) if stored is None else _of_stored(stored, seen)
     except (rosgraph.MasterException, ConnectionError) as error:
-        raise ValueError(f'the ROS master no longer answers: {error}') from error
+        raise ValueError(f'the ROS master is not responding: {error}') from error
 
 
 def _of_stored(stored: StoredConfiguration, seen: Seen) -> NewConfiguration:

@@ -94,7 +94,7 @@ def live_line(activity: TopicActivity, is_latched: bool = False) -> Line:
     if activity.silence_s is None:
         return Line(Level.WAITING, 'no message yet')
     if activity.is_stale:
-        return Line(Level.WARNING, f'silent for {activity.silence_s:.1f} s')
+        return Line(Level.WARNING, f'no data for {activity.silence_s:.1f} s')
     return Line(Level.GOOD, live_rate_text(activity.rate_hz, activity.silence_s, is_latched))
 
 
@@ -138,10 +138,10 @@ def _summary(report: PartReport, topics: Mapping[str, Line],
     if line.level is Level.GOOD and warnings:
         count = counted(warnings)
         return Line(_level(warnings), f'{count}: {warnings[0].text}', f'{count}: click to read')
-    silent = [(name, topic) for name, topic in topics.items() if topic.level is Level.WARNING]
+    silent = [name for name, topic in topics.items() if topic.level is Level.WARNING]
     if line.level is Level.GOOD and silent:
-        name, topic = silent[0]
-        return Line(Level.WARNING, f'{name} {topic.text}' + _more(len(silent) - 1))
+        what = silent[0] if len(silent) == 1 else f'{len(silent)} topics'
+        return Line(Level.WARNING, f'No data from {what}')
     return line
 
 

@@ -36,7 +36,7 @@ def test_names_that_are_none(tmp_path: Path, name: str, part: str):
 def test_folders_that_are_none(tmp_path: Path):
     (tmp_path / 'file').touch()
     assert f'{tmp_path / "file"} is no folder' in look_at(str(tmp_path / 'file' / 'x')).problem
-    assert 'no whole path' in look_at('bags').problem
+    assert 'Enter a full path (starting with /)' in look_at('bags').problem
 
 
 def test_a_folder_without_permission(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

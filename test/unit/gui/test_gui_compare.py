@@ -101,9 +101,9 @@ def test_the_poor_run_is_named_and_its_departure_leads_there(stand: Stand) -> No
     stand.compare()
     verdicts = column(stand.panel.runs, 2)
     assert verdicts[2].startswith('arm tool force from 0:2')
-    assert [it for row, it in enumerate(verdicts) if row != 2] == 3 * ['within the band']
-    assert 'leaves the band first at 0:2' in stand.panel.runs.topLevelItem(2).toolTip(2)
-    assert stand.panel.state.text().startswith('1 of 4 runs leave the band.')
+    assert [it for row, it in enumerate(verdicts) if row != 2] == 3 * ['in range']
+    assert 'out of range first at 0:2' in stand.panel.runs.topLevelItem(2).toolTip(2)
+    assert stand.panel.state.text().startswith('1 of 4 runs out of range.')
     assert stand.panel.runs.currentItem() is stand.panel.runs.topLevelItem(2)
     departures = stand.panel.departures
     assert departures.isVisible() and departures.topLevelItem(0).text(0) == 'arm tool force'
@@ -142,12 +142,12 @@ def test_a_moment_is_dragged_and_the_alignment_reset(stand: Stand) -> None:
     assert found is not None and found.comparisons[3] is not None
     assert found.comparisons[3].run_s(moment.reference_s) == pytest.approx(
         moment.position_s + 1.0 - found.comparisons[3].run.begin_s, abs=1e-3)
-    assert column(stand.panel.runs, 2)[3] != 'within the band'
+    assert column(stand.panel.runs, 2)[3] != 'in range'
     assert stand.panel.runs.currentItem() is stand.panel.runs.topLevelItem(3)
     assert stand.panel.reset.isEnabled()
     stand.panel.reset.click()
     stand.tasks.end_all()
-    assert column(stand.panel.runs, 2)[3] == 'within the band'
+    assert column(stand.panel.runs, 2)[3] == 'in range'
     assert not stand.panel.reset.isEnabled()
     assert {it.kind for it in stand.model.moments} == {MomentKind.EVENT, MomentKind.DEPARTURE}
 
@@ -288,8 +288,8 @@ def test_in_real_time_mode_a_reference_is_added_without_an_open_recording(stand:
     assert column(stand.panel.runs, 0)[0] == 'a.bag#1'
     stand.tick(0, 1)
     stand.compare()
-    assert stand.panel.state.text().endswith('Launch the devices: they are held against these runs '
-                                             'while they run.')
+    assert stand.panel.state.text().endswith(
+        'Launch the devices: they are compared with these runs while they run.')
     stand.panel.departures.itemClicked.emit(stand.panel.departures.topLevelItem(0), 0)
     assert stand.sought == [], 'there is no player to go there'
     stand.panel.set_live(False)

@@ -163,7 +163,7 @@ def test_question_about_the_master_answers_itself(window: LauncherApp, qtbot: An
     assert 'start the launcher again?' in window.findChild(QMessageBox, 'question').text()
     window._launcher.master.returned.emit()
     qtbot.waitUntil(lambda: window.findChild(QMessageBox, 'question') is None)
-    assert window.statusBar().currentMessage() == 'The ROS master answers again'
+    assert window.statusBar().currentMessage() == 'The ROS master responds again'
     assert not window.restarts
 
 

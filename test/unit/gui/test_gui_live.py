@@ -141,7 +141,7 @@ def test_it_is_held_and_goes_on(stand: Stand) -> None:
     QTest.mouseClick(stand.panel.hold, Qt.LeftButton)
     held = stand.model.window
     stand.come(stand.parts[1])
-    assert stand.model.window is held and 'Held' in stand.panel.state.text()
+    assert stand.model.window is held and 'Paused' in stand.panel.state.text()
     QTest.mouseClick(stand.panel.hold, Qt.LeftButton)
     stand.come(stand.parts[2])
     assert stand.model.window is not held
@@ -182,7 +182,7 @@ def test_a_recorder_that_is_silent_is_told_and_asked_again(stand: Stand) -> None
 def test_an_end_leaves_the_last_picture_and_a_launch_begins_anew(stand: Stand) -> None:
     stand.come(stand.parts[0])
     stand.model.set_running(False)
-    assert len(stand.timeline.stack.lanes) == 3 and 'Ended' in stand.panel.state.text()
+    assert len(stand.timeline.stack.lanes) == 3 and 'Stopped' in stand.panel.state.text()
     restarts = stand.memory.restarts
     stand.come(stand.parts[1])
     assert stand.memory.restarts == restarts + 1

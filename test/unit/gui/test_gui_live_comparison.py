@@ -69,15 +69,15 @@ def compared(qtbot: QtBot, tmp_path: Path) -> Compared:
 def test_what_is_out_of_the_band_is_said_with_since_when(compared: Compared) -> None:
     run = compared.choose(0, 1)
     compared.run(int(CYCLE_S), run, behind_s=0.4)
-    assert compared.model.text == 'Compared with a.bag#1 when a run begins'
-    within = [it for it in compared.heard if it.startswith('Within the band, at 0:')]
-    assert within and within[0].endswith(' of a.bag#1, 0.4 s behind')
-    assert not any('over the band' in it for it in compared.heard)
+    assert compared.model.text == 'Waiting for a run to start (reference a.bag#1)'
+    within = [it for it in compared.heard if it.startswith('Run in range (reference at 0:')]
+    assert within and within[0].endswith(', 0.4 s behind)')
+    assert not any('above range' in it for it in compared.heard)
     compared.run(int(POOR_FROM_S) + 3, run)
     text = compared.model.text
-    assert text.startswith('arm tool force +') and ' N over the band since ' in text
+    assert text.startswith('arm tool force +') and ' N above range since ' in text
     found, = compared.model.departed
-    assert found[:2] == ('arm', 'tool force') and found[2].endswith('N over the band')
+    assert found[:2] == ('arm', 'tool force') and found[2].endswith('N above range')
     assert found[3] == pytest.approx(BEGIN_S + POOR_FROM_S, abs=0.2)
 
 
@@ -105,7 +105,7 @@ def test_it_is_judged_while_nobody_looks_and_while_the_curves_are_held(compared:
     compared.stand.panel.hide()
     compared.run(int(POOR_FROM_S) + 2, run)
     assert compared.stand.memory.parts == []
-    assert 'over the band' in compared.model.text
+    assert 'above range' in compared.model.text
 
 
 def test_the_band_is_drawn_behind_the_curves_and_read_beside_the_value(compared: Compared) -> None:
@@ -114,7 +114,7 @@ def test_the_band_is_drawn_behind_the_curves_and_read_beside_the_value(compared:
     speed, force, _ = compared.stand.timeline.stack.lanes
     assert force.band is not None and speed.band is not None
     assert not force.band.departed.any()
-    assert '5.00 N  (good 4.9' in compared.stand.timeline.lane_texts(1).at_position
+    assert '5.00 N  (reference 4.9' in compared.stand.timeline.lane_texts(1).at_position
     assert not compared.stand.timeline.grab().isNull()
     compared.stand.compare.set_good(1, False)
     compared.stand.panel._show()
@@ -127,7 +127,7 @@ def test_a_node_that_says_nothing_is_told(compared: Compared) -> None:
     compared.run(3, run, says=False)
     assert compared.model.text.startswith('Not compared: /ghost does not say which moment')
     compared.run(4, run)
-    assert compared.model.text.startswith('Within')
+    assert compared.model.text.startswith('Run in range')
     compared.stand.model.set_running(False)
     assert compared.model.text == '' and compared.model.departed == []
 
@@ -142,7 +142,7 @@ def test_good_runs_of_another_cell_are_told(compared: Compared, tmp_path: Path) 
     compared.stand.tasks_of_runs.end_all()
     run = compared.choose(0)
     compared.run(3, run)
-    assert compared.model.text.startswith('Within'), 'the machine is the same'
+    assert compared.model.text.startswith('Run in range'), 'the machine is the same'
     without = compared.stand.compare.runs[0].run
     assert ('arm', 'tool force') not in without.by_key
     compared.stand.model.set_devices(XmlParser().parse(str(tmp_path / 'cell.xml')).devices[:1])
@@ -158,14 +158,14 @@ def test_nothing_is_compared_without_good_runs(compared: Compared) -> None:
 def test_it_is_an_alarm() -> None:
     stand = AlarmStand()
     since_s = NOON_S + 98.0
-    stand.model.set_departed([('arm', 'tool force', '+4.1 N over the band', since_s)])
-    stand.model.set_departed([('arm', 'tool force', '+4.3 N over the band', since_s)])
-    assert [it.condition.text for it in stand.model.alarms] == ['tool force +4.3 N over the band']
-    assert [it.text for it in stand.model.events] == ['arm: tool force +4.1 N over the band']
+    stand.model.set_departed([('arm', 'tool force', '+4.1 N above range', since_s)])
+    stand.model.set_departed([('arm', 'tool force', '+4.3 N above range', since_s)])
+    assert [it.condition.text for it in stand.model.alarms] == ['tool force +4.3 N above range']
+    assert [it.text for it in stand.model.events] == ['arm: tool force +4.1 N above range']
     stand.now_s = 103.0
     stand.model.set_departed([])
     assert stand.model.alarms == ()
-    assert stand.model.events[-1].text == 'arm: tool force +4.3 N over the band: over after 5.0 s'
+    assert stand.model.events[-1].text == 'arm: tool force +4.3 N above range: over after 5.0 s'
 
 
 def test_the_tab_lists_what_is_out_now(compared: Compared) -> None:
@@ -177,7 +177,7 @@ def test_the_tab_lists_what_is_out_now(compared: Compared) -> None:
     run = compared.choose(0)
     compared.run(int(POOR_FROM_S) + 2, run)
     row = panel.departures.topLevelItem(0)
-    assert row.text(0) == 'arm tool force' and row.text(2).endswith('N over the band')
+    assert row.text(0) == 'arm tool force' and row.text(2).endswith('N above range')
     assert row.text(1).startswith('since ')
     panel.departures.itemClicked.emit(row, 0)
     compared.stand.model.set_running(False)

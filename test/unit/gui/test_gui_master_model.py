@@ -92,7 +92,7 @@ def test_a_master_that_is_gone_is_told_once_and_so_is_its_return(stand: Stand) -
     stand.master.answers = None
     stand.check(5)
     assert stand.told == ['connected', 'lost'] and not stand.model.is_connected
-    assert stand.model.problem == 'The ROS master no longer answers'
+    assert stand.model.problem == 'The ROS master is not responding'
     stand.master.answers = 17
     stand.check(2)
     assert stand.told == ['connected', 'lost', 'returned'] and stand.model.is_connected

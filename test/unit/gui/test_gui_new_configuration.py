@@ -51,8 +51,8 @@ def test_it_is_written_and_told(qapp: object, path: Path) -> None:
     assert len(watched.tasks.held) == 1
     watched.tasks.end_all()
     assert not watched.model.is_making
-    assert watched.said == ['cell.xml: 1 robot. Its comments say what you need to decide.',
-                            str(path)]
+    assert watched.said == ['cell.xml: 1 robot. Read the comments in the file: some values need '
+                            'your decision.', str(path)]
     assert path.read_text() == NEW.text and path.with_name('arm.urdf').read_text() == '<robot />'
 
 
@@ -96,7 +96,8 @@ def test_what_was_made_is_told_until_another_one_is_open(qapp: object, path: Pat
     watched.tasks.end_all()
     text = notice.findChild(QLabel, 'made_text')
     assert not notice.isHidden() and text.wordWrap()
-    assert text.text() == 'cell.xml: 1 robot. Its comments say what you need to decide.'
+    assert text.text() == ('cell.xml: 1 robot. Read the comments in the file: some values need '
+                           'your decision.')
     notice.findChild(QPushButton, 'made_edit').click()
     assert opened == [(str(path), 1)]
     notice.follow(str(path))

@@ -154,8 +154,8 @@ def test_a_silent_topic_is_seen(find, running, client, qtbot):
     qtbot.waitUntil(lambda: running.phase is Phase.RECORDING)
     silent = (seen('/robot/q_act', 0.0, 4.0), seen('/robot/tcf'), seen('/kinect/image'))
     running.take_state(told('recording', files=(client.path,), topics=silent))
-    assert item(find, 0, 0).text(1).replace('\u2009', ' ') == 'silent for 4 s'
-    assert text(find, 'record_notice').startswith('/robot/q_act: silent')
+    assert item(find, 0, 0).text(1).replace('\u2009', ' ') == 'no data for 4 s'
+    assert text(find, 'record_notice').startswith('No data from /robot/q_act')
     assert not item(find, 0, 0).flags() & Qt.ItemIsUserCheckable
 
 

@@ -43,7 +43,7 @@ def test_the_views_are_offered_once_each(menu: RvizMenu) -> None:
     menu.show_views(('side', 'top'), 'top')
     views = [it for it in menu.actions() if it.isCheckable()]
     assert [(it.text(), it.isChecked()) for it in views] == [
-        ('generated', False), ('side', False), ('top', True)]
+        ('default', False), ('side', False), ('top', True)]
     views[0].trigger()
     views[1].trigger()
     assert chosen == [None, 'side']

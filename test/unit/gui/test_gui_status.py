@@ -26,8 +26,8 @@ def player(rate: float, paused: bool = False) -> PlayerSnapshot:
     (status_text(Phase.IDLE, None, '', GOOD), 'Idle'),
     (status_text(Phase.LAUNCHING, Mode.REALTIME, '', GOOD), 'Launching nodes…'),
     (status_text(Phase.RUNNING, Mode.REALTIME, '', GOOD), 'In real-time mode.'),
-    (status_text(Phase.RUNNING, Mode.REALTIME, 'Recording data', GOOD),
-     'In real-time mode. Recording data'),
+    (status_text(Phase.RUNNING, Mode.REALTIME, 'Recording', GOOD),
+     'In real-time mode. Recording'),
     (status_text(Phase.RUNNING, Mode.PLAYBACK, 'Paused', DIED),
      'In playback mode. Paused\narm: driver ended with code 1'),
     (status_text(Phase.QUITTING, Mode.PLAYBACK, 'Paused', GOOD), 'Quitting all nodes…'),
@@ -37,7 +37,7 @@ def test_status(text: str, expected: str) -> None:
 
 
 def test_what_recorder_and_player_do() -> None:
-    assert recorder_activity(RecordingPhase.RECORDING) == 'Recording data'
+    assert recorder_activity(RecordingPhase.RECORDING) == 'Recording'
     assert recorder_activity(RecordingPhase.IDLE) == ''
     assert player_activity(None) == ''
     assert player_activity(player(0.5)) == 'Playing at 0.5×'

@@ -143,7 +143,7 @@ class TestChoice:
         button = choice.button()
         qtbot.addWidget(button)
         actions = {action.text(): action for action in button.menu().actions()}
-        assert actions['As the desktop'].isChecked()
+        assert actions['Follow desktop'].isChecked()
         actions['Dark'].trigger()
         assert theme() == DARK
         assert [name for name, action in actions.items() if action.isChecked()] == ['Dark']

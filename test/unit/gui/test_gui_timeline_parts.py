@@ -109,7 +109,7 @@ class TestTexts:
 
     def test_what_good_runs_have_is_beside_the_value(self) -> None:
         found = lane_texts(self.LANE, 20.0, 19.24, None, 17.7).at_position
-        assert found == '19.2 N  (good 17.7, Δ +1.5)'
+        assert found == '19.2 N  (reference 17.7, Δ +1.5)'
         assert lane_texts(self.LANE, 20.0, NAN, None, 17.7).at_position == '– N'
         assert lane_texts(self.LANE, 20.0, 19.2, 5.0, 17.7).at_position == '19.2'
 

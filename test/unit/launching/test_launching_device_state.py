@@ -48,7 +48,7 @@ def summary(state: PartState, *nodes: NodeReport, topic: Optional[TopicActivity]
     (summary(PartState.RUNNING, REFUSED, ENDED), Level.BAD,
      'driver cannot be started: no such executable (and 1 more)'),
     (summary(PartState.FAILED, reason='no such file'), Level.BAD, 'no such file'),
-    (summary(PartState.RUNNING, UP, topic=SILENT), Level.WARNING, '/arm/q silent for 3.2 s'),
+    (summary(PartState.RUNNING, UP, topic=SILENT), Level.WARNING, 'No data from /arm/q'),
     (summary(PartState.RUNNING, DIED, topic=SILENT), Level.BAD,
      'driver killed by SIGKILL'),
     (summary(PartState.STOPPING, UP), Level.WAITING, 'stopping'),

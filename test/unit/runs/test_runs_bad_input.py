@@ -86,5 +86,5 @@ def test_runs_of_another_cell_are_left_out(tmp_path: Path,
     other = write_bag(tmp_path, 'other.bag', robot='renamed', machine='press')
     assert main(['compare', f'{good}#2', other, '--reference', f'{good}#1']) == 2
     told = capsys.readouterr()
-    assert 'a.bag#2: leaves the band first' in told.out and 'other.bag' not in told.out
+    assert 'a.bag#2: out of range first' in told.out and 'other.bag' not in told.out
     assert 'cell: left out: other.bag#2 has no channel of a.bag#1' in told.err

@@ -53,7 +53,7 @@ def test_a_good_run_stays_within_a_learned_band(learned: GoodRuns) -> None:
 def test_a_run_stays_within_the_tolerance_of_itself() -> None:
     good = GoodRuns(made_run())
     found = good.compare(made_run())
-    assert verdict(found) == 'stays within the band'
+    assert verdict(found) == 'in range'
     assert found.notes == ('it is the reference itself',)
 
 
@@ -61,7 +61,7 @@ def test_the_cause_is_named_with_time_event_and_size(learned: GoodRuns) -> None:
     found = learned.compare(made_run(77, speed=1.01, start_s=4.0, value=pushed))
     assert found.departures[0].signal.name == 'robot tool force'
     assert verdict(found).startswith(
-        'leaves the band first at 0:07.0'), verdict(found)
+        'out of range first at 0:07.0'), verdict(found)
     assert '(go + 2.0 s): robot tool force, +4' in verdict(found)
 
 
@@ -147,7 +147,7 @@ def test_json_has_what_the_text_has(learned: GoodRuns) -> None:
     first = read['runs'][0]['departures'][0]
     assert (first['device'], first['signal'], first['unit']) == ('robot', 'tool force', 'N')
     assert first['onset_s'] == pytest.approx(5.0, abs=0.1)
-    assert as_text(learned, found).endswith('1 of 2 runs leave the band')
+    assert as_text(learned, found).endswith('1 of 2 runs out of range')
 
 
 def test_a_page_has_pictures_of_the_poor_runs(learned: GoodRuns) -> None:
@@ -207,7 +207,7 @@ def test_the_page_is_whole_and_needs_nothing_else(learned: GoodRuns) -> None:
     found: Sequence[Comparison] = [learned.compare(run), learned.compare(made_run(78))]
     page = comparison_page(learned, found)
     assert 'http' not in page and '<script' not in page
-    assert elements(page, 'h1')[0].text == '1 of 2 runs leave the band'
+    assert elements(page, 'h1')[0].text == '1 of 2 runs out of range'
     assert elements(page, 'h2')[0].text == '<a & b>.bag#1'
     assert len(elements(page, 'svg')) == min(len(found[0].departures), 4)
     assert elements(page, 'polygon')

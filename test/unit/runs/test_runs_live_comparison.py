@@ -69,11 +69,11 @@ def test_what_is_out_is_told_with_how_far_and_since_when(learned: LiveComparison
     assert found is not None and found.signal == FORCE
     assert found.since_s - EPOCH_S == pytest.approx(6.0, abs=0.1)
     assert 2.0 < abs(found.beyond) < 3.0 and np.sign(found.beyond) == np.sign(extra_n)
-    side = 'over' if extra_n > 0.0 else 'under'
+    side = 'above' if extra_n > 0.0 else 'below'
     assert departure_text(found, EPOCH_S + 8.0) == (
-        f'robot tool force {found.beyond:+.3g} N {side} the band since '
+        f'robot tool force {found.beyond:+.3g} N {side} range since '
         f'{EPOCH_S + 8.0 - found.since_s:.1f} s')
-    assert beyond_text(found).endswith(f'N {side} the band')
+    assert beyond_text(found).endswith(f'N {side} range')
 
 
 def test_what_is_back_is_told_no_longer_and_a_moment_not_at_all(learned: LiveComparison) -> None:

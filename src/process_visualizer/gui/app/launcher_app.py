@@ -181,7 +181,7 @@ class LauncherApp(QMainWindow):
         master.lost.connect(
             lambda: self._questions.ask_about_lost_master(self._restart_program))
         master.returned.connect(
-            lambda: self._questions.show_briefly('The ROS master answers again'))
+            lambda: self._questions.show_briefly('The ROS master responds again'))
         launcher.guard.asked.connect(self._questions.ask_about_mixture)
         for refused in (launcher.failed, self._drops.refused):
             refused.connect(self._questions.show_message)

@@ -12,7 +12,7 @@ from process_visualizer.health.device_state import Level, Line
 
 _MODE = {Mode.REALTIME: 'In real-time mode.', Mode.PLAYBACK: 'In playback mode.'}
 _RECORDING = {RecordingPhase.STARTING: 'Waiting for the topics to record',
-              RecordingPhase.RECORDING: 'Recording data',
+              RecordingPhase.RECORDING: 'Recording',
               RecordingPhase.STOPPING: 'Finishing the recording'}
 
 

@@ -20,7 +20,7 @@ _SETTING = 'theme'
 class Wanted(Enum):
     """A theme, or the one that the desktop has."""
 
-    DESKTOP = 'As the desktop'
+    DESKTOP = 'Follow desktop'
     LIGHT = 'Light'
     DARK = 'Dark'
 

@@ -44,10 +44,10 @@ class WindowQuestions(QObject):
 
     def ask_about_lost_master(self, start_again: Callable[[], None]) -> None:
         """Offer to start the program again; the question closes when the master returns."""
-        self.show_briefly('The ROS master no longer answers')
+        self.show_briefly('The ROS master is not responding')
         question = ask(
             self._window,
-            'The ROS master no longer answers. Running nodes continue, but nothing can be '
+            'The ROS master is not responding. Running nodes continue, but nothing can be '
             'launched or commanded. Quit all nodes (this finishes a recording) and start '
             'the launcher again?', 'Quit and start again', start_again)
         self._launcher.master.returned.connect(question.close)

@@ -37,7 +37,7 @@ def comparison_page(good: GoodRuns, comparisons: Sequence[Comparison],
         note: what else is to be told, such as why there are no pictures.
     """
     poor = [it for it in comparisons if it.departures]
-    title = f'{len(poor)} of {len(comparisons)} runs leave the band' if len(comparisons) > 1 \
+    title = f'{len(poor)} of {len(comparisons)} runs out of range' if len(comparisons) > 1 \
         else f'{comparisons[0].run.name} {verdict(comparisons[0])}'
     parts = [f'<h1>{escape(title)}</h1>',
              f'<p>Reference: {escape(good.reference.name)}, '

@@ -24,7 +24,7 @@ def as_text(good: GoodRuns, comparisons: Sequence[Comparison]) -> str:
         lines += _table(comparisons[0])
     else:
         departed = sum(bool(it.departures) for it in comparisons)
-        lines.append(f'{departed} of {len(comparisons)} runs leave the band')
+        lines.append(f'{departed} of {len(comparisons)} runs out of range')
     return '\n'.join(lines)
 
 

@@ -122,5 +122,5 @@ def since_text(departure: LiveDeparture, now_s: float) -> str:
 
 def beyond_text(departure: LiveDeparture) -> str:
     """Return how far a channel is over or under the band."""
-    side = 'over' if departure.beyond >= 0.0 else 'under'
-    return f'{quantity(departure.signal, departure.beyond, sign=True)} {side} the band'
+    side = 'above' if departure.beyond >= 0.0 else 'below'
+    return f'{quantity(departure.signal, departure.beyond, sign=True)} {side} range'

@@ -15,9 +15,9 @@ def verdict(comparison: Comparison) -> str:
     if comparison.why_not:
         return f'is not judged: {comparison.why_not}'
     if not found:
-        return 'stays within the band'
+        return 'in range'
     first = found[0]
-    text = (f'leaves the band first at {moment(comparison, first.onset_s)}: {first.signal.name}, '
+    text = (f'out of range first at {moment(comparison, first.onset_s)}: {first.signal.name}, '
             f'{amount(first)}')
     for other in found[1:1 + _MOST_FOLLOWERS]:
         later_s = comparison.run_s(other.onset_s) - comparison.run_s(first.onset_s)

@@ -82,7 +82,7 @@ class MasterModel(QObject):
     def _count(self, online: bool) -> None:
         self._failures = 0 if online else self._failures + 1
         if self.is_connected and self._failures >= _MOST_FAILURES:
-            self.problem = 'The ROS master no longer answers'
+            self.problem = 'The ROS master is not responding'
             self._set_lost(True)
             self.lost.emit()
         elif self.is_lost and online:

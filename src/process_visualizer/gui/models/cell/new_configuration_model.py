@@ -55,8 +55,8 @@ class NewConfigurationModel(QObject):
     def _take(self, result: 'tuple[str, str]') -> None:
         path, summary = result
         self._end()
-        self.summary_ready.emit(f'{os.path.basename(path)}: {summary}. Its comments say what you '
-                                'need to decide.')
+        self.summary_ready.emit(f'{os.path.basename(path)}: {summary}. Read the comments in the '
+                                'file: some values need your decision.')
         self.made.emit(path)
 
     def _fail(self, error: Exception) -> None:

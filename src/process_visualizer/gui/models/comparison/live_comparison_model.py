@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The running cell held against good runs: which channels are out of their band, since when."""
+"""The running cell compared with good runs: which channels are out of their band, since when."""
 from __future__ import annotations
 
 from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
@@ -30,7 +30,7 @@ _NO_PHASE = ('Not compared: /ghost does not say which moment of {} this is. Rest
              'this stays.')
 _NOTHING = ('Not compared: {} has none of the variables, forces and speeds of the running cell. Is '
             'it a recording of this cell?')
-_NO_RUN = 'Compared with {} when a run begins'
+_NO_RUN = 'Waiting for a run to start (reference {})'
 
 
 class LiveComparisonModel(QObject):
@@ -109,7 +109,7 @@ class LiveComparisonModel(QObject):
         if phase.reference_s is None:
             return _NO_RUN.format(comparison.name)
         if not self._departures:
-            return f'Within the band, {_place(comparison.name, phase)}'
+            return f'Run in range ({_place(phase)})'
         told = [departure_text(it, self._now_s) for it in self._departures[:_MOST_TOLD]]
         more = len(self._departures) - len(told)
         return '\n'.join(told) + (f'\nand {more} more' if more else '')
@@ -177,10 +177,10 @@ def _earliest(before: Tuple[LiveDeparture, ...],
                  for it in now)
 
 
-def _place(name: str, phase: PhaseSnapshot) -> str:
-    """Where the run is in the reference, such as at 0:06.42 of a.bag#1, 0.4 s behind it."""
+def _place(phase: PhaseSnapshot) -> str:
+    """Where the run is, such as reference at 0:06.42, 0.4 s behind."""
     assert phase.reference_s is not None
-    place = f'at {clock(phase.reference_s)} of {name}'
+    place = f'reference at {clock(phase.reference_s)}'
     if phase.behind_s is None or abs(phase.behind_s) < 0.05:
         return place
     return f'{place}, {abs(phase.behind_s):.1f} s {"behind" if phase.behind_s > 0.0 else "ahead"}'

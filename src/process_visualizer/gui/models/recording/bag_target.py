@@ -77,7 +77,7 @@ def _room(folder: Path) -> BagTarget:
 
 def _folder_problem(folder: Path, existing: Path, free_bytes: Optional[int]) -> str:
     if not folder.is_absolute():
-        return f'"{folder}" is no whole path; choose a folder'
+        return f'Enter a full path (starting with /) instead of "{folder}"'
     if not existing.is_dir():
         return f'{existing} is no folder; choose another'
     if not os.access(existing, os.W_OK | os.X_OK):
@@ -91,9 +91,9 @@ def _folder_problem(folder: Path, existing: Path, free_bytes: Optional[int]) -> 
 
 def _name_problem(name: str) -> str:
     if '/' in name:
-        return f'the name "{name}" has a slash in it; the folder is chosen above it'
+        return f'the name "{name}" must not contain a slash; choose the folder above it'
     if name.startswith('.'):
-        return f'the name "{name}" begins with a dot; choose another'
+        return f'the name "{name}" must not start with a dot'
     if not name.isprintable():
         return 'the name has a character that cannot be printed; choose another'
     return ''

@@ -56,7 +56,7 @@ class RegionPanel(QWidget):
 
     def _lay_out(self) -> None:
         top = QHBoxLayout()
-        top.addWidget(QLabel('Box of:'))
+        top.addWidget(QLabel('Crop box:'))
         top.addWidget(self._parts.device)
         top.addWidget(self._frame, 1)
         top.addWidget(self._parts.marker)

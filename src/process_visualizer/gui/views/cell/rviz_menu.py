@@ -14,7 +14,7 @@ class RvizMenu(QMenu):
     restart_wanted = pyqtSignal()
     save_wanted = pyqtSignal()
     chosen = pyqtSignal(object)
-    """The name of a saved view, or None for the generated one."""
+    """The name of a saved view, or None for the default one."""
 
     def __init__(self, parent: Optional[QWidget] = None) -> None:
         super().__init__(parent)
@@ -22,7 +22,7 @@ class RvizMenu(QMenu):
         self.setToolTipsVisible(True)
         self._restart = self.addAction('Restart RViz', self.restart_wanted.emit)
         self._save = self.addAction('Save this view as…', self.save_wanted.emit)
-        self.addSection('View of the next launch')
+        self.addSection('View at next launch')
         self._views = QActionGroup(self)
         self.show_rviz(True)
 
@@ -40,7 +40,7 @@ class RvizMenu(QMenu):
             self.removeAction(action)
             action.deleteLater()
         for name in (None, *names):
-            action = self._views.addAction(name or 'generated')
+            action = self._views.addAction(name or 'default')
             action.setCheckable(True)
             action.setChecked(name == chosen)
             action.triggered.connect(lambda _checked, it=name: self.chosen.emit(it))

@@ -35,8 +35,8 @@ from process_visualizer.runs.deviation.departures import Departure
 _RUNS_PX, _DEPARTURES_PX = 110, 64
 _STATE_LINES = 3
 _EMPTY = 'Open a recording on the tab Playback first.'
-_EMPTY_LIVE = 'Add a recording with good runs: the running cell is held against them.'
-_LAUNCH = 'Launch the devices: they are held against these runs while they run.'
+_EMPTY_LIVE = 'Add a recording with good runs: the running cell is compared with them.'
+_LAUNCH = 'Launch the devices: they are compared with these runs while they run.'
 _FIND = 'Find the runs of the recording, tick those that were good, and compare.'
 _TICK = 'Tick the runs that were good; the first of them is the reference.'
 
@@ -76,7 +76,7 @@ class ComparePanel(QWidget):
         self.runs = _tree('runs', ('Run', 'Begins', 'Verdict'), _RUNS_PX)
         self.finished = _tree('finished_runs', ('Live run', 'Length', 'Verdict'), _DEPARTURES_PX)
         self._finished: Sequence[FinishedRun] = ()
-        self.departures = _tree('departures', ('What departed', 'From', 'By how much'),
+        self.departures = _tree('departures', ('What differed', 'From', 'By how much'),
                                 _DEPARTURES_PX)
         layout = in_column(self, 6, TextPlace(_STATE_LINES, self.state), in_row(
             self.find, self.add, self.compare), self.runs, in_row(
@@ -258,14 +258,14 @@ def _short_verdict(found: Optional[Comparison]) -> str:
     if found is None:
         return 'nothing in common with the reference'
     if not found.departures:
-        return 'within the band'
+        return 'in range'
     first = found.departures[0]
     return f'{first.signal.name} from {clock(found.run.begin_s + found.run_s(first.onset_s))}'
 
 
 def _summary(compared: Compared) -> str:
     departed = sum(bool(it is not None and it.departures) for it in compared.comparisons)
-    lines: List[str] = [f'{departed} of {len(compared.comparisons)} runs leave the band. Band: '
+    lines: List[str] = [f'{departed} of {len(compared.comparisons)} runs out of range. Range: '
                         f'{band_text(compared.good.band)}.', *compared.good.notes]
     return '\n'.join(lines)
 

@@ -152,7 +152,8 @@ def _beside_good(value: Optional[float], good: Optional[float], decimals: int) -
     if good is None or value is None or math.isnan(value):
         return ''
     difference = round(value, decimals) - round(good, decimals)
-    return f"  (good {number_text(good, decimals)}, Δ {number_text(difference, decimals, '+')})"
+    return (f'  (reference {number_text(good, decimals)}, '
+            f"Δ {number_text(difference, decimals, '+')})")
 
 
 def decimals_for(span: float) -> int:

@@ -133,9 +133,9 @@ class LivePanel(QWidget):
     def _state(self) -> str:
         curves = self._curves
         if curves.is_held:
-            return '' if not self._replay.is_live else 'Held: what comes is drawn when you let go'
+            return '' if not self._replay.is_live else 'Paused; new data appears when you resume'
         if not curves.is_running:
-            return _IDLE if curves.window is None else 'Ended: the last values before the end'
+            return _IDLE if curves.window is None else 'Stopped; showing the last values'
         return curves.problem or ('' if curves.window and curves.window.curves else _WAITING)
 
     def _show_window(self, window: LiveWindow) -> None:

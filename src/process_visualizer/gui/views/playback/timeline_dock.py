@@ -60,7 +60,7 @@ class Grip(QWidget):
         self.setObjectName('timeline_grip')
         self.setFixedHeight(_GRIP_PX)
         self.setCursor(Qt.SplitVCursor)
-        self.setToolTip('Drag it: the height of the timeline')
+        self.setToolTip('Drag to resize the timeline')
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the border, and a mark that says that it can be dragged."""

@@ -20,8 +20,12 @@ from process_visualizer.gui.toolkit.theme_following import colour
 from process_visualizer.gui.views.parts.labels import small, tool_button
 from process_visualizer.gui.views.parts.layouts import in_column, in_row
 
-_TEXTS = {NameChoice.DATE: 'Use standard file name (current date and time)',
-          NameChoice.PREFIX: 'Use prefix:', NameChoice.NAME: 'Use following file name:'}
+_TOOLTIPS = {
+    NameChoice.DATE: 'Use standard file name: the current date and time',
+    NameChoice.PREFIX: 'Use a prefix, with the date and time behind it',
+    NameChoice.NAME: 'Use the following file name'}
+_TEXTS = {NameChoice.DATE: 'Date and time',
+          NameChoice.PREFIX: 'Prefix:', NameChoice.NAME: 'Custom name:'}
 
 
 class NameOptions(QWidget):
@@ -43,6 +47,9 @@ class NameOptions(QWidget):
                                    self._choose_folder)
         self._problem = small(QLabel())
         self._problem.setObjectName('record_problem')
+        policy = self._problem.sizePolicy()
+        policy.setRetainSizeWhenHidden(True)  # the button below does not move while one types
+        self._problem.setSizePolicy(policy)
         self._lay_out()
         self._connect()
 
@@ -90,6 +97,7 @@ class NameOptions(QWidget):
     def _add_button(self, choice: NameChoice) -> None:
         button = QRadioButton(_TEXTS[choice])
         button.setObjectName(f'record_by_{choice.value}')
+        button.setToolTip(_TOOLTIPS[choice])
         button.clicked.connect(lambda: self._choose(choice))
         self._group.addButton(button)
         self._buttons[choice] = button

@@ -120,7 +120,7 @@ def _while_recording(model: RecordingModel) -> Notice:
               if row.is_ticked and row.health is TopicHealth.SILENT]
     if silent:
         others = f' and {len(silent) - 1} more' if len(silent) > 1 else ''
-        return Notice('warning', f'{silent[0]}{others}: silent. Is the driver still running?',
+        return Notice('warning', f'No data from {silent[0]}{others}. Is the driver still running?',
                       '\n'.join(silent))
     path, marks = model.state.path, model.state.marks
     if not marks:

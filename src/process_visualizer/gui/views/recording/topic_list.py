@@ -131,7 +131,7 @@ def summary(rows: List[TopicRow]) -> Tuple[str, bool]:
     text = f'{len(ticked)} of {count_text(len(rows), "topic")}'
     bad = [row for row in ticked if row.health in _UNHEALTHY]
     silent = [row for row in bad if row.health is TopicHealth.SILENT]
-    counts = ((len(silent), 'silent'), (len(bad) - len(silent), 'without messages'))
+    counts = ((len(silent), 'no data'), (len(bad) - len(silent), 'without messages'))
     return ' · '.join([text, *(f'{count} {word}' for count, word in counts if count)]), bool(silent)
 
 
@@ -140,7 +140,7 @@ def rate_or_silence(row: TopicRow) -> str:
     if row.health is TopicHealth.UNKNOWN or row.rate_hz is None:
         return ''
     if row.health is TopicHealth.SILENT and row.silence_s is not None:
-        return f'silent for {long_time_text(row.silence_s)}'
+        return f'no data for {long_time_text(row.silence_s)}'
     if row.health in _UNHEALTHY:
         return row.health.value
     return live_rate_text(row.rate_hz, row.silence_s or 0.0, row.is_latched)
