@@ -347,6 +347,7 @@ class Trial:
                                  'new': code}
         if code:
             return {**found, 'says': text}
+        found['guessed'] = self.with_own_model()
         found['check'], found['says'] = command('check', str(self.configuration))
         found['compare'] = {name: self.compared(self.bag(name, 2 + number, **variation), good)
                             for number, (name, variation) in enumerate((
@@ -355,6 +356,16 @@ class Trial:
         found.update(self.positions(good))
         found.update(self.speed(good))
         return found
+
+    def with_own_model(self) -> str:
+        """The model that was guessed; joints of many robots are called alike, so a user chooses."""
+        text = self.configuration.read_text()
+        found = re.search(r'<model pkg="([^"]*)" path="([^"]*)"', text)
+        if found is None:
+            raise SystemExit(f'{self.configuration}: no model was found')
+        own = f'<model pkg="{self.maker.package}" path="{self.maker.path}"'
+        self.configuration.write_text(text.replace(found.group(), own, 1))
+        return f'{found.group(1)}/{found.group(2)}'
 
     def positions(self, bag: Path) -> Dict[str, Any]:
         """How far off the joints are, paused at random positions."""

@@ -32,43 +32,45 @@ JointProcessor::JointProcessor(JointParameters parameters, JointMatching matchin
                  std::chrono::duration<double>(1.0 / parameters_.rate_hz))) {
   publisher_ = node_.advertise<sensor_msgs::JointState>("joint_states", 10);
   diagnostics_ = node_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
-  subscribe();
+  for (const std::string& topic : parameters_.topics) subscriptions_.push_back({topic, {}});
+  for (Subscription& subscription : subscriptions_) subscribe(subscription);
   timer_ = node_.createWallTimer(ros::WallDuration(kQuietPeriodS),
                                  [this](const ros::WallTimerEvent&) { tick(); });
 }
 
 void JointProcessor::tick() {
-  followChangedType();
+  for (Subscription& subscription : subscriptions_) followChangedType(subscription);
   // Only what nothing has followed: between two messages it would be late, and the next one is not.
   if (quiet_) publish(board_.rest(Clock::now()));
   quiet_ = true;
   report();
 }
 
-void JointProcessor::subscribe() {
+void JointProcessor::subscribe(Subscription& subscription) {
   ros::SubscribeOptions options;
-  options.topic = parameters_.topic;
+  options.topic = subscription.topic;
   options.queue_size = kQueue;
   options.md5sum = ros::message_traits::md5sum<RawMessage>();
   options.datatype = ros::message_traits::datatype<RawMessage>();
   options.transport_hints = ros::TransportHints().tcpNoDelay();
   options.helper = boost::make_shared<ros::SubscriptionCallbackHelperT<const Event&>>(
-      [this](const Event& event) { receive(event); });
-  subscriber_ = node_.subscribe(options);
+      [this, &subscription](const Event& event) { receive(subscription, event); });
+  subscription.subscriber = node_.subscribe(options);
 }
 
 // roscpp keeps the first type that it saw, and then refuses publishers of another one.
-void JointProcessor::followChangedType() {
-  const bool connected = subscriber_.getNumPublishers() > 0;
-  if (was_connected_ && !connected) {
-    subscriber_.shutdown();
-    subscribe();
+void JointProcessor::followChangedType(Subscription& subscription) {
+  const bool connected = subscription.subscriber.getNumPublishers() > 0;
+  if (subscription.was_connected && !connected) {
+    subscription.subscriber.shutdown();
+    subscribe(subscription);
   }
-  was_connected_ = connected;
+  subscription.was_connected = connected;
 }
 
-void JointProcessor::receive(const Event& event) {
-  was_connected_ = true;
+void JointProcessor::receive(Subscription& subscription, const Event& event) {
+  subscription.was_connected = true;
+  const std::string& topic = subscription.topic;
   try {
     const StampedJoints message = decode(event);
     const JointPositions joints = matching_.match(message.joints);
@@ -82,16 +84,16 @@ void JointProcessor::receive(const Event& event) {
     stamp_ = age_s >= 0.0 && age_s <= kUsableWithinS ? stamp : arrival;
     board_.add(joints, event.getPublisherName(), now);
     publish(board_.due(now));
-    watch(joints.unusable);
+    watch(topic, joints.unusable);
   } catch (const ForeignJoints& error) {
     if (!used_ || Clock::now() - *used_ > kSharedTopic)
-      warn(std::string("is left out: ") + error.what());
+      warn(topic, std::string("is left out: ") + error.what());
   } catch (const std::exception& error) {
-    warn(std::string("is left out: ") + error.what());
+    warn(topic, std::string("is left out: ") + error.what());
   }
 }
 
-void JointProcessor::watch(const std::vector<std::string>& unusable) {
+void JointProcessor::watch(const std::string& topic, const std::vector<std::string>& unusable) {
   const auto now = Clock::now();
   std::vector<std::string> problems = board_.problems(now);
   problems.push_back(time_watch_.problem(ros::Time::now().toSec(), now));
@@ -104,13 +106,14 @@ void JointProcessor::watch(const std::vector<std::string>& unusable) {
   if (text.empty())
     complaint_.noteGood();
   else
-    warn(text);
+    warn(topic, text);
 }
 
 // Not ROS_WARN_THROTTLE, which says nothing while ROS time stands still.
-void JointProcessor::warn(const std::string& problem) {
+void JointProcessor::warn(const std::string& topic, const std::string& problem) {
   const auto now = Clock::now();
-  const std::string text = "a message on " + subscriber_.getTopic() + " " + problem;
+  complained_ = topic;
+  const std::string text = "a message on " + topic + " " + problem;
   complaint_.add(text, now);
   if (now < next_warning_) return;
   next_warning_ = now + kWarningPeriod;
@@ -125,8 +128,8 @@ void JointProcessor::report() {
   const bool holds = complaint_.holds(now);
   diagnostic_msgs::DiagnosticArray report;
   report.header.stamp = ros::Time::now();
-  report.status.push_back(statusOf(complaint_, now, ros::this_node::getName(),
-                                   subscriber_.getTopic(), parameters_.robot_name));
+  report.status.push_back(
+      statusOf(complaint_, now, ros::this_node::getName(), complained_, parameters_.robot_name));
   diagnostics_.publish(report);
   if (!holds) complaint_.clear();
 }

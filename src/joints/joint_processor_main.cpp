@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The node joint_proc: joint states of one robot, in the namespace with the robot's name.
 //
-// Parameters: ~topic, ~msg, ~joint_names (without them those of robot_description), ~joint_offsets,
-// ~joint_rate, ~prefix (which the driver's names of joints may begin with, beside those names).
+// Parameters: ~topic (or ~topics, a list), ~msg, ~joint_names (without them those of
+// robot_description), ~joint_offsets, ~joint_rate, ~prefix (which the driver's names of joints may
+// begin with, beside those names).
 
 #include <ros/callback_queue.h>
 
@@ -34,12 +35,14 @@ double number(const std::string& name, XmlRpc::XmlRpcValue value) {
 JointParameters readParameters() {
   std::string robot_name = ros::this_node::getNamespace();
   robot_name.erase(0, robot_name.find_first_not_of('/'));
-  JointParameters parameters{robot_name, "", "", kRateHz};
-  ros::param::get("~topic", parameters.topic);
+  JointParameters parameters{robot_name, {}, "", kRateHz};
+  ros::param::get("~topics", parameters.topics);
+  const auto topic = ros::param::param<std::string>("~topic", "");
+  if (!topic.empty()) parameters.topics = {topic};
   ros::param::get("~msg", parameters.message_type);
   XmlRpc::XmlRpcValue rate;
   if (ros::param::get("~joint_rate", rate)) parameters.rate_hz = number("~joint_rate", rate);
-  if (parameters.topic.empty()) refuse("~topic", "the topic of the joints is expected");
+  if (parameters.topics.empty()) refuse("~topic", "the topic of the joints is expected");
   if (!(parameters.rate_hz > 0.0) || !std::isfinite(parameters.rate_hz))
     refuse("~joint_rate", "a number above 0 is expected");
   return parameters;

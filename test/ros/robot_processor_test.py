@@ -150,6 +150,18 @@ class RobotProcessorTest(unittest.TestCase):
                        'a warning', lambda: publish('alone'))
             self.assertFalse(logged(self.log, Log.WARN, 'none of the names shared'))
 
+    def test_joints_of_a_robot_on_two_topics(self) -> None:
+        arm, gripper = publisher('/m/joints', JointState), publisher('/m/gripper', JointState)
+
+        def publish() -> None:
+            arm.publish(JointState(name=['arm'], position=[0.5]))
+            gripper.publish(JointState(name=['finger'], position=[0.02]))
+
+        with Listener('/m/joint_states', JointState) as states:
+            wait_until(lambda: {'m/arm': 0.5, 'm/finger': 0.02}.items() <= {
+                name: position for state in states.messages
+                for name, position in zip(state.name, state.position)}.items(), 'both', publish)
+
     def test_wrong_parameters_end_the_node_with_a_message(self) -> None:
         rospy.set_param('/broken', '<robot>')
         rospy.set_param('/one', '<robot name="t"><joint name="a" type="revolute"/></robot>')

@@ -18,12 +18,13 @@
 
 namespace process_visualizer::joints {
 
-/// The parameters of the joint processor.
+/// The parameters of the joint processor. Several topics have different joints of the robot, such
+/// as those of its arm and of its gripper.
 struct JointParameters {
   std::string robot_name;
-  std::string topic;
-  std::string message_type;  ///< package/Type; empty: the type found on the topic
-  double rate_hz;            ///< maximum
+  std::vector<std::string> topics;  ///< at least one
+  std::string message_type;         ///< package/Type; empty: the type found on the topics
+  double rate_hz;                   ///< maximum
 };
 
 /// Publishes a robot's joint states for robot_state_publisher, each joint at most at a rate; the
@@ -47,29 +48,35 @@ class JointProcessor {
   using Clock = std::chrono::steady_clock;
   using Event = ros::MessageEvent<RawMessage const>;
 
-  void subscribe();
+  struct Subscription {
+    std::string topic;
+    ros::Subscriber subscriber;
+    bool was_connected = false;
+  };
+
+  void subscribe(Subscription& subscription);
   void tick();
-  void followChangedType();
-  void receive(const Event& event);
+  void followChangedType(Subscription& subscription);
+  void receive(Subscription& subscription, const Event& event);
   StampedJoints decode(const Event& event) const;
   void publish(const JointPositions& joints);
-  void watch(const std::vector<std::string>& unusable);
-  void warn(const std::string& problem);
+  void watch(const std::string& topic, const std::vector<std::string>& unusable);
+  void warn(const std::string& topic, const std::string& problem);
   void report();
 
   JointParameters parameters_;
   JointMatching matching_;
   ros::NodeHandle node_;
   ros::Publisher publisher_;
-  ros::Subscriber subscriber_;
+  std::vector<Subscription> subscriptions_;  ///< their number stays as it is
   ros::WallTimer timer_;
-  bool was_connected_ = false;
   bool quiet_ = true;  ///< no message has come since the last tick
   ros::Time stamp_;    ///< of the newest message
   Clock::time_point next_warning_;
   std::optional<Clock::time_point> used_;  ///< when a message last had joints of this robot
   JointBoard board_;
   Complaint complaint_;
+  std::string complained_;  ///< the topic of the last complaint
   ros::Publisher diagnostics_;
   Clock::time_point next_report_;
   TimeWatch time_watch_;

@@ -295,6 +295,10 @@ class Device:
         """The topic that has this function, if there is one."""
         return next((topic for topic in self.topics if topic.function is function), None)
 
+    def topics_for(self, function: TopicFunction) -> Tuple[Topic, ...]:
+        """The topics that have this function: several of a robot's joints, else one at most."""
+        return tuple(topic for topic in self.topics if topic.function is function)
+
     @property
     def has_images(self) -> bool:
         """Whether there is everything that a cropped cloud is made from in one pass."""

@@ -31,6 +31,7 @@ from process_visualizer.ros_names import (
     FUSION,
     GHOST,
     JOINT_PROC,
+    JOINT_STATE,
     OBJECT_FINDER,
     PACKAGE,
     ROBOT_PROC,
@@ -210,12 +211,20 @@ def _check_topics(device: Device, problems: ProblemList) -> None:
                        'the topic "{}"', problems)
     with_function = [topic for topic in device.topics if topic.function is not None]
     _report_duplicates(((topic.function.value, topic.location, 'topic')
-                        for topic in with_function if topic.function is not None),
+                        for topic in with_function if topic.function is not None
+                        and topic not in _parts_of_joints(device)),
                        'a topic of type "{}"', problems)
     for topic in with_function:
         _check_topic_function(topic, problems)
     for topic in device.topics:
         _check_parent_frame(topic, problems)
+
+
+def _parts_of_joints(device: Device) -> Tuple[Topic, ...]:
+    """Topics with joints, if there are several and the messages name them."""
+    topics = device.topics_for(TopicFunction.JOINT_STATES)
+    named = all(topic.message_type in (None, JOINT_STATE) for topic in topics)
+    return topics if named and len(topics) > 1 else ()
 
 
 def _check_topics_of_type(device: Device, problems: ProblemList) -> None:

@@ -135,14 +135,14 @@ def _locators(messages: Messages, part: MovingPart, device: Device,
               connections: Sequence[int]) -> Dict[int, Locator]:
     if isinstance(part, SentTransform):
         return {number: TransformLocator(*part) for number in connections}
-    topic = device.topic_for(TopicFunction.JOINT_STATES)
-    if topic is None or matching is None:
+    if matching is None:
         return {}
     found = {}
-    for number in messages.index.connections_of(topic.name):
-        locator = joint_locator(messages.index.connections[number].type, part.name, matching)
-        if locator is not None:
-            found[number] = locator
+    for topic in device.topics_for(TopicFunction.JOINT_STATES):
+        for number in messages.index.connections_of(topic.name):
+            locator = joint_locator(messages.index.connections[number].type, part.name, matching)
+            if locator is not None:
+                found[number] = locator
     return found
 
 

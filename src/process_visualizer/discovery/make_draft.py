@@ -147,7 +147,8 @@ def _tell_odd_joints(device: DraftDevice, group: RobotGroup,
     if left:
         device.comments.append(f'{topic.name} has joints that the model has not, and that are not '
                                f'drawn: {", ".join(left)}.')
-    silent = sorted(model.joints - set(topic.joints))
+    others = {joint for it in group.other_joint_topics for joint in it.joints}
+    silent = sorted(model.joints - set(topic.joints) - others)
     if silent:
         device.comments.append(f'The model of {device.name} has joints that are not on '
                                f'{topic.name}, and stay where they are: {", ".join(silent)}.')

@@ -24,6 +24,7 @@ from process_visualizer.discovery.model_files import ModelFile, ModelFiles
 from process_visualizer.discovery.names import words
 from process_visualizer.discovery.robot_topics import (
     is_joints,
+    parts_of,
     robot_groups,
     without_model,
 )
@@ -62,8 +63,24 @@ class ModelSearch:
         taken = [group.joint_topic for group in robot_groups(joint_topics, models) if group.model]
         evidence = ModelEvidence(seen, self._motions)
         for topic in without_model(joint_topics, models, taken):
-            models += self._for_topic(topic, frames, evidence)
+            if not topic.joints or not _joints_of(models).issuperset(topic.joints):
+                models += (self._for_parts(topic, joint_topics, frames, evidence)
+                           or self._for_topic(topic, frames, evidence))
         return models
+
+    def _for_parts(self, topic: SeenTopic, joint_topics: Sequence[SeenTopic], frames: Set[str],
+                   evidence: ModelEvidence) -> List[FoundModel]:
+        """Models for the joints of an arm and of others below its namespace, such as its gripper.
+
+        None if these are no joints of the same models.
+        """
+        parts = parts_of(topic, joint_topics)
+        more = {joint for it in parts for joint in it.joints}
+        if not more:
+            return []
+        whole = replace(topic, joints=(*topic.joints, *sorted(more)))
+        models = self._for_topic(whole, frames, evidence)
+        return models if _joints_of(models) & more else []
 
     def _for_topic(self, topic: SeenTopic, frames: Set[str],
                    evidence: ModelEvidence) -> List[FoundModel]:
@@ -182,6 +199,10 @@ class ModelSearch:
             except ModelError:
                 self._expanded[key] = None  # it needs other arguments, or is no whole robot
         return self._expanded[key]
+
+
+def _joints_of(models: Sequence[FoundModel]) -> Set[str]:
+    return {joint for it in models for joint in it.joints}
 
 
 def _with_hand(file: ModelFile) -> List[_Arguments]:

@@ -42,7 +42,8 @@ def robot_device(group: RobotGroup, name: str, prefix: str, names: CellNames, pl
         base = names.frame(_base_of_poses(group, names, places) or f'{name}/base_link')
     attributes, comment = places.base_attributes(base)
     device.add('base', attributes, comment)
-    add_topic(device, group.joint_topic, 'joint_states')
+    for topic in (group.joint_topic, *group.other_joint_topics):
+        add_topic(device, topic, 'joint_states')
     if group.pose_topic is not None:
         add_topic(device, group.pose_topic, 'tool_center_frame')
     elif tool is not None:

@@ -24,11 +24,15 @@ _NAMESPACE_SCORE = _FRAME_SCORE = 10
 
 @dataclass
 class RobotGroup:
-    """A robot and its topics; ``joint_topic`` is there, or else there is no robot."""
+    """A robot and its topics; ``joint_topic`` is there, or else there is no robot.
+
+    ``other_joint_topics`` have more joints of its model, such as those of its gripper.
+    """
 
     namespace: str
     joint_topic: SeenTopic
     model: Optional[FoundModel] = None
+    other_joint_topics: Tuple[SeenTopic, ...] = ()
     pose_topic: Optional[SeenTopic] = None
     wrench_topic: Optional[SeenTopic] = None
 
@@ -46,7 +50,7 @@ class RobotGroup:
     @property
     def topics(self) -> List[SeenTopic]:
         """All of its topics."""
-        found = (self.joint_topic, self.pose_topic, self.wrench_topic)
+        found = (self.joint_topic, *self.other_joint_topics, self.pose_topic, self.wrench_topic)
         return [it for it in found if it is not None]
 
 
@@ -58,9 +62,33 @@ def robot_groups(topics: Sequence[SeenTopic], models: Sequence[FoundModel]) -> L
     groups += [RobotGroup(topic.name.rpartition('/')[0], topic)
                for topic in without_model(joint_topics, [it.model for it in groups if it.model],
                                           [it.joint_topic for it in groups])]
+    for group in groups:
+        group.other_joint_topics = _other_joints(group, groups, joint_topics)
     _assign(groups, topics, _is_pose, _set_pose)
     _assign(groups, topics, _is_wrench, _set_wrench)
     return groups
+
+
+def _other_joints(group: RobotGroup, groups: Sequence[RobotGroup],
+                  joint_topics: Sequence[SeenTopic]) -> Tuple[SeenTopic, ...]:
+    """The topics with joints of the robot's model that none of its topics before them has."""
+    if group.model is None:
+        return ()
+    known, found = set(group.joint_topic.joints), []
+    taken = [it.joint_topic for it in groups]
+    for topic in parts_of(group.joint_topic, joint_topics):
+        if topic not in taken and group.model.joints.issuperset(topic.joints) \
+                and not known.intersection(topic.joints):
+            found.append(topic)
+            known.update(topic.joints)
+    return tuple(found)
+
+
+def parts_of(topic: SeenTopic, joint_topics: Sequence[SeenTopic]) -> List[SeenTopic]:
+    """Return the topics below a topic's namespace with joints that it does not have."""
+    below = f'{_namespace(topic)}/'
+    return [it for it in joint_topics if it.joints and topic.joints and it is not topic
+            and it.name.startswith(below) and not set(it.joints) & set(topic.joints)]
 
 
 def without_model(joint_topics: Sequence[SeenTopic], models: Sequence[FoundModel],

@@ -122,12 +122,14 @@ def robot_parameters(device: Device, description: Optional[RobotDescription]) ->
 
 
 def _joint_nodes(device: Device, description: Optional[RobotDescription]) -> List[ProcessorNode]:
-    topic = device.topic_for(TopicFunction.JOINT_STATES)
-    if topic is None or description is None or not description.joints:
+    topics = device.topics_for(TopicFunction.JOINT_STATES)
+    if not topics or description is None or not description.joints:
         return []
-    parameters: Dict[str, Any] = {'topic': topic.name, 'joint_names': list(description.joints)}
-    if topic.message_type is not None:
-        parameters['msg'] = topic.message_type
+    parameters: Dict[str, Any] = {'topic': topics[0].name} if len(topics) == 1 else \
+        {'topics': [topic.name for topic in topics]}
+    parameters['joint_names'] = list(description.joints)
+    if topics[0].message_type is not None:
+        parameters['msg'] = topics[0].message_type
     if device.model is not None and device.model.prefix:
         parameters['prefix'] = device.model.prefix
     return [ProcessorNode(PACKAGE, JOINT_PROC, JOINT_PROC, parameters)]

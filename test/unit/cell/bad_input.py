@@ -259,8 +259,9 @@ COMBINATIONS: List[Bad] = [
     _in_robot('cloud that is an output', '<topic ns="d" name="points" type="pointcloud"/>',
               '3: <topic>: "/d/points" is published by the program itself for the device "d"',
               schema_sees=False, kind='depth_sensor'),
-    _in_robot('function twice', '<topic name="a" type="joint_states"/>\n'
-                                '<topic name="b" type="joint_states"/>',
+    _in_robot('joints without names twice',
+              '<topic name="a" type="joint_states" msg="std_msgs/Float32MultiArray"/>\n'
+              '<topic name="b" type="joint_states"/>',
               '4: <topic>: a topic of type "joint_states" already exists', schema_sees=False),
     _in_robot('function of another device', '<topic name="a" type="pointcloud"/>',
               '3: <topic>: type "pointcloud" belongs to devices of type "depth_sensor"',

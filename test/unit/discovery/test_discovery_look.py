@@ -9,13 +9,14 @@ import pytest
 import rosbag
 from genpy import Time
 from geometry_msgs.msg import PoseStamped, Quaternion, Transform, TransformStamped, Vector3
-from seen_cells import urdf
+from seen_cells import urdf, written
 from sensor_msgs.msg import Image, JointState, Temperature
 from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 from process_visualizer.bags.recording import Recording
+from process_visualizer.cell.model import TopicFunction
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.commands.command_line import main
 from process_visualizer.descriptions.own_description import marked_description
@@ -296,3 +297,20 @@ def test_makers_models_are_found_by_joints(monkeypatch: pytest.MonkeyPatch, file
     [model] = ModelSearch().find(Seen('x', (topic,)))
     assert (f'{model.package}/{model.path}', model.arguments) == (file, arguments)
     assert model.joints == set(joints)
+
+
+def test_an_arm_and_its_gripper_on_two_topics_are_one_robot(monkeypatch: pytest.MonkeyPatch,
+                                                           tmp_path: Path) -> None:
+    monkeypatch.setenv('ROS_PACKAGE_PATH', str(MAKERS))
+    file = MAKERS / 'panda_style_description/robots/arm.urdf.xacro'
+    arm = tuple(load_robot_description(str(file), ()).joints)
+    hand = tuple(set(load_robot_description(str(file), (('hand', 'true'),)).joints) - set(arm))
+    seen = Seen('x', (SeenTopic('/franka/gripper/joint_states', 'sensor_msgs/JointState',
+                                joints=hand),
+                      SeenTopic('/franka/joint_states', 'sensor_msgs/JointState', joints=arm)))
+    [found] = ModelSearch().find(seen)
+    assert found.arguments == (('hand', 'true'),)
+    _, cell = written(seen, [found], tmp_path)
+    [robot] = cell.devices
+    assert [it.name for it in robot.topics_for(TopicFunction.JOINT_STATES)] == [
+        '/franka/joint_states', '/franka/gripper/joint_states']

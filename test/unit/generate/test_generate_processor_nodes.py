@@ -241,6 +241,13 @@ def test_joints_of_a_robot(parse: Parse) -> None:
     assert found == {'topic': '/q', 'joint_names': ['j1', 'j2'], 'msg': 'sensor_msgs/JointState'}
 
 
+def test_joints_of_an_arm_and_of_its_gripper(parse: Parse) -> None:
+    nodes = nodes_of(parse, 'robot', '<topic name="q" type="joint_states"/>'
+                     '<topic ns="hand" name="q" type="joint_states"/>', ARM)
+    found = next(node.parameters for node in nodes if node.name == 'joint_proc')
+    assert found == {'topics': ['/q', '/hand/q'], 'joint_names': ['j1', 'j2']}
+
+
 def test_joints_of_a_robot_whose_model_has_a_prefix(parse: Parse) -> None:
     nodes = nodes_of(parse, 'robot', '<model pkg="p" path="a.urdf" prefix="left_"/>'
                      '<topic name="q" type="joint_states"/>', ARM)

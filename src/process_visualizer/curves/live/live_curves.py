@@ -124,8 +124,8 @@ class LiveCurves:
         topics = {source.topic}
         if source.quantity is Quantity.SPEED and source.message_type in ('', TF_MESSAGE):
             device = next(it for it in self._devices if it.name == source.device)
-            joints = device.topic_for(TopicFunction.JOINT_STATES)
-            topics |= {STATIC_TF_TOPIC} | ({joints.name} if joints is not None else set())
+            topics |= {STATIC_TF_TOPIC, *(it.name for it in
+                                          device.topics_for(TopicFunction.JOINT_STATES))}
         return topics
 
     def _locate(self, part: RecentPart) -> None:

@@ -24,10 +24,10 @@ def joint_series(recording: Recording, devices: Sequence[Device]) -> List[Series
     """Return a series for each joint of the robots whose models can be loaded."""
     found: List[Series] = []
     for device in devices:
-        topic = device.topic_for(TopicFunction.JOINT_STATES)
+        topics = device.topics_for(TopicFunction.JOINT_STATES)
         description = _description(device) if device.type is DeviceType.ROBOT else None
-        if topic is not None and description is not None:
-            found += _series(recording, device, topic, description)
+        if topics and description is not None:
+            found += _series(recording, device, topics, description)
     return found
 
 
@@ -38,10 +38,11 @@ def _description(device: Device) -> Optional[RobotDescription]:
         return None
 
 
-def _series(recording: Recording, device: Device, topic: Topic,
+def _series(recording: Recording, device: Device, topics: Sequence[Topic],
             description: RobotDescription) -> List[Series]:
     matching = joint_matching(device, description)
-    connections = recording.index.connections_of(topic.name)
+    connections = [number for topic in topics
+                   for number in recording.index.connections_of(topic.name)]
     found = []
     for joint in matching.joints:
         located: Dict[int, Locator] = {}
@@ -53,6 +54,6 @@ def _series(recording: Recording, device: Device, topic: Topic,
             name = joint.rpartition('/')[2]
             unit = 'm' if description.joints[joint] == 'prismatic' else 'rad'
             source = CurveSource(device.name, f'joint {name}', unit, _COLOR, Quantity.JOINT,
-                                 topic.name)
+                                 topics[0].name)
             found.append(Series(source, SourceLocators((located,))))
     return found
