@@ -38,6 +38,15 @@ def shift(run_s: float) -> TimeMap:
     return TimeMap(np.zeros(1), np.array([run_s]))
 
 
+def joined(first: TimeMap, second: TimeMap) -> TimeMap:
+    """Return the map from the reference of the first one to the run of the second.
+
+    The run of the first one is the reference of the second.
+    """
+    between_s = np.union1d(first.run_s, second.reference_s)
+    return time_map(first.to_reference(between_s), second.to_run(between_s))
+
+
 def _rising(times_s: np.ndarray) -> np.ndarray:
     steps = _LEAST_STEP_S * np.arange(len(times_s))
     result: np.ndarray = np.maximum.accumulate(times_s - steps) + steps

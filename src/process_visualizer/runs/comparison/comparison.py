@@ -18,6 +18,7 @@ import numpy as np
 
 from process_visualizer.runs.alignment.alignment import Alignment, Means
 from process_visualizer.runs.alignment.anchors import Anchor, aligned_at, with_anchor
+from process_visualizer.runs.alignment.time_map import joined
 from process_visualizer.runs.deviation.band import (
     FEWEST_RUNS,
     RELATIVE_TOLERANCE,
@@ -165,8 +166,11 @@ class GoodRuns:
         self.reference = runs[0]
         self.times_s = grid_s(self.reference)
         self._good: List[_Good] = []
+        self._first_of_place: Dict[Context, Tuple[Run, Alignment]] = {}
         for run in runs:
             alignment, columns = self._columns(run)
+            if run.place != self.reference.place:
+                self._first_of_place.setdefault(run.place, (run, alignment))
             self._good.append(_Good(run, fingerprint(run), columns,
                                     _states(self.reference, run, alignment)))
         self._learner = BandLearner([it.columns for it in self._good], self._tolerance,
@@ -224,8 +228,19 @@ class GoodRuns:
 
     def _columns(self, run: Run,
                  anchors: Sequence[Anchor] = ()) -> Tuple[Alignment, Columns]:
-        alignment = aligned_at(self.reference, run, anchors or _wait_anchors(self.reference, run))
+        alignment = self._aligned(run, anchors)
         return alignment, signals(self.reference, run, alignment.time_map)
+
+    def _aligned(self, run: Run, anchors: Sequence[Anchor]) -> Alignment:
+        """The alignment; of runs of another place, by the first good one of that place.
+
+        So what is wrong in finding the moments of a way to another place is the same for all.
+        """
+        first = self._first_of_place.get(run.place)
+        if anchors or first is None or first[0] is run:
+            return aligned_at(self.reference, run, anchors or _wait_anchors(self.reference, run))
+        found = aligned_at(first[0], run, _wait_anchors(first[0], run))
+        return found._replace(time_map=joined(first[1].time_map, found.time_map))
 
     def _band(self, without: Optional[int]) -> Band:
         runs = self._learner.kept - (without is not None)
@@ -356,7 +371,7 @@ def _state_departure(key: Key, fault: StateFault, end_s: float) -> Departure:
     since_s = min(max(fault.since_s, 0.0), end_s)
     deviation, limit = (fault.late_s, fault.limit_s) if fault.limit_s else (_WRONG_STATE, 1.0)
     return Departure(Signal(*key, '', SignalKind.STATE), since_s, None, since_s, _STATE_KNOWN_S,
-                     since_s, deviation, limit, fault.words)
+                     since_s, deviation, limit, fault.words, bool(fault.limit_s))
 
 
 def _unjudged(run: Run, alignment: Alignment, times_s: np.ndarray, columns: Columns,

@@ -31,7 +31,7 @@ class Departure(NamedTuple):
     It leaves at ``left_s``, ``back_s`` is when it is back (None: not again), and the deviation
     began at ``onset_s``, give or take ``uncertainty_s``. At ``worst_s`` it is ``deviation`` away
     from the middle of a band of ``half_width``, in the signal's unit. Of a state, ``words`` say
-    what is wrong.
+    what is wrong; one that only ``is_late`` follows from what took longer.
     """
 
     signal: Signal
@@ -43,6 +43,7 @@ class Departure(NamedTuple):
     deviation: float
     half_width: float
     words: str = ''
+    is_late: bool = False
 
     @property
     def severity(self) -> float:
@@ -200,7 +201,7 @@ def _rank(departure: Departure, beside: float) -> float:
     kind = departure.signal.kind
     if kind is SignalKind.TIMING and departure.severity < beside:
         return _RANK[SignalKind.PLACE] + 0.5
-    return _RANK[kind]
+    return _RANK[SignalKind.JOINT] if departure.is_late else _RANK[kind]
 
 
 def _in_order(found: Sequence[Departure]) -> List[Departure]:
