@@ -9,13 +9,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from process_visualizer.cell.errors import Location
-from process_visualizer.cell.model import Device, DeviceType, Variable, WarningLimits
+from process_visualizer.cell.model import Device, DeviceType, Mode, Variable, WarningLimits
 from process_visualizer.curves.curves import Curve
 from process_visualizer.curves.recorded_alarms import recorded_alarms
+from process_visualizer.generate.plan import BAG_PART, RVIZ_PART
 from process_visualizer.health.alarm_board import Action, AlarmBoard, Condition
 from process_visualizer.health.alarm_conditions import (
     limit_conditions,
     loss_conditions,
+    own_part_conditions,
     part_conditions,
     recorded_conditions,
     topic_conditions,
@@ -27,7 +29,8 @@ from process_visualizer.launching.part_report import PartReport, PartState
 from process_visualizer.ros_names import LIMIT_KEY
 
 HERE = Location('cell.xml', 1)
-SILENT = Condition('arm', '/arm/q', '/arm/q is silent', Level.WARNING)
+SILENT = Condition('arm', '/arm/q', 'No data from /arm/q', Level.WARNING,
+                   end='data resumed')
 BEYOND = Condition('oven', 'limit', 'oven is above 200', Level.BAD)
 
 
@@ -41,7 +44,8 @@ def test_an_alarm_begins_and_ends() -> None:
     board = AlarmBoard().seen([SILENT], 10.0).seen([SILENT], 11.0).seen([], 12.5)
     assert board.alarms == ()
     assert [tuple(event) for event in board.events] == [
-        (10.0, 'arm: /arm/q is silent'), (12.5, 'arm: /arm/q is silent: over after 2.5 s')]
+        (10.0, 'arm: No data from /arm/q'),
+        (12.5, 'arm: No data from /arm/q: data resumed after 2.5 s')]
 
 
 def test_the_worst_comes_first_then_the_oldest() -> None:
@@ -121,7 +125,7 @@ def test_every_begin_has_its_end(steps: Any) -> None:
     board = board.seen([], 99.0)
     for name in 'abcd':
         about = [text for text in texts(board) if text.startswith(f'arm: {name}')]
-        assert all(('over' in text) == bool(row % 2) for row, text in enumerate(about))
+        assert all(('after' in text) == bool(row % 2) for row, text in enumerate(about))
         assert len(about) % 2 == 0
 
 
@@ -150,22 +154,39 @@ def test_nodes_that_are_being_stopped_are_no_alarm() -> None:
                            Action.RESTART_RVIZ) == []
 
 
+def own(part: str, *reports: PartReport, mode: Mode = Mode.PLAYBACK) -> List[Condition]:
+    return [it for report in reports for it in own_part_conditions(mode, {part: report})]
+
+
 def test_a_window_that_was_closed_is_missed_until_it_is_restarted() -> None:
     """Its roslaunch ends some seconds later: what runs it is then stopped."""
-    closed = PartReport('/rviz', PartState.RUNNING, (
+    closed = PartReport(RVIZ_PART, PartState.RUNNING, (
         NodeReport('/rviz', NodeState.EXITED, 0),))
-    for report in (closed, closed.ended(0)):
-        (found,) = part_conditions('RViz', report, Action.RESTART_RVIZ)
+    for found in own(RVIZ_PART, closed, closed.ended(0)):
         assert (found.said, found.level) == ('RViz was closed', Level.WARNING)
         assert Action.RESTART_RVIZ in found.actions
     assert closed.ended(0).state is PartState.STOPPED
-    assert part_conditions('RViz', closed.ended(0).stopping().stopped(), Action.RESTART_RVIZ) == []
+    assert own(RVIZ_PART, closed.ended(0).stopping().stopped()) == []
 
 
 def test_a_window_that_was_killed() -> None:
-    report = PartReport('/rviz', PartState.RUNNING, (NodeReport('/rviz', NodeState.EXITED, -9),))
-    (found,) = part_conditions('RViz', report, Action.RESTART_RVIZ)
+    (found,) = own(RVIZ_PART, PartReport(RVIZ_PART, PartState.RUNNING, (
+        NodeReport('/rviz', NodeState.EXITED, -9),)))
     assert (found.said, found.level) == ('RViz was killed', Level.BAD)
+
+
+def test_a_player_says_why_it_stopped() -> None:
+    def ended(*lines: str) -> PartReport:
+        return PartReport(BAG_PART, PartState.RUNNING, (
+            NodeReport('/bag_player', NodeState.EXITED, 1, log_tail=lines),))
+
+    reason = 'bag_player: foreign.bag has none of these topics'
+    assert [it.said for it in own(BAG_PART, ended('reading', reason), ended())] == [
+        'Player stopped: foreign.bag has none of these topics',
+        'Player stopped (ended with code 1)']
+    (found,) = own(BAG_PART, PartReport(BAG_PART, PartState.RUNNING, (
+        NodeReport('/bag_recorder', NodeState.EXITED, -9),)), mode=Mode.REALTIME)
+    assert found.said == 'Recorder: bag_recorder killed by SIGKILL'
 
 
 def test_a_part_that_has_failed() -> None:
@@ -177,7 +198,7 @@ def test_a_part_that_has_failed() -> None:
 def test_silent_topics() -> None:
     lines = {'/q': Line(Level.WARNING, 'silent for 2.2 s'), '/f': Line(Level.GOOD, '90 Hz'),
              '/n': Line(Level.WAITING, 'no message yet')}
-    assert [it.text for it in topic_conditions('arm', lines)] == ['/q is silent']
+    assert [it.text for it in topic_conditions('arm', lines)] == ['No data from /q']
 
 
 def test_variables_beyond_their_limits() -> None:

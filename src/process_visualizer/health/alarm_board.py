@@ -28,7 +28,8 @@ class Condition(NamedTuple):
     ``source`` is the device, or what else is concerned; with ``about`` it identifies the alarm
     while its ``text`` changes. ``part`` and ``node`` are what an action is about. ``since_s`` is
     the time since the epoch, if known; ``position_s`` is given for alarms of a recording: where it
-    begins there. ``is_clause`` if the source is the subject of the text. A latched one stays an
+    begins there. ``is_clause`` if the source is the subject of the text; ``end`` is said of it when
+    it has ended. A latched one stays an
     alarm when it is over, until somebody acknowledges it.
     """
 
@@ -42,6 +43,7 @@ class Condition(NamedTuple):
     since_s: Optional[float] = None
     position_s: Optional[float] = None
     is_clause: bool = False
+    end: str = 'over'
     is_latched: bool = False
 
     @property
@@ -138,4 +140,5 @@ def _begun(condition: Condition) -> str:
 
 def _ended(alarm: Alarm, now_s: float) -> str:
     begun = _begun(alarm.condition)
-    return begun and f'{begun}: over after {max(now_s - alarm.since_s, 0.0):.1f} s'
+    length_s = max(now_s - alarm.since_s, 0.0)
+    return begun and f'{begun}: {alarm.condition.end} after {length_s:.1f} s'

@@ -2,9 +2,10 @@
 """What is wrong with a running cell: dead nodes, silent topics, values beyond limits, losses."""
 from __future__ import annotations
 
-from typing import Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
+from typing import Callable, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 
-from process_visualizer.generate.plan import FRAMES_PART
+from process_visualizer.cell.model import Mode
+from process_visualizer.generate.plan import BAG_PART, FRAMES_PART, RVIZ_PART
 from process_visualizer.health.alarm_board import Action, Condition
 from process_visualizer.health.device_state import Level, Line, node_line
 from process_visualizer.health.near_objects import NearObject
@@ -12,7 +13,7 @@ from process_visualizer.health.node_warnings import NodeWarning
 from process_visualizer.health.object_spans import ObjectSpans
 from process_visualizer.launching.node_state import NodeReport, NodeState
 from process_visualizer.launching.part_report import PartReport, PartState
-from process_visualizer.ros_names import CONCERNED_KEY, LIMIT_KEY, SILENT_NODE_KEY
+from process_visualizer.ros_names import BAG_PLAYER, CONCERNED_KEY, LIMIT_KEY, SILENT_NODE_KEY
 
 
 def part_conditions(source: str, report: PartReport, restart: Action) -> List[Condition]:
@@ -27,12 +28,38 @@ def part_conditions(source: str, report: PartReport, restart: Action) -> List[Co
             if node_line(node).level >= Level.WARNING]
     if not dead and report.state is PartState.FAILED:
         return [Condition(source, report.part, report.reason, Level.BAD, actions, report.part)]
-    if restart is Action.RESTART_RVIZ and dead:
-        node = report.nodes[0]
-        return [Condition(source, node.name, _end_of_window(node), node_line(node).level, actions,
-                          report.part, node.name, is_clause=True)]
     return [Condition(source, name, _about_node(source, name, line.text), line.level,
                       actions, report.part, name) for name, line in dead]
+
+
+def own_part_conditions(mode: Mode, reports: Mapping[str, PartReport]) -> List[Condition]:
+    """Return what is wrong with the parts that belong to no device, in the order of their names."""
+    found: List[Condition] = []
+    for part, title in part_titles(mode).items():
+        report = reports.get(part)
+        restart = Action.RESTART_RVIZ if part == RVIZ_PART else Action.RESTART_PART
+        ends = {} if report is None else {node.name: node for node in report.nodes}
+        for it in [] if report is None else part_conditions(title, report, restart):
+            words = _END_WORDS.get(title)
+            if words is not None and it.node:
+                it = it._replace(text=words(ends[it.node]), is_clause=True)
+            found.append(it)
+    return found
+
+
+def part_titles(mode: Mode) -> Dict[str, str]:
+    """Return the names of the parts that belong to no device, for the operator."""
+    return {FRAMES_PART: 'Frames', RVIZ_PART: _RVIZ,
+            BAG_PART: 'Recorder' if mode is Mode.REALTIME else _PLAYER}
+
+
+def _end_of_player(node: NodeReport) -> str:
+    """That it has stopped, and why, if that is the last that it said."""
+    said = [line for line in node.log_tail if line.startswith(f'{BAG_PLAYER}: ')]
+    reason = said[-1][len(BAG_PLAYER) + 2:] if said else ''
+    if node.state is not NodeState.EXITED:
+        return node_line(node).text
+    return f'stopped: {reason}' if reason else f'stopped ({node_line(node).text})'
 
 
 def _end_of_window(node: NodeReport) -> str:
@@ -44,6 +71,11 @@ def _end_of_window(node: NodeReport) -> str:
     return 'was killed' if (node.exit_code or 0) < 0 else node_line(node).text
 
 
+_PLAYER, _RVIZ = 'Player', 'RViz'
+_END_WORDS: Mapping[str, Callable[[NodeReport], str]] = {
+    _PLAYER: _end_of_player, _RVIZ: _end_of_window}
+
+
 def _about_node(source: str, name: str, text: str) -> str:
     """Say which node it is, unless it is called like its device."""
     short = name.rpartition('/')[2]
@@ -52,8 +84,8 @@ def _about_node(source: str, name: str, text: str) -> str:
 
 def topic_conditions(device: str, lines: Mapping[str, Line]) -> List[Condition]:
     """Return which topics of a running device send nothing, for how long is told apart."""
-    return [Condition(device, name, f'{name} is silent', Level.WARNING,
-                      (Action.RESTART_DEVICE,), device)
+    return [Condition(device, name, f'No data from {name}', Level.WARNING,
+                      (Action.RESTART_DEVICE,), device, end='data resumed')
             for name, line in lines.items() if line.level is Level.WARNING]
 
 

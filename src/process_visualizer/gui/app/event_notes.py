@@ -12,11 +12,11 @@ from process_visualizer.bags.bag_errors import BagError
 from process_visualizer.bags.events_file import write_events
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.models.cell.alarms_model import AlarmsModel
-from process_visualizer.gui.models.cell.device_states_model import PART_TITLES
 from process_visualizer.gui.models.cell.launch_model import LaunchModel, Phase
 from process_visualizer.gui.models.recording.recording_model import RecordingModel
 from process_visualizer.gui.models.recording.recording_state import RECENT_S
 from process_visualizer.gui.toolkit.tasks import Tasks
+from process_visualizer.health.alarm_conditions import part_titles
 from process_visualizer.health.event_text import events_text
 from process_visualizer.launching.part_report import PartState
 
@@ -59,7 +59,11 @@ class EventNotes(QObject):
         if self._phase is Phase.RUNNING:
             for part, state in self._parts.items():
                 if state is not before.get(part, state) and state in _STATES:
-                    self._alarms.note(f'{PART_TITLES.get(part, part)} {_STATES[state]}')
+                    self._alarms.note(f'{self._title(part)} {_STATES[state]}')
+
+    def _title(self, part: str) -> str:
+        running = self._launch.running
+        return part if running is None else part_titles(running.mode).get(part, part)
 
     def _follow_recording(self) -> None:
         state = self._recording.state

@@ -10,8 +10,7 @@ from typing import Callable, List, Sequence, Tuple
 from PyQt5.QtCore import QObject, pyqtSignal
 
 from process_visualizer.cell.model import Mode
-from process_visualizer.generate.plan import RVIZ_PART
-from process_visualizer.gui.models.cell.device_states_model import PART_TITLES, DeviceStatesModel
+from process_visualizer.gui.models.cell.device_states_model import DeviceStatesModel
 from process_visualizer.gui.models.cell.launch_model import LaunchModel, Phase
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot
 from process_visualizer.health.alarm_board import Action, Alarm, AlarmBoard, Condition, Event
@@ -19,6 +18,7 @@ from process_visualizer.health.alarm_conditions import (
     departure_conditions,
     limit_conditions,
     loss_conditions,
+    own_part_conditions,
     part_conditions,
     recorded_conditions,
     silence_conditions,
@@ -147,10 +147,7 @@ class AlarmsModel(QObject):
             if report is not None:
                 found += part_conditions(device.name, report, Action.RESTART_DEVICE)
                 found += topic_conditions(device.name, self._states.state(device).topics)
-        for part, title in PART_TITLES.items():
-            restart = Action.RESTART_RVIZ if part == RVIZ_PART else Action.RESTART_PART
-            if part in self._launch.reports:
-                found += part_conditions(title, self._launch.reports[part], restart)
+        found += own_part_conditions(running.mode, self._launch.reports)
         found += silence_conditions(self._states.watch_warnings())
         if running.mode is Mode.PLAYBACK:
             return [*found, *recorded_conditions(self._recorded, self._position_s),

@@ -8,12 +8,13 @@ from PyQt5.QtCore import QObject, pyqtSignal
 
 from process_visualizer.bags.catalogue import Catalogue
 from process_visualizer.cell.model import Device
-from process_visualizer.generate.plan import BAG_PART, FRAMES_PART, RVIZ_PART
 from process_visualizer.gui.models.cell.launch_model import LaunchModel
 from process_visualizer.gui.models.cell.warnings_model import WarningsModel
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot, RecorderSnapshot
+from process_visualizer.health.alarm_conditions import own_part_conditions, part_titles
 from process_visualizer.health.device_state import (
     DeviceState,
+    Level,
     Line,
     device_state,
     live_line,
@@ -24,8 +25,6 @@ from process_visualizer.health.device_state import (
 from process_visualizer.health.node_warnings import NodeWarning, by_node
 from process_visualizer.health.topic_watch import TopicWatch
 from process_visualizer.ros_names import CELL_FRAMES, SCENE_WATCH
-
-PART_TITLES = {FRAMES_PART: 'frames', BAG_PART: 'recorder or player', RVIZ_PART: 'RViz'}
 
 
 class DeviceStatesModel(QObject):
@@ -83,10 +82,15 @@ class DeviceStatesModel(QObject):
     def trouble(self, devices: Tuple[Device, ...]) -> Line:
         """Return the worst state of devices and of the program's own parts, with its name."""
         lines = [(device.name, self.state(device).summary) for device in devices]
-        reports = self._launch.reports
-        lines += [(title, part_line(reports[part])) for part, title in PART_TITLES.items()
-                  if part in reports]
-        return worst(tuple(Line(line.level, f'{name}: {line.text}') for name, line in lines))
+        told = [Line(line.level, f'{name}: {line.text}') for name, line in lines]
+        running, reports = self._launch.running, self._launch.reports
+        if running is not None:
+            told += [Line(it.level, it.said)
+                     for it in own_part_conditions(running.mode, reports)]
+            told += [Line(line.level, f'{title}: {line.text}')
+                     for part, title in part_titles(running.mode).items() if part in reports
+                     for line in [part_line(reports[part])] if line.level < Level.WARNING]
+        return worst(tuple(told))
 
     def _forget(self) -> None:
         self._lines, self._watch = {}, TopicWatch()

@@ -8,13 +8,13 @@ from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
+from process_visualizer.cell.model import Mode
 from process_visualizer.clients.rviz_view import RvizView, RvizViewError
 from process_visualizer.generate.plan import RVIZ_FILE, RVIZ_PART
 from process_visualizer.gui.models.cell.cell_model import CellModel
 from process_visualizer.gui.models.cell.launch_model import LaunchModel
 from process_visualizer.gui.toolkit.tasks import Tasks
-from process_visualizer.health.alarm_board import Action
-from process_visualizer.health.alarm_conditions import part_conditions
+from process_visualizer.health.alarm_conditions import own_part_conditions
 from process_visualizer.launching.part_report import PartState
 from process_visualizer.rviz.saved_views import SavedViewError, SavedViews
 from process_visualizer.rviz.window_geometry import Rectangle
@@ -100,7 +100,7 @@ class ViewModel(QObject):
     def _follow_launch(self) -> None:
         report = self._launch.reports.get(RVIZ_PART)
         ends = [] if report is None or not self._launch.is_running else \
-            part_conditions('RViz', report, Action.RESTART_RVIZ)
+            own_part_conditions(Mode.REALTIME, {RVIZ_PART: report})
         text = f'{ends[0].said}.' if ends else ''
         if text != self._end_text:
             self._end_text = text
