@@ -172,12 +172,12 @@ class OurNodesTest(unittest.TestCase):
                 markers.next()
             os.kill(process, signal.SIGSTOP)
             try:
-                markers.next(says('watched: depth_proc does not answer, what it showed is out'))
+                markers.next(says('watched: depth_proc is not responding; this picture'))
             finally:
                 os.kill(process, signal.SIGCONT)
             markers.next(lambda array: not says('watched')(array))
             os.kill(process, signal.SIGKILL)
-            markers.next(says('watched: depth_proc has ended, what it showed is out of date'))
+            markers.next(says('watched: depth_proc stopped; this picture is old'))
 
 
 if __name__ == '__main__':

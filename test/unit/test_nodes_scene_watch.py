@@ -56,7 +56,7 @@ class Processes:
         return node
 
     def connect(self, node: str) -> socket.socket:
-        """As the kernel: it refuses for a process that has ended, not for one that hangs."""
+        """As the kernel: it refuses for a process that stopped; not for one that hangs."""
         if node not in self.running:
             raise ConnectionRefusedError(node)
         ours, theirs = socket.socketpair()
@@ -127,7 +127,7 @@ def test_of_those_that_answer_nothing_is_said_but_something_is_published(watch: 
 def test_one_that_hangs_is_named_until_it_goes_on(watch: Watch, name: str, meaning: str) -> None:
     watch.processes.hanging.add(name)
     watch.wait(NOTICED_S)
-    assert watch.words() == f'r: {name.rpartition("/")[2]} does not answer, {meaning}'
+    assert watch.words() == f'r: {name.rpartition("/")[2]} is not responding; {meaning}'
     marker = watch.markers()['r']
     assert (marker.header.frame_id, marker.pose.position.z) == ('r/link0', 0.7)
     assert marker.lifetime.to_sec() > 0.0
@@ -139,7 +139,7 @@ def test_one_that_hangs_is_named_until_it_goes_on(watch: Watch, name: str, meani
 def test_one_that_is_killed_is_named_and_started_anew_it_is_well(watch: Watch) -> None:
     watch.processes.running.remove(PROCESSOR)
     watch.wait(NOTICED_S)
-    assert watch.words() == 'r: robot_proc has ended, no arrows and numbers'
+    assert watch.words() == 'r: robot_proc stopped; no arrows and numbers'
     watch.processes.running.add(PROCESSOR)
     watch.wait(2.0)
     assert watch.words() == ''
@@ -150,9 +150,9 @@ def test_several_are_named_and_drawn_before_rviz_removes_the_words(watch: Watch)
     watch.processes.hanging.add(PROCESSOR)
     watch.wait(NOTICED_S)
     assert watch.words().splitlines() == [
-        'r: robot_state_publisher has ended, the robot does not move',
-        'r: robot_proc does not answer, no arrows and numbers']
-    assert watch.words('c') == 'c: depth_proc has ended, the points are old'
+        'r: robot_state_publisher stopped; the robot does not move',
+        'r: robot_proc is not responding; no arrows and numbers']
+    assert watch.words('c') == 'c: depth_proc stopped; the points are old'
     watch.node.sent('~marker_array').clear()
     watch.wait(4.0)
     assert len(watch.node.sent('~marker_array')) >= 4.0 / 0.8 * 2
@@ -166,7 +166,7 @@ def test_publisher_of_a_shown_topic_that_takes_its_leave(watch: Watch) -> None:
     watch.processes.running.remove('/other')
     watch.processes.publishers.clear()
     watch.wait(NOTICED_S)
-    assert watch.words() == 'r: other has ended, what it showed is out of date'
+    assert watch.words() == 'r: other stopped; this picture is old'
 
 
 def test_cloud_that_comes_no_more(watch: Watch) -> None:
@@ -191,7 +191,7 @@ def test_one_that_had_ended_when_the_watch_was_started_anew_is_still_missed(watc
     watch.wait(NOTICED_S)
     assert watch.words() == ''  # it may be starting as well
     watch.wait(6.0)
-    assert watch.words() == 'r: robot_proc has ended, no arrows and numbers'
+    assert watch.words() == 'r: robot_proc stopped; no arrows and numbers'
     watch.processes.running.add(PROCESSOR)
     watch.wait(2.0)
     assert watch.words() == ''
@@ -201,7 +201,7 @@ def test_one_that_was_killed_before_the_watch_began_is_missed(watch: Watch) -> N
     """The master knows it, and nobody listens there."""
     watch.processes.killed.add(NEVER)
     watch.wait(7.0)
-    assert watch.words() == 'r: variable_proc has ended, never started'
+    assert watch.words() == 'r: variable_proc stopped; never started'
 
 
 def test_own_nodes_of_the_program_are_watched_too_and_it_is_told(watch: Watch) -> None:
@@ -209,11 +209,12 @@ def test_own_nodes_of_the_program_are_watched_too_and_it_is_told(watch: Watch) -
     watch.wait(NOTICED_S)
     watch.processes.hanging.update(('/cell_frames', PROCESSOR))
     watch.wait(2.0)
-    assert watch.words('the cell') == 'the cell: cell_frames does not answer, no frame can be moved'
+    assert watch.words('the cell') == (
+        'the cell: cell_frames is not responding; no frame can be moved')
     told = {it.message: {value.key: value.value for value in it.values}
             for it in watch.node.sent('/diagnostics')[-1].status}
-    assert told['cell_frames does not answer: no frame can be moved'][CONCERNED_KEY] == ''
-    assert told['robot_proc does not answer: no arrows and numbers'][CONCERNED_KEY] == 'r'
+    assert told['cell_frames is not responding: no frame can be moved'][CONCERNED_KEY] == ''
+    assert told['robot_proc is not responding: no arrows and numbers'][CONCERNED_KEY] == 'r'
     watch.processes.hanging.clear()
     watch.wait(2.0)
     assert {it.message for it in watch.node.sent('/diagnostics')[-1].status} == {'all is well'}
@@ -226,17 +227,17 @@ def test_after_it_was_held_up_itself_nobody_is_said_to_be_silent(watch: Watch) -
         watch.wait(STEP_S)
         assert watch.words() == ''
     watch.wait(NOTICED_S)
-    assert watch.words() == 'r: robot_proc does not answer, no arrows and numbers'
+    assert watch.words() == 'r: robot_proc is not responding; no arrows and numbers'
 
 
 def test_what_a_silent_master_was_not_asked_is_unknown(watch: Watch) -> None:
     watch.processes.is_master_there = False
     watch.processes.running.remove(PROCESSOR)
     watch.wait(NOTICED_S)
-    assert watch.words() == 'r: robot_proc has ended, no arrows and numbers'  # nobody listens
+    assert watch.words() == 'r: robot_proc stopped; no arrows and numbers'  # nobody listens
     watch.processes.running.add(PROCESSOR)  # at another address, which nobody can tell
     watch.wait(10.0)
-    assert watch.words() == 'r: robot_proc has ended, no arrows and numbers'
+    assert watch.words() == 'r: robot_proc stopped; no arrows and numbers'
     watch.processes.is_master_there = True
     watch.wait(4.0)
     assert watch.words() == ''

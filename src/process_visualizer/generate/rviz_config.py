@@ -27,10 +27,10 @@ _CALIBRATION_DISPLAY: DisplayConfig = {
     'Class': 'rviz/InteractiveMarkers', 'Name': 'Calibration', 'Enabled': True,
     'Update Topic': f'{CALIBRATION_TOPIC}/update'}
 _WATCH_DISPLAY: DisplayConfig = {
-    'Class': 'process_visualizer/MarkerArray', 'Name': 'What is not live', 'Enabled': True,
+    'Class': 'process_visualizer/MarkerArray', 'Name': 'Out of date', 'Enabled': True,
     'Marker Topic': WATCH_TOPIC}
 _GHOST_DISPLAY: DisplayConfig = {
-    'Class': 'process_visualizer/MarkerArray', 'Name': 'Another run', 'Enabled': True,
+    'Class': 'process_visualizer/MarkerArray', 'Name': 'Reference run', 'Enabled': True,
     'Marker Topic': GHOST_TOPIC}
 _REPLAY_DISPLAY: DisplayConfig = {
     'Class': 'process_visualizer/ReplayBand', 'Name': 'Replay', 'Enabled': True,

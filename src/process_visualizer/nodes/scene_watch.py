@@ -46,7 +46,7 @@ OWN_NODES = {
 """The program's own nodes, and what it means that one is gone. Player and recorder come and go."""
 AMBER = (1.0, 0.7, 0.1, 1.0)
 HEIGHT_M = 0.06
-OTHERS_MEANING = 'what it showed is out of date'
+OTHERS_MEANING = 'this picture is old'
 
 
 class SceneWatch:
@@ -123,7 +123,7 @@ class SceneWatch:
     def _problems(self, device: str) -> List[str]:
         ended = [(name, self._pulses.nodes[name].problem) for name in self._meanings[device]
                  if name in self._pulses.nodes]
-        lines = [f'{device}: {name.split("/")[-1]} {problem}, {self._meanings[device][name]}'
+        lines = [f'{device}: {name.split("/")[-1]} {problem}; {self._meanings[device][name]}'
                  for name, problem in ended if problem]
         age_s, told_s = self._ages.get(device, (0.0, 0.0))
         if age_s > self._stale_after_s and self._node.monotonic_s() - told_s < 1.0:

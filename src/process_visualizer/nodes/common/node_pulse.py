@@ -14,7 +14,7 @@ PERIOD_S = 0.3
 ANSWER_WITHIN_S = 0.5
 STARTS_WITHIN_S = 5.0
 """Of a node that should be there, and has not answered yet."""
-ENDED, SILENT = 'has ended', 'does not answer'
+ENDED, SILENT = 'stopped', 'is not responding'
 _LONGEST_ANSWER = 1 << 16
 _QUESTION = xmlrpc.client.dumps((f'/{SCENE_WATCH}',), 'getPid').encode()
 

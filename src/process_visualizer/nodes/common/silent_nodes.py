@@ -32,6 +32,7 @@ class SilentNodes:
             self._complaints.end(name)
         for name, it in silent.items():
             values: Dict[str, str] = {SILENT_NODE_KEY: name, CONCERNED_KEY: it.device}
-            self._complaints.state(name, f'{name.rpartition("/")[2]} does not answer: {it.meaning}',
-                                   values, _LOG_PERIOD_S)
+            short = name.rpartition('/')[2]
+            self._complaints.state(name, f'{short} is not responding: {it.meaning}', values,
+                                   _LOG_PERIOD_S)
         self._told = dict(silent)
