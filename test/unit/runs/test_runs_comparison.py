@@ -68,7 +68,7 @@ def test_the_cause_is_named_with_time_event_and_size(learned: GoodRuns) -> None:
 def test_a_tool_beside_its_path_is_told_as_sideways(learned: GoodRuns) -> None:
     found = learned.compare(made_run(77, place=beside))
     assert found.departures[0].signal.name == 'robot tool sideways'
-    assert '20 mm (band' in verdict(found)
+    assert '20 mm to the right of its path (band' in verdict(found)
 
 
 def test_a_dwell_is_told_as_time_lost(learned: GoodRuns) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from process_visualizer.runs.comparison.comparison import Comparison
-from process_visualizer.runs.comparison.wording import amount, moment
+from process_visualizer.runs.comparison.wording import moment, said
 from process_visualizer.runs.deviation.band import Band
 
 _MOST_FOLLOWERS = 2
@@ -17,8 +17,7 @@ def verdict(comparison: Comparison) -> str:
     if not found:
         return 'in range'
     first = found[0]
-    text = (f'out of range first at {moment(comparison, first.onset_s)}: {first.signal.name}, '
-            f'{amount(first)}')
+    text = f'out of range first at {moment(comparison, first.onset_s)}: {said(first)}'
     for other in found[1:1 + _MOST_FOLLOWERS]:
         later_s = comparison.run_s(other.onset_s) - comparison.run_s(first.onset_s)
         text += f'; {_later(later_s)} {other.signal.name}'

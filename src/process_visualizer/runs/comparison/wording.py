@@ -10,6 +10,10 @@ from process_visualizer.runs.deviation.departures import Departure
 from process_visualizer.runs.deviation.signals import SLOWER_LABEL, Signal, SignalKind
 
 _NEAR_EVENT_S = 60.0
+_SIDES = {'tool along': ('ahead along its path', 'behind along its path'),
+          'tool sideways': ('to the left of its path', 'to the right of its path'),
+          'tool up': ('above its path', 'below its path')}
+"""Of where a tool is: the words for values above 0, and below."""
 
 
 def clock(time_s: float) -> str:
@@ -60,15 +64,27 @@ def amount(departure: Departure) -> str:
     if signal.label == SLOWER_LABEL:
         return f'{100 * value:+.1f} % (band ±{100 * half:.1f} %)'
     over = f' in the mean of {signal.over_s:g} s' if signal.over_s else ''
+    sides = _SIDES.get(signal.label)
+    if sides is not None and signal.kind is SignalKind.PLACE:
+        far = quantity(signal, abs(value), digits=3)
+        return f'{far} {sides[value < 0.0]}{over} (band ±{quantity(signal, half)})'
     return f'{quantity(signal, value, sign=True)}{over} (band ±{quantity(signal, half)})'
 
 
-def quantity(signal: Signal, value: float, sign: bool = False) -> str:
+def said(departure: Departure) -> str:
+    """Return what was out, and how far: where a tool was is said in one."""
+    signal = departure.signal
+    if signal.label in _SIDES and signal.kind is SignalKind.PLACE and not departure.words:
+        return f'{signal.device} tool {amount(departure)}'.strip()
+    return f'{signal.name}, {amount(departure)}'
+
+
+def quantity(signal: Signal, value: float, sign: bool = False, digits: int = 2) -> str:
     """Return a value with its unit; places are in mm."""
     unit = signal.unit
     if signal.kind is SignalKind.PLACE:
         value, unit = 1000.0 * value, 'mm'
-    digits = f'{value:+.3g}' if sign else f'{value:.2g}'
-    if 'e' in digits and 1e-3 <= abs(value) < 1e6:
-        digits = f'{value:+.0f}' if sign else f'{value:.0f}'
-    return f'{digits} {unit}'.strip()
+    text = f'{value:+.3g}' if sign else f'{value:.{digits}g}'
+    if 'e' in text and 1e-3 <= abs(value) < 1e6:
+        text = f'{value:+.0f}' if sign else f'{value:.0f}'
+    return f'{text} {unit}'.strip()

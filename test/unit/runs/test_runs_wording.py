@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How far a signal was out of range, in words."""
+from __future__ import annotations
+
+import pytest
+
+from process_visualizer.runs.comparison.wording import said
+from process_visualizer.runs.deviation.departures import Departure
+from process_visualizer.runs.deviation.signals import Signal, SignalKind
+
+
+def departed(label: str, unit: str, kind: SignalKind, deviation: float) -> Departure:
+    return Departure(Signal('lower', label, unit, kind), 1.0, None, 1.0, 0.1, 2.0, deviation,
+                     abs(deviation) / 4.0)
+
+
+@pytest.mark.parametrize('label, deviation_m, words', [
+    ('tool along', -0.0425, 'lower tool 42.5 mm behind along its path (band ±11 mm)'),
+    ('tool along', 0.0425, 'lower tool 42.5 mm ahead along its path (band ±11 mm)'),
+    ('tool sideways', 0.0012, 'lower tool 1.2 mm to the left of its path (band ±0.3 mm)'),
+    ('tool up', -0.0012, 'lower tool 1.2 mm below its path (band ±0.3 mm)')])
+def test_where_a_tool_was_is_said_by_its_side(label: str, deviation_m: float, words: str) -> None:
+    assert said(departed(label, 'm', SignalKind.PLACE, deviation_m)) == words
+
+
+def test_other_signals_have_a_sign() -> None:
+    assert said(departed('tool force', 'N', SignalKind.FORCE, -8.0)) == (
+        'lower tool force, -8 N (band ±2 N)')
