@@ -189,4 +189,9 @@ std::vector<FoundObject> ObjectFinder::find(const Points& points, const std::vec
   return objects;
 }
 
+std::optional<RobotDistance> ObjectFinder::distanceTo(const Cluster& places,
+                                                      const Scene& scene) const {
+  return distanceToRobots(places, bodies_, inGlobalFrame(scene));
+}
+
 }  // namespace process_visualizer::objects

@@ -134,9 +134,10 @@ void ObjectFinderNodelet::find(const sensor_msgs::PointCloud2& cloud) {
   header.frame_id = parameters_.frame;
   const double stamp = header.stamp.toSec();
   const auto found = finder_->find(points, labels, scene, tracks_.expectedAt(stamp));
-  const auto tracked = tracks_.update(stamp, found, [&](const UprightBox& box) {
-    return isHidden(box, points, labels, scene.global_from_cloud);
-  });
+  const auto tracked = tracks_.update(
+      stamp, found,
+      [&](const UprightBox& box) { return isHidden(box, points, labels, scene.global_from_cloud); },
+      [&](const Cluster& places) { return finder_->distanceTo(places, scene); });
   const DetectedObjects objects = messageOf(tracked, parameters_.limits, header);
   objects_publisher_.publish(objects);
   markers_ = markersOf(objects);

@@ -20,6 +20,7 @@ constexpr float kNewestShare = 0.2F;  // of the newest value in the mean
 constexpr float kPartReach = 0.04F;   // m: so far beside an object a part of it may seem to be
 constexpr float kWhole = 0.015F;      // m: what differs less from the whole is not a part of it
 constexpr double kJump = 2.0;         // s
+constexpr std::size_t kKept = 1000;   // places of an object: a centimetre apart on a large one
 
 float mean(float old, float newest) { return old + kNewestShare * (newest - old); }
 
@@ -48,6 +49,15 @@ bool isNear(const UprightBox& expected, const UprightBox& found) {
 
 /// Where the upper side is. How far down an object reaches is not always seen, and jumps then.
 Vector3f upperSide(const UprightBox& box) { return box.center + Vector3f(0, 0, box.size.z() / 2); }
+
+/// At most `kKept` of the places, evenly chosen.
+Cluster thinned(const Cluster& places) {
+  const std::size_t stride = (places.size() + kKept - 1) / kKept;
+  if (stride <= 1) return places;
+  Cluster kept;
+  for (std::size_t index = 0; index < places.size(); index += stride) kept.push_back(places[index]);
+  return kept;
+}
 
 UprightBox smoothed(const UprightBox& old, const UprightBox& newest) {
   UprightBox box = newest;
@@ -83,11 +93,33 @@ UprightBox ObjectTracks::Track::measured(const UprightBox& expected,
 void ObjectTracks::Track::follow(double stamp, const FoundObject& found) {
   const UprightBox expected = expectedAt(stamp), box = measured(expected, found);
   const bool is_smoothed = is_whole && !isPartOf(expected, found);
+  const UprightBox before = object.box;
   motion.add(stamp, upperSide(box), box.yaw);
   object = {is_smoothed ? smoothed(expected, box) : box, found.points, found.robot};
+  keepPlaces(before, found);
   seen = hidden = stamp;
   is_whole = is_whole || !found.isCut();
   ++times;
+}
+
+/// Of an object that is partly hidden the places that were seen before move with it.
+void ObjectTracks::Track::keepPlaces(const UprightBox& before, const FoundObject& found) {
+  if (!found.isCut() || found.points >= most || places.empty()) {
+    places = thinned(found.places);
+    most = found.points;
+    return;
+  }
+  const Vector3f shift = upperSide(object.box) - upperSide(before);
+  for (Vector3f& place : places) place += shift;
+}
+
+/// What is hidden of an object may be nearer to a robot than what is seen of it.
+void ObjectTracks::Track::measureDistance(double stamp, const DistanceOf& distance_of) {
+  const bool is_current = seen == stamp;
+  if (places.empty() || (is_current && object.points >= most)) return;
+  const auto kept = distance_of(places);
+  const bool is_nearer = kept && object.robot && kept->distance < object.robot->distance;
+  if (!is_current || is_nearer) object.robot = kept;
 }
 
 void ObjectTracks::reset() { *this = {}; }
@@ -105,11 +137,15 @@ std::vector<ExpectedObject> ObjectTracks::expectedAt(double stamp) const {
 }
 
 std::vector<TrackedObject> ObjectTracks::update(double stamp, const std::vector<FoundObject>& found,
-                                                const IsHidden& is_hidden) {
+                                                const IsHidden& is_hidden,
+                                                const DistanceOf& distance_of) {
   if (isJump(stamp)) reset();
   assign(stamp, found);
   last_ = stamp;
   forget(stamp, is_hidden);
+  if (distance_of)
+    for (Track& track : tracks_)
+      if (track.number) track.measureDistance(stamp, distance_of);
   std::vector<TrackedObject> objects;
   for (const Track& track : tracks_)
     if (track.number) objects.push_back({*track.number, track.object, track.seen == stamp});
@@ -164,7 +200,8 @@ bool ObjectTracks::isPart(double stamp, const FoundObject& found) const {
 /// There is nothing to compare the first cloud with, such as that at a position in a recording at
 /// which the player stands: all that it shows is believed.
 void ObjectTracks::begin(double stamp, const FoundObject& found) {
-  tracks_.push_back({std::nullopt, {found.box, found.points, found.robot}, {}, stamp, stamp});
+  tracks_.push_back(
+      {std::nullopt, {found.box, found.points, found.robot}, {}, 0, {}, stamp, stamp});
   tracks_.back().follow(stamp, found);
   if (!last_) tracks_.back().number = ++count_;
 }

@@ -37,6 +37,49 @@ TEST(ObjectTracks, AnObjectIsSeenThreeTimesFirst) {
   EXPECT_TRUE(seen[0].is_seen);
 }
 
+/// A robot that lowers over an object hides it itself, and comes nearer all the time.
+TEST(ObjectTracks, TheDistanceOfAHiddenObjectIsThatOfTheRobotNow) {
+  ObjectTracks tracks;
+  const auto isHidden = [](const UprightBox&) { return true; };
+  float height = 0.3F;
+  const auto distanceOf = [&](const Cluster& places) {
+    return RobotDistance{"arm", height - places[0].z(), places[0], {0, 0, height}};
+  };
+  FoundObject seen = object({0, 0, 0});
+  seen.places = {{0, 0, 0.05F}};
+  tracks.update(0, {seen}, isHidden, distanceOf);
+  for (int frame = 1; frame < 25; ++frame) {
+    height -= 0.01F;
+    const auto found = tracks.update(frame * kPeriod, {}, isHidden, distanceOf);
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_FALSE(found[0].is_seen);
+    EXPECT_NEAR(found[0].object.robot->distance, height - 0.05F, 1e-6);
+  }
+}
+
+TEST(ObjectTracks, WhatIsHiddenOfAnObjectMayBeNearer) {
+  ObjectTracks tracks;
+  const auto isHidden = [](const UprightBox&) { return true; };
+  const auto distanceOf = [](const Cluster& places) {
+    float nearest = 9;
+    for (const Vector3f& place : places) nearest = std::min(nearest, 0.3F - place.x());
+    return RobotDistance{"arm", nearest, places[0], {0.3F, 0, 0}};
+  };
+  FoundObject whole = object({0, 0, 0});
+  whole.places = {{-0.05F, 0, 0}, {0.05F, 0, 0}};
+  whole.robot = distanceOf(whole.places);
+  FoundObject part = object({-0.03F, 0, 0}, {0.04F, 0.2F, 0.1F});
+  part.points = 50;
+  part.places = {{-0.05F, -0.1F, 0}, {-0.01F, 0.1F, 0}};
+  part.robot = distanceOf(part.places);
+  part.rim = {{{0, 0, 0}, {1, 0, 0}, true}};
+  for (int frame = 0; frame < 3; ++frame) tracks.update(frame * kPeriod, {whole});
+  const auto found = tracks.update(3 * kPeriod, {part}, isHidden, distanceOf);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_TRUE(found[0].is_seen);
+  EXPECT_NEAR(found[0].object.robot->distance, 0.25F, 0.001);
+}
+
 TEST(ObjectTracks, NoiseIsNoObject) {
   ObjectTracks tracks;
   for (int frame = 0; frame < 100; ++frame) {

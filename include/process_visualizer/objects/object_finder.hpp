@@ -72,6 +72,9 @@ class ObjectFinder {
                                 const Scene& scene,
                                 const std::vector<ExpectedObject>& expected = {}) const;
 
+  /// How far the robots are from places in the global frame; nothing if there is none.
+  std::optional<RobotDistance> distanceTo(const Cluster& places, const Scene& scene) const;
+
   static constexpr std::size_t kMostObjects = 100;
 
  private:

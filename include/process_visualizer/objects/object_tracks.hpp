@@ -15,7 +15,7 @@ namespace process_visualizer::objects {
 /// An object that is followed from cloud to cloud.
 struct TrackedObject {
   std::uint32_t number;  ///< stays the same, from 1
-  FoundObject object;    ///< as it was seen last, its box smoothed
+  FoundObject object;    ///< as it was seen last, its box smoothed; its distance is the present one
   bool is_seen;          ///< in the last cloud; if not, something may hide it
 };
 
@@ -30,15 +30,20 @@ class ObjectTracks {
   /// Tells whether a place is hidden from the sensor.
   using IsHidden = std::function<bool(const UprightBox&)>;
 
+  /// Measures how far the robots are from places, as they stand when the cloud was taken.
+  using DistanceOf = std::function<std::optional<RobotDistance>(const Cluster&)>;
+
   /// The objects that have a number, where they are thought to be.
   /// \param stamp  of the next cloud, s
   std::vector<ExpectedObject> expectedAt(double stamp) const;
 
   /// \param stamp  of the cloud, s
-  /// \return all objects that have a number, in its order
+  /// \param distance_of  for objects of which less is seen than before; a robot goes on moving
+  /// while it hides one \return all objects that have a number, in its order
   std::vector<TrackedObject> update(
       double stamp, const std::vector<FoundObject>& found,
-      const IsHidden& is_hidden = [](const UprightBox&) { return false; });
+      const IsHidden& is_hidden = [](const UprightBox&) { return false; },
+      const DistanceOf& distance_of = nullptr);
 
   /// Forgets everything; numbers begin with 1 again.
   void reset();
@@ -49,6 +54,8 @@ class ObjectTracks {
   struct Track {
     std::optional<std::uint32_t> number;
     FoundObject object;
+    Cluster places;    ///< of its surface, as much as was seen at once, where it was seen last
+    std::size_t most;  ///< points were seen at once, of which these places are some
     Motion motion;
     double seen;            ///< s
     double hidden;          ///< when its place was hidden, or it was seen, last, s
@@ -59,6 +66,8 @@ class ObjectTracks {
     bool isPartOf(const UprightBox& expected, const FoundObject& found) const;
     UprightBox measured(const UprightBox& expected, const FoundObject& found) const;
     void follow(double stamp, const FoundObject& found);
+    void keepPlaces(const UprightBox& before, const FoundObject& found);
+    void measureDistance(double stamp, const DistanceOf& distance_of);
   };
 
   bool isJump(double stamp) const;
