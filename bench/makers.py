@@ -94,6 +94,10 @@ class Model:
                     if limit is not None and joint.get('type') != 'continuous' else (-3.0, 3.0)
                 self.moving.append((joint.attrib['name'], low, high))
 
+    @property
+    def root(self) -> str:
+        return next(parent for _, parent in self.parents.values() if parent not in self.parents)
+
     def place(self, link: str, joints: Dict[str, float]) -> np.ndarray:
         """The link's frame in the root, 4x4."""
         if link not in self.parents:
@@ -364,7 +368,9 @@ class Trial:
         if found is None:
             raise SystemExit(f'{self.configuration}: no model was found')
         own = f'<model pkg="{self.maker.package}" path="{self.maker.path}"'
-        self.configuration.write_text(text.replace(found.group(), own, 1))
+        text = re.sub('<base frame="[^"]*"', f'<base frame="{self.model.root}"',
+                      text.replace(found.group(), own, 1), count=1)
+        self.configuration.write_text(text)
         return f'{found.group(1)}/{found.group(2)}'
 
     def positions(self, bag: Path) -> Dict[str, Any]:
