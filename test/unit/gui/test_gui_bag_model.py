@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 import threading
 from pathlib import Path
 from typing import Iterator, List
@@ -24,6 +25,7 @@ from process_visualizer.cell.model import Device, DeviceType, Topic
 from process_visualizer.gui.models.playback import bag_model
 from process_visualizer.gui.models.playback.bag_model import BagModel
 from process_visualizer.gui.models.playback.marks import PlacedMark
+from process_visualizer.gui.toolkit.sentences import parted
 from process_visualizer.gui.toolkit.tasks import Tasks
 from process_visualizer.gui.views.playback.bag_view import BagView
 from process_visualizer.gui.views.playback.curves_row import CurvesRow
@@ -260,6 +262,14 @@ class TestWithoutIndex:
         wait_for_line(bench.tasks, 'reindexing', bench.qtbot)
         wait_for_line(bench.tasks, 'files', bench.qtbot)
         assert bench.model.catalogue is None and bench.failures == []
+
+    def test_how_much_was_recovered_is_told_first(self, bench: Bench, cut: str) -> None:
+        bench.open(cut)
+        bench.model.reindex()
+        bench.qtbot.waitUntil(lambda: bool(bench.failures))
+        text, details = parted(bench.failures[0])
+        assert re.fullmatch(r'Recovered the first \d\.\d s; the rest is unreadable\.', text), text
+        assert 'at byte' in details and 'at byte' not in text
 
     def test_the_view_offers_it(self, bench: Bench, cut: str) -> None:
         view = BagView(bench.model)

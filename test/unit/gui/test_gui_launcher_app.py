@@ -24,6 +24,7 @@ from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
 from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.models.cell.launch_model import Phase
+from process_visualizer.gui.toolkit.sentences import with_details
 from process_visualizer.gui.views.cell.alarm_strip import AlarmChip
 from process_visualizer.gui.views.parts.text_place import TextPlace
 from process_visualizer.health.device_state import Level
@@ -165,6 +166,13 @@ def test_question_about_the_master_answers_itself(window: LauncherApp, qtbot: An
     qtbot.waitUntil(lambda: window.findChild(QMessageBox, 'question') is None)
     assert window.statusBar().currentMessage() == 'The ROS master responds again'
     assert not window.restarts
+
+
+def test_details_of_a_message_are_shown_to_who_asks(window: LauncherApp) -> None:
+    window._launcher.failed.emit(with_details('a part is unreadable', ['at byte 5', 'at byte 9']))
+    box = window.findChild(QMessageBox, 'message')
+    assert (box.text(), box.detailedText()) == ('A part is unreadable', 'at byte 5\nat byte 9')
+    assert window.statusBar().currentMessage() == 'A part is unreadable'
 
 
 def test_a_message_that_comes_again_is_shown_once(window: LauncherApp) -> None:

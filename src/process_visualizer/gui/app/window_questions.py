@@ -10,7 +10,7 @@ from PyQt5.QtWidgets import QMainWindow, QMessageBox
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.toolkit.questions import ask, message_box
-from process_visualizer.gui.toolkit.sentences import sentence
+from process_visualizer.gui.toolkit.sentences import parted, sentence
 
 _BRIEF_MS = 15_000
 
@@ -27,9 +27,10 @@ class WindowQuestions(QObject):
 
     def show_message(self, message: str) -> None:
         """Show a message; further ones are added to it while it is open."""
-        message = sentence(message)
+        message, details = parted(sentence(message))
         if self._message is None:
             self._message = message_box(self._window, message)
+            self._message.setDetailedText(details)
             self._message.finished.connect(self._forget_message)
             self._message.open()
         elif message not in self._message.text():

@@ -2,7 +2,7 @@
 """How the window writes what parts of the program have said."""
 from __future__ import annotations
 
-from typing import Sequence
+from typing import Iterable, Sequence, Tuple
 
 
 def sentence(text: str) -> str:
@@ -15,3 +15,17 @@ def listing(words: Sequence[str]) -> str:
     """Return words as a list in a sentence: one, two and three."""
     *first, last = words
     return f'{", ".join(first)} and {last}' if first else last
+
+
+_DETAILS = '\n\nDetails:\n'
+
+
+def with_details(text: str, details: Iterable[str]) -> str:
+    """Return a text with lines that are shown only to who asks for them."""
+    return _DETAILS.join([text, '\n'.join(details)])
+
+
+def parted(text: str) -> Tuple[str, str]:
+    """Return what ``with_details`` has joined; no details are an empty text."""
+    brief, _, details = text.partition(_DETAILS)
+    return brief, details

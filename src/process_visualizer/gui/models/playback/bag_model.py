@@ -19,12 +19,14 @@ from process_visualizer.gui.models.playback.bag_reading import (
     holds_configuration,
     in_order,
     missing_of,
+    recovered_text,
     reindexed,
 )
 from process_visualizer.gui.models.playback.curves_model import CurvesModel
 from process_visualizer.gui.models.playback.marks import PlacedMark
 from process_visualizer.gui.models.playback.played_topics import PlayedTopics
 from process_visualizer.gui.toolkit.progress import Progress
+from process_visualizer.gui.toolkit.sentences import with_details
 from process_visualizer.gui.toolkit.tasks import Tasks
 
 _FILES, _REINDEXING = 'files', 'reindexing'
@@ -293,7 +295,8 @@ class BagModel(QObject):
         self._reindexing = None
         self.open([result.path if path == self._unindexed else path for path in self._wanted])
         if result.gaps:
-            self.failed.emit('\n'.join(['Not everything could be saved:', *map(str, result.gaps)]))
+            self._tasks.run(_FILES, lambda: recovered_text(result), lambda text: self.failed.emit(
+                with_details(text, map(str, result.gaps))), self._report)
 
     def _refuse_copy(self, progress: Progress, error: Exception) -> None:
         if progress is not self._reindexing or isinstance(error, ReindexCancelled):

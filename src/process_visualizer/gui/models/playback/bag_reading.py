@@ -100,3 +100,18 @@ def in_order(paths: Sequence[str]) -> List[str]:
 
 def _is_newer(copy: str, path: str) -> bool:
     return os.path.exists(copy) and os.path.getmtime(copy) >= os.path.getmtime(path)
+
+
+def recovered_text(result: Reindexed) -> str:
+    """Return how much of a bag without an index could be read.
+
+    Raises:
+        BagError: its copy cannot be read.
+    """
+    found = read_catalogue([result.path])
+    duration_s = found.duration_s
+    if all(gap.begin_ns >= found.begin_ns + round(duration_s * 1e9) for gap in result.gaps):
+        return f'Recovered the first {duration_s:.1f} s; the rest is unreadable.'
+    count = len(result.gaps)
+    parts = 'a part is' if count == 1 else f'{count} parts are'
+    return f'Recovered {duration_s:.1f} s; {parts} unreadable.'
