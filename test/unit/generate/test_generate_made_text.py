@@ -85,7 +85,7 @@ def test_xacro_runs_again_only_if_a_file_has_changed(tmp_path: Path, monkeypatch
     runs: List[str] = []
     run = xacro_file._run
     monkeypatch.setattr(xacro_file, '_run',
-                        lambda path, mappings: (runs.append(path), run(path, mappings))[1])
+                        lambda path, *rest: (runs.append(path), run(path, *rest))[1])
     inner, outer = (tmp_path / name for name in ('inner.xacro', 'robot.xacro'))
     root = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">{}</robot>'
     outer.write_text(root.format(f'<xacro:include filename="{inner}"/><link name="$(arg link)"/>'))
