@@ -25,6 +25,11 @@ def shows_markers(connection: Connection) -> bool:
     return (connection.type, connection.md5sum) in _DEFINITIONS
 
 
+def has_markers(connection: Connection) -> bool:
+    """Return whether RViz would read messages as markers: it compares the checksum only."""
+    return any(connection.md5sum == checksum for _, checksum in _DEFINITIONS)
+
+
 def marker_removal(connection: Connection, example: Data) -> bytes:
     """Return the message for a connection with markers, in the frame of an example message."""
     array = connection.type == _MARKER_ARRAY

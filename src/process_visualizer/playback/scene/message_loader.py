@@ -11,6 +11,7 @@ from process_visualizer.bags.bag_errors import BagDamaged
 from process_visualizer.bags.recording import Recording
 from process_visualizer.messages.connection import Connection
 from process_visualizer.messages.definition_checksum import definition_checksum
+from process_visualizer.messages.fetched_meshes import fetched_mesh
 from process_visualizer.messages.message_definition import DefinitionError
 from process_visualizer.messages.message_layout import Data, MessageDamaged
 from process_visualizer.messages.stamps import NS_PER_S, StampLocator
@@ -69,7 +70,13 @@ class MessageLoader:
     def load(self, position: int) -> Optional[LoadedMessage]:
         """Return the message at a position of the index; None if it cannot be played."""
         try:
-            return self.located(position, self._recording.message(position))
+            data = self._recording.message(position)
+            mesh = fetched_mesh(self._index.connections[self.connection(position)], data)
+            if mesh is None:
+                return self.located(position, data)
+            self._note(f'{self._topic(position)}: markers with the mesh {mesh} are left out, as '
+                       'RViz would ask that computer for it; only meshes of packages and files '
+                       'are shown', position)
         except BagDamaged as error:
             self._note(str(error), position)
         except MessageDamaged as error:
