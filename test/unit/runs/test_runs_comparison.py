@@ -60,8 +60,8 @@ def test_a_run_stays_within_the_tolerance_of_itself() -> None:
 def test_the_cause_is_named_with_time_event_and_size(learned: GoodRuns) -> None:
     found = learned.compare(made_run(77, speed=1.01, start_s=4.0, value=pushed))
     assert found.departures[0].signal.name == 'robot tool force'
-    assert verdict(found).startswith(
-        'out of range first at 0:07.0'), verdict(found)
+    assert verdict(found).startswith('out of range first at 0:0'), verdict(found)
+    assert found.run_s(found.departures[0].onset_s) == pytest.approx(7.03, abs=0.1)
     assert '(go + 2.0 s): robot tool force, +4' in verdict(found)
 
 

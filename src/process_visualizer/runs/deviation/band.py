@@ -52,6 +52,8 @@ RELATIVE_TOLERANCE = 0.1
 """Of the range of the good runs' values, where the configuration gives no tolerance."""
 _SHARE_OF_SIZE = 0.3
 """A signal counts as having a range of this share of its greatest value at least."""
+_EDGE_ROWS_OF_ONE = 7
+"""One run does not tell how much earlier or later an edge may come."""
 _LEAST_MARGIN_SHARE = 0.04
 _LEAST_MARGIN_SHARES: Dict[SignalKind, float] = {
     SignalKind.TIMING: 0.4, SignalKind.PLACE: 0.1, SignalKind.NOISE: 0.2, SignalKind.JOINT: 0.1}
@@ -287,8 +289,8 @@ class LearnedSignal:
         """Return the band of so many spreads of the kept runs."""
         values = self._values[kept]
         edge_rows = self._edge_rows
-        if len(values) == 1 and self.signal.kind is SignalKind.NOISE:
-            edge_rows *= 2  # one run does not tell how much earlier or later an edge may come
+        if len(values) == 1:
+            edge_rows = _EDGE_ROWS_OF_ONE * edge_rows // EDGE_ROWS
         low, high = envelope(common(values), edge_rows)
         margin = self._margin(values)
         if len(values) > 1:

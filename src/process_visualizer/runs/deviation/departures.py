@@ -15,7 +15,7 @@ _SHORTEST_ROWS = 3
 _BACK_ROWS = 10
 """What is inside for fewer rows is not back; longer stretches outside need more."""
 _SAME_TIME_S = 0.25
-_ONE_EVENT_S = 1.0
+_ONE_EVENT_S = 2.0
 _FAINT, _FAINT_SHARE = 1.5, 0.5
 """A departure so faint comes last beside one that is twice as strong: it may be chance."""
 _BESIDE = ('tool sideways', 'tool up')
@@ -133,12 +133,12 @@ def _for_good(stretches: Sequence[Tuple[int, int]], first: Tuple[int, int],
 
 
 def _agreed(found: Sequence[Departure]) -> List[Departure]:
-    """Value and noise of a channel that depart together began when the quicker of them says."""
+    """Value and noise of a channel that depart together began when the first of them says."""
     agreed = []
     for it in found:
         twins = [other for other in found if _channel(other) == _channel(it)
                  and abs(other.onset_s - it.onset_s) < _ONE_EVENT_S]
-        best = min(twins, key=lambda other: other.left_s - other.onset_s)
+        best = min(twins, key=lambda other: other.left_s)
         agreed.append(it._replace(onset_s=best.onset_s, uncertainty_s=best.uncertainty_s))
     return agreed
 
