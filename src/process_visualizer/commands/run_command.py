@@ -106,7 +106,11 @@ def raise_stop_once(_number: int, _frame: Optional[FrameType]) -> None:
 
 
 def exit_code(run: Run) -> int:
-    """Return 1 if a required node failed or nothing could be started, else 0."""
+    """Return 1 if a required node failed, roslaunch was killed or started nothing, else 0."""
+    if run.killed_by:
+        say(f'roslaunch was {run.killed_by}, and all nodes were ended; start the cell again, and '
+            f'see {run.log_path}', file=sys.stderr)
+        return 1
     failed = run.failed_required
     if failed is not None and failed.exit_code != 0:
         say(f'the required node {failed}; see {run.log_path}', file=sys.stderr)

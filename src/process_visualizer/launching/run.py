@@ -7,6 +7,7 @@ import threading
 from pathlib import Path
 from typing import Callable, List, Optional
 
+from process_visualizer.launching.exit_words import exit_words
 from process_visualizer.launching.node_state import NodeReport
 from process_visualizer.launching.node_watcher import NodeWatcher
 from process_visualizer.launching.roslaunch_process import (
@@ -50,6 +51,8 @@ class Run:
         self._watcher = NodeWatcher(on_report, self._take_line, master_uri)
         self._process = self._start(launch_file, start, master_uri)
         self._ended = threading.Event()
+        self._is_stopping = False
+        self._killed_by = ''
         self._threads = [
             threading.Thread(target=self._watcher.watch, args=[self._process.output],
                              name='watch nodes', daemon=True),
@@ -84,8 +87,14 @@ class Run:
         """The required node that ended the run by exiting."""
         return self._watcher.failed_required
 
+    @property
+    def killed_by(self) -> str:
+        """How roslaunch was killed by somebody else, in words; '' if it was not."""
+        return self._killed_by
+
     def stop(self) -> List[int]:
         """Stop everything; return the ids of processes that roslaunch left behind."""
+        self._is_stopping = True
         orphans = self._process.stop()
         for thread in self._threads:
             thread.join()
@@ -97,6 +106,8 @@ class Run:
     def _wait_for_end(self) -> None:
         """The end of roslaunch, not of its output, which nodes left behind keep open."""
         code = self._process.wait()
+        if code < 0 and not self._is_stopping:
+            self._killed_by = exit_words(code)
         self._threads[0].join(_LAST_LINES_TIMEOUT_S)
         self._ended.set()
         self._on_end(code)

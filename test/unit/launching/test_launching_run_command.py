@@ -18,6 +18,7 @@ class EndedRun(NamedTuple):
     failed_required: Optional[NodeReport]
     states: Tuple[NodeState, ...]
     log_path: Path = Path('cell.log')
+    killed_by: str = ''
 
     def reports(self) -> List[NodeReport]:
         """One for each node."""
@@ -38,6 +39,12 @@ def test_the_exit_code_tells_whether_it_ran(
     error = capsys.readouterr().err
     assert told in error and bool(error) == bool(told)
     assert bool(error) == ('cell.log' in error)
+
+
+def test_a_roslaunch_that_was_killed_is_a_failure(capsys: pytest.CaptureFixture[str]) -> None:
+    run: Any = EndedRun(None, (NodeState.RUNNING,), killed_by='killed by SIGKILL')
+    assert exit_code(run) == 1
+    assert 'roslaunch was killed by SIGKILL, and all nodes were ended' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize('second', [signal.SIGINT, signal.SIGTERM])
