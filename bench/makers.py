@@ -397,7 +397,7 @@ class Trial:
         tool = re.search(r'tool frame +(\S+)', command('show', str(self.configuration))[1])
         if tool is None or tool.group(1) not in self.model.parents:
             return {'speed': 'no tool'}
-        posed = self.bag('posed', 1, tool=tool.group(1))
+        posed = self.bag(f'posed_{tool.group(1)}', 1, tool=tool.group(1))
         with_pose = self.folder / 'cell_with_pose.xml'
         with_pose.write_text(self.configuration.read_text().replace(
             '</device>', f'<topic ns="{self.maker.name}" name="tool_pose" type="tool_center_frame" '
