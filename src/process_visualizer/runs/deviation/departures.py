@@ -19,6 +19,8 @@ _ONE_EVENT_S = 2.0
 _FAINT, _FAINT_SHARE = 1.5, 0.5
 """A departure so faint comes last beside one that is twice as strong: it may be chance."""
 _BESIDE = ('tool sideways', 'tool up')
+_LESS_EXACT_S = 0.08
+"""Noise of a time around a jump leaves before the value itself does."""
 _EDGE_ROWS = 25
 _EARLIER_SHARE, _SOONER_S = 0.6, 0.5
 """Of the strongest departure of a channel; one that left earlier must not be fainter."""
@@ -138,7 +140,8 @@ def _agreed(found: Sequence[Departure]) -> List[Departure]:
     for it in found:
         twins = [other for other in found if _channel(other) == _channel(it)
                  and abs(other.onset_s - it.onset_s) < _ONE_EVENT_S]
-        best = min(twins, key=lambda other: other.left_s)
+        best = min(twins, key=lambda other: other.left_s + _LESS_EXACT_S * (
+            other.signal.kind is SignalKind.NOISE))
         agreed.append(it._replace(onset_s=best.onset_s, uncertainty_s=best.uncertainty_s))
     return agreed
 
