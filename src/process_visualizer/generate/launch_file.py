@@ -127,7 +127,7 @@ class LaunchFileBuilder:
         self._processor(root, ProcessorNode(
             PACKAGE, SCENE_WATCH, SCENE_WATCH,
             watch_parameters(self._choice.cell, self._choice.devices).to_parameters(),
-            respawn=True))
+            respawn=True, is_new=True))
         if has_sensor_fit(self._choice):
             root.comment('finds where a depth sensor is, when the launcher asks')
             self._processor(root, ProcessorNode(PACKAGE, SENSOR_FIT, SENSOR_FIT))
@@ -183,6 +183,8 @@ class LaunchFileBuilder:
             attributes['args'] = node.args
         if node.respawn:
             attributes['respawn'] = 'true'
+        if node.is_new:
+            attributes['clear_params'] = 'true'
         element = parent.add('node', {**attributes, 'output': 'screen'})
         for name, target in node.remaps.items():
             element.add('remap', {'from': name, 'to': target})

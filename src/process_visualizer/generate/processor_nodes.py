@@ -52,7 +52,10 @@ shows. It asks the master at each (for tf_prefix), which costs a tenth of a core
 
 @dataclass(frozen=True)
 class ProcessorNode:
-    """A node in the device's namespace; ``parameters`` are private to it."""
+    """A node in the device's namespace; ``parameters`` are private to it.
+
+    One that ``is_new`` finds no other ones, such as it has set itself in another run.
+    """
 
     package: str
     type: str
@@ -61,6 +64,7 @@ class ProcessorNode:
     args: str = ''
     remaps: Dict[str, str] = field(default_factory=dict)
     respawn: bool = False
+    is_new: bool = False
 
 
 def processor_nodes(device: Device, description: Optional[RobotDescription],
