@@ -26,7 +26,7 @@ class ComparePhotographer(Photographer):
         self._until(lambda: playback.is_available and launcher.launch.is_running, _LAUNCH_S)
         self._until(lambda: playback.is_playing, 60.0)
         playback.toggle()
-        self.window.panels.setCurrentWidget(self.window.compare)
+        self.window.panels.setCurrentIndex(2)
         model = launcher.compare
         model.find_runs()
         self._until(lambda: bool(model.runs), 60.0)
@@ -53,7 +53,7 @@ class ComparePhotographer(Photographer):
         self._until(lambda: not launcher.cell.is_loading
                     and self.window.launch.launch.isEnabled(), 60.0)
         launcher.cell.tick('kinect', False)
-        self.window.panels.setCurrentWidget(self.window.compare)
+        self.window.panels.setCurrentIndex(2)
         model.add(bag)
         self._until(lambda: bool(model.runs) and not model.activity, 60.0)
         for number in range(len(model.runs)):

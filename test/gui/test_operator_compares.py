@@ -29,7 +29,7 @@ def operator(bag: str, qtbot: Any) -> Iterator[Operator]:
 
 def test_from_a_poor_run_to_its_cause(operator: Operator, bag: str, tmp_path: Path) -> None:
     play(operator, bag, tmp_path / 'cell.xml')
-    operator.window.panels.setCurrentWidget(operator.window.compare)
+    operator.window.panels.setCurrentIndex(2)
     operator.click('find_runs')
     runs = operator.widget('runs', QTreeWidget)
     operator.wait(lambda: runs.topLevelItemCount() == 4, 'the runs are listed')

@@ -69,7 +69,7 @@ def open_the_faulty_cell(operator: Operator) -> None:
 
 
 def choose_reference(operator: Operator, bag: str) -> None:
-    operator.window.panels.setCurrentWidget(operator.window.compare)
+    operator.window.panels.setCurrentIndex(2)
     assert operator.widget('add_recording').isEnabled()
     operator.launcher.compare.add(bag)  # what the dialog for files does
     runs = operator.widget('runs', QTreeWidget)

@@ -84,7 +84,7 @@ def the_master_hangs(operator: Operator) -> None:
         chosen = [device.name for device in operator.launcher.cell.chosen]
         assert chosen == ['sensors', 'table'][:1 + is_chosen]
     os.kill(master(), signal.SIGCONT)
-    operator.wait(lambda: status_bar.currentMessage() == 'The ROS master answers again',
+    operator.wait(lambda: status_bar.currentMessage() == 'The ROS master responds again',
                   'it is back')
     assert 'master' not in operator.text('status')
 
