@@ -53,6 +53,7 @@ def _add_config(command: argparse.ArgumentParser) -> None:
 def execute_runs(options: argparse.Namespace, arguments: Dict[str, str]) -> int:
     """List the runs of recordings; return 0."""
     found = _chosen(options, arguments).runs(options.bags)
+    _check_recorded(found)
     if options.json:
         say(json.dumps([_entry(run) for run in found], indent=1))
         return 0
@@ -80,6 +81,7 @@ def execute_compare(options: argparse.Namespace, arguments: Dict[str, str]) -> i
     reference, *others = chosen.runs(options.reference)
     _check_comparable(reference, others)
     runs = _comparable(reference, chosen.runs(options.runs))
+    _check_recorded([reference, *others, *runs])
     good = GoodRuns(reference, others, options.band, options.tolerance)
     found = [good.compare(run) for run in runs]
     say(as_json(good, found) if options.json else as_text(good, found))
@@ -101,6 +103,16 @@ def _chosen(options: argparse.Namespace, arguments: Dict[str, str]) -> ChosenRun
     if options.config is None:
         return ChosenRuns()
     return ChosenRuns(XmlParser(arguments).parse(options.config))
+
+
+def _check_recorded(runs: Sequence[Run]) -> None:
+    """Refuse what is configured, no recording has, and seems to be misspelt; tell of the rest."""
+    everywhere = set.intersection(*(set(run.absent) for run in runs))
+    mistakes = sorted(text for text, is_mistake in everywhere if is_mistake)
+    if mistakes:
+        raise ValueError('; '.join(mistakes))
+    for text, _ in sorted(everywhere):
+        print(f'cell: not judged: {text}', file=sys.stderr)
 
 
 def _check_comparable(reference: Run, runs: Sequence[Run]) -> None:

@@ -97,7 +97,8 @@ class Run(NamedTuple):
     ``recording`` are the files of that, in their order; ``configuration`` is the same in runs that
     were recorded with the same one, empty if it is not known. One that ``is_broken_off`` never came
     to its end. Of runs with the same ``context`` the same is expected, of those with the same
-    ``place`` also that the tools are at the same places.
+    ``place`` also that the tools are at the same places. ``absent`` says what is configured and was
+    not recorded, and whether that is a mistake.
     """
 
     name: str
@@ -113,6 +114,7 @@ class Run(NamedTuple):
     context: Context = ()
     place: Context = ()
     phases: Tuple[RunPhase, ...] = ()
+    absent: Tuple[Tuple[str, bool], ...] = ()
 
     @property
     def waits_s(self) -> Tuple[Tuple[float, float], ...]:

@@ -168,6 +168,20 @@ def test_what_has_a_stamp_was_measured_then(tmp_path: Path) -> None:
         np.testing.assert_allclose(np.diff(times_s), 0.01, atol=1e-6)
 
 
+@pytest.mark.parametrize('old, new, said', [
+    ('topic="feed" frame', 'topic="fed" frame', 'did you mean "/feed"?'),
+    ('topic="feed" frame', 'topic="feed" field="dat" frame',
+     'the messages of "/feed" have no number "dat", which is configured for "machine feed"')])
+def test_what_is_configured_and_no_recording_has_is_an_error(
+        bag: Bag, tmp_path: Path, capsys: pytest.CaptureFixture[str], old: str, new: str,
+        said: str) -> None:
+    path, config = bag(), tmp_path / 'cell.xml'
+    config.write_text(config.read_text(encoding='utf-8').replace(old, new), encoding='utf-8')
+    for words in (['runs', path], ['compare', path, '--reference', path]):
+        assert main([*words, '--config', str(config)]) == 1
+        assert said in capsys.readouterr().err
+
+
 @pytest.mark.parametrize('words, reason', [
     (['a.bag#7', '--reference', 'a.bag'], 'has the runs 1 to 2, not 7'),
     (['a.bag', '--reference', 'none.bag'], 'none.bag: cannot be opened'),

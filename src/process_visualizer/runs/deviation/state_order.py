@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from difflib import SequenceMatcher
-from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
 
 import numpy as np
 
@@ -21,7 +21,7 @@ _FEW = 5
 """Of fewer good runs each may be different for a reason."""
 
 
-def _completed(states: States, orders: 'set[Order]') -> States:
+def _completed(states: States, orders: Set[Order]) -> States:
     """The states with the one before the first message, where others tell which that is.
 
     Of the first run of a recording it is not known.

@@ -17,6 +17,7 @@ from process_visualizer.motion.kinematics import Placement
 from process_visualizer.motion.rotations import matrix_from_quaternion
 from process_visualizer.ros_names import WRENCH_STAMPED
 from process_visualizer.runs.event import passages_s
+from process_visualizer.runs.recorded.absent_sources import absent_sources
 from process_visualizer.runs.recorded.joint_series import joint_series
 from process_visualizer.runs.recorded.tool_base import header_frame, tool_base
 from process_visualizer.runs.run import (
@@ -46,8 +47,9 @@ def read_run(recording: Recording, cell: Cell,
         BagError: a file cannot be read, of marks or as a bag.
     """
     devices = cell.devices
-    wanted = found_series(recording, [*curve_sources(devices),
-                                      *map(_event_source, cell.events)], devices)
+    configured = [*curve_sources(devices), *map(_event_source, cell.events)]
+    wanted = found_series(recording, configured, devices)
+    absent = absent_sources(recording, configured, wanted)
     samples = read_samples(recording, [*wanted, *joint_series(recording, devices)],
                            on_progress=on_progress, is_cancelled=is_cancelled, by_stamp=True)
     stored = recorded_configuration(recording)
@@ -60,6 +62,7 @@ def read_run(recording: Recording, cell: Cell,
                             key=lambda it: it.time_s)), recording=recording.paths,
                forces=tuple(_forces(recording, channels)),
                configuration='' if stored is None else repr(stored),
+               absent=tuple((it.text, it.is_misspelt) for it in absent),
                phases=tuple(RunPhase(it.name, it.begin, it.end, it.is_wait)
                             for it in cell.phases))
 
