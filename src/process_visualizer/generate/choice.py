@@ -27,7 +27,8 @@ class Choice:
     are not played.
     ``is_replay``: the bag holds the last seconds of a cell that runs elsewhere.
     ``window`` is the place of RViz on the screen, ``view`` the content of an RViz file that the
-    operator has saved (see ``SavedViews``).
+    operator has saved (see ``SavedViews``). The recorder records into the ``bag_folder``, if it is
+    given, besides those that it may use anyhow.
     """
 
     cell: Cell
@@ -40,6 +41,7 @@ class Choice:
     further_bags: Tuple[str, ...] = ()
     left_out: Tuple[str, ...] = ()
     is_replay: bool = False
+    bag_folder: str = ''
 
     def nodes(self, device: Device) -> Tuple[Node, ...]:
         """The device's own nodes that run in this mode."""

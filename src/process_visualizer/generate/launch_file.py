@@ -216,6 +216,8 @@ class LaunchFileBuilder:
                                  'output': 'screen'})
         node.add('param', {'name': 'configuration',
                            'textfile': f'{self._folder}/{CONFIGURATION_FILE}'})
+        if self._choice.bag_folder:
+            node.parameters({'folder': self._choice.bag_folder})
         node.parameters({'topics': recorded_topics(self._choice.devices)})
 
     def _player(self, root: Tag, bags: Sequence[str]) -> None:

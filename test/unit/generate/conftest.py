@@ -31,11 +31,11 @@ def build(parse: Callable[[str], Cell], tmp_path: Path) -> Callable[..., ROSLaun
     """Builds the launch file of a configuration without models and loads it with roslaunch."""
     def build_text(text: str, mode: Mode = Mode.REALTIME, rviz: RvizStart = RvizStart.NONE,
                    bag: 'str | None' = None, further_bags: 'tuple[str, ...]' = (),
-                   is_replay: bool = False) -> ROSLaunchConfig:
+                   is_replay: bool = False, bag_folder: str = '') -> ROSLaunchConfig:
         cell = parse(text)
         builder = LaunchFileBuilder(
             Choice(cell, mode, cell.devices, rviz, bag, further_bags=further_bags,
-                   is_replay=is_replay), {}, {})
+                   is_replay=is_replay, bag_folder=bag_folder), {}, {})
         return load_text(builder.text(), tmp_path)
     return build_text
 

@@ -249,6 +249,12 @@ def test_recorder(build: Build) -> None:
     recorder = one_node(config, '/bag_recorder')
     assert (recorder.package, recorder.type) == ('process_visualizer', 'bag_recorder')
     assert parameters(config, '/bag_recorder')['topics'] == ['/d/q', '/p']
+    assert 'folder' not in parameters(config, '/bag_recorder')
+
+
+def test_the_recorder_may_use_the_folder_that_the_operator_has_chosen(build: Build) -> None:
+    config = build(device(TOPICS), bag_folder='/data/bags')
+    assert parameters(config, '/bag_recorder')['folder'] == '/data/bags'
 
 
 @pytest.mark.parametrize('mode, topics', [

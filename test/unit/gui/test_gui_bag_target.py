@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from process_visualizer.gui.models.recording import bag_target
-from process_visualizer.gui.models.recording.bag_target import look_at
+from process_visualizer.gui.models.recording.bag_target import is_for_anybody, look_at
 
 
 def test_a_folder_that_is_there_or_can_be_made(tmp_path: Path):
@@ -16,6 +16,13 @@ def test_a_folder_that_is_there_or_can_be_made(tmp_path: Path):
         target = look_at(str(folder), 'seam')
         assert target.problem == '' and target.free_bytes and target.free_bytes > 0
     assert not (tmp_path / 'new').exists()
+
+
+@pytest.mark.parametrize('folder, expected', [
+    ('/home/me/bags', True), ('/home/me', True), ('/media/stick', True), ('/tmp', True),
+    ('/data/bags', False), ('/home/metoo', False), ('/home/me/../you', False), ('/', False)])
+def test_folders_that_the_recorder_takes_from_anybody(folder: str, expected: bool) -> None:
+    assert is_for_anybody(folder, '/home/me') is expected
 
 
 @pytest.mark.parametrize('file', ['seam.bag', 'seam.bag.active', 'seam_0.bag'])

@@ -2,6 +2,7 @@
 """All models of the window and their connections; no widgets."""
 from __future__ import annotations
 
+import os
 import sys
 from dataclasses import replace
 from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
@@ -39,6 +40,7 @@ from process_visualizer.gui.models.comparison.live_comparison_model import LiveC
 from process_visualizer.gui.models.playback.bag_model import BagModel
 from process_visualizer.gui.models.playback.playback_model import PlaybackModel
 from process_visualizer.gui.models.playback.values_model import ValuesModel
+from process_visualizer.gui.models.recording.bag_target import is_for_anybody
 from process_visualizer.gui.models.recording.live_curves_model import LiveCurvesModel
 from process_visualizer.gui.models.recording.recording_model import RecordingModel
 from process_visualizer.gui.models.recording.replay_model import ReplayModel
@@ -141,7 +143,14 @@ class Launcher(QObject):
         bag, *others = self.bag.paths if mode is Mode.PLAYBACK and self.bag.paths else (None,)
         assert self.cell.cell is not None
         return Choice(self.cell.cell, mode, self.cell.chosen, RvizStart.OPTIONAL, bag,
-                      self.view.window, self.view.content, tuple(others), self._left_out())
+                      self.view.window, self.view.content, tuple(others), self._left_out(),
+                      bag_folder=self._bag_folder())
+
+    def _bag_folder(self) -> str:
+        """The folder for recordings, if the recorder has to be started with it to use it."""
+        folder = self.recording.choices.folder
+        is_known = is_for_anybody(folder, os.path.expanduser('~'))
+        return '' if is_known or self.cell.mode is Mode.PLAYBACK else folder
 
     def _left_out(self) -> Tuple[str, ...]:
         return self.bag.played.left_out if self.cell.mode is Mode.PLAYBACK else ()

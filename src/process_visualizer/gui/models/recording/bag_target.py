@@ -7,6 +7,7 @@ import shutil
 from pathlib import Path
 from typing import NamedTuple, Optional
 
+_FOR_ANYBODY = ('/tmp', '/dev/shm', '/media', '/run/media', '/mnt')
 LEAST_FREE_BYTES = 1 << 30
 """The recorder starts nothing below this (its parameter ~minimum_free_megabytes)."""
 
@@ -40,6 +41,16 @@ def look_at(folder: str, name: str = '', prefix: str = '') -> BagTarget:
     return room._replace(
         free_name=free_name, problem=f'{stem_of(name)}.bag exists already and is not overwritten; '
                                      f'choose another name, such as {free_name}')
+
+
+def is_for_anybody(folder: str, home: str) -> bool:
+    """Return whether the recorder takes a request for the folder, whoever sends it.
+
+    As the defaults of its parameter ``~folders``; another folder must be named when it is started.
+    """
+    wanted = Path(os.path.realpath(folder))
+    return any(above == wanted or above in wanted.parents for above in (
+        Path(os.path.realpath(it)) for it in (home, *_FOR_ANYBODY)))
 
 
 def stem_of(name: str) -> str:
