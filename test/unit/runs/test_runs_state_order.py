@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: BSD-3-Clause
+from __future__ import annotations
+
+from process_visualizer.runs.deviation.state_order import StateOrder
+from process_visualizer.runs.states import States
+
+GOOD = States((10.0, 40.0, 50.0), (0.0, 2.0, 4.0))
+
+
+def test_a_state_is_called_by_its_name() -> None:
+    order = StateOrder([GOOD] * 5, {40.0: 'tighten'})
+    fault = order.fault(States((10.0, 50.0), (0.0, 4.0)), 6.0)
+    assert fault is not None and fault.words == '40 (tighten) is missing'
+
+
+def test_what_came_before_the_first_message_is_not_missing() -> None:
+    """In the first run of a recording nothing says which state held at its begin."""
+    order = StateOrder([GOOD] * 5, {})
+    assert order.fault(States((40.0, 50.0), (2.0, 4.0)), 6.0) is None
+
+
+def test_messages_that_end_say_nothing_of_what_came_then() -> None:
+    order = StateOrder([GOOD] * 5, {})
+    assert order.fault(States((10.0, 40.0), (0.0, 2.0), until_s=3.0), 6.0) is None
+
+
+def test_a_number_that_is_another_one_in_each_run_is_not_judged() -> None:
+    order = StateOrder([States((float(number),), (0.0,)) for number in range(6)], {})
+    assert order.fault(States((77.0,), (0.0,)), 6.0) is None
