@@ -169,7 +169,7 @@ class ComparePanel(QWidget):
     def _show_verdict(self, item: QTreeWidgetItem, number: int) -> None:
         compared = self._model.compared
         found = None if compared is None else compared.comparisons[number]
-        is_poor = found is None or bool(found.departures)
+        is_poor = found is None or bool(found.departures or found.why_not)
         item.setText(2, '' if compared is None else _short_verdict(found))
         colour_row(item, 2, 'bad' if is_poor else 'good')
         item.setToolTip(2, '' if found is None else '\n'.join((verdict(found), *found.notes)))
@@ -257,6 +257,8 @@ def _live_row(*texts: str) -> QTreeWidgetItem:
 def _short_verdict(found: Optional[Comparison]) -> str:
     if found is None:
         return 'nothing in common with the reference'
+    if found.why_not:
+        return 'not judged'
     if not found.departures:
         return 'in range'
     first = found.departures[0]
