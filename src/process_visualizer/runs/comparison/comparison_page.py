@@ -57,7 +57,8 @@ def comparison_page(good: GoodRuns, comparisons: Sequence[Comparison],
 
 def _summary(comparisons: Sequence[Comparison]) -> str:
     rows = [f'<tr><td>{escape(it.run.name)}</td><td>{clock(it.run.begin_s)}</td>'
-            f'<td class="{"poor" if it.departures or it.why_not else "good"}">{escape(verdict(it))}</td></tr>'
+            f'<td class="{"poor" if it.departures or it.why_not else "good"}">'
+            f'{escape(verdict(it))}</td></tr>'
             for it in comparisons]
     return _table(('run', 'begins at', 'verdict'), rows)
 
