@@ -16,6 +16,7 @@ import argparse
 import bisect
 import contextlib
 import json
+import math
 import os
 import random
 import re
@@ -289,14 +290,18 @@ class Shown:
             self.joints.update(zip(names, message.position))
             self._changed.notify_all()
 
+    def _position(self, name: str) -> float:
+        """Of a joint whose name in the model may lack the driver's prefix."""
+        return self.joints.get(name, self.joints.get(name.partition('_')[2], math.nan))
+
     def wait_for(self, expected: Dict[str, float]) -> float:
         """The greatest difference that is left, rad; waits until there is none, or 3 s."""
         def difference() -> float:
-            return max(abs(self.joints.get(name, 9.0) - value) for name, value in expected.items())
+            return max(abs(self._position(name) - value) for name, value in expected.items())
 
         with self._changed:
             self._changed.wait_for(lambda: difference() < 1e-9, 3.0)
-            return difference()
+            return difference() if math.isfinite(difference()) else math.inf
 
 
 def main() -> None:
