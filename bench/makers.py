@@ -373,8 +373,14 @@ class Trial:
         if found is None:
             raise SystemExit(f'{self.configuration}: no model was found')
         own = f'<model pkg="{self.maker.package}" path="{self.maker.path}"'
-        text = re.sub('<base frame="[^"]*"', f'<base frame="{self.model.root}"',
-                      text.replace(found.group(), own, 1), count=1)
+        if found.group() == own:
+            return 'the right one'
+        pairs = [it.split(':=') for it in self.maker.arguments]
+        values = ''.join(f'<arg name="{name}" value="{value}" />' for name, value in pairs)
+        text = re.sub('<model pkg=.*/>', f'{own}>{values}</model>', text, count=1)
+        text = re.sub('<base frame="[^"]*"', f'<base frame="{self.model.root}"', text, count=1)
+        if self.model.root == 'world':
+            text = text.replace('<visualizer>', '<visualizer frame="cell">')
         self.configuration.write_text(text)
         return f'{found.group(1)}/{found.group(2)}'
 
