@@ -21,7 +21,7 @@ from process_visualizer.runs.comparison.curve_drawing import curve_drawing
 from process_visualizer.runs.comparison.scene_pair import ScenePair, shown_s
 from process_visualizer.runs.comparison.timeline_bands import timeline_bands
 from process_visualizer.runs.comparison.verdict import verdict
-from process_visualizer.runs.comparison.wording import clock
+from process_visualizer.runs.comparison.wording import amount, clock
 from process_visualizer.runs.deviation.band import TooFewRuns
 from process_visualizer.runs.run import Channel, ChannelKind, Run, RunPhase, part_of
 
@@ -71,6 +71,15 @@ def test_a_tool_beside_its_path_is_told_as_sideways(learned: GoodRuns) -> None:
     assert '20 mm to the right of its path (band' in verdict(found)
 
 
+@pytest.mark.parametrize('longer_s', [0.4, 2.0, 5.0])
+def test_all_of_the_time_that_was_lost_is_told(longer_s: float) -> None:
+    """Also of a rest, over which a map of time spreads it."""
+    [found] = [it for it in GoodRuns(made_run()).compare(made_run(1, dwell_s=longer_s)).departures
+               if it.signal.label == 'time lost']
+    assert found.in_all_s == pytest.approx(longer_s, rel=0.1)
+    assert amount(found).startswith(f'{found.in_all_s:+.3g} s')
+
+
 def test_a_dwell_is_told_as_time_lost(learned: GoodRuns) -> None:
     first = learned.compare(made_run(77, dwell_s=0.2)).departures[0]
     assert first.signal.label == 'time lost'
@@ -80,6 +89,9 @@ def test_a_dwell_is_told_as_time_lost(learned: GoodRuns) -> None:
 def test_a_slow_run_is_told_as_slower(learned: GoodRuns) -> None:
     found = learned.compare(made_run(77, speed=1.1))
     assert 'slower by' in [it.signal.label for it in found.departures]
+    assert '% slower (band' in as_text(learned, [found])
+    faster = learned.compare(made_run(77, speed=0.9))
+    assert '% faster (band' in as_text(learned, [faster])
 
 
 def test_one_of_the_good_runs_is_judged_by_the_others() -> None:

@@ -62,7 +62,10 @@ def amount(departure: Departure) -> str:
     if signal.kind is SignalKind.NOISE:
         return f'{math.exp(value):.2g} times as rough (band up to {math.exp(half):.2g})'
     if signal.label == SLOWER_LABEL:
-        return f'{100 * value:+.1f} % (band ±{100 * half:.1f} %)'
+        pace = 'slower' if value > 0.0 else 'faster'
+        return f'{100 * abs(value):.1f} % {pace} (band ±{100 * half:.1f} %)'
+    if departure.in_all_s is not None:
+        return f'{departure.in_all_s:+.3g} {signal.unit} (band ±{quantity(signal, half)})'
     over = f' in the mean of {signal.over_s:g} s' if signal.over_s else ''
     sides = _SIDES.get(signal.label)
     if sides is not None and signal.kind is SignalKind.PLACE:
@@ -76,6 +79,8 @@ def said(departure: Departure) -> str:
     signal = departure.signal
     if signal.label in _SIDES and signal.kind is SignalKind.PLACE and not departure.words:
         return f'{signal.device} tool {amount(departure)}'.strip()
+    if signal.label == SLOWER_LABEL:
+        return amount(departure)
     return f'{signal.name}, {amount(departure)}'
 
 

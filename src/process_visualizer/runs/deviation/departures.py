@@ -8,7 +8,13 @@ import numpy as np
 
 from process_visualizer.runs.deviation.band import Band, SignalBand
 from process_visualizer.runs.deviation.onset import lasting_onset, onset
-from process_visualizer.runs.deviation.signals import NOISE_SUFFIX, Signal, SignalKind
+from process_visualizer.runs.deviation.signals import (
+    NOISE_SUFFIX,
+    TIMING_LABEL,
+    Signal,
+    SignalKind,
+    lost_s,
+)
 from process_visualizer.runs.moving_window import moving_maximum
 
 _SHORTEST_ROWS = 3
@@ -33,7 +39,8 @@ class Departure(NamedTuple):
     It leaves at ``left_s``, ``back_s`` is when it is back (None: not again), and the deviation
     began at ``onset_s``, give or take ``uncertainty_s``. At ``worst_s`` it is ``deviation`` away
     from the middle of a band of ``half_width``, in the signal's unit. Of a state, ``words`` say
-    what is wrong; one that only ``is_late`` follows from what took longer.
+    what is wrong; one that only ``is_late`` follows from what took longer. Of time that was lost,
+    ``in_all_s`` is how much it was until the signal was back.
     """
 
     signal: Signal
@@ -46,6 +53,7 @@ class Departure(NamedTuple):
     half_width: float
     words: str = ''
     is_late: bool = False
+    in_all_s: Optional[float] = None
 
     @property
     def severity(self) -> float:
@@ -108,7 +116,8 @@ def _departure(times_s: np.ndarray, signal: Signal, run: Mapping[Signal, np.ndar
     back_s = float(times_s[end]) if end < len(times_s) else None
     return Departure(signal, float(times_s[begin]), back_s, since.time_s, since.uncertainty_s,
                      float(times_s[worst]), float(deviation[worst]),
-                     float(limits.half_width[worst]))
+                     float(limits.half_width[worst]),
+                     in_all_s=lost_s(deviation[begin:end]) if signal.label == TIMING_LABEL else None)
 
 
 def _usual_width(limits: SignalBand) -> np.ndarray:

@@ -156,6 +156,14 @@ def _timing(times_s: np.ndarray, run_s: np.ndarray, unsure: np.ndarray) -> Colum
             Signal('', SLOWER_LABEL, '', SignalKind.TIMING): slower}
 
 
+def lost_s(deviation: np.ndarray) -> float:
+    """Return how much time was lost in rows that follow each other, from *time lost* (t,) [s].
+
+    Each row tells what was lost within the half second before it.
+    """
+    return float(np.nansum(deviation)) / int(_LOST_WITHIN_S * RATE_HZ)
+
+
 def _places(reference: ToolMotion, run: ToolMotion, times_s: np.ndarray,
             run_s: np.ndarray) -> Columns:
     mine = known_at(times_s, reference.times_s, reference.positions)
