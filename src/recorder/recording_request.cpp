@@ -49,8 +49,12 @@ AllowedFolders allowedFolders(const ros::NodeHandle& node, const std::string& fo
   std::vector<std::string> folders;
   if (!node.getParam("folders", folders)) {
     std::error_code ignored;
-    folders = {std::filesystem::temp_directory_path(ignored).string(), "/dev/shm", "/media",
-               "/run/media", "/mnt"};
+    folders = {std::filesystem::temp_directory_path(ignored).string(),
+               "/tmp",
+               "/dev/shm",
+               "/media",
+               "/run/media",
+               "/mnt"};
     if (const char* home = std::getenv("HOME")) folders.emplace_back(home);
   }
   if (const char* given = std::getenv("PROCESS_VISUALIZER_BAG_FOLDERS")) {
