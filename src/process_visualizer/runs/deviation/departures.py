@@ -114,7 +114,9 @@ def _departure(times_s: np.ndarray, signal: Signal, run: Mapping[Signal, np.ndar
         since = lasting_onset(times_s, run[single] - band.signals[single].middle, begin,
                               float(np.sign(deviation[begin])), signal.over_s)
     back_s = float(times_s[end]) if end < len(times_s) else None
-    in_all_s = lost_s(deviation[begin:end]) if signal.label == TIMING_LABEL else None
+    in_all_s = None
+    if signal.label == TIMING_LABEL:  # within half a second it may be more than at the end
+        in_all_s = max(float(deviation[worst]), lost_s(deviation[begin:end]), key=abs)
     return Departure(signal, float(times_s[begin]), back_s, since.time_s, since.uncertainty_s,
                      float(times_s[worst]), float(deviation[worst]),
                      float(limits.half_width[worst]),
