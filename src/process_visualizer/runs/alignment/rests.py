@@ -8,6 +8,7 @@ in the ball time runs evenly.
 """
 from __future__ import annotations
 
+import math
 from typing import List, NamedTuple, Tuple
 
 import numpy as np
@@ -16,6 +17,8 @@ from process_visualizer.runs.alignment.motion import Motion
 from process_visualizer.runs.alignment.time_map import TimeMap
 
 _RADIUS_M = 0.002
+_NOISES = 3.0
+"""The ball is larger than the noise by so much at least, or a tool at rest would leave it."""
 _SHORTEST_S = 0.1
 """A rest, in one of the runs at least; else the tools pass slowly, and time runs evenly."""
 _APART_S = 0.04
@@ -65,14 +68,15 @@ def _rest(reference: Motion, run: Motion, rows: Tuple[int, int],
     parts = (reference.positions[rows[0]:rows[1] + 1], run.positions[run_rows[0]:run_rows[1] + 1])
     if not all(np.isfinite(part).all() for part in parts):
         return []
+    radius_m = max(_RADIUS_M, _NOISES * max(map(_noise_m, parts)))
     places = [part[_stillest(part)] for part in parts]
-    stays = [_stay(part, place) for part, place in zip(parts, places)]
+    stays = [_stay(part, place, radius_m) for part, place in zip(parts, places)]
     longer = int(stays[1].end - stays[1].begin > stays[0].end - stays[0].begin)
     if stays[longer].end - stays[longer].begin < _SHORTEST_S * run.rate_hz:
         return []
     other = parts[1 - longer]
     nearest = int(np.linalg.norm(other - places[longer], axis=1).argmin())
-    stay = _stay(other, other[nearest])
+    stay = _stay(other, other[nearest], radius_m)
     in_run, there = (stays[1], stay) if longer else (stay, stays[0])
     apart = _APART_S * run.rate_hz
     found = []
@@ -91,11 +95,19 @@ def _stillest(part: np.ndarray) -> int:
     return int(np.linalg.norm(part[size:] - part[:-size], axis=1).argmin()) + size // 2
 
 
-def _stay(part: np.ndarray, place: np.ndarray) -> _Stay:
+def _noise_m(part: np.ndarray) -> float:
+    """How far positions scatter, by their second differences, in which motion is hardly seen."""
+    if len(part) < 3:
+        return 0.0
+    away_m = np.linalg.norm(part[2:] - 2.0 * part[1:-1] + part[:-2], axis=1)
+    return float(np.median(away_m)) / math.sqrt(6.0)
+
+
+def _stay(part: np.ndarray, place: np.ndarray, radius_m: float) -> _Stay:
     """The stay around the row that is nearest to the place."""
     away_m = np.linalg.norm(part - place, axis=1)
     nearest = int(away_m.argmin())
-    radius_m = away_m[nearest] + _RADIUS_M
+    radius_m += away_m[nearest]
     outside = np.flatnonzero(away_m > radius_m)
     before, behind = outside[outside < nearest], outside[outside > nearest]
 
