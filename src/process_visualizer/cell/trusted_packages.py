@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import FrozenSet, Optional
+from typing import FrozenSet
 
-from process_visualizer.cell.model import Cell
 from process_visualizer.cell.values import package as checked_package
 
 
@@ -16,23 +15,15 @@ def trust_file() -> str:
     return os.path.join(folder, 'process_visualizer', 'trusted_packages')
 
 
-def trusted_packages(opened: Optional[Cell] = None) -> FrozenSet[str]:
-    """Return the packages on the list, and those whose nodes the ``opened`` configuration starts.
+def trusted_packages() -> FrozenSet[str]:
+    """Return the packages on the list.
 
     Raises:
-        OSError, ValueError: the list cannot be read.
+        OSError: the list cannot be read.
+        ValueError: it is no text.
     """
     path = Path(trust_file())
-    names = path.read_text(encoding='utf-8').split() if path.exists() else []
-    return frozenset((*names, *(_started_by(opened) if opened is not None else ())))
-
-
-def _started_by(cell: Cell) -> FrozenSet[str]:
-    if cell.provenance.is_data:
-        return frozenset()
-    return frozenset(package for device in cell.devices for package in (
-        *(node.package for node in device.nodes),
-        *(file.package for file in device.launch_files)))
+    return frozenset(path.read_text(encoding='utf-8').split() if path.exists() else ())
 
 
 def set_trusted(name: str, is_trusted: bool) -> None:

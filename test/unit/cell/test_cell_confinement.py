@@ -97,13 +97,6 @@ def test_packages_are_trusted_by_a_list(path: Path, tmp_path: Path,
         set_trusted('a b', True)
 
 
-def test_what_the_opened_configuration_starts_is_trusted(path: Path, tmp_path: Path,
-                                                         monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv('XDG_CONFIG_HOME', str(tmp_path / 'config'))
-    assert trusted_packages(XmlParser().parse(str(path))) == {'sewing_cell', 'tf'}
-    assert trusted_packages(parsed(path, 'tf')) == frozenset()
-
-
 @pytest.mark.parametrize(('text', 'value'), [
     ('deg(90)', math.pi / 2), ('rad(2*pi - 1)', 2 * math.pi - 1), ('!degrees 180', math.pi),
     ('!radians -pi/4', -math.pi / 4), ('rad', 'rad')])
