@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Any, Callable, Dict, List, Optional, Sequence, Set, Type, TypeVar
 
 import rosgraph
@@ -19,6 +20,7 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 from pytestqt.exceptions import TimeoutError
+from running_program import SMALL_CELL
 from surroundings import PATIENCE_S, marked_processes
 
 from process_visualizer.gui.app.launcher import Launcher
@@ -130,6 +132,20 @@ class Operator:
         self.window.leave()
         self.wait(lambda: not self.window.isVisible(), 'the window closes')
         self.launcher.close()
+
+
+def launch_small_cell(operator: Operator, folder: Path) -> None:
+    """Launch SMALL_CELL, which records into the folder, and wait until RViz shows something."""
+    displays: List[Any] = []
+    operator.launcher.link.displays.connect(displays.append)
+    config = folder / 'cell.xml'
+    config.write_text(SMALL_CELL)
+    operator.launcher.recording.choices.set_folder(str(folder))
+    operator.launcher.cell.open(str(config))
+    operator.wait(lambda: operator.widget('launch').isEnabled(), 'it can be launched')
+    operator.click('launch')
+    operator.wait(lambda: operator.widget('record').isEnabled(), 'it can record')
+    operator.wait(lambda: bool(displays), 'RViz draws')
 
 
 def nodes() -> Set[str]:

@@ -7,10 +7,9 @@ from typing import Any, Dict, Iterator, List
 
 import pytest
 import rospy
-from operator_at_work import Operator, processes
+from operator_at_work import Operator, launch_small_cell, processes
 from PyQt5.QtCore import QPoint, QRect
 from PyQt5.QtWidgets import QMessageBox
-from running_program import SMALL_CELL
 from screen_mouse import move_to, press, press_key_in, release, topmost_blue
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import InteractiveMarkerFeedback
@@ -31,7 +30,7 @@ def operator(qtbot: Any) -> Iterator[Operator]:
 
 
 def test_drag_record_and_close(operator: Operator, tmp_path: Path) -> None:
-    launch(operator, tmp_path)
+    launch_small_cell(operator, tmp_path)
     drag_the_frame(operator)
     start_recording(operator)
     operator.window.close()
@@ -45,20 +44,6 @@ def test_drag_record_and_close(operator: Operator, tmp_path: Path) -> None:
     assert read_catalogue([str(bag)]).duration_s > 0.5
     assert not list(tmp_path.glob('*.active'))
     assert {it for it in processes('GUI_TEST_MARK') if 'Xvfb' not in it} == set()
-
-
-def launch(operator: Operator, folder: Path) -> None:
-    """RViz has the part of the screen beside the window, and shows something there."""
-    displays: List[Any] = []
-    operator.launcher.link.displays.connect(displays.append)
-    config = folder / 'cell.xml'
-    config.write_text(SMALL_CELL)
-    operator.launcher.recording.choices.set_folder(str(folder))
-    operator.launcher.cell.open(str(config))
-    operator.wait(lambda: operator.widget('launch').isEnabled(), 'it can be launched')
-    operator.click('launch')
-    operator.wait(lambda: operator.widget('record').isEnabled(), 'it can record')
-    operator.wait(lambda: bool(displays), 'RViz draws')
 
 
 def drag_the_frame(operator: Operator) -> None:

@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import Any, Iterator, List
 
 import pytest
-from operator_at_work import Operator
-from running_program import SMALL_CELL
+from operator_at_work import Operator, launch_small_cell
 from screen_mouse import press_key_in
 
 from process_visualizer.gui.models.recording.recording_types import Phase
@@ -23,7 +22,7 @@ def operator(qtbot: Any) -> Iterator[Operator]:
 
 
 def test_keys_work_in_rviz_and_rviz_can_be_closed(operator: Operator, tmp_path: Path) -> None:
-    launch(operator, tmp_path)
+    launch_small_cell(operator, tmp_path)
     recording = operator.launcher.recording
     press_key_in(RVIZ, 'r')
     operator.wait(lambda: recording.phase is Phase.RECORDING and recording.elapsed_s > 0.5,
@@ -33,19 +32,6 @@ def test_keys_work_in_rviz_and_rviz_can_be_closed(operator: Operator, tmp_path: 
     press_key_in(RVIZ, 'r')
     operator.wait(lambda: recording.phase is Phase.IDLE, 'R ends the recording')
     close_rviz(operator)
-
-
-def launch(operator: Operator, folder: Path) -> None:
-    displays: List[Any] = []
-    operator.launcher.link.displays.connect(displays.append)
-    config = folder / 'cell.xml'
-    config.write_text(SMALL_CELL)
-    operator.launcher.recording.choices.set_folder(str(folder))
-    operator.launcher.cell.open(str(config))
-    operator.wait(lambda: operator.widget('launch').isEnabled(), 'it can be launched')
-    operator.click('launch')
-    operator.wait(lambda: operator.widget('record').isEnabled(), 'it can record')
-    operator.wait(lambda: bool(displays), 'RViz draws')
 
 
 def close_rviz(operator: Operator) -> None:
