@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 from process_visualizer.bags.recorder_topics import CALIBRATION
+from process_visualizer.gui.models.recording.bag_target import FOR_ANYBODY
 from process_visualizer.motion.kinematics import MOVABLE
 from process_visualizer.parameters.joint_offsets import JOINT_OFFSETS
 from process_visualizer.ros_names import (
@@ -45,6 +46,13 @@ def test_names_that_the_recorder_knows() -> None:
     assert constant(file, 'kSource') == f'"{STATIC_TF_TOPIC}"'
     assert constant(file, 'kTopic') == f'kOwnPrefix + "{CALIBRATION[len(OWN_TOPICS):]}"'
     assert constant('recorder/recent_messages.cpp', 'kAddingTopic') == f'"{STATIC_TF_TOPIC}"'
+
+
+def test_folders_that_the_recorder_takes_from_anybody() -> None:
+    source = (SOURCES / 'recorder/recording_request.cpp').read_text(encoding='utf-8')
+    found = re.search(r'folders = \{([^}]*)\}', source)
+    assert found is not None
+    assert tuple(re.findall(r'"(/[^"]*)"', found.group(1))) == FOR_ANYBODY
 
 
 def test_the_player_that_sensor_fit_asks() -> None:

@@ -7,7 +7,8 @@ import shutil
 from pathlib import Path
 from typing import NamedTuple, Optional
 
-_FOR_ANYBODY = ('/tmp', '/dev/shm', '/media', '/run/media', '/mnt')
+FOR_ANYBODY = ('/tmp', '/dev/shm', '/media', '/run/media', '/mnt')
+"""Folders that the recorder takes from anybody, besides the home folder."""
 LEAST_FREE_BYTES = 1 << 30
 """The recorder starts nothing below this (its parameter ~minimum_free_megabytes)."""
 
@@ -50,7 +51,7 @@ def is_for_anybody(folder: str, home: str) -> bool:
     """
     wanted = Path(os.path.realpath(folder))
     return any(above == wanted or above in wanted.parents for above in (
-        Path(os.path.realpath(it)) for it in (home, *_FOR_ANYBODY)))
+        Path(os.path.realpath(it)) for it in (home, *FOR_ANYBODY)))
 
 
 def stem_of(name: str) -> str:
