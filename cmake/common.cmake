@@ -29,7 +29,7 @@ if(CATKIN_ENABLE_TESTING)
     catkin_add_executable_with_gtest(${target} ${ARGN} EXCLUDE_FROM_ALL)
     process_visualizer_compile(${target})
     set_target_properties(${target} PROPERTIES RUNTIME_OUTPUT_DIRECTORY
-      ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_LIB_DESTINATION}/sanitized)
+      ${CATKIN_DEVEL_PREFIX}/lib/sanitized)
     target_compile_options(${target} PRIVATE ${watched})
     target_link_libraries(${target} ${sanitizers})
     add_dependencies(sanitized ${target})

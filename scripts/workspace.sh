@@ -10,7 +10,7 @@
 cache="${XDG_CACHE_HOME:-$HOME/.cache}/process_visualizer"
 workspace="$cache/workspace-$(printf %s "$repository" | sha256sum | cut -c1-12)"
 venv="$cache/venv"
-sanitized="$workspace/devel/lib/process_visualizer/sanitized"
+sanitized="$workspace/devel/lib/sanitized"
 noetic=/opt/ros/noetic/setup.bash
 what=tests
 

@@ -27,7 +27,7 @@ std::string wantedKey(int key, Qt::KeyboardModifiers modifiers,
                       const std::set<std::string>& wanted) {
   modifiers &= ~Qt::KeyboardModifiers(Qt::KeypadModifier);
   if (modifiers & ~Qt::KeyboardModifiers(Qt::ShiftModifier)) return {};
-  const std::string name = nameOf(key, modifiers);
+  std::string name = nameOf(key, modifiers);
   if (wanted.count(name) > 0) return name;
   const std::string sign = isSign(key) ? nameOf(key, Qt::NoModifier) : std::string();
   return wanted.count(sign) > 0 ? sign : std::string();

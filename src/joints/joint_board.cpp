@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iomanip>
 #include <sstream>
+#include <utility>
 
 namespace process_visualizer::joints {
 namespace {
@@ -36,8 +37,8 @@ std::string rounded(double value, int decimals) {
 
 }  // namespace
 
-JointBoard::JointBoard(const std::vector<std::string>& joint_names, Clock::duration period)
-    : names_(joint_names), period_(period) {
+JointBoard::JointBoard(std::vector<std::string> joint_names, Clock::duration period)
+    : names_(std::move(joint_names)), period_(period) {
   for (const std::string& name : names_) joints_[name];
 }
 

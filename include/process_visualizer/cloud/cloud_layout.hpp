@@ -34,8 +34,8 @@ inline float readFloat(const std::uint8_t* bytes) {
 /// The position of a point, m; NaN where nothing was measured, which some drivers write as zeros:
 /// no sensor sees itself.
 inline Eigen::Vector3f positionAt(const std::uint8_t* point, const CoordinateOffsets& offsets) {
-  const Eigen::Vector3f position(readFloat(point + offsets.x), readFloat(point + offsets.y),
-                                 readFloat(point + offsets.z));
+  Eigen::Vector3f position(readFloat(point + offsets.x), readFloat(point + offsets.y),
+                           readFloat(point + offsets.z));
   if (position.x() != 0 || position.y() != 0 || position.z() != 0) return position;
   return Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN());
 }

@@ -22,7 +22,7 @@ class JointBoard {
 
   /// \param joint_names the robot's joints
   /// \param period at most once in it a joint's news are passed on
-  JointBoard(const std::vector<std::string>& joint_names, Clock::duration period);
+  JointBoard(std::vector<std::string> joint_names, Clock::duration period);
 
   /// Takes positions of some joints.
   /// \param source the name of the node that published them
