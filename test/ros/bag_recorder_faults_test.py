@@ -226,7 +226,7 @@ class BagRecorderFaultsTest(unittest.TestCase):
         try:
             rospy.wait_for_message(topic, UInt32, TIMEOUT_S)
             with suspended(driver.pid), RecorderUnderTest(connection_timeout=1) as recorder:
-                with self.assertRaisesRegex(RecorderError, f'not recording.*{topic}'):
+                with self.assertRaisesRegex(RecorderError, f'Not recording: .*{topic}'):
                     recorder.start(topic, name='a')
                 self.assertEqual(recorder.files(), [])
                 driver.kill()
