@@ -15,6 +15,9 @@
 namespace process_visualizer::joints {
 namespace {
 
+// As CONFLICT_KEY of ros_names.py.
+constexpr const char* kConflictKey = "several_sources";
+
 constexpr double kQuietPeriodS = 0.05;
 constexpr std::chrono::seconds kWarningPeriod{5};
 constexpr std::chrono::seconds kSharedTopic{2};
@@ -130,6 +133,13 @@ void JointProcessor::report() {
   report.header.stamp = ros::Time::now();
   report.status.push_back(
       statusOf(complaint_, now, ros::this_node::getName(), complained_, parameters_.robot_name));
+  const std::string conflict = board_.conflict(now);
+  if (holds && !conflict.empty()) {
+    diagnostic_msgs::KeyValue pair;
+    pair.key = kConflictKey;
+    pair.value = complained_ + ": " + conflict;
+    report.status.back().values.push_back(pair);
+  }
   diagnostics_.publish(report);
   if (!holds) complaint_.clear();
 }

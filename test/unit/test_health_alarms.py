@@ -12,21 +12,24 @@ from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Device, DeviceType, Mode, Variable, WarningLimits
 from process_visualizer.curves.curves import Curve
 from process_visualizer.curves.recorded_alarms import recorded_alarms
-from process_visualizer.generate.plan import BAG_PART, RVIZ_PART
+from process_visualizer.generate.plan import BAG_PART, FRAMES_PART, RVIZ_PART
 from process_visualizer.health.alarm_board import Action, AlarmBoard, Condition
 from process_visualizer.health.alarm_conditions import (
+    conflict_conditions,
     limit_conditions,
     loss_conditions,
     own_part_conditions,
     part_conditions,
     recorded_conditions,
     topic_conditions,
+    watch_conditions,
 )
 from process_visualizer.health.device_state import Level, Line
 from process_visualizer.health.node_warnings import NodeWarning, Severity
+from process_visualizer.launching.cell_watch import MASTER_SILENT, CellLook
 from process_visualizer.launching.node_state import NodeReport, NodeState
 from process_visualizer.launching.part_report import PartReport, PartState
-from process_visualizer.ros_names import LIMIT_KEY
+from process_visualizer.ros_names import CONFLICT_KEY, LIMIT_KEY
 
 HERE = Location('cell.xml', 1)
 SILENT = Condition('arm', '/arm/q', 'No data from /arm/q', Level.WARNING,
@@ -247,3 +250,38 @@ def test_alarms_of_a_recording() -> None:
 def test_without_limits_or_curves_there_are_no_alarms() -> None:
     assert recorded_alarms([oven()], [curve([0.0], [1e9])]) == ()
     assert recorded_alarms([oven(high=1.0)], []) == ()
+
+
+# Who does not answer, and who contradicts whom
+
+def test_who_does_not_answer_is_told_by_its_name_with_what_helps() -> None:
+    look = CellLook(frozenset({'/arm/robot_proc', '/bag_recorder', '/cell_frames', '/rviz'}))
+    parts = {'/arm/robot_proc': 'arm', '/bag_recorder': BAG_PART, '/rviz': RVIZ_PART,
+             '/cell_frames': FRAMES_PART}
+    found = watch_conditions(Mode.REALTIME, look, parts)
+    assert [(it.said, it.actions[0], it.part) for it in found] == [
+        ('arm: robot_proc is not responding', Action.RESTART_DEVICE, 'arm'),
+        ('Recorder is not responding', Action.RESTART_PART, BAG_PART),
+        ('Frames: cell_frames is not responding', Action.RESTART_PART, FRAMES_PART),
+        ('RViz is not responding', Action.RESTART_RVIZ, RVIZ_PART)]
+
+
+def test_what_the_nodes_say_themselves_is_not_said_twice() -> None:
+    told = Condition('arm', '/arm/robot_proc', 'robot_proc is not responding: no arrows',
+                     Level.BAD, node='/arm/robot_proc')
+    look = CellLook(frozenset({'/arm/robot_proc'}))
+    assert watch_conditions(Mode.REALTIME, look, {}, [told]) == []
+    [alone] = watch_conditions(Mode.REALTIME, look, {'/arm/robot_proc': 'arm'})
+    assert (alone.source, alone.about) == (told.source, told.about)  # one alarm, whoever says it
+
+
+def test_a_master_that_does_not_answer_is_an_alarm() -> None:
+    [found] = watch_conditions(Mode.PLAYBACK, CellLook(master=MASTER_SILENT), {})
+    assert found.level is Level.BAD and found.said.startswith('ROS master is not responding: ')
+
+
+def test_nodes_that_contradict_each_other_are_an_alarm() -> None:
+    warnings = [NodeWarning('/arm/joint_proc', Severity.WARNING, 'long', 3, 0.0, 1.0,
+                            {CONFLICT_KEY: '/arm/q: 2 nodes'}),
+                NodeWarning('/arm/robot_proc', Severity.WARNING, 'other', 0, 0.0, 1.0)]
+    assert [it.said for it in conflict_conditions('arm', warnings)] == ['arm: /arm/q: 2 nodes']

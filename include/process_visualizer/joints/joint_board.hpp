@@ -44,6 +44,9 @@ class JointBoard {
   /// does.
   std::vector<std::string> problems(Clock::time_point now) const;
 
+  /// The last of those alone; empty if no two nodes contradict each other.
+  std::string conflict(Clock::time_point now) const;
+
  private:
   struct Told {
     double position;
@@ -67,7 +70,6 @@ class JointBoard {
   static void compare(Joint& joint, double position, const std::string& source,
                       Clock::time_point now);
   std::string silence(Clock::time_point now) const;
-  std::string conflict(Clock::time_point now) const;
 
   std::vector<std::string> names_;
   std::map<std::string, Joint> joints_;

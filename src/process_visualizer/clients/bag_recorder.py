@@ -2,22 +2,24 @@
 """The recorder's services as methods, for the launcher and the command line."""
 from __future__ import annotations
 
-from typing import Any, Callable, List, Optional
-
-import rosgraph
-import rospy
+from typing import Any, Callable, Dict, List, Optional
 
 from process_visualizer.clients.recording_options import (
     RecorderError,
     RecorderUnreachable,
     RecordingOptions,
 )
+from process_visualizer.clients.service_connection import ServiceConnection, ServiceUnreachable
 from process_visualizer.clients.state_follower import StateFollower
 from process_visualizer.msg import RecorderState
 from process_visualizer.ros_names import BAG_RECORDER
 from process_visualizer.srv import Mark, StartRecording, StartRecordingRequest, StopRecording
 
 _NODE = f'/{BAG_RECORDER}'
+_ANSWER_TIMEOUT_S = 60.0
+"""To write what is in memory to a slow disk takes its time."""
+_SERVICES = {'start': StartRecording, 'save_recent': StartRecording,
+             'copy_recent': StartRecording, 'stop': StopRecording, 'mark': Mark}
 
 
 def request_of(options: RecordingOptions) -> StartRecordingRequest:
@@ -41,6 +43,9 @@ class BagRecorder:
                  node: str = _NODE, follow_now: bool = True) -> None:
         """Follow the state, from now or from ``begin`` on."""
         self._node = node
+        self._services: Dict[str, ServiceConnection] = {
+            name: ServiceConnection(f'{node}/{name}', service, _ANSWER_TIMEOUT_S)
+            for name, service in _SERVICES.items()}
         self._follower: StateFollower[RecorderState] = StateFollower(
             f'{node}/state', RecorderState, on_state, follow_now)
 
@@ -56,6 +61,8 @@ class BagRecorder:
     def close(self) -> None:
         """Stop following the state; the recorder keeps running."""
         self._follower.close()
+        for service in self._services.values():
+            service.close()
 
     def wait_until_ready(self, timeout_s: float) -> None:
         """Wait until the recorder runs.
@@ -63,11 +70,9 @@ class BagRecorder:
         Raises:
             RecorderError: it is not running after the timeout.
         """
-        try:
-            rospy.wait_for_service(f'{self._node}/start', timeout_s)
-        except rospy.ROSException as error:
+        if not self._services['start'].wait(timeout_s):
             raise RecorderUnreachable(f'{self._node} is not running; start it with '
-                                      '"rosrun process_visualizer bag_recorder"') from error
+                                      '"rosrun process_visualizer bag_recorder"')
 
     def wait_for(self, condition: Callable[[RecorderState], bool],
                  timeout_s: Optional[float] = None) -> Optional[RecorderState]:
@@ -80,7 +85,7 @@ class BagRecorder:
         Raises:
             RecorderError: no recording has started.
         """
-        return str(self._call('start', StartRecording, request_of(options)).path)
+        return str(self._call('start', request_of(options)).path)
 
     def save_recent(self, options: RecordingOptions) -> str:
         """Write the messages in memory (or the last ``recent_s``) into a bag; return its path.
@@ -88,7 +93,7 @@ class BagRecorder:
         Raises:
             RecorderError: it cannot be written.
         """
-        return str(self._call('save_recent', StartRecording, request_of(options)).path)
+        return str(self._call('save_recent', request_of(options)).path)
 
     def copy_recent(self, folder: str, name: str = '', recent_s: float = 0.0) -> str:
         """Write all that is in memory (or the last ``recent_s``) into a bag; return its path.
@@ -99,7 +104,7 @@ class BagRecorder:
             RecorderError: there is nothing, or it cannot be written.
         """
         options = RecordingOptions(folder=folder, name=name, recent_s=recent_s)
-        return str(self._call('copy_recent', StartRecording, request_of(options)).path)
+        return str(self._call('copy_recent', request_of(options)).path)
 
     def stop(self) -> List[str]:
         """Stop; return the paths of the bags when everything is written.
@@ -109,7 +114,7 @@ class BagRecorder:
         Raises:
             RecorderError: nothing was being recorded, or something could not be written.
         """
-        return list(self._call('stop', StopRecording).files)
+        return list(self._call('stop').files)
 
     def mark(self, label: str) -> None:
         """Write a labelled moment, now, into the recording or into the memory.
@@ -117,13 +122,13 @@ class BagRecorder:
         Raises:
             RecorderError: neither is possible.
         """
-        self._call('mark', Mark, label)
+        self._call('mark', label)
 
-    def _call(self, name: str, service: type, *request: object) -> Any:
+    def _call(self, name: str, *request: object) -> Any:
         try:
-            answer = rospy.ServiceProxy(f'{self._node}/{name}', service)(*request)
-        except (rospy.ServiceException, rosgraph.MasterException, OSError) as error:
-            raise RecorderUnreachable(f'{self._node} does not answer: {error}') from error
+            answer = self._services[name].call(*request)
+        except ServiceUnreachable as error:
+            raise RecorderUnreachable(str(error)) from error
         if not answer.success:
             raise RecorderError(answer.message)
         return answer

@@ -20,6 +20,9 @@ from rosgraph.network import (
     write_ros_handshake_header,
 )
 
+from process_visualizer.launching.asked_master import AskedMaster
+from process_visualizer.launching.limited_transport import LimitedTransport
+
 _TIMEOUT_S = 5.0
 _START_S, _RETRY_S = 20.0, 0.1
 _BUFFER_BYTES = 65536
@@ -111,8 +114,9 @@ class RemoteFollower:
 
     def _address(self) -> Any:
         """Host and port at which the node publishes the topic."""
-        master = rosgraph.Master(rospy.get_name(), self._master_uri)
-        with ServerProxy(master.lookupNode(self._node)) as node:
+        master = AskedMaster(rospy.get_name(), self._master_uri, _TIMEOUT_S)
+        with ServerProxy(master.lookupNode(self._node),
+                         transport=LimitedTransport(_TIMEOUT_S)) as node:
             answer: Any = node.requestTopic(rospy.get_name(), self._topic, [['TCPROS']])
         _, reason, protocol = answer
         if not protocol:

@@ -21,6 +21,8 @@ from rosgraph.network import (
     write_ros_handshake_header,
 )
 
+from process_visualizer.launching.asked_master import PATIENT_TIMEOUT_S, AskedMaster
+
 _BUFFER_BYTES = 4096
 _RETRY_S = 0.1
 _HEAD = struct.Struct('<BI')  # of an answer: whether it is one, and the length of what follows
@@ -59,14 +61,16 @@ class ServiceConnection:
         self._socket: Optional[socket.socket] = None
 
     def call(self, *request: Any) -> Any:
-        """Return the answer to a request, given by its fields in their order.
+        """Return the answer to a request, given as one, or by its fields in their order.
 
         Raises:
             ServiceMissing: no node offers the service.
             ServiceUnreachable: there is no answer; the request was carried out only if the answer
             came too late.
         """
-        data = _serialised(self._service._request_class(*request))
+        kind = self._service._request_class
+        is_one = len(request) == 1 and isinstance(request[0], kind)
+        data = _serialised(request[0] if is_one else kind(*request))
         with self._lock:
             try:
                 return self._service._response_class().deserialize(self._exchanged(data))
@@ -102,8 +106,8 @@ class ServiceConnection:
             return False
         return True
 
-    def _master(self) -> rosgraph.Master:
-        return rosgraph.Master(rospy.get_name(), self._master_uri)
+    def _master(self) -> AskedMaster:
+        return AskedMaster(rospy.get_name(), self._master_uri, PATIENT_TIMEOUT_S)
 
     def _exchanged(self, data: bytes) -> bytes:
         """The bytes of the answer; a node that has gone is looked up once more."""
@@ -117,7 +121,8 @@ class ServiceConnection:
 
     def _connect(self) -> socket.socket:
         address = urlsplit(self._master().lookupService(self._name))
-        connection = socket.create_connection((address.hostname, address.port), self._timeout_s)
+        connection = socket.create_connection((address.hostname, address.port or 0),
+                                              self._timeout_s)
         try:
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             write_ros_handshake_header(connection, {

@@ -28,6 +28,7 @@ from process_visualizer.discovery.new_configuration import (
     new_configuration,
     of_stored,
 )
+from process_visualizer.launching.asked_master import PATIENT_TIMEOUT_S, AskedMaster
 from process_visualizer.launching.ros_api import is_registered
 from process_visualizer.messages.connection import Connection
 from process_visualizer.messages.installed_definitions import definition_problem, with_definition
@@ -51,10 +52,10 @@ def from_system() -> NewConfiguration:
         ValueError: nothing is running that belongs in one, or the master has gone.
     """
     try:
-        master = rosgraph.Master(rospy.get_name())
+        master = AskedMaster(rospy.get_name(), timeout_s=PATIENT_TIMEOUT_S)
         seen, stored = look_at_system(master), running_configuration(master)
         return new_configuration(seen) if stored is None else _of_stored(stored, seen)
-    except (rosgraph.MasterException, ConnectionError) as error:
+    except (rosgraph.MasterException, OSError) as error:
         raise ValueError(f'the ROS master is not responding: {error}') from error
 
 
@@ -68,7 +69,7 @@ def _of_stored(stored: StoredConfiguration, seen: Seen) -> NewConfiguration:
         return new_configuration(replace(seen, remarks=(remark, *seen.remarks)))
 
 
-def running_configuration(master: rosgraph.Master) -> Optional[StoredConfiguration]:
+def running_configuration(master: AskedMaster) -> Optional[StoredConfiguration]:
     """Return the configuration of the running cell, which its recorder has, or None.
 
     Raises:
@@ -82,7 +83,7 @@ def running_configuration(master: rosgraph.Master) -> Optional[StoredConfigurati
         return None
 
 
-def look_at_system(master: rosgraph.Master, look_s: float = LOOK_S) -> Seen:
+def look_at_system(master: AskedMaster, look_s: float = LOOK_S) -> Seen:
     """Return what is running; this process must be a node.
 
     Raises:
@@ -104,14 +105,14 @@ def look_at_system(master: rosgraph.Master, look_s: float = LOOK_S) -> Seen:
                 is_moment=True)
 
 
-def _published(master: rosgraph.Master) -> List[SeenTopic]:
+def _published(master: AskedMaster) -> List[SeenTopic]:
     types = dict(master.getTopicTypes())
     publishers = master.getSystemState()[0]
     return [SeenTopic(name, types.get(name, ''), tuple(nodes)) for name, nodes in publishers
             if types.get(name, '*') != '*']
 
 
-def _descriptions(master: rosgraph.Master) -> Iterable[SeenDescription]:
+def _descriptions(master: AskedMaster) -> Iterable[SeenDescription]:
     for name in sorted(master.getParamNames()):
         if name.rpartition('/')[2] == _DESCRIPTION:
             text = master.getParam(name)

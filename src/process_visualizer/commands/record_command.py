@@ -25,6 +25,7 @@ from process_visualizer.clients.recording_options import (
 )
 from process_visualizer.commands.record_options import RecordOptions, queue_parameter
 from process_visualizer.generate.launch_file import recorded_topics
+from process_visualizer.launching.asked_master import PATIENT_TIMEOUT_S, AskedMaster
 from process_visualizer.launching.roslaunch_process import dying_with_parent
 from process_visualizer.msg import RecorderState
 from process_visualizer.report.report import make_report
@@ -120,6 +121,7 @@ class _Recording:
             return self._recorder.stop()
         except RecorderUnreachable:
             self._process.send_signal(signal.SIGINT)
+            self._process.send_signal(signal.SIGCONT)  # one that was stopped would never end
             self._process.wait()
             return self._files
 
@@ -153,7 +155,7 @@ def _subscriptions(node: str) -> List[str]:
     if not node:
         return []
     name = rosgraph.names.resolve_name(node, '/')
-    subscribers = rosgraph.Master('/cell_record').getSystemState()[1]
+    subscribers = AskedMaster('/cell_record', timeout_s=PATIENT_TIMEOUT_S).getSystemState()[1]
     topics = [topic for topic, names in subscribers if name in names]
     if not topics:
         raise RecorderError(f'{name} subscribes to no topic; "rosnode list" shows the nodes')

@@ -9,16 +9,22 @@ import time
 from types import FrameType
 from typing import Optional
 
-from process_visualizer.cell.model import Mode
 from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.plan import LAUNCH_FILE, Plan, write_plan
+from process_visualizer.health.alarm_board import AlarmBoard
+from process_visualizer.health.alarm_conditions import part_of_node, watch_conditions
 from process_visualizer.health.mixed_sources import explanation, others_beside
 from process_visualizer.health.other_publishers import Others, PublisherWatch
 from process_visualizer.health.user_limits import give_real_time_advice
+from process_visualizer.launching.cell_watch import CellLook, CellWatch
 from process_visualizer.launching.node_state import NodeReport, NodeState
 from process_visualizer.launching.other_cell import refuse_other_cell
 from process_visualizer.launching.run import Run
-from process_visualizer.launching.run_record import clean_up_crashed_runs, new_run_folder
+from process_visualizer.launching.run_record import (
+    RunRecord,
+    clean_up_crashed_runs,
+    new_run_folder,
+)
 from process_visualizer.shown_text import say
 
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -42,19 +48,28 @@ def run_plan(plan: Plan, folder: Optional[str], choice: Choice) -> int:
         say(f'ended {len(ended)} processes that a crashed run had left')
     refuse_other_cell()
     give_real_time_advice(print)
-    output = folder or new_run_folder()
+    if folder is not None:
+        write_plan(plan, folder)
+        return _run(f'{folder}/{LAUNCH_FILE}', choice)
+    output, record = new_run_folder(), RunRecord()
+    record.write(output)  # so that the next start removes it if this process is killed
     write_plan(plan, output)
     code = _run(f'{output}/{LAUNCH_FILE}', choice)
-    if folder is None and code == 0:
+    if code == 0:
         shutil.rmtree(output, ignore_errors=True)
+    record.remove()
     return code
 
 
 class _Reporter:
-    """Prints the changes of the nodes' states, and the lines that an operator should see."""
+    """Prints the changes of the nodes' states, and the lines that an operator should see.
 
-    def __init__(self) -> None:
+    What the watch finds is an alarm, in the same words as in the launcher.
+    """
+
+    def __init__(self, choice: Choice) -> None:
         self._begin = time.monotonic()
+        self._choice, self._board = choice, AlarmBoard()
 
     def report(self, report: NodeReport) -> None:
         self._print(str(report))
@@ -63,25 +78,37 @@ class _Reporter:
         if any(word in line for word in ('[WARN]', '[ERROR]', '[FATAL]', 'ERROR:', 'WARN]')):
             self._print(line)
 
-    def others(self, mode: Mode, others: Others) -> None:
+    def others(self, others: Others) -> None:
         """Report nodes that are mixed with what is shown."""
         if others:
-            self._print(f'[WARN] {explanation(mode, others)}')
+            self._print(f'[WARN] {explanation(self._choice.mode, others)}')
+
+    def look(self, look: CellLook) -> None:
+        """Report who does not answer, and who does so again."""
+        parts = {name: part_of_node(name, self._choice) for name in look.silent}
+        count = len(self._board.events)
+        self._board = self._board.seen(watch_conditions(self._choice.mode, look, parts),
+                                       time.monotonic())
+        for event in self._board.events[count:]:
+            self._print(f'[WARN] {event.text}')
 
     def _print(self, text: str) -> None:
         say(f'{time.monotonic() - self._begin:7.2f} s  {text}')
 
 
 def _run(launch_file: str, choice: Choice) -> int:
-    reporter = _Reporter()
+    reporter = _Reporter(choice)
     numbers = [number for number in _STOP_SIGNALS if number is not signal.SIGHUP
                or signal.getsignal(number) is not signal.SIG_IGN]
     previous = {number: signal.signal(number, raise_stop_once) for number in numbers}
     run = Run(launch_file, reporter.report, reporter.line)
     watch = PublisherWatch(
         lambda: others_beside(choice, {report.name for report in run.reports()}),
-        lambda others: reporter.others(choice.mode, others))
+        reporter.others)
+    nodes = CellWatch(
+        lambda: {it.name for it in run.reports() if it.state is NodeState.RUNNING}, reporter.look)
     watch.begin()
+    nodes.begin()
     try:
         run.wait()
     except StopRequested:
@@ -90,7 +117,8 @@ def _run(launch_file: str, choice: Choice) -> int:
         for number in numbers:
             signal.signal(number, signal.SIG_IGN)
         watch.close()
-        orphans = run.stop()
+        nodes.close()
+        orphans = run.stop(say)
         for number, handler in previous.items():
             signal.signal(number, handler)
     if orphans:

@@ -5,15 +5,25 @@ from __future__ import annotations
 from typing import Callable, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 
 from process_visualizer.cell.model import Mode
+from process_visualizer.generate.choice import Choice
 from process_visualizer.generate.plan import BAG_PART, FRAMES_PART, RVIZ_PART
 from process_visualizer.health.alarm_board import Action, Condition
 from process_visualizer.health.device_state import Level, Line, node_line
 from process_visualizer.health.near_objects import NearObject
 from process_visualizer.health.node_warnings import NodeWarning
 from process_visualizer.health.object_spans import ObjectSpans
+from process_visualizer.launching.cell_watch import CellLook
 from process_visualizer.launching.node_state import NodeReport, NodeState
 from process_visualizer.launching.part_report import PartReport, PartState
-from process_visualizer.ros_names import BAG_PLAYER, CONCERNED_KEY, LIMIT_KEY, SILENT_NODE_KEY
+from process_visualizer.ros_names import (
+    BAG_PLAYER,
+    BAG_RECORDER,
+    CONCERNED_KEY,
+    CONFLICT_KEY,
+    LIMIT_KEY,
+    RVIZ,
+    SILENT_NODE_KEY,
+)
 
 
 def part_conditions(source: str, report: PartReport, restart: Action) -> List[Condition]:
@@ -49,7 +59,7 @@ def own_part_conditions(mode: Mode, reports: Mapping[str, PartReport]) -> List[C
 
 def part_titles(mode: Mode) -> Dict[str, str]:
     """Return the names of the parts that belong to no device, for the operator."""
-    return {FRAMES_PART: 'Frames', RVIZ_PART: _RVIZ,
+    return {FRAMES_PART: _FRAMES, RVIZ_PART: _RVIZ,
             BAG_PART: 'Recorder' if mode is Mode.REALTIME else _PLAYER}
 
 
@@ -71,7 +81,8 @@ def _end_of_window(node: NodeReport) -> str:
     return 'was killed' if (node.exit_code or 0) < 0 else node_line(node).text
 
 
-_PLAYER, _RVIZ = 'Player', 'RViz'
+_PLAYER, _RVIZ, _FRAMES, _MASTER = 'Player', 'RViz', 'Frames', 'ROS master'
+_SILENT = 'is not responding'
 _END_WORDS: Mapping[str, Callable[[NodeReport], str]] = {
     _PLAYER: _end_of_player, _RVIZ: _end_of_window}
 
@@ -104,6 +115,12 @@ def limit_conditions(device: str, warnings: Iterable[NodeWarning],
             for it in warnings if LIMIT_KEY in it.values]
 
 
+def conflict_conditions(device: str, warnings: Iterable[NodeWarning]) -> List[Condition]:
+    """Return on which topics of a device nodes contradict each other, as its nodes say."""
+    return [Condition(device, f'sources of {it.node}', it.values[CONFLICT_KEY], Level.BAD)
+            for it in warnings if CONFLICT_KEY in it.values]
+
+
 def silence_conditions(warnings: Iterable[NodeWarning]) -> List[Condition]:
     """Return which nodes do not answer, as the nodes say that ask all others."""
     found: Dict[str, Condition] = {}
@@ -112,9 +129,43 @@ def silence_conditions(warnings: Iterable[NodeWarning]) -> List[Condition]:
         if node is not None:
             device = it.values.get(CONCERNED_KEY, '')
             actions = (Action.RESTART_DEVICE,) if device else (Action.RESTART_PART,)
-            found.setdefault(node, Condition(device or 'cell', node, it.text, Level.BAD, actions,
+            found.setdefault(node, Condition(device or _FRAMES, node, it.text, Level.BAD, actions,
                                              device or FRAMES_PART, node))
     return list(found.values())
+
+
+def watch_conditions(mode: Mode, look: CellLook, parts: Mapping[str, str],
+                     told: Iterable[Condition] = ()) -> List[Condition]:
+    """Return which nodes do not answer the program that has launched them, or the master.
+
+    Args:
+        mode: what runs.
+        look: what was found.
+        parts: the part of the cell that a node belongs to, by its name.
+        told: what the nodes themselves say of that, with what it means: nothing is said twice.
+    """
+    said, titles = {it.node for it in told}, part_titles(mode)
+    found: List[Condition] = []
+    if look.master:
+        found.append(Condition(_MASTER, _MASTER, look.master, Level.BAD, is_clause=True))
+    for name in sorted(look.silent - said):
+        part = parts.get(name, FRAMES_PART)
+        source = titles.get(part, part)
+        is_alone = part in (RVIZ_PART, BAG_PART)
+        action = Action.RESTART_RVIZ if part == RVIZ_PART else \
+            Action.RESTART_PART if part in titles else Action.RESTART_DEVICE
+        text = _SILENT if is_alone else _about_node(source, name, _SILENT)
+        found.append(Condition(source, name, text, Level.BAD, (action, Action.SHOW_LOG), part, name,
+                               is_clause=is_alone))
+    return found
+
+
+def part_of_node(name: str, choice: Choice) -> str:
+    """Return the part of the cell to which a launched node belongs: a device, or one of ours."""
+    own = {f'/{BAG_RECORDER}': BAG_PART, f'/{BAG_PLAYER}': BAG_PART, f'/{RVIZ}': RVIZ_PART}
+    space = name.split('/')[1]
+    is_device = any(device.name == space for device in choice.devices)
+    return own.get(name, space if is_device else FRAMES_PART)
 
 
 def object_conditions(device: str, near: Iterable[NearObject],

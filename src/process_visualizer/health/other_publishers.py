@@ -7,6 +7,7 @@ from typing import Callable, Collection, Dict, Iterable, List, NamedTuple, Set, 
 
 import rosgraph
 
+from process_visualizer.launching.asked_master import PATIENT_TIMEOUT_S, AskedMaster
 from process_visualizer.launching.ros_api import CALLER_ID, is_registered
 from process_visualizer.ros_names import STATIC_TF_TOPIC, TF_TOPIC
 
@@ -106,7 +107,8 @@ class PublisherWatch:
 
 
 def _system_state() -> _SystemState:
-    state: _SystemState = rosgraph.Master(CALLER_ID).getSystemState()
+    state: _SystemState = AskedMaster(
+        CALLER_ID, timeout_s=PATIENT_TIMEOUT_S).getSystemState()
     return state
 
 

@@ -14,6 +14,7 @@ from xmlrpc.client import Error
 import rosgraph
 from rosgraph.network import is_local_address
 
+from process_visualizer.launching.asked_master import PATIENT_TIMEOUT_S, AskedMaster
 from process_visualizer.launching.process_scan import start_time
 from process_visualizer.launching.ros_api import CALLER_ID, process_id_at
 from process_visualizer.launching.run_record import folder_of_run
@@ -49,8 +50,7 @@ def cell_owner(node: str) -> Optional[CellOwner]:
     The master still knows a node that has ended without unregistering. Takes at most 6 s.
     """
     try:
-        process_id_at(rosgraph.get_master_uri())  # lookupNode would wait for ever
-        uri = rosgraph.Master(CALLER_ID).lookupNode(f'/{node}')
+        uri = AskedMaster(CALLER_ID, timeout_s=PATIENT_TIMEOUT_S).lookupNode(f'/{node}')
         pid = process_id_at(uri)
     except (rosgraph.MasterException, OSError, HTTPException, Error, ValueError):
         return None

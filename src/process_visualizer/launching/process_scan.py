@@ -2,6 +2,7 @@
 """Finds the processes of a run by a mark in their environment, which every descendant inherits."""
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import time
@@ -47,6 +48,20 @@ def _environment(pid: int) -> bytes:
 def _stat(pid: int) -> List[str]:
     """The fields of a process after its name: state, parent's id, …; see proc(5)."""
     return Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
+
+
+def names_of(pids: List[int]) -> List[str]:
+    """The names of processes that have not ended."""
+    found = []
+    for pid in pids:
+        with contextlib.suppress(OSError):
+            found.append(Path(f'/proc/{pid}/comm').read_text().strip())
+    return found
+
+
+def continue_processes(run_id: str) -> None:
+    """Let those processes of a run go on that somebody has stopped: they heed no other signal."""
+    _signal_all(processes_of_run(run_id), signal.SIGCONT)
 
 
 def start_time(pid: int) -> Optional[str]:

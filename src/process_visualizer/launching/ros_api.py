@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from http.client import HTTPException
 from typing import Any, Optional
-from xmlrpc.client import Error, ServerProxy, Transport
+from xmlrpc.client import Error, ServerProxy
 
 import rosgraph
 
-ANSWER_TIMEOUT_S = 3.0
+from process_visualizer.launching.asked_master import PATIENT_TIMEOUT_S, AskedMaster
+from process_visualizer.launching.limited_transport import LimitedTransport
+
+ANSWER_TIMEOUT_S = PATIENT_TIMEOUT_S
 CALLER_ID = '/process_visualizer_watcher'
 
 
@@ -34,22 +37,7 @@ def is_registered(name: str, master_uri: Optional[str] = None) -> bool:
     parameter in its cache. ``master_uri`` is of another master than the usual one.
     """
     try:
-        process_id_at(rosgraph.Master(CALLER_ID, master_uri).lookupNode(name))
+        process_id_at(AskedMaster(CALLER_ID, master_uri, ANSWER_TIMEOUT_S).lookupNode(name))
     except (rosgraph.MasterException, OSError, HTTPException, Error, ValueError):
         return False
     return True
-
-
-class LimitedTransport(Transport):
-    """Does not wait for ever."""
-
-    def __init__(self, timeout_s: float) -> None:
-        """``timeout_s`` is how long it waits for each part of an answer."""
-        super().__init__()
-        self._timeout_s = timeout_s
-
-    def make_connection(self, host: Any) -> Any:
-        """See Transport."""
-        connection = super().make_connection(host)
-        connection.timeout = self._timeout_s
-        return connection

@@ -9,10 +9,17 @@ import subprocess
 from typing import IO, Callable, Dict, List, Mapping, Optional, Sequence, Union
 
 from process_visualizer.launching.forked_process import ForkedProcess
-from process_visualizer.launching.process_scan import RUN_VARIABLE, end_processes
+from process_visualizer.launching.process_scan import (
+    RUN_VARIABLE,
+    continue_processes,
+    end_processes,
+    names_of,
+    processes_of_run,
+)
 
 _SIGINT_TIMEOUT_S = 30.0
 _SIGTERM_TIMEOUT_S = 5.0
+_TELL_PERIOD_S = 5.0
 
 
 Child = Union['subprocess.Popen[str]', ForkedProcess]
@@ -56,25 +63,34 @@ class RoslaunchProcess:
         """Wait for the end of roslaunch; returns its exit code."""
         return self._process.wait()
 
-    def stop(self) -> List[int]:
-        """Stop roslaunch and everything it started; return the ids of remaining orphans."""
+    def stop(self, tell: Callable[[str], None] = lambda text: None) -> List[int]:
+        """Stop roslaunch and everything it started; return the ids of remaining orphans.
+
+        What somebody has stopped with SIGSTOP goes on, so that a recorder finishes its bag.
+        ``tell`` hears every 5 s what has not ended yet.
+        """
         for number, timeout_s in ((signal.SIGINT, _SIGINT_TIMEOUT_S),
                                   (signal.SIGTERM, _SIGTERM_TIMEOUT_S)):
-            if self._ends_on(number, timeout_s):
+            if self._ends_on(number, timeout_s, tell):
                 break
         else:
             self._process.kill()
             self._process.wait()
         return end_processes(self._run_id)
 
-    def _ends_on(self, number: int, timeout_s: float) -> bool:
+    def _ends_on(self, number: int, timeout_s: float, tell: Callable[[str], None]) -> bool:
         if self.exit_code() is None:
             self._process.send_signal(number)
-        try:
-            self._process.wait(timeout_s)
-        except subprocess.TimeoutExpired:
-            return False
-        return True
+            continue_processes(self._run_id)
+        while timeout_s > 0.0:
+            try:
+                self._process.wait(min(timeout_s, _TELL_PERIOD_S))
+                return True
+            except subprocess.TimeoutExpired:
+                timeout_s -= _TELL_PERIOD_S
+                left = sorted(set(names_of(processes_of_run(self._run_id))))
+                tell(f'waiting for the end of {", ".join(left)}')
+        return False
 
 
 def launch_environment(master_uri: Optional[str] = None) -> Dict[str, str]:

@@ -92,10 +92,13 @@ class Run:
         """How roslaunch was killed by somebody else, in words; '' if it was not."""
         return self._killed_by
 
-    def stop(self) -> List[int]:
-        """Stop everything; return the ids of processes that roslaunch left behind."""
+    def stop(self, tell: Callable[[str], None] = lambda text: None) -> List[int]:
+        """Stop everything; return the ids of processes that roslaunch left behind.
+
+        ``tell`` hears what is waited for, if that takes long.
+        """
         self._is_stopping = True
-        orphans = self._process.stop()
+        orphans = self._process.stop(tell)
         for thread in self._threads:
             thread.join()
         with contextlib.suppress(OSError):  # what cannot be written was reported when it came

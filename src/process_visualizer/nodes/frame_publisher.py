@@ -12,17 +12,17 @@ import rospy
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from tf2_msgs.msg import TFMessage
 
-from process_visualizer.motion.frame_tree import Frame, FrameTree
-from process_visualizer.motion.rotations import quaternion_from_ypr
-from process_visualizer.nodes.common.asked_master import AskedMaster, Master
-from process_visualizer.nodes.common.node_handle import NodeHandle
-from process_visualizer.nodes.common.node_pulse import (
+from process_visualizer.launching.asked_master import AskedMaster, Master
+from process_visualizer.launching.node_pulse import (
     SILENT,
     Connect,
     LookupUnanswered,
     Pulses,
     connecting,
 )
+from process_visualizer.motion.frame_tree import Frame, FrameTree
+from process_visualizer.motion.rotations import quaternion_from_ypr
+from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.nodes.common.process_end import spin_to_end, start_node
 from process_visualizer.nodes.common.silent_nodes import SilentNode, SilentNodes
 from process_visualizer.parameters.frame_parameters import read_frames

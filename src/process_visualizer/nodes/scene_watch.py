@@ -16,16 +16,16 @@ import rospy
 from std_msgs.msg import Float32
 from visualization_msgs.msg import MarkerArray
 
-from process_visualizer.nodes.common.asked_master import AskedMaster, Master
-from process_visualizer.nodes.common.markers import Pace, invisible_marker, text_marker
-from process_visualizer.nodes.common.node_handle import NodeHandle
-from process_visualizer.nodes.common.node_pulse import (
+from process_visualizer.launching.asked_master import AskedMaster, Master
+from process_visualizer.launching.node_pulse import (
     SILENT,
     Connect,
     LookupUnanswered,
     Pulses,
     connecting,
 )
+from process_visualizer.nodes.common.markers import Pace, invisible_marker, text_marker
+from process_visualizer.nodes.common.node_handle import NodeHandle
 from process_visualizer.nodes.common.private_parameters import private_parameters
 from process_visualizer.nodes.common.process_end import start_node
 from process_visualizer.nodes.common.silent_nodes import SilentNode, SilentNodes

@@ -6,7 +6,7 @@ import http.client
 import io
 import socket
 from typing import Any, Collection, Dict, List, Sequence, Tuple
-from xmlrpc.client import Error, ServerProxy, Transport
+from xmlrpc.client import Error, ServerProxy
 
 import rosgraph
 import rospy
@@ -17,6 +17,8 @@ from rosgraph.network import (
 )
 
 from process_visualizer.health.other_publishers import Others, other_publishers
+from process_visualizer.launching.asked_master import AskedMaster
+from process_visualizer.launching.limited_transport import LimitedTransport
 from process_visualizer.player.bag_publishers import PublishedTopic
 
 _TIMEOUT_S = 2.0
@@ -32,14 +34,14 @@ class OtherNodes:
         Raises:
             rosgraph.MasterException: the master cannot be reached.
         """
-        publishers, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
+        publishers, _, _ = _master().getSystemState()
         return dict(publishers)
 
     def header(self, topic: str, node: str) -> Dict[str, str]:
         """Return the header that a publisher sends to a subscriber; empty if it does not answer."""
         try:
-            address = rosgraph.Master(rospy.get_name()).lookupNode(node)
-            node_api: Any = ServerProxy(address, _ImpatientTransport())
+            address = _master().lookupNode(node)
+            node_api: Any = ServerProxy(address, LimitedTransport(_TIMEOUT_S))
             _, _, protocol = node_api.requestTopic(rospy.get_name(), topic, [['TCPROS']])
             _, host, port = protocol
             with socket.create_connection((host, port), _TIMEOUT_S) as peer:
@@ -97,10 +99,5 @@ def _conflict(topic: PublishedTopic, nodes: Sequence[str], others: OtherNodes) -
     return ''
 
 
-class _ImpatientTransport(Transport):
-    """Gives up on a node that does not answer: it may have been killed."""
-
-    def make_connection(self, host: Any) -> http.client.HTTPConnection:
-        connection = super().make_connection(host)
-        connection.timeout = _TIMEOUT_S
-        return connection
+def _master() -> AskedMaster:
+    return AskedMaster(rospy.get_name(), timeout_s=_TIMEOUT_S)

@@ -12,6 +12,7 @@ import rospy
 
 from process_visualizer.bags.bag_errors import BagError, BagUnindexed
 from process_visualizer.bags.recording import Recording
+from process_visualizer.launching.asked_master import PATIENT_TIMEOUT_S, AskedMaster
 from process_visualizer.nodes.common.process_end import start_node
 from process_visualizer.playback.timeline import CommandRefused
 from process_visualizer.playback.topic_choice import TopicChoice
@@ -79,7 +80,8 @@ def take_priority() -> None:
 
 def _play(options: PlayerOptions, words: List[str], recording_type: Type[Recording]) -> int:
     with opened(options, recording_type) as recording:
-        rosgraph.Master(f'/{BAG_PLAYER}').getPid()  # instead of rospy's endless wait for a master
+        # Instead of rospy's endless wait for a master:
+        AskedMaster(f'/{BAG_PLAYER}', timeout_s=PATIENT_TIMEOUT_S).getPid()
         start_node(BAG_PLAYER, without_topic_remaps(words))
         choice = TopicChoice(options.topics, options.exclude, options.prefix,
                              topic_remaps(words, rospy.get_namespace()))

@@ -106,7 +106,7 @@ def stand(qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterat
 
 
 def test_a_node_that_hangs_is_an_alarm_until_it_answers(stand: Stand) -> None:
-    for device, source in (('arm', 'arm'), ('', 'cell')):
+    for device, source in (('arm', 'arm'), ('', 'Frames')):
         for node in ('/scene_watch', '/cell_frames'):  # both may say so
             stand.said.take_state(node, '/x/variable_proc', Severity.WARNING,
                                   'variable_proc does not answer: no limits', stand.now_s,

@@ -28,13 +28,13 @@ STATE: Dict[str, Any] = {
 @pytest.fixture(autouse=True)
 def master(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     class Master:
-        def __init__(self, _caller: str) -> None:
+        def __init__(self, _caller: str, timeout_s: float) -> None:
             pass
 
         def getSystemState(self) -> List[Any]:
             return [STATE['publishers'], [], STATE['services']]
 
-    monkeypatch.setattr(module.rosgraph, 'Master', Master)
+    monkeypatch.setattr(module, 'AskedMaster', Master)
     monkeypatch.setattr(module, 'is_registered', lambda node: node != '/dead')
     yield
 

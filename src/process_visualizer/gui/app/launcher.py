@@ -33,6 +33,7 @@ from process_visualizer.gui.models.cell.new_configuration_model import NewConfig
 from process_visualizer.gui.models.cell.tool_model import ToolModel
 from process_visualizer.gui.models.cell.view_model import ViewModel
 from process_visualizer.gui.models.cell.warnings_model import WarningsModel
+from process_visualizer.gui.models.cell.watch_model import WatchModel
 from process_visualizer.gui.models.comparison.bands_model import BandsModel
 from process_visualizer.gui.models.comparison.compare_model import CompareModel
 from process_visualizer.gui.models.comparison.ghost_model import GhostModel
@@ -97,6 +98,7 @@ class Launcher(QObject):
         self.calibration = self.calibrating.model
         self.tool = ToolModel(self.tasks, self)
         self.alarms = AlarmsModel(self.launch, self.states)
+        self.watch = WatchModel(self.launch)
         self.objects = ObjectAlarms(self.tasks, self.launch, self.alarms)
         self._notes = EventNotes(self.tasks, self.alarms, self.launch, self.recording)
         self._player: Optional[PlayerSnapshot] = None
@@ -108,9 +110,11 @@ class Launcher(QObject):
         """Clean up after a crash, and find or start the master."""
         sys.setswitchinterval(_SWITCH_INTERVAL_S)
         self.launch.prepare(self.master.connect_to_master)
+        self.watch.begin()
 
     def close(self) -> None:
         """End everything that was started; block until it is done."""
+        self.watch.close()
         self.replay.close()
         self.launch.close()
         self.master.close()
@@ -255,6 +259,7 @@ class Launcher(QObject):
         self.live_comparison.changed.connect(
             lambda: self.alarms.set_departed(self.live_comparison.departed))
         self.live_comparison.run_finished.connect(self._note_run)
+        self.watch.found.connect(self.alarms.take_look)
         self.link.recorder_state.connect(self.recording.take_state)
         self.link.recorder_state.connect(self.states.take_recorder)
         self.link.recorder_state.connect(self.alarms.take_recorder)

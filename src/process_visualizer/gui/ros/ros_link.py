@@ -18,6 +18,7 @@ from process_visualizer.cell.model import Pose
 from process_visualizer.clients.bag_recorder import BagRecorder
 from process_visualizer.clients.player_client import PlayerClient
 from process_visualizer.clients.recorder_memory import RecorderMemory
+from process_visualizer.clients.service_connection import ServiceConnection, ServiceUnreachable
 from process_visualizer.clients.system_look import from_system
 from process_visualizer.discovery.new_configuration import NewConfiguration
 from process_visualizer.gui.ros.player_messages import player_snapshot
@@ -82,6 +83,7 @@ class RosLink(QObject):
         self.recorder = BagRecorder(lambda state: self.recorder_state.emit(_recorder(state)),
                                     follow_now=False)
         self.memory = RecorderMemory()
+        self._frames = ServiceConnection(f'/{CELL_FRAMES}/set_frame', SetFrame)
         self.warnings = NodeWarnings()
         self._subscribers: List[rospy.Subscriber] = []
         self._marker = PoseMarker(self.pose_dragged.emit)
@@ -196,11 +198,9 @@ class RosLink(QObject):
             RosLinkError: cell_frames does not answer, or refuses it.
         """
         try:
-            answer = rospy.ServiceProxy(f'/{CELL_FRAMES}/set_frame', SetFrame)(
-                '', frame, list(xyz), list(ypr))
-        except (rospy.ServiceException, rosgraph.MasterException, OSError) as error:
-            raise RosLinkError(f'{frame} is not moved: /{CELL_FRAMES} does not answer '
-                               f'({error})') from error
+            answer = self._frames.call('', frame, list(xyz), list(ypr))
+        except ServiceUnreachable as error:
+            raise RosLinkError(f'{frame} is not moved: {error}') from error
         if not answer.success:
             raise RosLinkError(f'{frame} is not moved: {answer.message}')
         return str(answer.message)

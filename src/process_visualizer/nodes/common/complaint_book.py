@@ -34,9 +34,11 @@ class ComplaintBook:
         self._complaints: Dict[str, Complaint] = {}
         self._ended: List[str] = []
 
-    def add(self, key: str, text: str, now_s: float, is_error: bool = False) -> None:
+    def add(self, key: str, text: str, now_s: float, is_error: bool = False,
+            values: Optional[Mapping[str, str]] = None) -> None:
         """Note a bad message."""
-        self._write(key, text, now_s, is_error).count += 1
+        complaint = self._write(key, text, now_s, is_error)
+        complaint.count, complaint.values = complaint.count + 1, values or {}
 
     def state(self, key: str, text: str, now_s: float,
               values: Optional[Mapping[str, str]] = None, is_error: bool = False) -> None:

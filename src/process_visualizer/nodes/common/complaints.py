@@ -35,11 +35,15 @@ class Complaints:
         self._publisher = node.publisher(DIAGNOSTICS, DiagnosticArray)
         self._reporter = node.worker(self._report, 'complaints')
 
-    def add(self, key: str, text: str, is_error: bool = False) -> None:
-        """Complain of a message; complaints with the same key, such as a topic, count together."""
+    def add(self, key: str, text: str, is_error: bool = False,
+            values: Optional[Mapping[str, str]] = None) -> None:
+        """Complain of a message; complaints with the same key, such as a topic, count together.
+
+        The ``values`` are for programs.
+        """
         now_s = self._node.monotonic_s()
         with self._lock:
-            self._book.add(key, text, now_s, is_error)
+            self._book.add(key, text, now_s, is_error, values)
         self._log(key, text, now_s, is_error, LOG_PERIOD_S)
 
     def state(self, key: str, text: str, values: Optional[Mapping[str, str]] = None,

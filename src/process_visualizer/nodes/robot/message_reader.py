@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from typing import Any, Callable, Dict, Generic, Optional, Sequence, TypeVar
+from typing import Any, Callable, Dict, Generic, Mapping, Optional, Sequence, TypeVar
 
 import genpy
 import rospy
@@ -12,6 +12,7 @@ from process_visualizer.motion.source_conflict import SourceConflict
 from process_visualizer.motion.time_watch import TimeWatch
 from process_visualizer.nodes.common.complaints import Complaints
 from process_visualizer.nodes.common.node_handle import NodeHandle
+from process_visualizer.ros_names import CONFLICT_KEY
 
 Quantity = TypeVar('Quantity')
 Decoder = Callable[[bytes], Quantity]
@@ -19,6 +20,11 @@ Decoder = Callable[[bytes], Quantity]
 
 class DoubtfulMessage(Exception):
     """A message was used, although it has a problem; the text says which."""
+
+    def __init__(self, problem: str, values: Optional[Mapping[str, str]] = None) -> None:
+        """``values`` are for programs."""
+        super().__init__(problem)
+        self.values: Mapping[str, str] = values or {}
 
 
 class TopicReader(Generic[Quantity]):
@@ -71,7 +77,7 @@ class TopicReader(Generic[Quantity]):
             except ValueError as error:
                 self._warn(f'is left out: {error}')
             except DoubtfulMessage as doubt:
-                self._warn(f'is shown, but {doubt}')
+                self._warn(f'is shown, but {doubt}', doubt.values)
 
     def _watch_time(self) -> None:
         problem = self._time_watch.problem(self._node.ros_s(), self._node.monotonic_s())
@@ -83,7 +89,7 @@ class TopicReader(Generic[Quantity]):
             problem = self._conflict.add(publisher, self._numbers(quantity),
                                          self._node.monotonic_s())
             if problem:
-                raise DoubtfulMessage(problem)
+                raise DoubtfulMessage(problem, {CONFLICT_KEY: f'{self._topic}: {problem}'})
 
     def _decode(self, message: Any) -> Quantity:
         carried: str = message._connection_header['type']
@@ -96,5 +102,5 @@ class TopicReader(Generic[Quantity]):
         except genpy.DeserializationError as error:
             raise ValueError(f'its bytes are not those of {carried}: {error}') from error
 
-    def _warn(self, problem: str) -> None:
-        self._complaints.add(self._topic, f'a message on {self._topic} {problem}')
+    def _warn(self, problem: str, values: Optional[Mapping[str, str]] = None) -> None:
+        self._complaints.add(self._topic, f'a message on {self._topic} {problem}', values=values)

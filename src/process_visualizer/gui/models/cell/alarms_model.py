@@ -15,6 +15,7 @@ from process_visualizer.gui.models.cell.launch_model import LaunchModel, Phase
 from process_visualizer.gui.ros.snapshots import RecorderSnapshot
 from process_visualizer.health.alarm_board import Action, Alarm, AlarmBoard, Condition, Event
 from process_visualizer.health.alarm_conditions import (
+    conflict_conditions,
     departure_conditions,
     limit_conditions,
     loss_conditions,
@@ -23,7 +24,9 @@ from process_visualizer.health.alarm_conditions import (
     recorded_conditions,
     silence_conditions,
     topic_conditions,
+    watch_conditions,
 )
+from process_visualizer.launching.cell_watch import CellLook
 
 Departed = Sequence[Tuple[str, str, str, float]]
 RecordedAlarms = Sequence[Tuple[str, str, float, float]]
@@ -51,6 +54,7 @@ class AlarmsModel(QObject):
         self._recorded: RecordedAlarms = ()
         self._played: RecordedAlarms = ()
         self._position_s = 0.0
+        self._look = CellLook()
         states.changed.connect(self.look)
         launch.changed.connect(self._follow_mode)
 
@@ -93,6 +97,11 @@ class AlarmsModel(QObject):
         """Update from the recorder."""
         self._losses = loss_conditions(recorder.phase == 'recording', recorder.dropped,
                                        recorder.lost)
+        self.look()
+
+    def take_look(self, look: CellLook) -> None:
+        """Update from the watch that asks all nodes and the master."""
+        self._look = look
         self.look()
 
     def set_departed(self, departed: Departed) -> None:
@@ -148,13 +157,18 @@ class AlarmsModel(QObject):
                 found += part_conditions(device.name, report, Action.RESTART_DEVICE)
                 found += topic_conditions(device.name, self._states.state(device).topics)
         found += own_part_conditions(running.mode, self._launch.reports)
-        found += silence_conditions(self._states.watch_warnings())
+        silent = silence_conditions(self._states.watch_warnings())
+        parts = {node.name: part for part, report in self._launch.reports.items()
+                 for node in report.nodes}
+        found += [*silent, *watch_conditions(running.mode, self._look, parts, silent)]
         if running.mode is Mode.PLAYBACK:
             return [*found, *recorded_conditions(self._recorded, self._position_s),
                     *self._objects]
         epoch_s = self._wall_s() - self._clock_s()
         for device in running.devices:
-            found += limit_conditions(device.name, self._states.warnings(device.name), epoch_s)
+            warnings = self._states.warnings(device.name)
+            found += limit_conditions(device.name, warnings, epoch_s)
+            found += conflict_conditions(device.name, warnings)
         return [*found, *departure_conditions(self._departed), *self._losses, *self._objects]
 
 

@@ -53,6 +53,7 @@ class NodePulse:
         self._seen = self._is_sent = False
         self._told_from_s: Optional[float] = None  # if it has not answered until then
         self._uri: Optional[str] = None
+        self._silent_uri: Optional[str] = None  # where one that hangs is, if the master is silent too
         self._received = b''
         self._connection: Optional[socket.socket] = None
         self._due_s = self._deadline_s = 0.0
@@ -106,7 +107,9 @@ class NodePulse:
         try:
             self._uri = self._uri or lookup(self.name)
         except LookupUnanswered:
-            return  # it is as it was
+            self._uri = self._silent_uri
+            if self._uri is None:
+                return  # it is as it was
         if self._uri is None:
             self._note(ENDED)
             return
@@ -137,6 +140,7 @@ class NodePulse:
         selector.unregister(self._connection)
         self._connection.close()
         self._connection = None
+        self._silent_uri = self._uri if problem == SILENT else None
         if problem:
             self._uri = None  # a restarted node has another address
         else:

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The watch of the launching program: who does not answer, and what is wrong with the master."""
+from __future__ import annotations
+
+import socket
+from contextlib import suppress
+from typing import Any, Dict, List, Set
+
+import pytest
+import rosgraph
+
+from process_visualizer.launching.cell_watch import (
+    MASTER_OTHER,
+    MASTER_SILENT,
+    CellLook,
+    CellWatch,
+)
+
+NODES = {'/scene_watch', '/cell_frames', '/bag_recorder'}
+STEP_S = 0.1
+NOTICED_S = 1.0
+"""Within this time the watch has found out about a node."""
+
+
+class Cell:
+    """Nodes and a master that answer, hang or are gone, as the test says; a clock of its own."""
+
+    def __init__(self) -> None:
+        self.running, self.hanging = set(NODES), set()  # type: Set[str], Set[str]
+        self.master_id, self.now_s = 7, 100.0
+        self.told: List[CellLook] = []
+        self.watch = CellWatch(lambda: self.running, self.told.append, self, self.connect)
+        self._asked: Dict[socket.socket, str] = {}
+
+    # The master.
+
+    def getPid(self) -> int:
+        if not self.master_id:
+            raise TimeoutError('no answer')
+        return self.master_id
+
+    def lookupNode(self, node: str) -> str:
+        self.getPid()
+        if self.master_id != 7:
+            raise rosgraph.MasterException('unknown')
+        return node
+
+    def getSystemState(self) -> List[Any]:
+        raise NotImplementedError
+
+    def setParam(self, key: str, value: Any) -> None:
+        raise NotImplementedError
+
+    # The nodes.
+
+    def connect(self, node: str) -> socket.socket:
+        ours, theirs = socket.socketpair()
+        ours.setblocking(False)
+        self._asked[theirs] = node
+        return ours
+
+    def let_pass(self, duration_s: float) -> CellLook:
+        """Let time pass; return what was told last."""
+        end_s = self.now_s + duration_s
+        while self.now_s < end_s:
+            self.watch.step(self.now_s, 0.0)
+            for theirs in [it for it, node in self._asked.items() if node not in self.hanging]:
+                del self._asked[theirs]
+                with suppress(BrokenPipeError):  # nobody waits for it any longer
+                    theirs.sendall(b'HTTP/1.0 200 OK\r\n\r\n<methodResponse></methodResponse>')
+                theirs.close()
+            self.now_s += STEP_S
+        return self.told[-1] if self.told else CellLook()
+
+
+@pytest.fixture
+def cell() -> Cell:
+    made = Cell()
+    assert made.let_pass(2.0) == CellLook()
+    return made
+
+
+@pytest.mark.parametrize('hanging', [{'/bag_recorder'}, {'/scene_watch', '/cell_frames'}, NODES])
+def test_whoever_hangs_is_told_and_whoever_answers_again(cell: Cell, hanging: Set[str]) -> None:
+    cell.hanging = hanging
+    assert cell.let_pass(NOTICED_S) == CellLook(frozenset(hanging))
+    cell.hanging = set()
+    assert cell.let_pass(NOTICED_S) == CellLook()
+    assert len(cell.told) == 2
+
+
+def test_one_that_has_ended_is_told_by_roslaunch(cell: Cell) -> None:
+    cell.hanging = {'/bag_recorder'}
+    cell.let_pass(NOTICED_S)
+    cell.running -= {'/bag_recorder'}
+    assert cell.let_pass(NOTICED_S) == CellLook()
+
+
+def test_a_master_that_hangs_makes_no_node_silent(cell: Cell) -> None:
+    cell.master_id = 0
+    assert cell.let_pass(3.0) == CellLook(master=MASTER_SILENT)
+    cell.hanging = {'/bag_recorder'}
+    assert cell.let_pass(NOTICED_S) == CellLook(frozenset(cell.hanging), MASTER_SILENT)
+    cell.hanging = set()  # where it was, it is asked again, though nobody says where it is
+    assert cell.let_pass(NOTICED_S) == CellLook(master=MASTER_SILENT)
+    cell.master_id = 7
+    assert cell.let_pass(1.2) == CellLook()
+
+
+def test_a_master_that_misses_one_question_is_not_told(cell: Cell) -> None:
+    cell.master_id = 0
+    cell.let_pass(1.0)
+    cell.master_id = 7
+    assert cell.let_pass(2.0) == CellLook() and not cell.told
+
+
+def test_another_master_does_not_know_the_nodes(cell: Cell) -> None:
+    cell.master_id = 8
+    assert cell.let_pass(1.2) == CellLook(master=MASTER_OTHER)
+    cell.running = set()
+    assert cell.let_pass(0.5) == CellLook()  # the cell was stopped: the next one begins with it
+
+
+def test_nothing_is_told_after_the_end(cell: Cell) -> None:
+    cell.watch.close()
+    cell.hanging = set(NODES)
+    cell.let_pass(NOTICED_S)
+    assert not cell.told
