@@ -53,7 +53,7 @@ class NodePulse:
         self._seen = self._is_sent = False
         self._told_from_s: Optional[float] = None  # if it has not answered until then
         self._uri: Optional[str] = None
-        self._silent_uri: Optional[str] = None  # where one that hangs is, if the master is silent too
+        self._silent_uri: Optional[str] = None  # of one that hangs
         self._received = b''
         self._connection: Optional[socket.socket] = None
         self._due_s = self._deadline_s = 0.0
