@@ -48,6 +48,8 @@ CoordinateOffsets checkedOffsets(const PointCloud2& cloud) {
   return offsets;
 }
 
+std::size_t rowsWithPoints(const PointCloud2& cloud) { return cloud.width == 0 ? 0 : cloud.height; }
+
 std::optional<std::size_t> colorOffset(const PointCloud2& cloud) {
   for (const PointField& field : cloud.fields) {
     const bool has_size = field.datatype == PointField::FLOAT32 ||

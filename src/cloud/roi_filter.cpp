@@ -48,8 +48,7 @@ void findRuns(const std::uint8_t* row, const std::uint8_t* row_end, std::size_t 
 
 std::vector<Run> findRuns(const sensor_msgs::PointCloud2& cloud, const InsideTest& is_inside) {
   std::vector<Run> runs;
-  if (cloud.width == 0) return runs;  // such rows need no data, so there may be any number
-  for (std::size_t row = 0; row < cloud.height; ++row) {
+  for (std::size_t row = 0, rows = rowsWithPoints(cloud); row < rows; ++row) {
     const std::uint8_t* begin = cloud.data.data() + row * cloud.row_step;
     findRuns(begin, begin + std::size_t{cloud.width} * cloud.point_step, cloud.point_step,
              is_inside, runs);

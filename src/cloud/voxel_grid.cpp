@@ -47,8 +47,7 @@ void VoxelGrid::add(const PointCloud2& cloud, const Eigen::Isometry3d& grid_from
   const CoordinateOffsets offsets = checkedOffsets(cloud);
   const std::optional<std::size_t> color = colorOffset(cloud);
   const Eigen::Isometry3f transform = grid_from_cloud.cast<float>();
-  if (cloud.width == 0) return;  // such rows need no data, so there may be any number
-  for (std::size_t row = 0; row < cloud.height; ++row) {
+  for (std::size_t row = 0, rows = rowsWithPoints(cloud); row < rows; ++row) {
     const std::uint8_t* point = cloud.data.data() + row * cloud.row_step;
     for (std::size_t column = 0; column < cloud.width; ++column, point += cloud.point_step)
       addPoint(transform * positionAt(point, offsets), color ? point + *color : kGrey);

@@ -16,11 +16,10 @@ const std::uint8_t* pointAt(const sensor_msgs::PointCloud2& cloud, std::size_t i
 Points pointsOf(const sensor_msgs::PointCloud2& cloud) {
   const cloud::CoordinateOffsets offsets = cloud::checkedOffsets(cloud);
   Points points;
-  if (cloud.width == 0) return points;  // such rows need no data, so there may be any number
   points.width = cloud.width;
-  points.height = cloud.height;
+  points.height = cloud::rowsWithPoints(cloud);
   points.places.reserve(points.width * points.height);
-  for (std::size_t row = 0; row < cloud.height; ++row) {
+  for (std::size_t row = 0; row < points.height; ++row) {
     const std::uint8_t* point = cloud.data.data() + row * cloud.row_step;
     for (std::size_t column = 0; column < cloud.width; ++column, point += cloud.point_step)
       points.places.push_back(cloud::positionAt(point, offsets));

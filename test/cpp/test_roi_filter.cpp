@@ -8,7 +8,6 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <ctime>
 #include <functional>
 #include <limits>
 #include <random>
@@ -18,6 +17,7 @@
 #include <vector>
 
 #include "process_visualizer/cloud/box_outline.hpp"
+#include "process_visualizer/cloud/cloud_layout.hpp"
 #include "process_visualizer/cloud/roi_filter.hpp"
 
 namespace process_visualizer::cloud {
@@ -172,14 +172,12 @@ TEST(CropToBox, AcceptsAnEmptyCloud) {
   EXPECT_TRUE(cropped.data.empty());
 }
 
-/// Four billion of them would take seconds of the processor's time.
 TEST(CropToBox, DoesNotVisitRowsWithoutPoints) {
   auto cloud = makeCloud({});
   cloud.width = cloud.row_step = 0;
   cloud.height = 0xFFFFFFFF;
-  const std::clock_t begin = std::clock();
+  EXPECT_EQ(rowsWithPoints(cloud), 0u);
   EXPECT_EQ(crop(cloud), Indices{});
-  EXPECT_LT(std::clock() - begin, CLOCKS_PER_SEC / 2);
 }
 
 std::vector<Point> randomPoints(std::mt19937& generator, std::size_t count) {

@@ -7,8 +7,6 @@ import signal
 import subprocess
 import sys
 import termios
-import threading
-import time
 from pathlib import Path
 
 import pytest
@@ -201,21 +199,6 @@ def test_without_a_terminal_there_are_no_keys(player, environment, stdin):
         process.stdin.close()
 
 
-class ReadingThread(threading.Thread):
-    """Reads the keys of a terminal that does not control this process."""
-
-    def __init__(self, keyboard):
-        super().__init__()
-        self.keyboard = keyboard
-        self.keys = []
-        self.used_s = 0.0
-
-    def run(self):
-        before_s = time.thread_time()
-        self.keys += iter(self.keyboard.read_key, None)
-        self.used_s = time.thread_time() - before_s
-
-
 @pytest.fixture
 def foreign_terminal():
     master, terminal = pty.openpty()
@@ -225,20 +208,23 @@ def foreign_terminal():
 
 
 def test_terminal_of_another_session_is_left_alone(foreign_terminal):
+    """It waits though there is something to read, and looks now and then whether it may."""
     master, terminal = foreign_terminal
     before = termios.tcgetattr(terminal)
     os.write(master, b'typed\n')
-    with Keyboard(terminal) as keyboard:
-        reader = ReadingThread(keyboard)
-        reader.start()
-        reader.join(0.5)
-        assert reader.is_alive()
+    waits = []
+
+    def wait(files, patience_ms):
+        waits.append((terminal in files, patience_ms))
+        if len(waits) == 3:
+            keyboard.stop()
+        return []
+
+    with Keyboard(terminal, wait) as keyboard:
         assert termios.tcgetattr(terminal) == before
-        keyboard.stop()
-        reader.join(DEADLINE_S)
-    assert not reader.is_alive()
-    assert reader.keys == []
-    assert reader.used_s < 0.1  # it waited although there was something to read
+        assert keyboard.read_key() is None
+        assert termios.tcgetattr(terminal) == before
+    assert waits == 3 * [(False, 1000)]
     assert os.read(terminal, 100) == b'typed\n'
 
 

@@ -21,6 +21,10 @@ struct CoordinateOffsets {
 /// \throws std::invalid_argument that says what is wrong
 CoordinateOffsets checkedOffsets(const sensor_msgs::PointCloud2& cloud);
 
+/// The number of rows to visit: none where they have no points. Such rows need no data, so that a
+/// short message may have four billion of them.
+std::size_t rowsWithPoints(const sensor_msgs::PointCloud2& cloud);
+
 /// Where a point has its colour (field `rgb` or `rgba`, as PCL lays it out: blue, green, red), in
 /// bytes; nothing if the cloud has none.
 std::optional<std::size_t> colorOffset(const sensor_msgs::PointCloud2& cloud);

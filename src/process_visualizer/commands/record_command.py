@@ -52,8 +52,9 @@ def record(cell: Optional[Cell], devices: Sequence[Device], options: RecordOptio
                                stdin=subprocess.DEVNULL)
     try:
         rospy.init_node('cell_record', anonymous=True, disable_signals=True)
-        recording = _Recording(f'/{name}', process, options)
-        return recording.run(_recording_options(cell, devices, options))
+        run = RecordRun(process, options)
+        return run.run(BagRecorder(run.take_state, f'/{name}'),
+                       _recording_options(cell, devices, options))
     except RecorderError as error:
         say(f'cell: {error}', file=sys.stderr)
         return 1
@@ -62,43 +63,42 @@ def record(cell: Optional[Cell], devices: Sequence[Device], options: RecordOptio
         process.wait()
 
 
-class _Recording:
+class RecordRun:
     """One recording by its own recorder; reports to the operator at once what matters."""
 
-    def __init__(self, node: str, process: 'subprocess.Popen[bytes]',
-                 options: RecordOptions) -> None:
+    def __init__(self, process: 'subprocess.Popen[bytes]', options: RecordOptions) -> None:
+        """Watch the recorder's process; its states come to `take_state`."""
         self._process = process
         self._wanted = options
         self._end = threading.Event()
         self._reported_problems = 0
         self._ended = False  # by itself
         self._files: List[str] = []
-        self._recorder = BagRecorder(self._take_state, node)
 
-    def run(self, options: RecordingOptions) -> int:
+    def run(self, recorder: BagRecorder, options: RecordingOptions) -> int:
         """Record until a signal or the limit, or until the recorder ends; return the exit code."""
-        self._recorder.wait_until_ready(_READY_TIMEOUT_S)
+        recorder.wait_until_ready(_READY_TIMEOUT_S)
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: self._end.set())
         threading.Thread(target=self._follow_process, daemon=True).start()
-        self._wait_for_time()
+        self._wait_for_time(recorder)
         if self._end.is_set():
             return 1
-        path = self._recorder.start(options)
+        path = recorder.start(options)
         self._files = [path]
         self._print(f'recording {path}')
         if self._wanted.duration_s:
             rospy.Timer(rospy.Duration.from_sec(self._wanted.duration_s),
                         lambda _: self._end.set(), oneshot=True)
         self._end.wait()
-        return self._finish()
+        return self.finish(recorder)
 
-    def _wait_for_time(self) -> None:
+    def _wait_for_time(self, recorder: BagRecorder) -> None:
         """If time is simulated, wait for the first one: messages before it have none."""
         if not rospy.get_param('/use_sim_time', False):
             return
         self._print('waiting for the first message on /clock, as the time is simulated')
-        while not self._end.is_set() and self._recorder.wait_for(
+        while not self._end.is_set() and recorder.wait_for(
                 lambda state: not state.stamp.is_zero(), _STATE_TIMEOUT_S) is None:
             pass
 
@@ -106,26 +106,32 @@ class _Recording:
         if not self._wanted.is_quiet:
             say(text)
 
-    def _finish(self) -> int:
+    def finish(self, recorder: BagRecorder) -> int:
+        """Stop the recording and report; return 1 if it had ended by itself, else 0.
+
+        Raises:
+            RecorderError: the recorder's process has ended, or refuses to stop.
+        """
         if self._process.poll() is not None:
             raise RecorderError('the recorder has died; "rosrun process_visualizer cell reindex '
                                 f'{self._files[-1]}.active" makes a bag from what it has written')
         ended = self._ended
-        with Recording(self._files if ended else self._stop()) as recording:
+        with Recording(self._files if ended else self._stop(recorder)) as recording:
             self._print(as_text(make_report(recording)))
         return 1 if ended else 0
 
-    def _stop(self) -> List[str]:
+    def _stop(self, recorder: BagRecorder) -> List[str]:
         """Stop by the service or, if the master is gone, by a signal; return the bags."""
         try:
-            return self._recorder.stop()
+            return recorder.stop()
         except RecorderUnreachable:
             self._process.send_signal(signal.SIGINT)
             self._process.send_signal(signal.SIGCONT)  # one that was stopped would never end
             self._process.wait()
             return self._files
 
-    def _take_state(self, state: RecorderState) -> None:
+    def take_state(self, state: RecorderState) -> None:
+        """Tell new problems, and note whether the recording has to end or has ended by itself."""
         new = min(state.problem_count - self._reported_problems, len(state.problems))
         for problem in state.problems[len(state.problems) - new:]:
             say(problem, file=sys.stderr)

@@ -17,12 +17,23 @@ import weakref
 from collections import deque
 from contextlib import contextmanager
 from types import FrameType, TracebackType
-from typing import Any, Callable, Deque, Dict, Iterator, List, Optional, Type
+from typing import Any, Callable, Deque, Dict, Iterator, List, Optional, Sequence, Type
 
 from process_visualizer.terminal.key_decoder import KeyDecoder
 
 _ESCAPE_MS = 50  # by then the rest of a sequence has come; a lone escape was the key
 _BACKGROUND_MS = 1000  # no signal tells a running process about "fg"
+
+Wait = Callable[[Sequence[int], Optional[int]], List[int]]
+"""Waits until files can be read, for a time [ms] (None: for ever), and returns those."""
+
+
+def wait_for_input(files: Sequence[int], patience_ms: Optional[int]) -> List[int]:
+    """Wait, as `Wait` says."""
+    poll = select.poll()
+    for file in files:
+        poll.register(file, select.POLLIN)
+    return [file for file, _ in poll.poll(patience_ms)]
 
 
 class Keyboard:
@@ -34,9 +45,9 @@ class Keyboard:
     wait is handled after it.
     """
 
-    def __init__(self, terminal: int = 0) -> None:
+    def __init__(self, terminal: int = 0, wait: Wait = wait_for_input) -> None:
         """Keys come from a file descriptor, by default standard input."""
-        self._terminal = terminal
+        self._terminal, self._wait = terminal, wait
         self._saved: Optional[List[Any]] = None  # attributes of the terminal while it is changed
         self._using = threading.RLock()  # for reading and its mode
         self._handlers: Dict[int, Any] = {}
@@ -85,14 +96,13 @@ class Keyboard:
 
     def _receive(self) -> List[str]:
         """Wait for input from the terminal, or for the wake-up."""
-        poll = select.poll()
-        poll.register(self._woken, select.POLLIN)
+        files = [self._woken]
         foreground = in_foreground(self._terminal)
         if foreground and self._saved is None and not self._suspending:
             signal.pthread_kill(self._main_thread, signal.SIGCONT)  # takes the terminal
         elif foreground and self._saved is not None:
-            poll.register(self._terminal, select.POLLIN)
-        ready = [file for file, _ in poll.poll(self._patience_ms(foreground))]
+            files.append(self._terminal)
+        ready = self._wait(files, self._patience_ms(foreground))
         if self._woken in ready:
             os.read(self._woken, 1024)
         if self._terminal in ready:

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How ``cell record`` ends: what it reports, and its exit code."""
+from __future__ import annotations
+
+import argparse
+import json
+import signal
+from pathlib import Path
+from typing import Any, List, Optional
+
+import pytest
+import rosbag
+import rospy
+from std_msgs.msg import String, UInt32
+
+from process_visualizer.clients.recording_options import RecorderError, RecorderUnreachable
+from process_visualizer.commands.record_command import RecordRun
+from process_visualizer.commands.record_options import add_record_options, record_options
+from process_visualizer.msg import RecorderState
+
+FULL = 'the recording was stopped, because less than 1 MB are free in /bags'
+
+
+class Recorder:
+    """A recorder and its process, as far as a recording that ends asks them."""
+
+    def __init__(self, bag: str) -> None:
+        self.bag = bag
+        self.exit_code: Optional[int] = None
+        self.has_master = True
+        self.asked: List[Any] = []
+
+    def stop(self) -> List[str]:
+        self.asked.append('stop')
+        if not self.has_master:
+            raise RecorderUnreachable('the master does not answer')
+        return [self.bag]
+
+    def poll(self) -> Optional[int]:
+        return self.exit_code
+
+    def send_signal(self, number: int) -> None:
+        self.asked.append(number)
+
+    def wait(self) -> int:
+        return 0
+
+
+@pytest.fixture
+def recorder(tmp_path: Path) -> Recorder:
+    """One that has recorded a bag."""
+    path = str(tmp_path / 'seam.bag')
+    with rosbag.Bag(path, 'w') as bag:
+        for number in range(100):
+            bag.write('/n', UInt32(number), rospy.Time(1000 + number))
+        account = {'topics': {'/n': {'received': 100, 'dropped': 0}}, 'clock_jumps': []}
+        bag.write('/process_visualizer/recording', String(json.dumps(account)), rospy.Time(1100))
+    return Recorder(path)
+
+
+def started(recorder: Recorder, *words: str) -> RecordRun:
+    """A run of the command that has heard that the recorder records."""
+    parser = argparse.ArgumentParser()
+    add_record_options(parser)
+    process: Any = recorder
+    run = RecordRun(process, record_options(parser.parse_args(['/n', *words])))
+    run.take_state(RecorderState(state=RecorderState.RECORDING, files=[recorder.bag]))
+    return run
+
+
+def finish(run: RecordRun, recorder: Recorder) -> int:
+    client: Any = recorder
+    return run.finish(client)
+
+
+def test_one_that_is_stopped_ends_with_0(recorder: Recorder, capsys: Any) -> None:
+    assert finish(started(recorder), recorder) == 0
+    assert recorder.asked == ['stop']
+    assert 'verdict: complete' in capsys.readouterr().out
+
+
+def test_one_that_has_ended_by_itself_ends_with_1(recorder: Recorder, capsys: Any) -> None:
+    run = started(recorder)
+    run.take_state(RecorderState(state=RecorderState.IDLE, files=[recorder.bag],
+                                 problems=['an older one', FULL], problem_count=1))
+    assert finish(run, recorder) == 1
+    assert recorder.asked == []  # there is nothing to stop
+    told = capsys.readouterr()
+    assert told.err == f'{FULL}\n'
+    assert 'verdict: complete' in told.out
+
+
+def test_without_a_master_it_is_stopped_by_a_signal(recorder: Recorder, capsys: Any) -> None:
+    recorder.has_master = False
+    assert finish(started(recorder, '-q'), recorder) == 0
+    assert recorder.asked == ['stop', signal.SIGINT]
+    assert capsys.readouterr().out == ''
+
+
+def test_of_one_that_has_died_it_says_how_the_bag_is_repaired(recorder: Recorder) -> None:
+    run = started(recorder)
+    recorder.exit_code = -signal.SIGKILL
+    with pytest.raises(RecorderError, match=f'has died; .* cell reindex {recorder.bag}.active'):
+        finish(run, recorder)
