@@ -12,6 +12,9 @@ from cycle_bags import write_bag
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from recent_parts import part_of, parts_of
+from recorded_rows import Row
+from recorded_rows import write_bag as rows_bag
+from sensor_msgs.msg import JointState
 
 from process_visualizer.bags.recorder_topics import MARKS
 from process_visualizer.bags.recording import Recording
@@ -24,6 +27,15 @@ from process_visualizer.curves.samples import found_series, read_samples, sample
 from process_visualizer.messages.connection import Connection
 
 DURATION_S = 24.0
+ARM = """<robot name="arm"><link name="base"/><link name="wrist"/><link name="tool"/>
+  <link name="jaw"/>
+  <joint name="turn" type="continuous"><parent link="base"/><child link="wrist"/>
+    <axis xyz="0 0 1"/></joint>
+  <joint name="flange" type="fixed"><parent link="wrist"/><child link="tool"/>
+    <origin xyz="0.6 0 0"/></joint>
+  <joint name="finger" type="prismatic"><parent link="tool"/><child link="jaw"/>
+    <limit lower="0" upper="1" effort="1" velocity="1"/></joint>
+</robot>"""
 
 
 @pytest.fixture(scope='module')
@@ -148,3 +160,24 @@ def test_a_topic_of_something_else_is_not_asked_for_again(
     image = Connection(topic.name, 'sensor_msgs/Image', '', 'uint8[] data', False, '/camera')
     live.add(part_of((image,), [(0, 10 ** 9, b'\0\0\0\0')], 2 * 10 ** 9))
     assert topic.name not in live.topics and '/feed' in live.topics
+
+
+def test_a_tool_moves_by_the_joints_of_a_topic_that_comes_later(tmp_path: Path) -> None:
+    """The gripper's topic is named first, and is there first."""
+    (tmp_path / 'arm.urdf').write_text(ARM)
+    (tmp_path / 'cell.xml').write_text(
+        '<visualizer><device type="robot" name="r"><model path="arm.urdf"/>'
+        '<base frame="base"/><tool frame="tool"/>'
+        + ''.join(f'<topic ns="{ns}" name="joints" type="joint_states" '
+                  'msg="sensor_msgs/JointState"/>' for ns in ('gripper', 'arm'))
+        + '</device></visualizer>')
+    rows = [Row(f'/{ns}/joints', time_ms, JointState(name=[name], position=[time_ms * slope]))
+            for ns, name, begin_ms, slope in (('gripper', 'finger', 0, 0.0),
+                                              ('arm', 'turn', 1000, 5e-4))
+            for time_ms in range(begin_ms, 4000, 10)]
+    live = LiveCurves(XmlParser().parse(str(tmp_path / 'cell.xml')).devices)
+    for part in parts_of(rows_bag(tmp_path / 'arm.bag', rows), 0.5):
+        known = max(part.numbers, default=0) + 1
+        live.add(part._replace(connections=part.connections[:known]))
+    [speed] = live.window(5.0).curves
+    assert speed.value == pytest.approx(0.5 * 0.6, rel=0.01)

@@ -121,6 +121,8 @@ def robot_parameters(device: Device, description: Optional[RobotDescription]) ->
     return RobotParameters(
         device.name, base_frame(device), tool,
         tool if device.force is None else device.force.frame, **topics, **arrows,
+        more_joint_states=tuple(
+            it.name for it in device.topics_for(TopicFunction.JOINT_STATES)[1:]),
         foot_at_tool_frame=device.tool is not None,
         link_prefix='' if device.model is None else device.model.prefix or '')
 

@@ -292,12 +292,12 @@ def recorded_joints(node: NodeHandle, parameters: RobotParameters, model: Kinema
 
     Offsets are those of the robot's joint_proc.
     """
-    topic = parameters.joint_states.name
-    if not topic or not model.joint_names:
+    topics = (parameters.joint_states.name, *parameters.more_joint_states)
+    if not topics[0] or not model.joint_names:
         return None
     offsets = usable_offsets(node.param(JOINT_OFFSETS, {}))
-    return RecordedJoints(topic, JointMatching(parameters.robot_name, model.joint_names, offsets,
-                                               parameters.link_prefix))
+    return RecordedJoints(topics, JointMatching(parameters.robot_name, model.joint_names, offsets,
+                                                parameters.link_prefix))
 
 
 def main() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Dict
+from typing import Any, Dict, Tuple
 
 from process_visualizer.motion.frame_names import default_base_frame, default_tool_frame
 from process_visualizer.parameters.arrow_style import FORCE_ARROW, VELOCITY_ARROW, ArrowStyle
@@ -53,6 +53,7 @@ class RobotParameters:
     tool_frame: str
     force_frame: str
     joint_states: TopicParameters = TopicParameters()
+    more_joint_states: Tuple[str, ...] = ()  # further topics with joints, such as a gripper's
     tool_center_frame: TopicParameters = TopicParameters()
     force_sensor: TopicParameters = TopicParameters()
     velocity_arrow: ArrowStyle = VELOCITY_ARROW
@@ -86,6 +87,7 @@ class RobotParameters:
             tool_frame=tool_frame,
             force_frame=parameters.frame('force_frame', tool_frame),
             joint_states=TopicParameters.read(topics.group('joint_states')),
+            more_joint_states=tuple(topics.texts('more_joint_states')),
             tool_center_frame=TopicParameters.read(topics.group('tool_center_frame')),
             force_sensor=TopicParameters.read(topics.group('force_sensor')),
             velocity_arrow=ArrowStyle.read(arrows.group('velocity'), VELOCITY_ARROW),
@@ -113,8 +115,10 @@ class RobotParameters:
         values: Dict[str, Any] = {
             'base_frame': self.base_frame, 'tool_frame': self.tool_frame,
             **self._optional(),
-            'topics': {name: topic.to_parameters() for name, topic in topics.items()
-                       if topic.name},
+            'topics': {**{name: topic.to_parameters() for name, topic in topics.items()
+                          if topic.name},
+                       **changed({'more_joint_states': list(self.more_joint_states)},
+                                 {'more_joint_states': []})},
             'arrows': {name: values for name, values in arrows.items() if values}}
         return {name: value for name, value in values.items() if value or name == 'topics'}
 

@@ -14,6 +14,7 @@ from process_visualizer.curves.curve_sources import (
     Quantity,
     curve_sources,
     plain_color,
+    tool_from_joints,
 )
 from process_visualizer.curves.live.live_series import LiveSeries
 from process_visualizer.curves.live.recent_part import RecentPart
@@ -122,8 +123,9 @@ class LiveCurves:
     def _topics_of(self, source: CurveSource) -> Set[str]:
         """Its own, and for a tool that may be found by transforms what else moves it."""
         topics = {source.topic}
-        if source.quantity is Quantity.SPEED and source.message_type in ('', TF_MESSAGE):
-            device = next(it for it in self._devices if it.name == source.device)
+        device = next((it for it in self._devices if it.name == source.device), None)
+        if source.quantity is Quantity.SPEED and device is not None and (
+                source.message_type in ('', TF_MESSAGE) or tool_from_joints(device)):
             topics |= {STATIC_TF_TOPIC, *(it.name for it in
                                           device.topics_for(TopicFunction.JOINT_STATES))}
         return topics

@@ -2,7 +2,7 @@
 """A robot's recorded joints, under the names in its model."""
 from __future__ import annotations
 
-from typing import Dict, NamedTuple
+from typing import Dict, NamedTuple, Tuple
 
 import genpy
 import rospy
@@ -23,9 +23,9 @@ class JointsAt(NamedTuple):
 
 
 class RecordedJoints(NamedTuple):
-    """The topic on which a driver sends the joints, and the meaning of its messages."""
+    """The topics on which drivers send the joints, and the meaning of their messages."""
 
-    topic: str
+    topics: Tuple[str, ...]
     matching: JointMatching
 
     def decode(self, kind: str, message: bytes, recorded_s: float) -> JointsAt:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from functools import partial
 from operator import itemgetter
-from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Tuple
+from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 import genpy
 
@@ -23,7 +23,6 @@ JOINTS_HZ = 100.0
 _ANSWER_S = 5.0
 _NS = 1e-9
 _SHORTEST = 0.9  # of a period: joint states come unevenly
-_Event = Tuple[float, Callable[[], Optional[ToolPose]]]  # recording time [s], and its pose
 Decoders = Callable[[str], Optional[PoseDecoder]]
 
 
@@ -44,6 +43,14 @@ class _Messages(NamedTuple):
     messages: List[Tuple[float, bytes]]
 
 
+class _Event(NamedTuple):
+    """A message: when it was recorded [s], what finds its pose, and the period of its topic [s]."""
+
+    recorded_s: float
+    pose: Callable[[], Optional[ToolPose]]
+    period_s: float
+
+
 class RecordedReader:
     """Reads one tool's poses, and the robot's joints if the poses need them."""
 
@@ -59,7 +66,7 @@ class RecordedReader:
             preroll_s: how much a decoder receives before the wanted poses [s].
         """
         self._node, self._has_poses = node, bool(topic)
-        self.topic = node.resolve(topic or (joints.topic if joints else topic))
+        self.topic = node.resolve(topic or (joints.topics[0] if joints else topic))
         self._decoders, self._joints, self._preroll_s = decoders, joints, preroll_s
         self._needs_joints = False
         self._service = node.connect(SERVICE, ReadTopic, _ANSWER_S)
@@ -73,15 +80,15 @@ class RecordedReader:
         reach = Part(max(part.begin_s - self._preroll_s, 0.0), part.end_s)
         tool = self._messages(self.topic, reach) if self._has_poses else None
         reading = None if self._needs_joints or not self._has_poses \
-            else self._decoded(part, tool, None)
+            else self._decoded(part, tool, [])
         if self._joints is None or (reading is not None and not reading.problem):
             return reading
-        topic = self._node.resolve(self._joints.topic)
-        joints = self._messages(topic, reach)
-        self._needs_joints = joints is not None
-        if joints is None and reading is not None:
-            return reading._replace(problem=f'{reading.problem}; record {topic} too, from which it '
-                                    'can be computed')
+        topics = [self._node.resolve(it) for it in self._joints.topics]
+        joints = [it for it in (self._messages(topic, reach) for topic in topics) if it]
+        self._needs_joints = bool(joints)
+        if not joints and reading is not None:
+            return reading._replace(problem=f'{reading.problem}; record {" and ".join(topics)} too,'
+                                    ' from which it can be computed')
         return self._decoded(part, tool, joints)
 
     def _messages(self, topic: str, part: Part) -> Optional[_Messages]:
@@ -102,45 +109,56 @@ class RecordedReader:
             begin_s = answer.end + _NS
 
     def _decoded(self, part: Part, tool: Optional[_Messages],
-                 joints: Optional[_Messages]) -> Optional[Reading]:
+                 joints: Sequence[_Messages]) -> Optional[Reading]:
         decoder = self._decoders('' if tool is None else tool.type)
         if decoder is None:
             return None
-        events = [] if joints is None else list(self._joint_events(decoder, joints))
+        events = [event for it in joints for event in self._joint_events(decoder, it)]
         if tool is None and not events:
             return None
         if tool is not None:
-            events += [(recorded_s, partial(decoder.pose, message))
+            events += [_Event(recorded_s, partial(decoder.pose, message), tool.period_s)
                        for recorded_s, message in tool.messages]
-        source = tool or joints
-        assert source is not None
-        poses, problem = _collected(events, source.begin_s)
-        return Reading(RecordedPoses(part, [it for it in poses if it.recorded_s >= part.begin_s]),
-                       source.period_s, '' if poses else problem)
+        played = [*joints, *([tool] if tool else [])]
+        found = _collected(events, played[-1].begin_s, is_in_parts=tool is None)
+        poses = [it for it in found.poses if it.recorded_s >= part.begin_s]
+        return Reading(RecordedPoses(part, poses), tool.period_s if tool else found.period_s,
+                       '' if found.poses else found.problem)
 
     def _joint_events(self, decoder: PoseDecoder, joints: _Messages) -> Iterator[_Event]:
         assert self._joints is not None
-        positions: Dict[str, float] = {}
+        new: Dict[str, float] = {}
         next_s = -math.inf
         for recorded_s, message in joints.messages:
             try:
                 found = self._joints.decode(joints.type, message, joints.begin_s + recorded_s)
             except ValueError:
                 continue  # joint_proc reports it when it is played
-            positions.update(found.positions)
-            if found.positions and recorded_s >= next_s:
+            new.update(found.positions)
+            if new and recorded_s >= next_s:
                 next_s = recorded_s + _SHORTEST / JOINTS_HZ
-                yield recorded_s, partial(decoder.take_joints, dict(positions), found.stamp)
+                yield _Event(recorded_s, partial(decoder.take_joints, new, found.stamp),
+                             joints.period_s)
+                new = {}
 
 
-def _collected(events: List[_Event], recording_s: float) -> Tuple[List[RecordedPose], str]:
-    """Return the poses in some events, in their order, and why one had none.
+class _Collected(NamedTuple):
+    """Poses, why one was not there, and the period of the messages that have the first [s]."""
 
+    poses: List[RecordedPose]
+    problem: str
+    period_s: float
+
+
+def _collected(events: List[_Event], recording_s: float, is_in_parts: bool) -> _Collected:
+    """Return the poses in some events, in their order.
+
+    Of joints that come in parts, the last pose with one stamp counts: it has all of them.
     Messages that cannot be used are left out: they are reported when they are played.
     """
     poses: List[RecordedPose] = []
-    problem = ''
-    for recorded_s, take in sorted(events, key=itemgetter(0)):
+    problem, period_s = '', 0.0
+    for recorded_s, take, topic_period_s in sorted(events, key=itemgetter(0)):
         try:
             pose = take()
         except FramesNotConnected as error:
@@ -149,6 +167,9 @@ def _collected(events: List[_Event], recording_s: float) -> Tuple[List[RecordedP
         except (ValueError, genpy.DeserializationError):
             continue
         if pose is not None:
+            period_s = period_s or topic_period_s
             stamp_s = pose.stamp_s - recording_s if pose.stamp_s else math.nan
+            if is_in_parts and poses and poses[-1].stamp_s == stamp_s:
+                poses.pop()
             poses.append(RecordedPose(recorded_s, stamp_s, pose.position, pose.quaternion))
-    return poses, problem
+    return _Collected(poses, problem, period_s)

@@ -80,8 +80,10 @@ class _ModelDecoder(PoseDecoder):
 
     def take_joints(self, positions: Mapping[str, float], stamp: rospy.Time
                     ) -> Optional[ToolPose]:
-        """See PoseDecoder."""
+        """See PoseDecoder; joints that do not move the tool, as a gripper's, give no pose."""
         self._positions.update(positions)
+        if positions.keys().isdisjoint(self._model.joints_between(self._tool, self._base)):
+            return None
         place = self._model.placement(self._tool, self._base, self._positions)
         if place is None:
             raise FramesNotConnected(f'the place of the tool frame {self._tool} in {self._base} '
