@@ -54,6 +54,16 @@ def test_nothing_is_written_while_nothing_changes(tmp_path: Path) -> None:
     assert session.tasks.held == []
 
 
+def test_what_changes_often_is_written_once(tmp_path: Path) -> None:
+    path = tmp_path / 'session.json'
+    session = Session(path)
+    for name in ('arm', 'oven', 'saw'):
+        session.values = {'ticked': [name]}
+        session.kept.write()
+    session.tasks.end_all()
+    assert json.loads(path.read_text()) == {'ticked': ['saw']}
+
+
 @pytest.mark.parametrize('content', ['{"ticked": ["ar', '[1, 2]', '{"ticked": 5}', '{}'])
 def test_a_damaged_file_is_told_and_put_aside(tmp_path: Path, content: str) -> None:
     path = tmp_path / 'session.json'

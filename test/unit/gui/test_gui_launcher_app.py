@@ -231,7 +231,29 @@ def test_what_is_not_saved_is_asked_about_when_the_window_closes(
     assert window.isVisible() and launcher.calibration.pose.xyz[0] == 0.5
     window.close()
     answer(window, qtbot, is_yes=True)
+    assert not window.isVisible() and launcher.settings()['unsaved'] == {}
+
+
+def test_what_is_not_saved_outlives_an_end_that_nobody_can_be_asked_about(
+        window: LauncherApp, qtbot: Any, config: Path) -> None:
+    """SIGTERM, a crash, or a master that is lost."""
+    load(window, qtbot, config, UNSAVED)
+    launcher = window._launcher
+    launcher.region.choose('kinect')
+    launcher.region.set_value(0, 0.5)
+    launcher.master.lost.emit()
+    assert window.findChild(QMessageBox, 'question').text().endswith(
+        'Not saved, but offered again then: the crop box of kinect.')
+    window.leave()
     assert not window.isVisible()
+    kept = launcher.settings()
+    launcher.unsaved.discard()
+    launcher.restore(kept)
+    assert window.findChild(QLabel, 'unsaved_text').text() == (
+        'Left unsaved: the crop box of kinect.')
+    window.findChild(QPushButton, 'unsaved_take').click()
+    assert launcher.region.region is not None and launcher.region.region.center[0] == 0.5
+    assert not launcher.unsaved.offered and launcher.settings() == kept
 
 
 class Quitting:

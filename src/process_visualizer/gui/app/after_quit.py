@@ -58,14 +58,18 @@ class AfterQuit(QObject):
         """Leave, after a question if something would be lost."""
         stakes = self._at_stake()
         if stakes and not self._is_leaving:
-            is_unsaved = bool(self._launcher.unsaved)
+            is_unsaved = bool(self._launcher.unsaved.unsaved)
             self._ask(stakes, 'close without saving' if is_unsaved else 'close',
-                      'Close without saving' if is_unsaved else 'close', self.leave)
+                      'Close without saving' if is_unsaved else 'close',
+                      self._leave_without_saving)
         else:
             self.leave()
 
     def leave(self) -> None:
-        """Quit all nodes (the recorder finishes its bag), then close; without asking."""
+        """Quit all nodes (the recorder finishes its bag), then close; without asking.
+
+        What is not saved is offered when the program starts again.
+        """
         if self._is_leaving:
             return
         self._is_leaving = True
@@ -75,6 +79,11 @@ class AfterQuit(QObject):
             self.close_wanted.emit()
         else:
             self._launcher.launch.quit()
+
+    def _leave_without_saving(self) -> None:
+        """The operator has said so."""
+        self._launcher.unsaved.discard()
+        self.leave()
 
     def _quit_unless_lost(self) -> None:
         """The grace is over; something may have begun meanwhile."""
@@ -92,8 +101,8 @@ class AfterQuit(QObject):
     def _at_stake(self, unsaved: str = 'not saved') -> List[str]:
         """What would be lost or cut short, a sentence each; a recording is the last."""
         launcher, found = self._launcher, []
-        if launcher.unsaved:
-            found.append(sentence(f'{unsaved}: {listing(launcher.unsaved)}.'))
+        if launcher.unsaved.unsaved:
+            found.append(sentence(f'{unsaved}: {listing(launcher.unsaved.unsaved)}.'))
         reference = launcher.live_comparison.reference
         if reference:
             found.append(f'The running cell is being compared with {reference}.')

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the operator has ticked, called good and compared, in a file that outlives the program."""
+"""What the operator ticked, called good, compared and edited, in a file that outlives all."""
 from __future__ import annotations
 
 import json
 import os
-from typing import Any, Callable, Dict, Mapping
+from collections import deque
+from typing import Any, Callable, Deque, Dict, Mapping
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
@@ -30,6 +31,7 @@ class KeptState(QObject):
         self._path, self._tasks = path, tasks
         self._restore, self._values = restore, values
         self._written: Values = {}
+        self._waiting: Deque[Values] = deque(maxlen=1)
 
     def restore(self) -> None:
         """Take what is in the file, if there is one; blocks."""
@@ -47,11 +49,20 @@ class KeptState(QObject):
             self._put_aside()
 
     def write(self) -> None:
-        """Write what has changed, in the background."""
+        """Write what has changed, in the background: the newest only, as a pose can be dragged."""
         values = self._values()
         if values != self._written:
             self._written = values
-            self._tasks.run('session', lambda: _write(self._path, values), None, self._tell)
+            self._waiting.append(values)
+            self._tasks.run('session', self._write_waiting, None, self._tell)
+
+    def _write_waiting(self) -> None:
+        """In the line of tasks."""
+        try:
+            values = self._waiting.pop()
+        except IndexError:
+            return  # a task before this one has written it
+        _write(self._path, values)
 
     def _put_aside(self) -> None:
         aside = f'{self._path}.damaged'

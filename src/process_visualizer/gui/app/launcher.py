@@ -31,6 +31,7 @@ from process_visualizer.gui.models.cell.master_model import MasterModel
 from process_visualizer.gui.models.cell.mixture_model import MixtureModel
 from process_visualizer.gui.models.cell.new_configuration_model import NewConfigurationModel
 from process_visualizer.gui.models.cell.tool_model import ToolModel
+from process_visualizer.gui.models.cell.unsaved_model import UnsavedModel
 from process_visualizer.gui.models.cell.view_model import ViewModel
 from process_visualizer.gui.models.cell.warnings_model import WarningsModel
 from process_visualizer.gui.models.cell.watch_model import WatchModel
@@ -96,6 +97,8 @@ class Launcher(QObject):
         self.region = self._regions.model
         self.calibrating = CalibrationActions(self.tasks, self.link, self)
         self.calibration = self.calibrating.model
+        self.unsaved = UnsavedModel({'the pose': self.calibration,
+                                     'the crop box': self.region}, self)
         self.tool = ToolModel(self.tasks, self)
         self.alarms = AlarmsModel(self.launch, self.states)
         self.watch = WatchModel(self.launch)
@@ -121,25 +124,21 @@ class Launcher(QObject):
         self.tasks.close()
 
     def settings(self) -> Dict[str, Any]:
-        """Return what the operator has ticked, called good and compared, for ``restore``."""
+        """Return what is ticked, called good, compared and edited, for ``restore``."""
         return {'unticked': self.cell.unticked, 'compare': self.compare.settings(),
-                'finished': self.live_comparison.settings()}
+                'finished': self.live_comparison.settings(),
+                'unsaved': self.unsaved.settings()}
 
     def restore(self, settings: Mapping[str, Any]) -> None:
-        """Take what was ticked and compared in an earlier session.
+        """Take what was ticked, compared and edited in an earlier session.
 
         Raises:
             AttributeError, KeyError, TypeError, ValueError: these are not settings.
         """
         self.compare.restore(settings['compare'])
         self.live_comparison.restore(settings.get('finished', []))
+        self.unsaved.restore(settings.get('unsaved', {}))
         self.cell.set_unticked(settings['unticked'])
-
-    @property
-    def unsaved(self) -> List[str]:
-        """What was moved and is in no file."""
-        return [*(f'the pose of {name}' for name in self.calibration.unsaved),
-                *(f'the crop box of {name}' for name in self.region.unsaved)]
 
     def choice(self) -> Choice:
         """The choice that would be launched now."""
@@ -339,6 +338,7 @@ class Launcher(QObject):
             self.bag.reopen()
         self.values.set_devices(self.cell.chosen)
         self.compare.set_cell(self.cell.cell)
+        self.unsaved.set_file('' if self.cell.cell is None else self.cell.cell.file)
         self.region.set_devices(self.cell.devices)
         self.calibrating.set_cell(self.cell.cell, [it.name for it in self.cell.chosen])
         running = self.launch.running if self.launch.is_running else None

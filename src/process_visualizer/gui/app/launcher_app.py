@@ -42,6 +42,7 @@ from process_visualizer.gui.views.cell.mixture_notice import MixtureNotice
 from process_visualizer.gui.views.cell.new_configuration_view import NewConfigurationView
 from process_visualizer.gui.views.cell.region_panel import RegionPanel
 from process_visualizer.gui.views.cell.tool_notice import ToolNotice
+from process_visualizer.gui.views.cell.unsaved_notice import UnsavedNotice
 from process_visualizer.gui.views.cell.warnings_view import WarningsView
 from process_visualizer.gui.views.comparison.compare_panel import ComparePanel
 from process_visualizer.gui.views.live.live_panel import LivePanel
@@ -152,7 +153,8 @@ class LauncherApp(QMainWindow):
         layout.addLayout(row)
         layout.addWidget(self._devices_panel, 1)
         layout.addWidget(NoticePlace(  # below: the rows of devices stay where they are
-            self.new, self.made, ChangedNotice(self._launcher.cell)))
+            self.new, self.made, UnsavedNotice(self._launcher.unsaved),
+            ChangedNotice(self._launcher.cell)))
         return group
 
     # Connections

@@ -61,7 +61,7 @@ def main() -> int:
                      launcher.settings, launcher)
     kept.failed.connect(launcher.failed)
     kept.restore()
-    for changed in (launcher.cell.changed, launcher.compare.changed,
+    for changed in (launcher.cell.changed, launcher.compare.changed, launcher.unsaved.changed,
                     launcher.live_comparison.run_finished):
         changed.connect(kept.write)
     _begin(launcher, settings, options, arguments)

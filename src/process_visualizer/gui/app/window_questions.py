@@ -10,7 +10,7 @@ from PyQt5.QtWidgets import QMainWindow, QMessageBox
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.toolkit.questions import ask, message_box
-from process_visualizer.gui.toolkit.sentences import parted, sentence
+from process_visualizer.gui.toolkit.sentences import listing, parted, sentence
 
 _BRIEF_MS = 15_000
 
@@ -50,7 +50,7 @@ class WindowQuestions(QObject):
             self._window,
             'The ROS master is not responding. Running nodes continue, but nothing can be '
             'launched or commanded. Quit all nodes (this finishes a recording) and start '
-            'the launcher again?', 'Quit and start again', start_again)
+            f'the launcher again?{self._what_stays()}', 'Quit and start again', start_again)
         self._launcher.master.returned.connect(question.close)
 
     def ask_about_mixture(self, who: str, mode: Mode) -> None:
@@ -69,6 +69,10 @@ class WindowQuestions(QObject):
         guard.settled.connect(question.close)
         question.finished.connect(self._forget_mixture)
         self._mixture = question
+
+    def _what_stays(self) -> str:
+        unsaved = self._launcher.unsaved.unsaved
+        return f' Not saved, but offered again then: {listing(unsaved)}.' if unsaved else ''
 
     def _forget_message(self) -> None:
         self._message = None

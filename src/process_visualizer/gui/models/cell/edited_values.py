@@ -85,6 +85,15 @@ class EditedValues(QObject, Generic[Value]):
         """The devices whose value differs from what is saved."""
         return [name for name in self._in_file if name in self._edited]
 
+    def edits(self) -> Dict[str, Tuple[float, ...]]:
+        """Return the numbers of what is not saved, by device."""
+        return {name: self._numbers(self._edited[name]) for name in self.unsaved}
+
+    def differs(self, name: str, numbers: Sequence[float]) -> bool:
+        """Return whether a device has a value, and its present one has other numbers."""
+        value = self.value_of(name)
+        return value is not None and not self._is_same(value, self._with_numbers(value, numbers))
+
     @property
     def is_unsaved(self) -> bool:
         """Whether the chosen value differs from what is saved."""
@@ -146,13 +155,24 @@ class EditedValues(QObject, Generic[Value]):
         if value is not None:
             numbers = list(self._numbers(value))
             numbers[index] = number
-            self.set_to(self._device, self._with_numbers(value, numbers))
+            self.set_numbers(self._device, numbers)
 
     def set_to(self, name: str, value: Value) -> None:
         """Give a device a value."""
         if name in self._in_file:
             self._edit(name, value)
             self._tell_marker(name)
+
+    def set_numbers(self, name: str, numbers: Sequence[float]) -> None:
+        """Give a device the value with these numbers, if it has one."""
+        value = self.value_of(name)
+        if value is not None:
+            self.set_to(name, self._with_numbers(value, numbers))
+
+    def forget(self) -> None:
+        """Drop what is not saved; nodes that run keep it."""
+        self._edited = {}
+        self.changed.emit()
 
     def revert(self) -> None:
         """Go back to the value that is saved."""
