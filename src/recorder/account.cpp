@@ -22,8 +22,7 @@ std::string accountText(const std::map<std::string, TopicStatistics>& statistics
   text << R"(}, "clock_jumps": [)";
   separator = "";
   for (const ClockJump& jump : jumps) {
-    text << separator << R"({"time": )" << jump.time.toSec() << R"(, "seconds": )" << jump.seconds
-         << '}';
+    text << separator << R"({"time": )" << jump.time << R"(, "seconds": )" << jump.seconds << '}';
     separator = ", ";
   }
   text << "]}";

@@ -215,7 +215,7 @@ void BagRecorder::connect() {
   }
   const auto missing = subscriptions_.waitUntilConnected(connection_timeout_);
   if (!missing.empty())
-    throw RecordingError("Not recording: no connection to " + joined(missing, ", ") +
+    throw RecordingError("Not recording: no connection to " + listed(missing) +
                          "; check that these nodes still respond, and ROS_IP and ROS_HOSTNAME");
 }
 

@@ -49,7 +49,7 @@ void BagRecorder::publishStates() {
 void BagRecorder::tellSilence() {
   const std::vector<std::string> topics = intake_.fallenSilent();
   if (!topics.empty())
-    addProblem(joined(topics, ", ") +
+    addProblem(listed(topics) +
                ": silent, though messages came regularly; do the drivers still run? What comes "
                "again is recorded");
 }

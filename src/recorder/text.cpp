@@ -7,6 +7,7 @@
 namespace process_visualizer::recorder {
 namespace {
 
+constexpr std::size_t kMostListed = 5;
 constexpr char kReplacement[] = "\xEF\xBF\xBD";
 
 /// How long the character that begins with a byte is, by its leading ones; 0: none begins so.
@@ -43,6 +44,12 @@ std::string joined(const std::vector<std::string>& words, const std::string& sep
   std::string text;
   for (const std::string& word : words) text += (text.empty() ? "" : separator) + word;
   return text;
+}
+
+std::string listed(const std::vector<std::string>& names) {
+  if (names.size() <= kMostListed) return joined(names, ", ");
+  const std::vector<std::string> first(names.begin(), names.begin() + kMostListed);
+  return joined(first, ", ") + " and " + std::to_string(names.size() - kMostListed) + " more";
 }
 
 std::string validUtf8(const std::string& text) {

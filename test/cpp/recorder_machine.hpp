@@ -18,7 +18,8 @@ class SimulatedMachine {
  public:
   Machine machine() {
     Machine machine;
-    machine.now = [this] { return now(); };
+    machine.now = [this] { return is_simulated_ ? simulatedNow() : now(); };
+    machine.isSimulated = [this] { return is_simulated_.load(); };
     machine.wall = [this] { return ros::WallTime().fromNSec(ns_ + jumped_ns_); };
     machine.steady = [this] { return SteadyTime(std::chrono::nanoseconds(ns_)); };
     machine.freeBytes = [this](const BagFile&) { return free_bytes_.load(); };
@@ -27,13 +28,20 @@ class SimulatedMachine {
   ros::Time now() const { return ros::Time().fromNSec(ns_); }
   void goOn(double seconds) { ns_ += toNs(seconds); }
   void jump(double seconds) { jumped_ns_ += toNs(seconds); }  ///< sets the clock
+  /// Lets /clock say this time.
+  void simulate(double seconds) {
+    simulated_ns_ = toNs(seconds);
+    is_simulated_ = true;
+  }
   void setFreeBytes(std::uint64_t bytes) { free_bytes_ = bytes; }
 
  private:
+  ros::Time simulatedNow() const { return ros::Time().fromNSec(simulated_ns_); }
   static std::int64_t toNs(double seconds) { return static_cast<std::int64_t>(seconds * 1e9); }
 
   std::atomic<std::int64_t> ns_ = 1'000'000'000'000;  // the time is 1000 s
-  std::atomic<std::int64_t> jumped_ns_ = 0;
+  std::atomic<std::int64_t> jumped_ns_ = 0, simulated_ns_ = 0;
+  std::atomic<bool> is_simulated_ = false;
   std::atomic<std::uint64_t> free_bytes_ = std::uint64_t{1} << 40;
 };
 

@@ -3,6 +3,7 @@
 
 #include "process_visualizer/recorder/account.hpp"
 #include "process_visualizer/recorder/clock_watch.hpp"
+#include "process_visualizer/recorder/text.hpp"
 #include "process_visualizer/recorder/topic_statistics.hpp"
 #include "recorder_machine.hpp"
 #include "recorder_messages.hpp"
@@ -20,8 +21,30 @@ TEST(Clock, JumpsAreNotedAndDriftIsNot) {
   }
   ASSERT_EQ(watch.jumps().size(), 2u);
   EXPECT_NEAR(watch.jumps()[0].seconds, -900, 1e-6);
-  EXPECT_NEAR(watch.jumps()[0].time.toSec(), 1004 - 900, 1e-6);
+  EXPECT_NEAR(watch.jumps()[0].time, 1004 - 900, 1e-6);
   EXPECT_NEAR(watch.jumps()[1].seconds, 0.2, 1e-6);
+}
+
+TEST(Clock, ASimulatedOneMayStandStillAndRunFastButNotJump) {
+  SimulatedMachine machine;
+  machine.simulate(0);
+  ClockWatch watch(machine.machine());
+  double time = 0;
+  for (const double step : {100.0, 0.5, 0.0, 5.0, 3600.0, 0.5, -3600.0, -0.2, 0.5}) {
+    machine.goOn(0.5);
+    machine.simulate(time += step);  // the first message on /clock is no jump
+    watch.look();
+  }
+  ASSERT_EQ(watch.jumps().size(), 3u);
+  EXPECT_NEAR(watch.jumps()[0].seconds, 3599.5, 1e-6);
+  EXPECT_NEAR(watch.jumps()[0].time, 3705.5, 1e-6);
+  EXPECT_NEAR(watch.jumps()[1].seconds, -3600.5, 1e-6);
+  EXPECT_NEAR(watch.jumps()[2].seconds, -0.7, 1e-6);
+}
+
+TEST(Names, AreListedAsFarAsSomebodyReads) {
+  EXPECT_EQ(listed({"/a", "/b"}), "/a, /b");
+  EXPECT_EQ(listed(std::vector<std::string>(500, "/a")), "/a, /a, /a, /a, /a and 495 more");
 }
 
 TEST(Statistics, CountSequenceNumbersLeftOut) {
@@ -68,7 +91,7 @@ TEST(Statistics, NeverCallALogSilent) {
 TEST(Account, NamesTopicsOfWhichNothingCame) {
   TopicStatistics one;
   one.add(messageAt(1, connectionWith("")));
-  EXPECT_EQ(accountText({{"/a", one}, {"/b", {}}}, {{ros::WallTime(2), 0.5}}, {{"/a", 1}}),
+  EXPECT_EQ(accountText({{"/a", one}, {"/b", {}}}, {{2.0, 0.5}}, {{"/a", 1}}),
             R"({"topics": {"/a": {"received": 1, "dropped": 1}, )"
             R"("/b": {"received": 0, "dropped": 0}}, )"
             R"("clock_jumps": [{"time": 2, "seconds": 0.5}]})");

@@ -26,7 +26,7 @@ from process_visualizer.health.alarm_conditions import (
 )
 from process_visualizer.health.device_state import Level, Line
 from process_visualizer.health.node_warnings import NodeWarning, Severity
-from process_visualizer.launching.cell_watch import MASTER_SILENT, CellLook
+from process_visualizer.launching.cell_watch import MASTER_OTHER, MASTER_SILENT, CellLook
 from process_visualizer.launching.node_state import NodeReport, NodeState
 from process_visualizer.launching.part_report import PartReport, PartState
 from process_visualizer.ros_names import CONFLICT_KEY, LIMIT_KEY
@@ -277,7 +277,14 @@ def test_what_the_nodes_say_themselves_is_not_said_twice() -> None:
 
 def test_a_master_that_does_not_answer_is_an_alarm() -> None:
     [found] = watch_conditions(Mode.PLAYBACK, CellLook(master=MASTER_SILENT), {})
-    assert found.level is Level.BAD and found.said.startswith('ROS master is not responding: ')
+    assert found.level is Level.BAD and found.said.startswith('ROS master is not responding; ')
+
+
+def test_a_master_that_comes_back_as_another_one_is_another_event() -> None:
+    board = AlarmBoard()
+    for time_s, problem in enumerate((MASTER_SILENT, MASTER_OTHER)):
+        board = board.seen(watch_conditions(Mode.REALTIME, CellLook(master=problem), {}), time_s)
+    assert texts(board)[1] == f'ROS master {MASTER_OTHER}'
 
 
 def test_nodes_that_contradict_each_other_are_an_alarm() -> None:

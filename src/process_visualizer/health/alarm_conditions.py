@@ -147,7 +147,7 @@ def watch_conditions(mode: Mode, look: CellLook, parts: Mapping[str, str],
     said, titles = {it.node for it in told}, part_titles(mode)
     found: List[Condition] = []
     if look.master:
-        found.append(Condition(_MASTER, _MASTER, look.master, Level.BAD, is_clause=True))
+        found.append(Condition(_MASTER, look.master, look.master, Level.BAD, is_clause=True))
     for name in sorted(look.silent - said):
         part = parts.get(name, FRAMES_PART)
         source = titles.get(part, part)

@@ -26,9 +26,9 @@ _STEP_S = 0.2
 _MASTER_PERIOD_S = 1.0
 _MOST_FAILURES = 2
 """Most questions in a row without an answer; a busy master may miss one."""
-MASTER_SILENT = ('is not responding: nodes go on with what they are connected to, but no other '
-                 'connection is made. If it does not come back, stop the cell and start it again')
-MASTER_OTHER = ('was started anew, and does not know the nodes that run: stop the cell and start '
+MASTER_SILENT = ('is not responding; nodes go on, but if it does not come back, stop the cell and '
+                 'start it again')
+MASTER_OTHER = ('was started anew, and does not know the nodes that run; stop the cell and start '
                 'it again')
 
 

@@ -11,6 +11,7 @@ from process_visualizer.report.report_streams import StreamGap
 from process_visualizer.shown_text import shown_in_line
 
 _MOST_GAPS = 10
+_MOST_LISTED = 5
 _KNOWN = {
     Completeness.COMPLETE: 'complete',
     Completeness.INCOMPLETE: 'not complete',
@@ -22,7 +23,7 @@ _KNOWN = {
 def verdict(report: Report) -> str:
     """Return in one line whether the recording is complete, or how much is missing."""
     known = ': '.join([_KNOWN[report.completeness], *filter(None, ['; '.join(_missing(report))])])
-    return '; '.join([known, *_untimed(report), *_silent(report)])
+    return '; '.join([known, *_untimed(report), *_silent(report), *_jumped(report)])
 
 
 def _missing(report: Report) -> List[str]:
@@ -30,7 +31,7 @@ def _missing(report: Report) -> List[str]:
     parts = []
     lost = sum(topic.lost for topic in report.topics)
     if lost:
-        topics = ', '.join(topic.topic for topic in report.topics if topic.lost)
+        topics = _listed([topic.topic for topic in report.topics if topic.lost])
         parts.append(f'{lost} lost on {topics}')
     dropped = sum(topic.dropped or 0 for topic in report.topics)
     if dropped:
@@ -49,7 +50,18 @@ def _untimed(report: Report) -> List[str]:
 def _silent(report: Report) -> List[str]:
     topics = [topic.topic for topic in report.topics
               if not topic.message_count and not topic.untimed]
-    return ['nothing was received on ' + ', '.join(topics)] if topics else []
+    return ['nothing was received on ' + _listed(topics)] if topics else []
+
+
+def _jumped(report: Report) -> List[str]:
+    count = len(report.clock_jumps)
+    times = 'once' if count == 1 else f'{count} times'
+    return [f'the clock jumped {times}, so times on both sides do not fit'] if count else []
+
+
+def _listed(names: List[str]) -> str:
+    more = len(names) - _MOST_LISTED
+    return ', '.join(names[:_MOST_LISTED]) + (f' and {more} more' if more > 0 else '')
 
 
 def as_text(report: Report) -> str:
