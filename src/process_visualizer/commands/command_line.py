@@ -30,6 +30,7 @@ from process_visualizer.commands.compare_command import (
     execute_compare,
     execute_runs,
 )
+from process_visualizer.commands.cut_command import add_cut_options, execute_cut
 from process_visualizer.commands.new_command import add_new_options, execute_new
 from process_visualizer.commands.overview import overview
 from process_visualizer.commands.record_command import record
@@ -61,6 +62,7 @@ _COMMANDS = {
                'they stay within the band of the good ones, 2 if one leaves it',
     'calibration': 'say where the devices were when a bag was recorded, and are now; exit code 2 '
                    'if one is elsewhere now',
+    'cut': 'copy a run, a span, or what happened around a mark or an alarm into a smaller bag',
     'trust': 'let nodes of a package run when a recording names them; without one, list those',
     'record': "record the devices' topics, or others, until Ctrl-C, then report",
 }
@@ -69,7 +71,7 @@ _COMMANDS = {
 _WITHOUT_CONFIG: Dict[str, Callable[[argparse.ArgumentParser], None]] = {
     'record': add_record_options, 'new': add_new_options, 'runs': add_runs_options,
     'compare': add_compare_options, 'calibration': add_calibration_options,
-    'trust': add_trust_options}
+    'trust': add_trust_options, 'cut': add_cut_options}
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
@@ -147,7 +149,7 @@ def _execute(options: argparse.Namespace) -> int:
 
 
 _OF_RECORDINGS = {'runs': execute_runs, 'compare': execute_compare,
-                  'calibration': execute_calibration}
+                  'calibration': execute_calibration, 'cut': execute_cut}
 
 
 def _record(options: argparse.Namespace) -> int:

@@ -2,6 +2,8 @@
 """Formats figures for the operator."""
 from __future__ import annotations
 
+import re
+
 _THIN = '\u2009'
 """A thin space: between thousands, and between a figure and its unit."""
 _MOST_DAYS = 4
@@ -32,6 +34,20 @@ def clock_text(seconds: float) -> str:
     hours, minutes = divmod(minutes, 60)
     text = f'{minutes:02d}' if hours else str(minutes)
     return (f'{hours}:' if hours else '') + f'{text}:{rest // 10:02d}.{rest % 10}'
+
+
+def clock_seconds(text: str) -> float:
+    """Return the seconds of an elapsed time such as 7.4, 0:07.4 or 1:02:03; opposite of clock_text.
+
+    Raises:
+        ValueError: it is none.
+    """
+    parts = text.split(':')
+    if len(parts) > 3 or not all(re.fullmatch(r'\d+', it, re.ASCII) for it in parts[:-1]) \
+            or not re.fullmatch(r'\d+(\.\d*)?', parts[-1], re.ASCII):
+        raise ValueError(f'"{text}" is not a time; write seconds, or minutes and seconds such as '
+                         '0:07.4')
+    return sum(float(part) * 60.0 ** power for power, part in enumerate(reversed(parts)))
 
 
 def long_time_text(seconds: float) -> str:

@@ -71,10 +71,20 @@ class ChosenRuns:
         Raises:
             BagError, ConfigurationError, OSError: as ``runs``.
         """
+        with self.cell_of_recording(run.recording) as cell:
+            yield cell
+
+    @contextmanager
+    def cell_of_recording(self, paths: Sequence[str]) -> Iterator[Cell]:
+        """Yield the cell of a recording, given by all of its files, as ``cell_of``.
+
+        Raises:
+            BagError, ConfigurationError, OSError: as ``runs``.
+        """
         if self._cell is not None:
             yield self._cell
             return
-        with Recording(run.recording) as recording, recorded_cell(recording) as cell:
+        with Recording(paths) as recording, recorded_cell(recording) as cell:
             yield cell
 
     def _chosen(self, parts: Tuple[str, ...], number: Optional[int]) -> Sequence[Run]:

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""``cell cut`` of a run, and around an alarm: what the smaller bag holds is judged as before."""
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from cycle_bags import write_bag
+
+from process_visualizer.bags.recording import Recording
+from process_visualizer.commands.command_line import main
+
+
+def test_a_run_that_is_cut_out_is_a_run_by_itself(tmp_path: Path,
+                                                  capsys: pytest.CaptureFixture[str]) -> None:
+    whole, part = write_bag(tmp_path, cycles=3, poor=1), str(tmp_path / 'part.bag')
+    assert main(['cut', f'{whole}#2', '-o', part]) == 0
+    capsys.readouterr()
+    assert main(['runs', part]) == 0
+    assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == ['part.bag#1']
+    assert main(['compare', part, '--reference', f'{whole}#1', f'{whole}#3']) == 2
+    assert 'starts + 2.0 s): arm tool force' in capsys.readouterr().out
+
+
+def test_what_happened_around_an_alarm(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    whole, part = write_bag(tmp_path, cycles=1), str(tmp_path / 'part.bag')
+    config = tmp_path / 'limits.xml'
+    config.write_text((tmp_path / 'cell.xml').read_text(encoding='utf-8').replace(
+        'tolerance="0.02"', 'high="0.04"'), encoding='utf-8')
+    words = ['cut', whole, '--config', str(config), '--margin', '0.5', '-o', part, '--around']
+    assert main([*words, 'feed']) == 0
+    with Recording([whole]) as recording, Recording([part]) as cut_out:
+        span_s = [(it - recording.begin_ns) / 1e9 for it in (cut_out.begin_ns, cut_out.end_ns)]
+    assert span_s == pytest.approx([0.5, 9.5], abs=0.1)
+    capsys.readouterr()
+    assert main([*words, 'quietly']) == 1
+    reason, known = capsys.readouterr().err.splitlines()
+    assert 'no mark or alarm with "quietly"' in reason and '0:01.0  machine: feed' in known
