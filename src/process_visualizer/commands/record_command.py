@@ -54,7 +54,8 @@ def record(cell: Optional[Cell], devices: Sequence[Device], options: RecordOptio
         rospy.init_node('cell_record', anonymous=True, disable_signals=True)
         run = RecordRun(process, options)
         return run.run(BagRecorder(run.take_state, f'/{name}'),
-                       _recording_options(cell, devices, options))
+                       _recording_options(cell, devices, options),
+                       rospy.get_param('/use_sim_time', False))
     except RecorderError as error:
         say(f'cell: {error}', file=sys.stderr)
         return 1
@@ -75,13 +76,18 @@ class RecordRun:
         self._ended = False  # by itself
         self._files: List[str] = []
 
-    def run(self, recorder: BagRecorder, options: RecordingOptions) -> int:
-        """Record until a signal or the limit, or until the recorder ends; return the exit code."""
+    def run(self, recorder: BagRecorder, options: RecordingOptions,
+            is_time_simulated: bool) -> int:
+        """Record until a signal or the limit, or until the recorder ends; return the exit code.
+
+        If time is simulated, wait for the first one: messages before it have none.
+        """
         recorder.wait_until_ready(_READY_TIMEOUT_S)
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: self._end.set())
         threading.Thread(target=self._follow_process, daemon=True).start()
-        self._wait_for_time(recorder)
+        if is_time_simulated:
+            self._wait_for_time(recorder)
         if self._end.is_set():
             return 1
         path = recorder.start(options)
@@ -94,9 +100,6 @@ class RecordRun:
         return self.finish(recorder)
 
     def _wait_for_time(self, recorder: BagRecorder) -> None:
-        """If time is simulated, wait for the first one: messages before it have none."""
-        if not rospy.get_param('/use_sim_time', False):
-            return
         self._print('waiting for the first message on /clock, as the time is simulated')
         while not self._end.is_set() and recorder.wait_for(
                 lambda state: not state.stamp.is_zero(), _STATE_TIMEOUT_S) is None:

@@ -64,17 +64,21 @@ def test_check_reports_what_this_computer_lacks(cell: Cell, write: Write) -> Non
     assert [error.split(': ')[0] for error in errors] == [f'{path}:{line}' for line in (3, 4, 5)]
 
 
-def test_check_looks_into_models(cell: Cell, write: Write, tmp_path: Path,
-                                 monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize('model, problem', [
+    ('<robot/>', 'not a valid URDF'), ('<robot name="a"><link name="l">', 'not well-formed XML')])
+@pytest.mark.parametrize('command', ['check', 'run'])
+def test_a_broken_model_is_found_before_anything_starts(
+        command: str, model: str, problem: str, cell: Cell, write: Write, tmp_path: Path,
+        monkeypatch: pytest.MonkeyPatch) -> None:
     folder = tmp_path / 'my_cell'
     folder.mkdir()
     (folder / 'package.xml').write_text('<package><name>my_cell</name></package>')
-    (folder / 'a.urdf').write_text('<robot/>')
+    (folder / 'a.urdf').write_text(model)
     monkeypatch.setenv('ROS_PACKAGE_PATH', str(folder))
-    code, _, (error,) = cell('check', write(
+    code, lines, (error,) = cell(command, write(
         '<device type="robot" name="arm"><model pkg="my_cell" path="a.urdf"/></device>'))
-    assert code == 1
-    assert f'cell.xml:2: <model>: {folder}/a.urdf: not a valid URDF' in error
+    assert (code, lines) == (1, [])
+    assert f'cell.xml:2: <model>: {folder}/a.urdf: {problem}' in error
 
 
 def test_check_reports_at_once_what_is_wrong_in_the_file_and_on_this_computer(

@@ -5,15 +5,20 @@ from __future__ import annotations
 import argparse
 import json
 import signal
+import threading
 from pathlib import Path
-from typing import Any, List, Optional
+from typing import Any, Callable, Iterator, List, Optional
 
 import pytest
 import rosbag
 import rospy
 from std_msgs.msg import String, UInt32
 
-from process_visualizer.clients.recording_options import RecorderError, RecorderUnreachable
+from process_visualizer.clients.recording_options import (
+    RecorderError,
+    RecorderUnreachable,
+    RecordingOptions,
+)
 from process_visualizer.commands.record_command import RecordRun
 from process_visualizer.commands.record_options import add_record_options, record_options
 from process_visualizer.msg import RecorderState
@@ -29,6 +34,24 @@ class Recorder:
         self.exit_code: Optional[int] = None
         self.has_master = True
         self.asked: List[Any] = []
+        self.states: List[Optional[RecorderState]] = []
+        self.ended = threading.Event()
+        self.on_start: Callable[[], None] = lambda: None
+
+    def wait_until_ready(self, _timeout_s: float) -> None:
+        self.asked.append('ready')
+
+    def wait_for(self, condition: Callable[[RecorderState], bool], _timeout_s: float
+                 ) -> Optional[RecorderState]:
+        """Each call tells one more state; None if none has come in time."""
+        state = self.states.pop(0)
+        self.asked.append('time')
+        return state if state is not None and condition(state) else None
+
+    def start(self, _options: RecordingOptions) -> str:
+        self.asked.append('start')
+        self.on_start()
+        return self.bag
 
     def stop(self) -> List[str]:
         self.asked.append('stop')
@@ -41,13 +64,15 @@ class Recorder:
 
     def send_signal(self, number: int) -> None:
         self.asked.append(number)
+        self.ended.set()
 
     def wait(self) -> int:
+        self.ended.wait()
         return 0
 
 
 @pytest.fixture
-def recorder(tmp_path: Path) -> Recorder:
+def recorder(tmp_path: Path) -> Iterator[Recorder]:
     """One that has recorded a bag."""
     path = str(tmp_path / 'seam.bag')
     with rosbag.Bag(path, 'w') as bag:
@@ -55,15 +80,31 @@ def recorder(tmp_path: Path) -> Recorder:
             bag.write('/n', UInt32(number), rospy.Time(1000 + number))
         account = {'topics': {'/n': {'received': 100, 'dropped': 0}}, 'clock_jumps': []}
         bag.write('/process_visualizer/recording', String(json.dumps(account)), rospy.Time(1100))
-    return Recorder(path)
+    found = Recorder(path)
+    yield found
+    found.ended.set()
+
+
+@pytest.fixture
+def own_signals() -> Iterator[None]:
+    """What the command does with signals ends with the test."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+def run_of(recorder: Recorder, *words: str) -> RecordRun:
+    """A run of the command that has heard nothing of its recorder so far."""
+    parser = argparse.ArgumentParser()
+    add_record_options(parser)
+    process: Any = recorder
+    return RecordRun(process, record_options(parser.parse_args(['/n', *words])))
 
 
 def started(recorder: Recorder, *words: str) -> RecordRun:
     """A run of the command that has heard that the recorder records."""
-    parser = argparse.ArgumentParser()
-    add_record_options(parser)
-    process: Any = recorder
-    run = RecordRun(process, record_options(parser.parse_args(['/n', *words])))
+    run = run_of(recorder, *words)
     run.take_state(RecorderState(state=RecorderState.RECORDING, files=[recorder.bag]))
     return run
 
@@ -90,10 +131,21 @@ def test_one_that_has_ended_by_itself_ends_with_1(recorder: Recorder, capsys: An
     assert 'verdict: complete' in told.out
 
 
+def test_the_first_simulated_time_is_waited_for(recorder: Recorder, own_signals: None,
+                                                capsys: Any) -> None:
+    run, client = run_of(recorder), recorder  # type: Any, Any
+    recorder.states = [None, RecorderState(), RecorderState(stamp=rospy.Time(1000))]
+    recorder.on_start = lambda: run.take_state(RecorderState(files=[recorder.bag]))  # has ended
+    assert run.run(client, RecordingOptions(), True) == 1
+    assert recorder.asked == ['ready', *3 * ['time'], 'start']
+    assert [line.partition(' ')[0] for line in capsys.readouterr().out.splitlines()][:2] == [
+        'waiting', 'recording']
+
+
 def test_without_a_master_it_is_stopped_by_a_signal(recorder: Recorder, capsys: Any) -> None:
     recorder.has_master = False
     assert finish(started(recorder, '-q'), recorder) == 0
-    assert recorder.asked == ['stop', signal.SIGINT]
+    assert recorder.asked == ['stop', signal.SIGINT, signal.SIGCONT]
     assert capsys.readouterr().out == ''
 
 
