@@ -65,7 +65,8 @@ def test_it_begins_with_what_held_then(whole: str, tmp_path: Path) -> None:
     with rosbag.Bag(path) as bag:
         first = [(topic, time.to_nsec()) for topic, _, time in bag.read_messages()][:4]
         connections = {it.topic: it for it in bag._get_connections()}
-        assert sum(len(message.transforms) for _, message, _ in bag.read_messages('/tf_static')) == 2
+        statics = [message for _, message, _ in bag.read_messages('/tf_static')]
+        assert sum(len(message.transforms) for message in statics) == 2
     assert first == [(topic, BEGIN_NS + 10 ** 9)
                      for topic in (CONFIGURATION, '/tf_static', '/tf_static', '/markers')]
     assert connections['/markers'].header['latching'] in ('1', b'1')
