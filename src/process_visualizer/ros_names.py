@@ -10,6 +10,7 @@ GHOST = 'ghost'
 SENSOR_FIT = 'sensor_fit'
 BAG_RECORDER = 'bag_recorder'
 BAG_PLAYER = 'bag_player'
+VIEW_RELAY = 'view_relay'
 RVIZ = 'rviz'
 """The node and its program: src/displays/rviz_main.cpp, in place of the one of the package rviz."""
 

@@ -34,7 +34,7 @@ SMALL_CELL = """<visualizer>
 </visualizer>
 """
 SMALL_CELL_NODES = {'/process_visualizer', '/bag_recorder', '/cell_frames', '/scene_watch',
-                    '/simulator', '/table/plate'}
+                    '/simulator', '/view_relay', '/table/plate'}
 
 
 class Surroundings:

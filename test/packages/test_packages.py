@@ -13,7 +13,8 @@ import pytest
 REPOSITORY = Path(__file__).parents[2]
 EXECUTABLES = {
     'process_visualizer': ['cell', 'cell_frames', 'depth_proc', 'ghost', 'robot_proc',
-                           'scene_watch', 'sensor_fit', 'variable_proc', 'view_picture'],
+                           'scene_watch', 'sensor_fit', 'variable_proc', 'view_picture',
+                           'view_relay'],
     'sewing_cell': ['kinect_roi', 'sewing_machine.py', 'simulator'],
 }
 SHARED = {

@@ -114,7 +114,7 @@ def test_simulated_cell(observed: Observed, simulated_config: str, mark: str) ->
     last = node_addresses()
     assert set(last) == names - set(plan.parts['kinect'].nodes) - {f'/{SENSOR_FIT}'}
     assert {name for name in last if last[name] != after[name]} == {
-        '/cell_frames', '/ghost', '/scene_watch', '/bag_recorder'}
+        '/cell_frames', '/ghost', '/scene_watch', '/bag_recorder', '/view_relay'}
     assert observed.cell.change(fewer) == []
 
     observed.cell.stop()

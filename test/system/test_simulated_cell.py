@@ -18,7 +18,7 @@ NODES = {
     '/kinect/depth_proc', '/kinect/kinect_roi', '/sewing_machine/sewing_machine',
     '/sewing_machine/variable_proc',
     '/sewing_machine/needle_frame_transformer', '/rviz', '/cell_frames',
-    '/scene_watch', '/simulator'}
+    '/scene_watch', '/simulator', '/view_relay'}
 """Appendix D.2, with the frame publisher and the simulator."""
 
 TOPICS = {

@@ -41,11 +41,12 @@ from process_visualizer.ros_names import (
     SCENE_WATCH,
     TF_MESSAGE,
     VARIABLE_PROC,
+    VIEW_RELAY,
 )
 
 _IMAGE_TYPES = ', '.join(f'"{function.value}"' for function in IMAGE_FUNCTIONS)
 _PROGRAM_NODES = (PACKAGE, CELL_FRAMES, SCENE_WATCH, GHOST, BAG_PLAYER, BAG_RECORDER, RVIZ,
-                  'rosout')
+                  VIEW_RELAY, 'rosout')
 
 
 def check_devices(parsed_devices: Sequence[Parsed], global_frame: str,

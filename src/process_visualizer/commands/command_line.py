@@ -37,13 +37,16 @@ from process_visualizer.commands.record_command import record
 from process_visualizer.commands.record_options import add_record_options, record_options
 from process_visualizer.commands.run_command import run_plan
 from process_visualizer.commands.trust_command import add_trust_options, execute_trust
+from process_visualizer.commands.view_command import add_view_options, execute_view
 from process_visualizer.descriptions.robot_description import describe_devices
-from process_visualizer.generate.choice import Choice, RvizStart, choose_devices
+from process_visualizer.generate.choice import Choice, RvizStart, Viewers, choose_devices
 from process_visualizer.generate.generator import generate
 from process_visualizer.generate.plan import Plan, PlanError, write_plan
 from process_visualizer.health.mixed_sources import MixedSources, refuse_mixture
 from process_visualizer.launching.other_cell import OtherCell
 from process_visualizer.launching.ros_master import RosMaster, RosMasterError
+from process_visualizer.remote.address import ports_of
+from process_visualizer.remote.offer import DEFAULT_PORTS
 from process_visualizer.shown_text import say
 
 _DESCRIPTION = ('Checks, shows, generates, runs or records the robot cell of a configuration file, '
@@ -64,6 +67,7 @@ _COMMANDS = {
                    'if one is elsewhere now',
     'cut': 'copy a run, a span, or what happened around a mark or an alarm into a smaller bag',
     'trust': 'let nodes of a package run when a recording names them; without one, list those',
+    'view': 'show a cell that runs on another computer, and change nothing in it',
     'record': "record the devices' topics, or others, until Ctrl-C, then report",
 }
 
@@ -71,7 +75,7 @@ _COMMANDS = {
 _WITHOUT_CONFIG: Dict[str, Callable[[argparse.ArgumentParser], None]] = {
     'record': add_record_options, 'new': add_new_options, 'runs': add_runs_options,
     'compare': add_compare_options, 'calibration': add_calibration_options,
-    'trust': add_trust_options, 'cut': add_cut_options}
+    'trust': add_trust_options, 'cut': add_cut_options, 'view': add_view_options}
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
@@ -121,6 +125,19 @@ def _add_run_options(command: argparse.ArgumentParser) -> None:
     command.add_argument('--bag', metavar='FILE', help='recording to play (mode playback)')
     command.add_argument('--output', metavar='DIR', help='folder for the generated files')
     command.add_argument('--no-rviz', action='store_true', help='start without RViz')
+    command.add_argument('--remote', action='store_true',
+                         help='other computers may watch, with "cell view"')
+    command.add_argument('--ports', metavar='FIRST-LAST', type=_ports,
+                         help='of which "cell view" uses one (default: '
+                              f'{DEFAULT_PORTS[0]}-{DEFAULT_PORTS[-1]})')
+
+
+def _ports(text: str) -> str:
+    try:
+        ports_of(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    return text
 
 
 def _execute(options: argparse.Namespace) -> int:
@@ -130,6 +147,8 @@ def _execute(options: argparse.Namespace) -> int:
         return execute_new(options)
     if options.command == 'trust':
         return execute_trust(options)
+    if options.command == 'view':
+        return execute_view(options)
     if options.command in _OF_RECORDINGS:
         return _OF_RECORDINGS[options.command](options, _named_values(options.args))
     if options.command == 'check':
@@ -187,7 +206,8 @@ def _choice(cell: Cell, options: argparse.Namespace) -> Choice:
             raise ValueError(f'roslaunch cannot pass on the path {bag!a}; rename it')
         cell = _calibrated(cell, bag)
     rviz = RvizStart.NONE if options.no_rviz else RvizStart.REQUIRED
-    return Choice(cell, mode, choose_devices(cell, _names(options.devices)), rviz, bag)
+    return Choice(cell, mode, choose_devices(cell, _names(options.devices)), rviz, bag,
+                  viewers=Viewers(options.remote, options.ports or ''))
 
 
 def _calibrated(cell: Cell, bag: str) -> Cell:

@@ -20,11 +20,23 @@ class RvizStart(Enum):
 
 
 @dataclass(frozen=True)
+class Viewers:
+    """Who may watch with ``cell view``: other computers, too, if ``is_remote``.
+
+    The relay listens on the first free one of the ``ports`` (FIRST-LAST); empty: the usual ones.
+    """
+
+    is_remote: bool = False
+    ports: str = ''
+
+
+@dataclass(frozen=True)
 class Choice:
     """Devices of a cell and how to run them; ``bag`` is an absolute path (playback only).
 
     ``further_bags`` are the other files of a split recording, ``left_out`` the topics of it that
     are not played.
+    ``viewers`` says who may watch the cell.
     ``is_replay``: the bag holds the last seconds of a cell that runs elsewhere.
     ``window`` is the place of RViz on the screen, ``view`` the content of an RViz file that the
     operator has saved (see ``SavedViews``). The recorder records into the ``bag_folder``, if it is
@@ -41,6 +53,7 @@ class Choice:
     further_bags: Tuple[str, ...] = ()
     left_out: Tuple[str, ...] = ()
     is_replay: bool = False
+    viewers: Viewers = Viewers()
     bag_folder: str = ''
 
     def nodes(self, device: Device) -> Tuple[Node, ...]:

@@ -44,9 +44,11 @@ from process_visualizer.ros_names import (
     GHOST,
     PACKAGE,
     PLAYBACK_RATE,
+    ROBOT_OUTPUTS,
     RVIZ,
     SCENE_WATCH,
     SENSOR_FIT,
+    VIEW_RELAY,
 )
 
 _BOOLEAN = ('respawn', 'required', 'clear_params', 'subst_value')
@@ -131,9 +133,22 @@ class LaunchFileBuilder:
         if has_sensor_fit(self._choice):
             root.comment('finds where a depth sensor is, when the launcher asks')
             self._processor(root, ProcessorNode(PACKAGE, SENSOR_FIT, SENSOR_FIT))
+        if not self._choice.is_replay:
+            root.comment('shows the cell to whoever watches it from elsewhere')
+            self._processor(root, self._view_relay())
         if has_ghost(self._choice, self._descriptions):
             root.comment('draws the robots of another run beside those of this one')
             self._processor(root, ProcessorNode(PACKAGE, GHOST, GHOST))
+
+    def _view_relay(self) -> ProcessorNode:
+        viewers = self._choice.viewers
+        words = [*['--remote'] * viewers.is_remote,
+                 *(['--ports', viewers.ports] if viewers.ports else []),
+                 '--view', f'"{self._folder}/{RVIZ_FILE}"', '--mode', self._choice.mode.value]
+        states = [f'/{device.name}/{name}' for device in self._choice.devices
+                  if device.type is DeviceType.ROBOT for name in ROBOT_OUTPUTS]
+        return ProcessorNode(PACKAGE, VIEW_RELAY, VIEW_RELAY, {'topics': states} if states else {},
+                             ' '.join(words), respawn=True, is_new=True)
 
     def _bag(self, root: Tag) -> None:
         if has_recorder(self._choice):

@@ -33,6 +33,13 @@ def with_definition(connection: Connection) -> Connection:
     return connection._replace(message_definition=text)
 
 
+def installed_connection(topic: str, type_name: str) -> Optional[Connection]:
+    """Return what a publisher of an installed type says; None if it is not installed."""
+    text = _installed(short_name(type_name))
+    checksum = '' if text is None else _checksum(type_name, text)
+    return Connection(topic, type_name, checksum, text or '', False, '') if checksum else None
+
+
 def definition_problem(connection: Connection) -> str:
     """Return why the messages of a connection cannot be understood; '' if they can be."""
     sent = connection.message_definition.strip()

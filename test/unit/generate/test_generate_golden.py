@@ -18,7 +18,7 @@ from process_visualizer.generate.plan import LAUNCH_FILE, RVIZ_FILE, Plan, write
 
 ROBOTS = ('ur_rt_upper', 'ur_rt_lower')
 DEVICE_NODES = [
-    '/cell_frames', '/scene_watch', '/sensor_fit', '/rviz', '/kinect/depth_proc',
+    '/cell_frames', '/scene_watch', '/sensor_fit', '/view_relay', '/rviz', '/kinect/depth_proc',
     '/kinect/kinect_roi',
     '/sewing_machine/needle_frame_transformer', '/sewing_machine/sewing_machine',
     *(f'/{robot}/{node}' for robot in ROBOTS

@@ -37,7 +37,7 @@ def test_what_a_user_sets_wins_over_what_is_generated(build: Build) -> None:
 
 def test_program_parts_of_an_empty_cell(build: Build) -> None:
     config = build(device(''))
-    assert node_names(config) == ['/cell_frames', '/scene_watch']
+    assert node_names(config) == ['/cell_frames', '/scene_watch', '/view_relay']
     assert parameters(config) == {'cell_frames/frames': [], 'scene_watch/devices': [],
                                   'scene_watch/frame': 'world'}
 
@@ -79,7 +79,7 @@ def test_defaults_of_a_node(build: Build) -> None:
 def test_cleared_parameters(build: Build) -> None:
     """Those of the watch too: what it has seen in another run is none of this one's."""
     config = build(device('<node pkg="a" type="b" name="n" clear_params="1"/>'))
-    assert sorted(config.clear_params) == ['/d/n/', '/scene_watch/']
+    assert sorted(config.clear_params) == ['/d/n/', '/scene_watch/', '/view_relay/']
 
 
 @pytest.mark.parametrize('text, value', [
@@ -99,13 +99,13 @@ def test_every_way_to_write_a_truth_value(text: str, value: bool, build: Build) 
 def test_namespace(namespace: str, name: str, build: Build) -> None:
     config = build(device(f'<node pkg="a" type="b" name="n" ns="{namespace}">'
                           '<param name="p" value="1"/></node>'))
-    assert node_names(config) == sorted(['/cell_frames', '/scene_watch', name])
+    assert node_names(config) == sorted(['/cell_frames', '/scene_watch', '/view_relay', name])
     assert config.params[f'{name}/p'].value == 1
 
 
 @pytest.mark.parametrize('mode, expected', [
-    (Mode.REALTIME, ['/cell_frames', '/d/always', '/d/live', '/scene_watch']),
-    (Mode.PLAYBACK, ['/cell_frames', '/d/always', '/d/old', '/scene_watch'])])
+    (Mode.REALTIME, ['/cell_frames', '/d/always', '/d/live', '/scene_watch', '/view_relay']),
+    (Mode.PLAYBACK, ['/cell_frames', '/d/always', '/d/old', '/scene_watch', '/view_relay'])])
 def test_ifstate(mode: Mode, expected: 'list[str]', build: Build) -> None:
     config = build(device('<node pkg="a" type="b" name="always"/>'
                           '<node pkg="a" type="b" name="live" ifstate="realtime"/>'
@@ -194,7 +194,7 @@ def test_unusable_launch_file_is_a_comment(parse: Callable[[str], Cell]) -> None
     cell = parse(device('<launch pkg="p" type="f--g.launch"/>'))
     text = launch_text(cell)
     assert '<!-- left out, cannot be loaded: p f- -g.launch (' in text
-    assert node_names(loaded(cell)) == ['/cell_frames', '/scene_watch']
+    assert node_names(loaded(cell)) == ['/cell_frames', '/scene_watch', '/view_relay']
 
 
 def test_launch_file_of_the_other_mode_is_not_mentioned(parse: Callable[[str], Cell]) -> None:

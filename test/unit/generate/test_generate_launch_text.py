@@ -33,7 +33,7 @@ TEXTS = st.text(st.one_of(XML_CHARACTERS, st.sampled_from('<>&"\'\n\t -\x85\u202
 def test_comments_with_hyphens(name: str) -> None:
     cell = Cell(f'/{name}/cell.xml', 'world', (Device(DeviceType.OTHER, 'd',
                                                       Location(name, 1)),))
-    assert node_names(loaded(cell)) == ['/cell_frames', '/scene_watch']
+    assert node_names(loaded(cell)) == ['/cell_frames', '/scene_watch', '/view_relay']
 
 
 @settings(max_examples=50)

@@ -90,7 +90,7 @@ def test_devices_may_be_called_like_parts(plan: Callable[..., Plan]) -> None:
     made = plan(''.join(f'<device type="other" name="{name}">{nodes}</device>'
                         for name in ('frames', 'bag', 'rviz', 'rviz_')))
     assert {name: list(part.nodes) for name, part in made.parts.items()} == {
-        FRAMES_PART: ['/cell_frames', '/scene_watch'], RVIZ_PART: ['/rviz'],
+        FRAMES_PART: ['/cell_frames', '/scene_watch', '/view_relay'], RVIZ_PART: ['/rviz'],
         'frames': ['/frames/n'],
         'bag': ['/bag/n'], 'rviz': ['/rviz/n'], 'rviz_': ['/rviz_/n']}
     assert len({part.launch_file for part in made.parts.values()}) == len(made.parts)

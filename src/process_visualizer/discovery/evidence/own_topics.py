@@ -23,9 +23,11 @@ from process_visualizer.ros_names import (
     SCENE_WATCH,
     STATIC_TF_TOPIC,
     TF_TOPIC,
+    VIEW_RELAY,
 )
 
-_OWN_NODES = frozenset({*DEVICE_NODES, CELL_FRAMES, SCENE_WATCH, GHOST, BAG_RECORDER, PACKAGE})
+_OWN_NODES = frozenset({*DEVICE_NODES, CELL_FRAMES, SCENE_WATCH, GHOST, BAG_RECORDER, PACKAGE,
+                        VIEW_RELAY})
 _OTHER_NODES = re.compile(r'rviz(_.*)?|rosout|record_\d+|rqt.*|cell_(new|record).*')
 _OF_ROS = frozenset({'/rosout', '/rosout_agg', '/clock', TF_TOPIC, STATIC_TF_TOPIC, '/statistics'})
 _DESCRIPTION = '/robot_description'

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command ``cell view``: shows a cell that runs elsewhere, and changes nothing in it."""
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import shutil
+import signal
+import socket
+import sys
+from typing import Dict, Iterator, Optional
+
+import rosgraph
+
+from process_visualizer.commands.run_command import StopRequested, raise_stop_once
+from process_visualizer.launching.ros_master import RosMaster
+from process_visualizer.launching.run_record import RunRecord, clean_up_crashed_runs, new_run_folder
+from process_visualizer.remote.address import Address, address_of
+from process_visualizer.shown_text import say
+from process_visualizer.viewing.finding import CellNotFound, find_relay
+
+_STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_NODE = 'cell_view'
+
+
+def add_view_options(command: argparse.ArgumentParser) -> None:
+    """Add the options of ``cell view``."""
+    command.add_argument('--master', metavar='HOST', type=_address, default=None,
+                         help='the computer on which the cell runs, or HOST:PORT (default: that of '
+                              'ROS_MASTER_URI)')
+    command.add_argument('--check', action='store_true',
+                         help='only say whether the cell can be watched, and what is in the way')
+    command.add_argument('--no-rviz', action='store_true',
+                         help='without RViz: topics and models for other programs, on a ROS master '
+                              'of its own, which is printed')
+
+
+def execute_view(options: argparse.Namespace) -> int:
+    """Show the cell until RViz is closed, or Ctrl-C; return the exit code.
+
+    Raises:
+        RosMasterError, OSError: RViz cannot be started.
+    """
+    wanted = options.master or address_of(rosgraph.get_master_uri())
+    try:
+        host, port = find_relay(wanted)
+    except CellNotFound as error:
+        for problem in error.problems:
+            say(f'cell: {problem}', file=sys.stderr)
+        return 1
+    if options.check:
+        say(f'the cell on {host} can be watched (port {port})')
+        return 0
+    clean_up_crashed_runs()
+    try:
+        with _signals(), _own_master() as uri:
+            if options.no_rviz:
+                say(f'ROS_MASTER_URI={uri}')
+            return _show(str(wanted), host, port, not options.no_rviz)
+    except StopRequested:
+        return 0
+
+
+def _address(text: str) -> Address:
+    try:
+        return address_of(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def _show(name: str, host: str, port: int, with_rviz: bool) -> int:
+    import rospy  # only now: it reads where its master is
+
+    from process_visualizer.viewing.viewer import Viewer
+    rospy.init_node(_NODE, anonymous=True, disable_signals=True, argv=[])
+    record, folder = RunRecord(), new_run_folder()
+    record.write(folder)
+    viewer = Viewer(name, host, port, folder, say, with_rviz)
+    try:
+        return viewer.run()
+    except StopRequested:
+        return 0
+    finally:
+        viewer.close()
+        rospy.signal_shutdown('the viewer ends')
+        shutil.rmtree(folder, ignore_errors=True)
+        record.remove()
+
+
+@contextlib.contextmanager
+def _own_master() -> Iterator[str]:
+    """A ROS master of this computer alone, which is that of this process from now on."""
+    with contextlib.closing(socket.socket()) as probe:
+        probe.bind(('localhost', 0))
+        port = probe.getsockname()[1]
+    own: Dict[str, str] = {'ROS_MASTER_URI': f'http://localhost:{port}',
+                           'ROS_HOSTNAME': 'localhost'}
+    os.environ.pop('ROS_IP', None)  # the nodes of the viewer are for this computer only
+    os.environ.update(own)
+    master = RosMaster()
+    try:
+        master.ensure()
+        yield master.uri
+    finally:
+        master.stop()
+
+
+@contextlib.contextmanager
+def _signals() -> Iterator[None]:
+    previous: Dict[int, Optional[object]] = {
+        number: signal.signal(number, raise_stop_once) for number in _STOP_SIGNALS}
+    try:
+        yield
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)  # type: ignore[arg-type]

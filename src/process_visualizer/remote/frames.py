@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The frames of a connection between the relay of a cell and a viewer, as bytes.
+
+After a greeting of fixed bytes, which tells a wrong port at once, each side sends frames: a kind, a
+channel, a length, and that many bytes. Large messages are sent in parts, so that small ones do not
+wait for them. What the other side claims is checked before anything is allocated.
+"""
+from __future__ import annotations
+
+import json
+from enum import IntEnum
+from struct import Struct
+from typing import Any, Dict, Iterator, List, NamedTuple, Tuple
+
+from process_visualizer.bags.json_text import parsed_json
+
+GREETING = b'process_visualizer view 1\n'
+"""Of both sides. Another number: they do not understand each other."""
+PART_BYTES = 8 << 10
+MOST_BYTES = 64 << 20
+"""Of one message; larger ones are not passed on."""
+FRAME_BYTES = 4 << 20
+"""Of one frame."""
+_HEAD = Struct('<BII')
+_BEGIN = Struct('<QQ')
+_NUMBER = Struct('<Q')
+_TIMES = Struct('<QQ')
+
+
+class Kind(IntEnum):
+    """What a frame is. The relay sends the first ones, the viewer those from WANT on."""
+
+    OFFER = 1
+    TOPICS = 2
+    CHANNEL = 3
+    BEGIN = 4
+    PART = 5
+    PONG = 6
+    REFUSED = 7
+    LEFT_OUT = 8
+    WANT = 17
+    ACKNOWLEDGE = 18
+    PING = 19
+    FETCH = 20
+
+
+class Frame(NamedTuple):
+    """A frame; ``channel`` numbers a publisher of a topic, 0 where it is about none."""
+
+    kind: int
+    channel: int
+    content: bytes
+
+    def json(self) -> Dict[str, Any]:
+        """Return the content as an object of JSON.
+
+        Raises:
+            FramesBroken: it is none.
+        """
+        try:
+            value = parsed_json(self.content.decode('utf-8', 'surrogatepass'))
+        except (ValueError, RecursionError) as error:
+            raise FramesBroken(f'no JSON: {error}') from None
+        if not isinstance(value, dict):
+            raise FramesBroken('no object of JSON')
+        return value
+
+    def number(self) -> int:
+        """Return the content as a number."""
+        return int(_unpacked(_NUMBER, self.content)[0])
+
+    def times(self) -> Tuple[int, int]:
+        """Return the content as two numbers."""
+        first, second = _unpacked(_TIMES, self.content)
+        return first, second
+
+
+class FramesBroken(Exception):
+    """The other side does not keep to the protocol; says how."""
+
+
+def frame_bytes(kind: Kind, content: bytes = b'', channel: int = 0) -> bytes:
+    """Return a frame as bytes."""
+    return _HEAD.pack(kind, channel, len(content)) + content
+
+
+def json_frame(kind: Kind, **values: Any) -> bytes:
+    """Return a frame with an object of JSON."""
+    return frame_bytes(kind, json.dumps(values).encode())
+
+
+def number_frame(kind: Kind, number: int) -> bytes:
+    """Return a frame with a number."""
+    return frame_bytes(kind, _NUMBER.pack(number))
+
+
+def times_frame(kind: Kind, first: int, second: int) -> bytes:
+    """Return a frame with two numbers."""
+    return frame_bytes(kind, _TIMES.pack(first, second))
+
+
+def message_frames(channel: int, arrived_ns: int, data: bytes) -> Iterator[bytes]:
+    """Yield the frames of a message: its begin, and its parts.
+
+    ``arrived_ns`` is when the relay got it, by the cell's clock [ns since the epoch].
+    """
+    yield frame_bytes(Kind.BEGIN, _BEGIN.pack(arrived_ns, len(data)), channel)
+    for begin in range(0, len(data), PART_BYTES):
+        yield frame_bytes(Kind.PART, data[begin:begin + PART_BYTES], channel)
+
+
+class FrameReader:
+    """Makes frames of bytes as they come; one side's longest frame is limited."""
+
+    def __init__(self, most_bytes: int = FRAME_BYTES) -> None:
+        """``most_bytes`` is the longest content."""
+        self._most_bytes = most_bytes
+        self._buffer = bytearray()
+        self._is_greeted = False
+
+    def take(self, data: bytes) -> List[Frame]:
+        """Return the frames that are complete now.
+
+        Raises:
+            FramesBroken: these are no frames.
+        """
+        self._buffer += data
+        if not self._is_greeted:
+            greeting = bytes(self._buffer[:len(GREETING)])
+            if not GREETING.startswith(greeting):
+                raise FramesBroken('what answers there is not this program, or another version')
+            if len(greeting) < len(GREETING):
+                return []
+            del self._buffer[:len(GREETING)]
+            self._is_greeted = True
+        return list(self._frames())
+
+    def _frames(self) -> Iterator[Frame]:
+        position = 0
+        while len(self._buffer) - position >= _HEAD.size:
+            kind, channel, length = _HEAD.unpack_from(self._buffer, position)
+            if length > self._most_bytes:
+                raise FramesBroken(f'a frame of {length} bytes')
+            end = position + _HEAD.size + length
+            if len(self._buffer) < end:
+                break
+            yield Frame(kind, channel, bytes(self._buffer[position + _HEAD.size:end]))
+            position = end
+        del self._buffer[:position]
+
+
+class Message(NamedTuple):
+    """A message of a channel, and when the relay got it [ns, the cell's clock]."""
+
+    channel: int
+    arrived_ns: int
+    data: bytes
+
+
+class MessageParts:
+    """Puts messages together; those of several channels may be under way at the same time."""
+
+    def __init__(self) -> None:
+        """Nothing is under way."""
+        self._open: Dict[int, Tuple[int, int, bytearray]] = {}
+
+    def begin(self, frame: Frame) -> List[Message]:
+        """Take the begin of a message; return it if it is empty.
+
+        Raises:
+            FramesBroken: it is no begin of a message.
+        """
+        arrived_ns, size = _unpacked(_BEGIN, frame.content)
+        if size > MOST_BYTES:
+            raise FramesBroken(f'a message of {size} bytes')
+        self._open[frame.channel] = arrived_ns, size, bytearray()
+        return self._completed(frame.channel)
+
+    def part(self, frame: Frame) -> List[Message]:
+        """Take a part; return the message if it is complete.
+
+        Raises:
+            FramesBroken: the message has not begun, or is longer than it said.
+        """
+        if frame.channel not in self._open:
+            raise FramesBroken('a part of nothing')
+        _, size, data = self._open[frame.channel]
+        data += frame.content
+        if len(data) > size:
+            raise FramesBroken('a message that is longer than it said')
+        return self._completed(frame.channel)
+
+    def _completed(self, channel: int) -> List[Message]:
+        arrived_ns, size, data = self._open[channel]
+        if len(data) < size:
+            return []
+        del self._open[channel]
+        return [Message(channel, arrived_ns, bytes(data))]
+
+
+def _unpacked(layout: Struct, content: bytes) -> Tuple[Any, ...]:
+    if len(content) != layout.size:
+        raise FramesBroken(f'{len(content)} bytes instead of {layout.size}')
+    return layout.unpack(content)

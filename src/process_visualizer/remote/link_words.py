@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What is wrong between a viewer and a cell, in words: what, where, and what to do."""
+from __future__ import annotations
+
+import errno
+import socket
+from typing import Mapping, Optional, Tuple
+
+from process_visualizer.remote.address import MASTER_PORT, Address, is_loopback
+from process_visualizer.remote.offer import DEFAULT_PORTS, Topic
+
+CLOCKS_APART_S = 0.5
+_DROPPED = (errno.ETIMEDOUT, errno.EHOSTUNREACH, errno.ENETUNREACH, errno.EHOSTDOWN)
+
+
+def unknown_name(host: str) -> str:
+    """Say that a name does not resolve."""
+    return (f'the name "{host}" is not known on this computer: write the address of the cell\'s '
+            f'computer instead ("hostname -I" there prints it), or add a line "ADDRESS {host}" to '
+            '/etc/hosts')
+
+
+def unreachable(address: Address, error: OSError, what: str) -> str:
+    """Say why there is no connection to a port, and what to do; ``what`` should answer there."""
+    if isinstance(error, socket.timeout) or error.errno in _DROPPED:
+        return (f'{address} does not answer: the computer is off or in another network ("ping '
+                f'{address.host}"), or a firewall drops the connection; on the cell\'s computer, '
+                f'"sudo ufw allow {address.port}/tcp" opens the port of {what}')
+    if isinstance(error, ConnectionRefusedError):
+        return f'port {address.port} of {address.host} is closed: {what} does not listen there'
+    return f'{address} cannot be reached: {error.strerror or error}'
+
+
+def closed_to_others(host: str, port: int) -> str:
+    """Say that a cell lets only its own computer watch."""
+    return (f'the cell on {host} listens to its own computer only: start it with "cell run '
+            '--remote" or the launcher with --remote, or set ROS_IP there to the address that '
+            f'you reach; or use a tunnel: "ssh -N -L {port}:localhost:{port} {host}", and then '
+            f'"cell view --master localhost:{port}"')
+
+
+def relay_silent(host: str, listens: str, error: OSError) -> str:
+    """Say why the relay of a cell cannot be reached, whose master can.
+
+    ``listens`` is where it listens, as it says itself.
+    """
+    address, _, port = listens.rpartition(':')
+    if is_loopback(address):
+        return closed_to_others(host, int(port))
+    return unreachable(Address(host, int(port)), error, 'the cell for viewers') + (
+        '' if address in ('0.0.0.0', host) else f' (it listens at {address}, its ROS_IP or '
+        f'ROS_HOSTNAME; "cell view --master {address}" tries that)')
+
+
+def no_cell(master_uri: str) -> str:
+    """Say that there is a master without a cell."""
+    return (f'there is a ROS master at {master_uri}, but no cell of this program that lets others '
+            'watch: start it with "cell run" or the launcher; cells of versions before 0.2 cannot '
+            'be watched')
+
+
+def nothing_there(address: Address, master: OSError, relay: OSError) -> Tuple[str, ...]:
+    """Say that neither a master nor a cell answers."""
+    if isinstance(master, ConnectionRefusedError) and isinstance(relay, ConnectionRefusedError):
+        return (f'nothing listens on {address.host}, neither a ROS master (port '
+                f'{address.port or MASTER_PORT}) nor a cell for viewers (port '
+                f'{DEFAULT_PORTS[0]}): '
+                'is the cell running there? It lets other computers watch if it is started with '
+                '"cell run --remote" or the launcher with --remote',)
+    return (unreachable(Address(address.host, address.port or MASTER_PORT), master,
+                        'the ROS master'),)
+
+
+def clocks_apart(ahead_s: float) -> Optional[str]:
+    """Say how far the clocks are apart, and what that shows; None if they are not.
+
+    ``ahead_s`` is how far the cell's clock is ahead of this one.
+    """
+    if abs(ahead_s) < CLOCKS_APART_S:
+        return None
+    return (f'the clocks are {_duration(abs(ahead_s))} apart: this one is '
+            f'{"behind" if ahead_s > 0 else "ahead of"} that of the cell. The picture is right '
+            'nevertheless, as everything in it has the stamps of the cell; but times of events '
+            'and recordings are those of the cell, and nodes on both computers would not '
+            'understand each other\'s transforms. Let both follow a time server: '
+            '"sudo timedatectl set-ntp true"')
+
+
+def versions_differ(theirs: str, ours: str) -> Optional[str]:
+    """Say that the programs have different versions; None if not."""
+    if theirs == ours:
+        return None
+    return (f'the cell has version {theirs[:40]} of process_visualizer, this computer has {ours}: '
+            'if something is missing in the picture, install the same version')
+
+
+def types_differ(topics: Mapping[str, Topic], ours: Mapping[str, str]) -> Tuple[str, ...]:
+    """Name the types that are others here; ``ours`` has their MD5 sums as installed here."""
+    found = {topic.type for topic in topics.values()
+             if ours.get(topic.type) not in (None, topic.md5sum)}
+    return tuple(f'{it} is another type here than at the cell: what is sent as such is not shown; '
+                 f'install the same version of {it.partition("/")[0]}' for it in sorted(found))
+
+
+def no_connection(name: str, since_s: float) -> str:
+    """Say that the picture is old."""
+    return f'no connection to {name} for {_duration(since_s)}: this picture is old'
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 60.0:
+        return f'{seconds:.1f} s'
+    minutes = int(seconds // 60)
+    return f'{minutes} min {seconds - 60 * minutes:.0f} s' if minutes < 60 else \
+        f'{minutes // 60} h {minutes % 60} min'

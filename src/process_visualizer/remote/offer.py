@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a running cell offers to viewers: its view, its models, its topics; all of it is data."""
+from __future__ import annotations
+
+import hashlib
+import re
+from typing import Any, Dict, Iterator, Mapping, NamedTuple, Tuple
+
+import rosgraph.names
+
+DEFAULT_PORTS = range(11411, 11419)
+"""On which the relay listens, on the first that is free."""
+ADDRESS_PARAMETER = '/view_relay/address'
+"""Of the master: where the relay listens."""
+MESH_ENDINGS = ('.stl', '.dae', '.obj', '.mesh', '.ply', '.png', '.jpg', '.jpeg', '.tga', '.mtl')
+"""Files that a relay gives to viewers: meshes and their textures."""
+MOST_MESH_BYTES = 48 << 20
+_TYPE = re.compile(r'[A-Za-z]\w*/[A-Za-z]\w*', re.ASCII)
+_MD5 = re.compile('[0-9a-f]{32}')
+_MOST_TOPICS = 2000
+
+
+class Topic(NamedTuple):
+    """A topic that viewers may have: ``type`` is `package/Type`."""
+
+    type: str
+    md5sum: str
+    definition: str
+
+
+class Mesh(NamedTuple):
+    """A file that a model names: how long it is [bytes], and its SHA-256."""
+
+    size: int
+    digest: str
+
+
+class Offer(NamedTuple):
+    """What a viewer gets first.
+
+    ``view`` is the content of an .rviz file, ``models`` has descriptions by parameter, ``meshes``
+    the files by the URI in them. ``remark`` says in words what cannot be shown.
+    """
+
+    version: str
+    mode: str
+    view: str
+    models: Dict[str, str]
+    meshes: Dict[str, Mesh]
+
+    def values(self) -> Dict[str, Any]:
+        """Return it as an object of JSON."""
+        return {'version': self.version, 'mode': self.mode, 'view': self.view,
+                'models': self.models,
+                'meshes': {uri: list(mesh) for uri, mesh in self.meshes.items()}}
+
+
+def offer_of(values: Mapping[str, Any]) -> Offer:
+    """Return the offer in an object of JSON.
+
+    Raises:
+        ValueError: it is none.
+    """
+    meshes = {}
+    for uri, pair in _pairs(values, 'meshes'):
+        if not (isinstance(pair, list) and len(pair) == 2 and type(pair[0]) is int
+                and 0 <= pair[0] <= MOST_MESH_BYTES and isinstance(pair[1], str)):
+            raise ValueError('"meshes" does not say how long a mesh is')
+        meshes[uri] = Mesh(pair[0], pair[1])
+    models = dict(_pairs(values, 'models'))
+    for name, text in models.items():
+        if not rosgraph.names.is_legal_name(name) or not isinstance(text, str):
+            raise ValueError(f'{name!a} is not the parameter of a model')
+    texts = [values.get(it) for it in ('version', 'mode', 'view')]
+    if not all(isinstance(it, str) for it in texts):
+        raise ValueError('a text is missing')
+    version, mode, view = map(str, texts)
+    return Offer(version, mode, view, models, meshes)
+
+
+def topics_of(values: Mapping[str, Any]) -> Dict[str, Topic]:
+    """Return the topics by name in an object of JSON.
+
+    Raises:
+        ValueError: it is none, or a name or type is not allowed.
+    """
+    found: Dict[str, Topic] = {}
+    for name, parts in _pairs(values, 'topics'):
+        if not (isinstance(parts, list) and len(parts) == 3
+                and all(isinstance(it, str) for it in parts)):
+            raise ValueError(f'the topic {name!a} has no type')
+        topic = Topic(*parts)
+        if not name.startswith('/') or not rosgraph.names.is_legal_name(name):
+            raise ValueError(f'{name!a} is no topic')
+        if not _TYPE.fullmatch(topic.type) or not _MD5.fullmatch(topic.md5sum):
+            raise ValueError(f'the topic {name} has the type {topic.type!a}')
+        found[name] = topic
+    if len(found) > _MOST_TOPICS:
+        raise ValueError(f'{len(found)} topics')
+    return found
+
+
+def topics_message(topics: Mapping[str, Topic]) -> Dict[str, Any]:
+    """Return topics as values of JSON."""
+    return {name: list(topic) for name, topic in topics.items()}
+
+
+def named_topics(view: Any) -> Iterator[str]:
+    """Yield the absolute names that stand in a view as values: topics, and what looks like one."""
+    if isinstance(view, dict):
+        for value in view.values():
+            yield from named_topics(value)
+    elif isinstance(view, list):
+        for value in view:
+            yield from named_topics(value)
+    elif isinstance(view, str) and view.startswith('/') and rosgraph.names.is_legal_name(view):
+        yield view
+
+
+def digest_of(data: bytes) -> str:
+    """Return the SHA-256 of a file."""
+    return hashlib.sha256(data).hexdigest()
+
+
+def _pairs(values: Mapping[str, Any], name: str) -> Iterator[Tuple[str, Any]]:
+    found = values.get(name)
+    if not isinstance(found, dict):
+        raise ValueError(f'"{name}" is missing')
+    yield from found.items()

@@ -1,0 +1,224 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The connection to the relay of a cell, made anew whenever it is dead."""
+from __future__ import annotations
+
+import select
+import socket
+import threading
+import time
+from typing import Callable, Collection, Dict, List, NamedTuple, Optional, Protocol
+
+from process_visualizer.remote.clock_offset import ClockOffset
+from process_visualizer.remote.frames import (
+    GREETING,
+    Frame,
+    FrameReader,
+    FramesBroken,
+    Kind,
+    Message,
+    MessageParts,
+    json_frame,
+    number_frame,
+)
+from process_visualizer.remote.offer import MOST_MESH_BYTES, Offer, Topic, offer_of, topics_of
+
+_FIRST_FILE = 1 << 31
+_PING_S = 0.4
+_DEAD_S = 1.6
+"""A connection on which nothing has come for so long is dead: the relay answers every ping."""
+_CONNECT_S, _AGAIN_S = 0.7, 0.2
+_RECEIVED_BYTES = 128 << 10
+
+
+class Source(NamedTuple):
+    """One publisher of a topic at the cell."""
+
+    topic: str
+    type: str
+    md5sum: str
+    caller: str
+
+
+class Listener(Protocol):
+    """Is told what comes, in the thread of the connection."""
+
+    def on_offer(self, offer: Offer) -> None:
+        """Take what the cell offers; a connection begins with it."""
+
+    def on_topics(self, topics: Dict[str, Topic]) -> None:
+        """Take further topics."""
+
+    def on_message(self, source: Source, message: Message) -> None:
+        """Take a message."""
+
+    def on_left_out(self, counts: Dict[str, int]) -> None:
+        """Take how many messages of topics the link did not carry in the last seconds."""
+
+    def on_lost(self, reason: str) -> None:
+        """Note that there is no connection, and why."""
+
+
+class RelayConnection:
+    """Connects in a thread of its own, until it is closed."""
+
+    def __init__(self, host: str, port: int, listener: Listener) -> None:
+        """Take where the relay is, and who is told."""
+        self._host, self._port, self._listener = host, port, listener
+        self._closed = threading.Event()
+        self._lock = threading.Lock()
+        self._socket: Optional[socket.socket] = None
+        self._wanted: Collection[str] = ()
+        self._files: Dict[int, Callable[[bytes], None]] = {}
+        self._uris: Dict[int, str] = {}
+        self.clock = ClockOffset()
+        self._thread = threading.Thread(target=self._run, name='relay', daemon=True)
+
+    def start(self) -> None:
+        """Begin to connect."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the connection, and wait for the end of the thread."""
+        self._closed.set()
+        self._thread.join()
+
+    def want(self, topics: Collection[str]) -> None:
+        """Ask for the messages of these topics, and no others."""
+        with self._lock:
+            self._wanted = sorted(topics)
+        self._send(json_frame(Kind.WANT, topics=list(self._wanted)))
+
+    def fetch(self, uri: str, take: Callable[[bytes], None]) -> None:
+        """Ask for a file; it is given to a function, empty if there is none."""
+        with self._lock:
+            channel = _FIRST_FILE + len(self._uris)
+            self._files[channel], self._uris[channel] = take, uri
+        self._send(json_frame(Kind.FETCH, uri=uri, channel=channel))
+
+    def _run(self) -> None:
+        while not self._closed.is_set():
+            try:
+                with socket.create_connection((self._host, self._port),
+                                              self._connect_s()) as connection:
+                    self._converse(connection)
+                reason = 'the cell has ended the connection'
+            except (OSError, FramesBroken, ValueError) as error:
+                reason = str(getattr(error, 'strerror', None) or error) or 'no answer'
+            with self._lock:
+                self._socket = None
+            if not self._closed.is_set():
+                self._listener.on_lost(reason)
+            self._closed.wait(_AGAIN_S)
+
+    def _connect_s(self) -> float:
+        """While the link is dead, attempts are short: the one after its return must come soon."""
+        return max(_CONNECT_S, 4.0 * self.clock.answer_s)
+
+    def _converse(self, connection: socket.socket) -> None:
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        connection.sendall(GREETING)
+        with self._lock:
+            self._socket = connection
+            asked = [json_frame(Kind.FETCH, uri=self._uris[it], channel=it) for it in self._files]
+        for frame in asked:
+            self._send(frame)
+        talk = _Talk(self, self._listener)
+        received, heard_s, ping_s = -len(GREETING), time.monotonic(), 0.0
+        while not self._closed.is_set():
+            now_s = time.monotonic()
+            if now_s - heard_s > max(_DEAD_S, 8.0 * self.clock.answer_s):
+                raise OSError('no answer')
+            if now_s >= ping_s:
+                ping_s = now_s + _PING_S
+                self._send(number_frame(Kind.PING, time.time_ns()))
+            if not select.select([connection], [], [], max(0.0, ping_s - now_s))[0]:
+                continue
+            data = connection.recv(_RECEIVED_BYTES)
+            if not data:
+                return
+            heard_s = time.monotonic()
+            received += len(data)
+            if received > 0:
+                self._send(number_frame(Kind.ACKNOWLEDGE, received))
+            talk.take(data)
+
+    def _send(self, frame: bytes) -> None:
+        with self._lock:
+            if self._socket is None:
+                return
+            try:
+                self._socket.sendall(frame)
+            except OSError:
+                self._socket = None  # the reading thread finds out, and connects again
+
+    def wanted_frame(self) -> bytes:
+        """Return the frame that says what is wanted now."""
+        with self._lock:
+            return json_frame(Kind.WANT, topics=list(self._wanted))
+
+    def send_wanted(self) -> None:
+        """Say again what is wanted: topics can be had once they are offered."""
+        self._send(self.wanted_frame())
+
+    def take_file(self, message: Message) -> None:
+        """Give a file to whoever has asked for it."""
+        with self._lock:
+            take = self._files.pop(message.channel, None)
+        if take is not None and len(message.data) <= MOST_MESH_BYTES:
+            take(message.data)
+
+
+class _Talk:
+    """What comes on one connection."""
+
+    def __init__(self, connection: RelayConnection, listener: Listener) -> None:
+        self._connection, self._listener = connection, listener
+        self._reader, self._parts = FrameReader(), MessageParts()
+        self._sources: Dict[int, Source] = {}
+
+    def take(self, data: bytes) -> None:
+        """Take bytes as they come.
+
+        Raises:
+            FramesBroken, ValueError: they are not what a relay sends.
+        """
+        for frame in self._reader.take(data):
+            self._take_frame(frame)
+
+    def _take_frame(self, frame: Frame) -> None:
+        if frame.kind == Kind.BEGIN:
+            self._deliver(self._parts.begin(frame))
+        elif frame.kind == Kind.PART:
+            self._deliver(self._parts.part(frame))
+        elif frame.kind == Kind.PONG:
+            self._connection.clock.take(*frame.times(), time.time_ns())
+        elif frame.kind == Kind.CHANNEL:
+            self._add_source(frame)
+        elif frame.kind == Kind.OFFER:
+            self._listener.on_offer(offer_of(frame.json()))
+        elif frame.kind == Kind.TOPICS:
+            self._listener.on_topics(topics_of(frame.json()))
+            self._connection.send_wanted()
+        elif frame.kind == Kind.LEFT_OUT:
+            self._listener.on_left_out(_counts(frame))
+        elif frame.kind == Kind.REFUSED:
+            raise OSError(str(frame.json().get('reason', 'refused'))[:300])
+
+    def _add_source(self, frame: Frame) -> None:
+        values = frame.json()
+        texts = [values.get(it) for it in ('topic', 'type', 'md5sum', 'caller')]
+        number = values.get('channel')
+        if not isinstance(number, int) or not all(isinstance(it, str) for it in texts):
+            raise FramesBroken('a channel of nothing')
+        self._sources[number] = Source(*map(str, texts))
+
+    def _deliver(self, messages: List[Message]) -> None:
+        for message in messages:
+            if message.channel >= _FIRST_FILE:
+                self._connection.take_file(message)
+            elif message.channel in self._sources:
+                self._listener.on_message(self._sources[message.channel], message)
+
+
+def _counts(frame: Frame) -> Dict[str, int]:
+    return {name: count for name, count in frame.json().items() if isinstance(count, int)}

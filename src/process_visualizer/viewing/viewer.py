@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Shows one cell that runs elsewhere, until RViz is closed or the user ends it."""
+from __future__ import annotations
+
+import os
+import queue
+import time
+from functools import partial
+from pathlib import Path
+from typing import Callable, Dict, Optional, Tuple
+
+import rospkg
+import yaml
+
+from process_visualizer.generate.launch_writer import Tag, write_document
+from process_visualizer.launching.run import Run
+from process_visualizer.messages.installed_definitions import installed_connection
+from process_visualizer.remote.frames import Message
+from process_visualizer.remote.link_words import (
+    clocks_apart,
+    no_connection,
+    types_differ,
+    versions_differ,
+)
+from process_visualizer.remote.offer import Offer, Topic, digest_of
+from process_visualizer.remote.shown_models import ShownModels, shown_models
+from process_visualizer.remote.shown_view import fixed_frame, shown_view
+from process_visualizer.ros_names import PACKAGE, RVIZ
+from process_visualizer.rviz.view_file import read_view
+from process_visualizer.viewing.own_scene import OwnScene
+from process_visualizer.viewing.relay_connection import RelayConnection, Source
+
+_STEP_S = 0.25
+_OLD_S = 1.0
+"""Without a connection for longer the scene says so."""
+LAUNCH_FILE, VIEW_FILE = 'view.launch', 'view.rviz'
+Say = Callable[[str], None]
+
+
+
+
+class Viewer:
+    """Connects, starts RViz when the cell has said what to show, and tells in words how it is.
+
+    This process has to be a node of the viewer's own master. ``on_*`` come in the thread of the
+    connection, ``run`` is called by the main thread.
+    """
+
+    def __init__(self, name: str, host: str, port: int, folder: str, say: Say,
+                 with_rviz: bool) -> None:
+        """``name`` is what the user calls the cell; files are written into a folder."""
+        self._name, self._folder, self._say = name, folder, say
+        self._with_rviz = with_rviz
+        self._events: 'queue.Queue[Callable[[], None]]' = queue.Queue()
+        self._scene = OwnScene(self._changed_wants)
+        self._connection = RelayConnection(host, port, self)
+        self._said: Dict[str, str] = {}
+        self._offer: Optional[Offer] = None
+        self._run: Optional[Run] = None
+        self._frame = ''
+        self._lost_s: Optional[float] = None
+        self._wanted: Tuple[str, ...] = ()
+        self._awaited: Dict[str, str] = {}
+        self._is_ended = False
+
+    def run(self) -> int:
+        """Show the cell until the end; return the exit code."""
+        self._say(f'connecting to {self._name}')
+        self._connection.start()
+        while not self._is_ended:
+            self._next_event(_STEP_S)()
+            self._step()
+        return 0 if self._run is None or self._run.failed_required is None else \
+            min(1, abs(self._run.failed_required.exit_code or 0))
+
+    def _next_event(self, longest_s: float) -> Callable[[], None]:
+        try:
+            return self._events.get(timeout=longest_s)
+        except queue.Empty:
+            return lambda: None
+
+    def close(self) -> None:
+        """End RViz and the connection."""
+        self._connection.close()
+        self._stop_rviz()
+        self._scene.close()
+
+    def on_offer(self, offer: Offer) -> None:
+        """See Listener."""
+        self._events.put(partial(self._take_offer, offer))
+
+    def on_topics(self, topics: Dict[str, Topic]) -> None:
+        """See Listener."""
+        self._scene.advertise(topics)
+        ours = {it.type: installed_connection('/', it.type) for it in topics.values()}
+        sums = {kind: it.md5sum for kind, it in ours.items() if it is not None}
+        for sentence in types_differ(topics, sums):
+            self._events.put(partial(self._tell, sentence, sentence))
+
+    def on_message(self, source: Source, message: Message) -> None:
+        """See Listener."""
+        self._scene.show(source, message)
+
+    def on_left_out(self, counts: Dict[str, int]) -> None:
+        """See Listener."""
+        self._events.put(partial(self._take_left_out, counts))
+
+    def on_lost(self, reason: str) -> None:
+        """See Listener."""
+        self._events.put(partial(self._take_loss, reason))
+
+    def _take_offer(self, offer: Offer) -> None:
+        if self._lost_s is not None:
+            self._say(f'connected again after {time.monotonic() - self._lost_s:.1f} s')
+        else:
+            self._say(f'connected: the cell is in {_printable(offer.mode) or "unknown"} mode')
+        self._lost_s = None
+        self._scene.tell('', self._frame or 'world')
+        if offer == self._offer:
+            return
+        first, self._offer = self._offer is None, offer
+        differing = versions_differ(offer.version, _own_version())
+        if differing:
+            self._tell('version', differing)
+        if not first:
+            self._say('the cell shows something else now')
+        self._stop_rviz()
+        try:
+            self._start(offer)
+        except (OSError, ValueError) as error:
+            self._say(f'the view of the cell cannot be used: {error}')
+
+    def _start(self, offer: Offer) -> None:
+        default = os.path.join(rospkg.RosPack().get_path(PACKAGE), 'rviz_config', 'default.rviz')
+        view = shown_view(offer.view, read_view(default))
+        self._frame = fixed_frame(view)
+        models = shown_models(offer.models, offer.meshes, self._folder)
+        for uri in models.left_out:
+            self._say(f'the cell does not send the mesh {_printable(uri)}: it is not shown')
+        Path(self._folder, VIEW_FILE).write_text(yaml.safe_dump(view, sort_keys=False),
+                                                 encoding='utf-8')
+        launch = Tag('launch')
+        for number, (name, text) in enumerate(models.texts.items()):
+            Path(self._folder, f'{number}.urdf').write_text(text, encoding='utf-8')
+            launch.add('param', {'name': name, 'textfile': f'$(dirname)/{number}.urdf'})
+        if self._with_rviz:
+            node = launch.add('node', {
+                'pkg': PACKAGE, 'type': RVIZ, 'name': RVIZ, 'output': 'log', 'required': 'true',
+                'args': f'-d "$(dirname)/{VIEW_FILE}"'})
+            node.add('env', {'name': 'DISABLE_ROS1_EOL_WARNINGS', 'value': '1'})
+        Path(self._folder, LAUNCH_FILE).write_text(write_document(launch), encoding='utf-8')
+        self._fetch(offer, models)
+        if not models.wanted:
+            self._launch()
+
+    def _fetch(self, offer: Offer, models: ShownModels) -> None:
+        """Ask for meshes; RViz starts when all are there, as it reads them once."""
+        self._awaited = dict(models.wanted)
+        size = sum(offer.meshes[uri].size for uri in models.wanted)
+        if models.wanted:
+            self._say(f'getting {len(models.wanted)} meshes from the cell, {size / 1e6:.1f} MB')
+        for uri, path in models.wanted.items():
+            self._connection.fetch(uri, partial(self._on_mesh, offer, uri, path))
+
+    def _on_mesh(self, offer: Offer, uri: str, path: str, data: bytes) -> None:
+        self._events.put(partial(self._take_mesh, offer, uri, path, data))
+
+    def _take_mesh(self, offer: Offer, uri: str, path: str, data: bytes) -> None:
+        if offer is not self._offer or self._awaited.pop(uri, None) is None:
+            return  # for a view that is not shown any more
+        if digest_of(data) == offer.meshes[uri].digest:
+            Path(path).write_bytes(data)
+        else:
+            self._say(f'the mesh {_printable(uri)} of the cell has changed: it is not shown')
+        if not self._awaited:
+            self._launch()
+
+    def _launch(self) -> None:
+        self._run = Run(os.path.join(self._folder, LAUNCH_FILE), lambda report: None,
+                        on_end=lambda code: self._events.put(partial(self._take_end, code)))
+        self._say('RViz is starting' if self._with_rviz else 'ready')
+
+    def _take_end(self, code: int) -> None:
+        """Without RViz roslaunch ends at once, when the models are set."""
+        if self._with_rviz and self._run is not None and self._run.wait(0.0):
+            self._is_ended = True
+
+    def _stop_rviz(self) -> None:
+        run, self._run = self._run, None
+        if run is not None:
+            run.stop()
+
+    def _take_loss(self, reason: str) -> None:
+        if self._lost_s is None:
+            self._lost_s = time.monotonic()
+        if self._said.get('lost') != reason:
+            self._say(f'no connection to {self._name}: {_printable(reason)}; trying again')
+        self._said['lost'] = reason
+
+    def _take_left_out(self, counts: Dict[str, int]) -> None:
+        names = ', '.join(sorted(_printable(it) for it in counts))
+        self._tell('thin', f'the link does not carry all of {names}: old data are left out'
+                   if names else ('the link carries everything' if 'thin' in self._said else ''))
+
+    def _step(self) -> None:
+        """Say in words what has changed."""
+        self._changed_wants()
+        for problem in self._scene.take_problems():
+            self._tell(problem, _printable(problem))
+        if self._lost_s is not None and time.monotonic() - self._lost_s > _OLD_S and self._frame:
+            self._scene.tell(no_connection(self._name, time.monotonic() - self._lost_s),
+                             self._frame)
+        elif self._lost_s is None:
+            self._said.pop('lost', None)
+        if self._connection.clock.is_known:
+            sentence = clocks_apart(self._connection.clock.ahead_s)
+            if sentence and 'clock' not in self._said:
+                self._tell('clock', sentence)
+
+    def _tell(self, key: str, sentence: str) -> None:
+        if sentence and self._said.get(key) != sentence:
+            self._said[key] = sentence
+            self._say(sentence)
+
+    def _changed_wants(self) -> None:
+        wanted = tuple(sorted(self._scene.wanted()))
+        if wanted != self._wanted:
+            self._wanted = wanted
+            self._connection.want(wanted)
+
+
+def _own_version() -> str:
+    return str(rospkg.RosPack().get_manifest(PACKAGE).version)
+
+
+def _printable(text: str) -> str:
+    return ''.join(it if it.isprintable() else '?' for it in text)[:300]

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What is sent over a thin link is live: little is under way, and what is old is left out."""
+from __future__ import annotations
+
+from typing import List
+
+import numpy as np
+import pytest
+from simulated_link import SimulatedLink
+
+from process_visualizer.remote.frames import Kind, frame_bytes
+from process_visualizer.remote.outbox import OLD_S, Outbox
+
+JOINTS, MARKERS, CLOUD, IMAGE = 1, 2, 3, 4
+MBIT_S = 125_000.0
+
+
+def p95(values: List[float]) -> float:
+    return float(np.percentile(values, 95))
+
+
+def as_it_is(_channel: int, data: bytes) -> bytes:
+    return data
+
+
+def run_cell(link: SimulatedLink, end_s: float, cloud_bytes: int, image_bytes: int) -> None:
+    """Joints of two robots at 125 Hz, markers at 30 Hz, clouds and images at 30 Hz."""
+    for step in range(int(end_s * 1000)):
+        link.run_until(step / 1000)
+        if step % 8 == 0:
+            link.put(JOINTS, 400)
+        if step % 33 == 0:
+            link.put(MARKERS, 4000)
+            link.put(CLOUD, cloud_bytes)
+            link.put(IMAGE, image_bytes)
+    link.run_until(end_s)
+
+
+@pytest.mark.parametrize('delay_s', [0.001, 0.05, 0.2])
+@pytest.mark.parametrize('mbit_s', [4.0, 10.0, 50.0])
+def test_joints_and_clouds_stay_live(mbit_s: float, delay_s: float) -> None:
+    link = SimulatedLink(mbit_s * MBIT_S, delay_s)
+    run_cell(link, 20.0, cloud_bytes=1_500_000, image_bytes=900_000)
+    settled = {channel: ages[len(ages) // 4:] for channel, ages in link.ages.items()}
+    assert p95(settled[JOINTS]) < delay_s + 0.2
+    assert p95(settled[MARKERS]) < delay_s + 0.25
+    assert p95(settled[CLOUD]) < 2.0 * delay_s + 1.5
+    assert len(link.ages[JOINTS]) > 0.9 * 20 * 125
+    assert len(link.ages[IMAGE]) > 15
+
+
+def test_a_wide_link_carries_everything() -> None:
+    link = SimulatedLink(1000 * MBIT_S, 0.0005)
+    run_cell(link, 5.0, cloud_bytes=300_000, image_bytes=100_000)
+    assert link.sizes[CLOUD][-50:] == [300_000] * 50
+    assert link.outbox.take_left_out() == {}
+
+
+def test_of_a_large_message_only_the_last_is_sent() -> None:
+    box = Outbox()
+    for size in (20_000, 30_000, 40_000):
+        box.put(CLOUD, 0, bytes(size), 0.0)
+    sent = b''.join(iter(lambda: box.next_frames(0.0, as_it_is) or b'', b''))
+    assert 40_000 < len(sent) < 41_000
+    assert box.take_left_out() == {CLOUD: 2}
+
+
+def test_what_has_to_arrive_goes_first_and_is_never_too_old() -> None:
+    box = Outbox()
+    box.put(JOINTS, 0, b'joints', 0.0)
+    box.put_frame(frame_bytes(Kind.PONG))
+    box.put_kept(MARKERS, 0, b'latched')
+    sent = [box.next_frames(2.0 * OLD_S, as_it_is) for _ in range(4)]
+    assert sent[0] == frame_bytes(Kind.PONG)
+    assert b'latched' in b''.join(filter(None, sent))
+    assert b'joints' not in b''.join(filter(None, sent))
+    assert box.take_left_out() == {JOINTS: 1}
+
+
+def test_a_file_comes_last_but_comes() -> None:
+    box = Outbox()
+    box.put_file(9, 0, b'mesh' * 10_000)
+    box.put(CLOUD, 0, bytes(10_000), 0.0)
+    sent = list(iter(lambda: box.next_frames(0.0, as_it_is) or b'', b''))
+    assert b'mesh' in sent[-1]
+    assert sum(map(len, sent)) > 50_000
+
+
+def test_a_viewer_that_does_not_read_costs_little_memory() -> None:
+    box = Outbox()
+    for number in range(20_000):
+        box.put(JOINTS, 0, bytes(1000), 0.001 * number)
+    kept = 0
+    while box.next_frames(0.0, as_it_is) is not None:
+        kept += 1
+    assert kept * 1000 < 5_000_000
