@@ -21,5 +21,6 @@ def refuse_other_cell() -> None:
     if node is not None:
         raise OtherCell('another cell is already running on the master '
                         f'{rosgraph.get_master_uri()} '
-                        f'({node} answers); ROS would end its nodes and its recording. Stop '
-                        'it first, or set ROS_MASTER_URI to another port')
+                        f'({node} answers); ROS would end its nodes and its recording. To '
+                        'watch it: "rosrun process_visualizer cell view". To run another one, '
+                        'stop it first, or set ROS_MASTER_URI to another port')

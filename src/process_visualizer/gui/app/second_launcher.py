@@ -19,7 +19,7 @@ from process_visualizer.rviz.view_file import read_view
 
 _NOTHING = 'It has launched nothing, so there is nothing to look at yet.'
 _LOOK_ON = 'You can look on: an RViz that shows the same and changes nothing.'
-_ELSEWHERE = 'Look at it on that computer.'
+_ELSEWHERE = '"rosrun process_visualizer cell view" shows it here, and changes nothing in it.'
 _OR = 'To launch a cell here, quit that launcher, or set ROS_MASTER_URI to another port.'
 
 
