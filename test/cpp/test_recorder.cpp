@@ -131,6 +131,16 @@ TEST_F(Bags, CanBeCompressed) {
   }
 }
 
+TEST_F(Bags, ThatCannotBeCreatedAreNamed) {
+  try {
+    BagFile("/proc/a.bag", Compression::kNone);
+    FAIL();
+  } catch (const RecordingError& error) {
+    EXPECT_NE(std::string(error.what()).find("/proc/a.bag cannot be created"), std::string::npos)
+        << error.what();
+  }
+}
+
 TEST_F(Bags, NeverReplaceAnother) {
   BagFile bag(path("a.bag"), Compression::kNone);
   std::ofstream(path("a.bag")) << "other";

@@ -78,6 +78,7 @@ class RobotProcessorTest(unittest.TestCase):
                        and condition(velocities.messages[-1].twist.linear.y), what, self.move)
 
     def test_joints_move_the_model(self) -> None:
+        begin = rospy.Time.now()
         with Listener('/r/joint_states', JointState) as states:
             wait_until(lambda: bool(states.messages) and self.tool_position() is not None
                        and np.allclose(self.tool_position(), [0.0, 0.75, 0.3], atol=1e-6),
@@ -85,6 +86,7 @@ class RobotProcessorTest(unittest.TestCase):
             state = states.messages[-1]
         self.assertEqual(state.name, ['r/turn', 'r/slide'])
         np.testing.assert_allclose(state.position, [np.pi / 2, 0.25], atol=1e-6)
+        self.assertTrue(begin <= state.header.stamp <= rospy.Time.now())
 
     def test_the_velocity_of_a_moving_tool_is_an_arrow_at_it(self) -> None:
         with Listener('/r/marker_array', MarkerArray) as arrays:

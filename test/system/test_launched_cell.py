@@ -140,3 +140,13 @@ def test_killed_node_with_the_end_of_its_log(observed: Observed, write_config: o
     assert report.reason == 'all nodes have ended: /box/n: killed by SIGKILL'
     observed.cell.restart('box')
     observed.wait_until_up(plan)
+
+
+def test_part_that_roslaunch_cannot_load(observed: Observed, write_config: object) -> None:
+    """The others start all the same."""
+    observed.cell.start(make_plan(write_config(  # type: ignore[operator]
+        OTHER.format('box', '<param name="p" command="false"/>') + OTHER.format('can', ''))))
+    report = observed.wait_for('box', lambda it: it.state is PartState.FAILED)
+    assert 'command' in report.reason
+    for part in ('can', FRAMES_PART):
+        observed.wait_for(part, lambda it: it.state is PartState.RUNNING)
