@@ -7,6 +7,7 @@ serialisation (little-endian).
 """
 from __future__ import annotations
 
+import re
 import struct
 from typing import Callable, NamedTuple, Optional, Tuple
 
@@ -26,9 +27,9 @@ _DELETE_ALL = 3
 _NS_PER_S = 1_000_000_000
 _DIAGNOSTICS = 'diagnostic_msgs/DiagnosticArray'
 _JOINT_STATE = 'sensor_msgs/JointState'
-_NAMED_JOINTS = (_JOINT_STATE, 'sensor_msgs/MultiDOFJointState',
-                 'control_msgs/DynamicJointState')
-"""Types that begin with a header and the names of their joints."""
+_NAMED_JOINTS = re.compile(r'\w+/\w*JointStates?')
+_NAMES_FIRST = re.compile(r'(std_msgs/)?Header\s+\w+\s+string\[\]\s')
+_REMARK = re.compile(r'#.*|^\s*\n', re.MULTILINE)
 
 
 class MessagePart(NamedTuple):
@@ -53,7 +54,7 @@ def parts_reader(connection: Connection) -> Optional[PartsReader]:
         return lambda data: tuple(MessagePart(child) for child, _ in split(data))
     if shows_markers(connection):
         return _marker if connection.type == MARKER else _markers
-    if connection.type in _NAMED_JOINTS:
+    if lasts(connection):
         return _joint_state if connection.type == _JOINT_STATE else _joints
     if connection.type == _DIAGNOSTICS:
         return _diagnostics
@@ -61,8 +62,18 @@ def parts_reader(connection: Connection) -> Optional[PartsReader]:
 
 
 def lasts(connection: Connection) -> bool:
-    """Return whether the parts of its messages hold however old they are, as those of joints do."""
-    return connection.type in _NAMED_JOINTS
+    """Return whether the parts of its messages hold however old they are, as those of joints do.
+
+    Types of joint states begin with a header and the names of their joints.
+    """
+    return connection.type == _JOINT_STATE or bool(
+        _NAMED_JOINTS.fullmatch(connection.type)
+        and _NAMES_FIRST.match(_REMARK.sub('', connection.message_definition).lstrip()))
+
+
+def expires(connection: Connection) -> bool:
+    """Return whether the parts of its messages are out of date after a while, as those of tf."""
+    return connection.type in TF_TYPES
 
 
 def _joints(data: bytes) -> Parts:

@@ -202,6 +202,34 @@ def test_efforts_without_positions_replace_no_positions(tmp_path: Path) -> None:
     assert seen == {('/joints', 'arm'): 1.0}
 
 
+@pytest.mark.parametrize('tell', [
+    lambda value, name: MarkerArray([marker(value, ord(name))]),
+    lambda value, name: diagnostics(value, [name])], ids=['markers', 'diagnostics'])
+def test_what_was_told_once_holds_until_it_is_told_again(tmp_path: Path, tell: Any) -> None:
+    """A marker is there until it is removed; RViz does not ask how old it is."""
+    told = [Told(number * 1.0, '/parts', '/a', tell(float(number), 'a' if number == 3 else 'b'))
+            for number in range(60)]
+    player = Player(write(tmp_path / 'a.bag', told))
+    for count in (60, 30, 20):
+        seen: Seen = {}
+        player.show(seen, player.events.scene(count).messages)
+        assert seen == scanned(told, count)
+
+
+@pytest.mark.parametrize('kind', ['control_msgs/DynamicJointState', 'maker_msgs/JointStates'])
+def test_joint_states_of_other_types_tell_of_the_joints_that_they_name(kind: str) -> None:
+    definition = ('# the state of joints\n\nstd_msgs/Header header  # when\n'
+                  'string[] joint_names\nInterfaceValue[] interface_values\n')
+    buffer = BytesIO()
+    joints(1.0, ['arm', 'torso']).serialize(buffer)
+    connection = Connection('/a', kind, '', definition, False, '/n')
+    read = parts_reader(connection)
+    assert read is not None
+    assert [it.key for it in read(buffer.getvalue())] == [b'arm', b'torso']
+    assert parts_reader(connection._replace(message_definition='string[] names\n')) is None
+    assert parts_reader(connection._replace(type='maker_msgs/Names')) is None
+
+
 def test_how_much_is_read_is_bounded(tmp_path: Path) -> None:
     told = [Told(number * 0.01, '/tf', '/a', transforms(float(number), ['often']))
             for number in range(1000)]

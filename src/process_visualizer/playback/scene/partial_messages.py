@@ -12,6 +12,7 @@ from process_visualizer.messages.message_parts import (
     CLEARS,
     Parts,
     PartsReader,
+    expires,
     lasts,
     parts_reader,
 )
@@ -19,7 +20,7 @@ from process_visualizer.playback.scene.message_loader import MessageLoader
 from process_visualizer.playback.scene.scene import Scene
 
 FARTHEST_NS = 3_000_000_000
-"""How much older than the newest message those may be that hold beside it: each must be read."""
+"""How much older than the newest message transforms may be that hold beside it."""
 MOST = 200  # messages that are looked at
 ALWAYS = 20  # that are looked at even where all that is known of the source has been found
 SAMPLES = 60
@@ -33,7 +34,7 @@ class PartialMessages:
     """The messages that together say what one message of a source does not say alone.
 
     Most publishers put all in one message; of these only a few messages are read. What such a
-    source was seen to tell of is looked for among its messages of the last seconds. The position
+    source was seen to tell of is looked for among its last messages. The position
     of a joint holds however long ago it was told: a source that tells of its joints by groups is
     read whole, once.
     """
@@ -107,7 +108,8 @@ class PartialMessages:
             yield from sorted((int(groups[keys][count - 1]) for keys, count in counts.items()
                                if count), reverse=True)
             return
-        farthest_ns = int(self._index.time_ns[position]) - FARTHEST_NS
+        connection = self._index.connections[int(self._index.connection[position])]
+        farthest_ns = int(self._index.time_ns[position]) - FARTHEST_NS if expires(connection) else 0
         for _ in range(MOST):
             replaced = self._scene.replaced(position)
             if replaced is None or self._index.time_ns[replaced] < farthest_ns:
