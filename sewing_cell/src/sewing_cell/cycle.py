@@ -44,7 +44,7 @@ class ToolState(NamedTuple):
 
 
 class CoverPair(NamedTuple):
-    """Where a pair of covers is: the point under the grippers, and how far it is sewn.
+    """A pair of covers: the point under the grippers, and how far it is sewn.
 
     ``y`` and ``x`` are in ``world`` [m]; ``steering`` is the lateral shift (world x) of the
     upper and the lower cover; ``sewn`` the length of the seam in the cover.
@@ -122,7 +122,7 @@ class SewingCycle:
         return np.clip(np.rint(reading), 0, EDGE_MAXIMUM).astype(int)
 
     def edge_error(self, arm: Arm, time_s: Times) -> np.ndarray:
-        """How far the cover's edge is right of its line at the needle [m]."""
+        """Return how far the cover's edge is right of its line at the needle [m]."""
         return self._steering[arm.name].error(*self._split(time_s))
 
     def feed_rate(self, time_s: Times) -> np.ndarray:

@@ -90,7 +90,7 @@ class FaultyCycle(SewingCycle):
         self.fault = fault
 
     def truth(self, arm: Arm, time_s: Times) -> ToolState:
-        """As without the fault, but for a tool that is beside its place."""
+        """Return the truth without the fault, with a tool that is beside its place."""
         state = super().truth(arm, time_s)
         if self._concerns("calibration", arm):
             beside = np.where(self._since(time_s) >= 0.0, self.fault.size, 0.0)[..., None]
@@ -98,7 +98,7 @@ class FaultyCycle(SewingCycle):
         return state
 
     def wrench(self, arm: Arm, time_s: Times) -> np.ndarray:
-        """As without the fault, but for its force."""
+        """Return the wrench without the fault, with the fault's force."""
         wrench = super().wrench(arm, time_s)
         if self._concerns("force_noise", arm):
             factor = np.where(self._since(time_s) >= 0.0, self.fault.size - 1.0, 0.0)
@@ -108,7 +108,7 @@ class FaultyCycle(SewingCycle):
         return wrench
 
     def edge_error(self, arm: Arm, time_s: Times) -> np.ndarray:
-        """As without the fault, but for the cover's own way [m]."""
+        """Return the error without the fault, with the cover's own path [m]."""
         since = self._since(time_s)
         error = super().edge_error(arm, time_s)
         if self._concerns("edge_drift", arm):
@@ -118,7 +118,7 @@ class FaultyCycle(SewingCycle):
         return error
 
     def edge(self, arm: Arm, time_s: Times) -> np.ndarray:
-        """As without the fault, but for what the sensor adds."""
+        """Return the edge without the fault, with what the sensor adds."""
         reading = super().edge(arm, time_s)
         if self._concerns("sensor_offset", arm):
             shifted = reading + np.where(self._since(time_s) >= 0.0, self.fault.size, 0.0)
@@ -126,7 +126,7 @@ class FaultyCycle(SewingCycle):
         return reading
 
     def feed_rate(self, time_s: Times) -> np.ndarray:
-        """As without the fault, but for a machine that begins late, or runs unevenly."""
+        """Return the rate without the fault, of a machine that begins late, or runs unevenly."""
         rate = super().feed_rate(time_s)
         since = self._since(time_s)
         if self.fault.kind == "late_feed":

@@ -23,7 +23,7 @@ class Intruder:
         self._mesh = box_mesh(-self.size / 2, self.size / 2, colour)
 
     def centre(self, time_s: float) -> np.ndarray:
-        """Where it is, (3,) [m]: it moves in and out evenly, and without a jerk."""
+        """Return where it is, (3,) [m]: it moves in and out evenly, and without a jerk."""
         share = 0.5 - 0.5 * np.cos(2 * np.pi * time_s / _PERIOD_S)
         return self._outside + share * (self._inside - self._outside)
 

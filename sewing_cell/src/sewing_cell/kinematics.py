@@ -39,7 +39,7 @@ class UnreachableError(ValueError):
 
 @dataclass(frozen=True)
 class Branch:
-    """Which of the eight inverse solutions is meant; each field is +1 or -1.
+    """The branch of an inverse solution, of eight; each field is +1 or -1.
 
     ``shoulder`` is the sign in theta_1, ``elbow`` the sign of theta_3, ``wrist`` that of theta_5.
     """

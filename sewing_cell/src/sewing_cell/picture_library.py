@@ -50,7 +50,7 @@ def draw(corners: np.ndarray, colours: np.ndarray, camera_from_mesh: np.ndarray,
 
 
 def measure(depth_m: np.ndarray, noise_steps: np.ndarray) -> np.ndarray:
-    """What a Kinect measures of true depths, mm (uint16), 0 in shadows and holes.
+    """Return what a Kinect measures of true depths, mm (uint16), 0 in shadows and holes.
 
     Depths and noise have the shape (rows, columns) and are float32; see depth_errors.hpp.
     """
@@ -61,7 +61,7 @@ def measure(depth_m: np.ndarray, noise_steps: np.ndarray) -> np.ndarray:
 
 
 def _address(array: np.ndarray, kind: type) -> int:
-    """Where an array begins; the library reads it from one end to the other."""
+    """Return where an array begins; the library reads it from one end to the other."""
     assert array.flags.c_contiguous and array.dtype == kind, (array.strides, array.dtype)
     return int(array.ctypes.data)
 

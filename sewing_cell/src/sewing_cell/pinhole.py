@@ -21,7 +21,7 @@ def _world_from_body() -> np.ndarray:
 
 
 def position(camera_link: np.ndarray) -> np.ndarray:
-    """Where the colour camera of a Kinect at ``camera_link`` (3,) is in ``world`` [m]."""
+    """Return where the colour camera of a Kinect at ``camera_link`` (3,) is in ``world`` [m]."""
     return camera_link + _world_from_body() @ layout.COLOUR_CAMERA_OFFSET
 
 

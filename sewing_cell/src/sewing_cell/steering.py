@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How the covers' edges wander under the sensors and how the robots steer against it.
+"""Wandering edges of the covers under the sensors, and the robots' steering against it.
 
 Lateral displacements are in m, positive towards the right of the seam, which is world -x.
 Everything is a pure function of the cycle's number and the time in it.
@@ -58,12 +58,12 @@ class Steering:
         )
 
     def error(self, cycle: np.ndarray, time_s: np.ndarray) -> np.ndarray:
-        """Where the edge is under the sensor, after the correction."""
+        """Return where the edge is under the sensor, after the correction."""
         disturbance = self._wander(cycle, time_s, 0.0).value + self._drift(cycle, time_s).value
         return disturbance + self.correction(cycle, time_s).value
 
     def fault_level(self, cycle: np.ndarray, time_s: np.ndarray) -> np.ndarray:
-        """How bad a poor seam is, 0 to 1 (for the worse of the covers)."""
+        """Return how bad a poor seam is, 0 to 1 (for the worse of the covers)."""
         return np.abs(self._drift(cycle, time_s).value) / _DRIFT
 
     def _wander(self, cycle: np.ndarray, time_s: np.ndarray, lag_s: float) -> Course:
@@ -89,7 +89,7 @@ class Steering:
 
 
 def _faults(schedule: Schedule, quality: str, seed: int, side: int) -> Fault:
-    """When and how far the covers drift; both sides draw the same numbers."""
+    """Return when and how far the covers drift; both sides draw the same numbers."""
     random = np.random.default_rng([seed, 3])
     sew = schedule.sew
     start_s = sew.begin + (sew.end - sew.begin) * random.uniform(0.2, 0.5, _CYCLES)

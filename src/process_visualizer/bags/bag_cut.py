@@ -45,7 +45,7 @@ class Span(NamedTuple):
 
 
 class BagCut(NamedTuple):
-    """What a cut holds: messages of the span, messages that held before it, and lost ones.
+    """Contents of a cut: messages of the span, messages that held before it, and lost ones.
 
     ``topics`` are those that have messages in it.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What can be wrong with a bag, said so that its user knows where and what to do."""
+"""Errors of bags, worded so that users know where the error is and what to do."""
 from __future__ import annotations
 
 from typing import NamedTuple, Tuple

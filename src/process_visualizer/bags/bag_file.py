@@ -38,7 +38,7 @@ class RecordHead(NamedTuple):
 
 
 class BagHeader(NamedTuple):
-    """Where the index begins [byte; 0: there is none], and how much is in it."""
+    """The place of the index [byte; 0: there is none], and the number of its entries."""
 
     index_position: int
     connection_count: int

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where every message of a recording is, as arrays in the order of time."""
+"""The index of a recording: the place of every message, as arrays in the order of time."""
 from __future__ import annotations
 
 from datetime import datetime, timezone
@@ -88,7 +88,7 @@ class BagIndex:
 
     @property
     def left_out(self) -> int:
-        """How many messages of the files it does not have, as their times cannot be."""
+        """Return how many messages of the files it does not have, as their times cannot be."""
         return sum(it.message_count for it in self.strays if not it.are_kept)
 
     @property

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a recording holds, for an operator who chooses one; reads its index, not its messages."""
+"""Contents of a recording, for an operator who chooses one; reads its index only."""
 from __future__ import annotations
 
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
@@ -27,7 +27,7 @@ class CatalogueTopic(NamedTuple):
 
 
 class Catalogue(NamedTuple):
-    """What a recording holds; ``begin_ns`` is since the epoch.
+    """Contents of a recording; ``begin_ns`` is since the epoch.
 
     ``topics`` are those of the devices, by name, without what the recorder adds;
     ``message_count`` counts all messages in the files, as rosbag does. ``marks`` are in the order

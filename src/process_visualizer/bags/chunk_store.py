@@ -78,7 +78,7 @@ class ChunkStore:
 
     @property
     def cached_bytes(self) -> int:
-        """How many bytes of decompressed chunks are kept."""
+        """Return how many bytes of decompressed chunks are kept."""
         return self._cache.size
 
     def check(self) -> None:

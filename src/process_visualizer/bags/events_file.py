@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What happened during a recording, as text beside the bag."""
+"""Events of a recording, as text beside the bag."""
 from __future__ import annotations
 
 import os

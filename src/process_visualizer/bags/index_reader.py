@@ -213,7 +213,7 @@ def _index_head(header: bytes) -> Tuple[int, int]:
 
 
 def _capacity(infos: Sequence[ChunkInfo], ends: Sequence[int]) -> int:
-    """How many messages there are at most: what is listed, as far as there is room for it."""
+    """Return the upper limit of messages: those listed, as far as there is room for them."""
     return sum(min(sum(count for _, count in info.counts),
                    max(0, end - info.position) // INDEX_ENTRY_BYTES)
                for info, end in zip(infos, ends))

@@ -56,7 +56,7 @@ def record_batches(recording: Recording, positions: np.ndarray,
 
 
 class _Rows:
-    """Where the wanted records are: chunk, first byte and end in it, in the order of the files."""
+    """Places of the wanted records: chunk, first byte and end in it, in the order of the files."""
 
     def __init__(self, index: BagIndex, positions: np.ndarray, most_bytes: int) -> None:
         order = np.argsort(_places(index), kind='stable')

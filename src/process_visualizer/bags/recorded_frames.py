@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where the cell's own frames were when a recording was made: what the recorder has stored."""
+"""Frames of the cell at the time of a recording, as the recorder has stored them."""
 from __future__ import annotations
 
 import math

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the recorder writes into a bag beside the devices' topics; all of it is std_msgs/String."""
+"""The recorder's own messages in a bag beside the devices' topics, all of std_msgs/String."""
 from __future__ import annotations
 
 from typing import Any, Dict, List, NamedTuple, Optional, Tuple
@@ -93,7 +93,7 @@ def _string(kind: str, message: memoryview) -> str:
 
 
 def _json_object(text: str) -> Dict[str, Any]:
-    """What a text says in JSON.
+    """Return what a text says in JSON.
 
     Raises:
         ValueError: it is no JSON object.

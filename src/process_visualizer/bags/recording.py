@@ -77,7 +77,7 @@ class Recording:
 
     @property
     def remarks(self) -> Tuple[str, ...]:
-        """What its reader should know: messages without a usable time, or without a definition."""
+        """Notes for the reader: messages without a usable time, or without a definition."""
         used = [it for number, it in enumerate(self.index.connections)
                 if len(self.index.positions(number))]
         lacking = dict.fromkeys(map(definition_problem, used))
@@ -90,12 +90,12 @@ class Recording:
 
     @property
     def gaps(self) -> Tuple[Gap, ...]:
-        """What could not be read so far: parts of the indexes, and chunks."""
+        """Return what could not be read so far: parts of the indexes, and chunks."""
         return self.index.gaps + self._store.gaps
 
     @property
     def cached_bytes(self) -> int:
-        """How many bytes of decompressed chunks are kept in memory."""
+        """Return how many bytes of decompressed chunks are kept in memory."""
         return self._store.cached_bytes
 
     def message(self, position: int) -> memoryview:
@@ -108,7 +108,7 @@ class Recording:
 
     @property
     def damage(self) -> Tuple[Gap, ...]:
-        """What could not be read so far though the index lists it."""
+        """Return what could not be read so far though the index lists it."""
         return self._store.gaps
 
     def note(self, position: int, reason: str) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where base frames are for one recording: what was stored in it, and what was saved beside it."""
+"""Base frames of one recording: those stored in it, and those saved beside it."""
 from __future__ import annotations
 
 import json
@@ -15,7 +15,7 @@ from process_visualizer.cell.model import Cell, Device, Pose, Vector3
 
 
 class RecordingCalibration(NamedTuple):
-    """Of a recording (its first file): frames as they were then, and poses saved for it since.
+    """Base frames of a recording (its first file): as recorded, and as saved since.
 
     Saved poses are those of base frames in the global frame, by the frame's name.
     """

@@ -235,7 +235,7 @@ def build_event(parsed: Parsed) -> ProcessEvent:
 
 
 def build_run(parsed: Parsed) -> RunSpan:
-    """What one run is, by a ``<run>`` element."""
+    """Return what one run is, by a ``<run>`` element."""
     values = parsed.values
     return RunSpan(values['begin'], values['end'], values['before'], values['after'],
                    parsed.location, values['shortest'], values['group'] or '',

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What remains of a configuration that is data: nothing that could start or read anything.
+"""Confinement: removes from a configuration that is data all that could start or read anything.
 
 This is the one place that decides it. It works on the elements as they are written, before any
 value is resolved, so that whatever reads a cell of a recording has never seen the rest.
@@ -29,14 +29,14 @@ _ADVICE = 'write it into a configuration of your own, and name that with --confi
 
 
 class Removal(NamedTuple):
-    """What is taken out of a file: the element that begins at a byte, or an attribute of it."""
+    """A part to remove from a file: the element that begins at a byte, or one of its attributes."""
 
     offset: int
     attribute: str = ''
 
 
 class Confined(NamedTuple):
-    """What remains of a file, and what of it is ignored: where, what, why, and what to do.
+    """The rest of a file, and what of it is ignored: where, what, why, and what to do.
 
     ``removals`` say the same for the bytes of the file.
     """
@@ -103,7 +103,7 @@ class _Work:
         return [] if allowed is None else [it for it in element.attributes if it not in allowed]
 
     def _refusal(self, element: Element, parent: Element) -> str:
-        """Why an element is ignored; empty if it is not."""
+        """Return why an element is ignored; empty if it is not."""
         of = _of(self._provenance)
         if (parent.tag, element.tag) == ('launch', 'arg'):
             return f'is ignored in {of}: launch files run what they are given, such as a prefix'

@@ -24,7 +24,7 @@ class DisplayType:
 
     @property
     def needs_topic(self) -> bool:
-        """Whether a configuration must name the topic."""
+        """Return whether a configuration must name the topic."""
         return self.topic_key is not None and self.default_topic is None
 
 

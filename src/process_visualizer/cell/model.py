@@ -18,7 +18,7 @@ Color = Tuple[float, float, float]
 
 
 class Mode(Enum):
-    """How the system runs."""
+    """The mode in which the system runs."""
 
     REALTIME = 'realtime'
     PLAYBACK = 'playback'
@@ -80,7 +80,7 @@ class ForceFrame:
 
 @dataclass(frozen=True)
 class Tool:
-    """Where the tool of a robot is: its pose in a link of the model, or another frame."""
+    """The tool of a robot: its pose in a link of the model, or another frame."""
 
     frame: str
     pose: Pose
@@ -176,7 +176,7 @@ class Display:
 
 @dataclass(frozen=True)
 class Arrow:
-    """How an arrow is drawn: ``scale`` in m per m/s or m per N, length limits in m.
+    """The style of an arrow: ``scale`` in m per m/s or m per N, length limits in m.
 
     None stands for the default of the quantity.
     """
@@ -253,7 +253,7 @@ class Fusion:
 
 @dataclass(frozen=True)
 class SoughtObjects:
-    """What nobody modelled is sought in a cloud; None stands for the device's own cloud.
+    """The search for unmodelled objects in a cloud; None stands for the device's own cloud.
 
     Nearer to a robot than ``warn_m`` or ``stop_m`` it is marked. Level surfaces of ``surface_m2``
     and what is in boxes that are expected are none; without a region it is sought everywhere.
@@ -301,12 +301,12 @@ class Device:
 
     @property
     def has_images(self) -> bool:
-        """Whether there is everything that a cropped cloud is made from in one pass."""
+        """Return whether there is everything that a cropped cloud is made from in one pass."""
         return self.roi is not None and None not in map(self.topic_for, IMAGE_FUNCTIONS)
 
     @property
     def has_cloud(self) -> bool:
-        """Whether there is a cloud: published, made from images, or joined from others."""
+        """Return whether there is a cloud: published, made from images, or joined from others."""
         return self.has_images or self.fusion is not None \
             or self.topic_for(TopicFunction.POINTCLOUD) is not None
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where a configuration is from, which decides what of it may be started (docs/security.md)."""
+"""The origin of a configuration, which decides what of it may be started (docs/security.md)."""
 from __future__ import annotations
 
 import os
@@ -11,7 +11,7 @@ import rospkg
 
 
 class Origin(Enum):
-    """Where a configuration is from, in words."""
+    """The origin of a configuration, in words."""
 
     DISK = 'a file that the user opened'
     BAG = 'a recording'
@@ -32,7 +32,7 @@ class Provenance:
 
     @property
     def is_data(self) -> bool:
-        """Whether nothing that the configuration says may run."""
+        """Return whether nothing that the configuration says may run."""
         return self.origin is not Origin.DISK
 
 
@@ -41,12 +41,12 @@ OPENED = Provenance()
 
 
 def is_below(path: str, folder: str) -> bool:
-    """Whether a file is in a folder, or below it, when all links are followed."""
+    """Return whether a file is in a folder, or below it, when all links are followed."""
     top = os.path.realpath(folder)
     return os.path.commonpath([top, os.path.realpath(path)]) == top
 
 
 def in_a_package(path: str) -> bool:
-    """Whether a file is in the folder of an installed package, when all links are followed."""
+    """Return whether a file is in an installed package's folder, when all links are followed."""
     packages = rospkg.RosPack()
     return any(is_below(path, packages.get_path(name)) for name in packages.list())

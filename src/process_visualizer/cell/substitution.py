@@ -76,7 +76,7 @@ def _check_length(text: str, arguments: Mapping[str, str]) -> None:
 
 
 def package_advice(package: str, packages: Optional[rospkg.RosPack] = None) -> str:
-    """What to do about a missing package; ``packages`` avoids repeated searches."""
+    """Return what to do about a missing package; ``packages`` avoids repeated searches."""
     name = nearest(package, (packages or rospkg.RosPack()).list())
     meant = f'did you mean "{name}"? Otherwise ' if name else ''
     return f'there is no package "{package}"; {meant}install it or source the workspace that has it'

@@ -17,7 +17,7 @@ def nearest(word: str, names: Iterable[str]) -> Optional[str]:
 
 
 def advice(word: str, names: Iterable[str]) -> str:
-    """What to write instead of ``word``: the nearest name, or otherwise all of them."""
+    """Return what to write instead of ``word``: the nearest name, or otherwise all of them."""
     known = sorted(names)
     name = nearest(word, known)
     if name is not None:
@@ -26,7 +26,7 @@ def advice(word: str, names: Iterable[str]) -> str:
 
 
 def root_as_global_frame(device: str, root: str) -> str:
-    """What to do about a model whose root link has the name of the global frame."""
+    """Return what to do about a model whose root link has the name of the global frame."""
     return (f'as that is the global frame, write prefix="{device}_" in <model> and '
             f'frame="{device}_{root}" in <base>, or call the global frame otherwise: '
             '<visualizer frame="cell">')

@@ -125,7 +125,7 @@ def _build_devices(parsed_devices: List[Parsed], frame: str,
 
 
 class _Reading:
-    """What a file and the files it includes contain, in file order."""
+    """Contents of a file and of the files it includes, in file order."""
 
     def __init__(self, problems: ProblemList, provenance: Provenance) -> None:
         self.frame: Optional[str] = None
@@ -151,7 +151,7 @@ class _Reading:
         return tuple(build_event(parsed) for parsed in self.events if parsed.complete)
 
     def run_span(self) -> Optional[RunSpan]:
-        """What one run of the process is, if it is said."""
+        """Return what one run of the process is, if it is said."""
         return next((build_run(parsed) for parsed in self.runs if parsed.complete), None)
 
     def parts_of_runs(self) -> Tuple[Phase, ...]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whether RViz shows everything, by its report on its displays (of the display DisplayStatus)."""
+"""Drawing state of RViz, by the reports of its display DisplayStatus."""
 from __future__ import annotations
 
 import threading
@@ -14,7 +14,7 @@ _FRAMES_AFTER_OK = 5
 
 
 class DrawnView:
-    """What the reports say that it is given."""
+    """The drawing state of RViz, as last reported."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
@@ -23,7 +23,7 @@ class DrawnView:
 
     @property
     def frames(self) -> int:
-        """How many have been drawn."""
+        """Return how many have been drawn."""
         with self._changed:
             return self._frames()
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the recorder has in memory, part by part."""
+"""The recorder's memory, read part by part."""
 from __future__ import annotations
 
 from typing import Any, Sequence, Tuple

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How a recording is made, and the errors of the recorder."""
+"""Options of a recording, and the errors of the recorder."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ class RecorderUnreachable(RecorderError):
 
 @dataclass(frozen=True)
 class RecordingOptions:
-    """How a recording is made; by default with the recorder's parameters.
+    """Options of a recording; by default the recorder's parameters.
 
     The bag is named ``NAME.bag``, without a name ``PREFIX_DATE.bag`` or ``DATE.bag`` (local date
     and time). Topics that match one of the ``patterns`` (regular expressions for whole names), and

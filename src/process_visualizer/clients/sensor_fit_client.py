@@ -23,7 +23,7 @@ class FitError(Exception):
 
 
 class SensorFit(NamedTuple):
-    """Where a sensor was found to be, in the global frame; distances in m."""
+    """The pose found for a sensor, in the global frame; distances in m."""
 
     pose: Pose
     before_m: float
@@ -60,7 +60,7 @@ def fit_sensor(device: Device, devices: Sequence[Device], frame: str) -> SensorF
 
 
 def _advice(device: Device, topic: str) -> str:
-    """What helps a sensor of which only a cropped cloud exists."""
+    """Return what helps a sensor of which only a cropped cloud exists."""
     if device.roi is None or topic != _points(device):
         return ''
     return ('. Its cloud is cropped to the box of its <roi>: make the box larger (tab Calibration) '
@@ -68,7 +68,7 @@ def _advice(device: Device, topic: str) -> str:
 
 
 def _points(device: Device) -> str:
-    """What depth_proc shows of a sensor, cropped if it has a box."""
+    """Return what depth_proc shows of a sensor, cropped if it has a box."""
     return f'/{device.name}/points'
 
 

@@ -184,7 +184,7 @@ class _Listener:
 
 
 def _connection(topic: str, header: Dict[str, str]) -> Connection:
-    """What a publisher said; not each sends a definition along."""
+    """Return what a publisher said; not each sends a definition along."""
     return with_definition(Connection(
         topic, header.get('type', ''), header.get('md5sum', ''),
         header.get('message_definition', ''), False, header.get('callerid', '')))

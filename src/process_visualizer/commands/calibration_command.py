@@ -34,7 +34,7 @@ class _Base(NamedTuple):
 
     @property
     def has_moved(self) -> bool:
-        """Whether it is elsewhere now than then."""
+        """Return whether it is elsewhere now than then."""
         if self.then is None or self.now is None:
             return False
         apart = pose_difference(self.then, self.now)

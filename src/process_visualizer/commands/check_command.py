@@ -72,7 +72,7 @@ def find_problems(path: str, arguments: Mapping[str, str]) -> Findings:
 
 def _warnings(cell: Cell, descriptions: Mapping[str, RobotDescription],
               known: Set[Tuple[Location, str]]) -> List[Problem]:
-    """What devices lack, if they have no problem already."""
+    """Return what devices lack, if they have no problem already."""
     inspected = [inspect_launch_files(Choice(cell, mode, cell.devices)) for mode in Mode]
     published = static_frames(_nodes(cell, inspected))
     warnings: Dict[Problem, None] = dict.fromkeys(

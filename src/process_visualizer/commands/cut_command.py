@@ -24,7 +24,7 @@ _RUN_MARGIN_S, _MOMENT_MARGIN_S = 1.0, 5.0
 
 
 class _Moment(NamedTuple):
-    """What the recording has a name for, and when it was [s from its beginning]."""
+    """A named moment of a recording [s from its beginning]."""
 
     begin_s: float
     end_s: float

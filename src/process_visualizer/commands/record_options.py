@@ -25,7 +25,7 @@ _NOT_OFFERED = {
 
 @dataclass(frozen=True)
 class RecordOptions:
-    """What to record, and until when.
+    """The choice of what to record, and until when.
 
     ``recording`` has the topics of the command line; those of the configuration's devices and of a
     node are added.

@@ -107,7 +107,7 @@ def _view(reference: Run, poor: Sequence[Comparison]) -> Optional[Mapping[str, A
 
 
 def _tools(reference: Run, time_s: float) -> List[np.ndarray]:
-    """Where the tools are [m] (3,), in the global frame."""
+    """Return where the tools are [m] (3,), in the global frame."""
     found = [np.array([np.interp(time_s, it.times_s, column) for column in it.positions.T])
              for it in reference.motions if len(it.times_s)]
     return [place for place in found if np.isfinite(place).all()]

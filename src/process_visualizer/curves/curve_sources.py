@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which process variables of a cell are drawn as curves, and how."""
+"""Sources of the curves of a cell: the process variables that are drawn, and how."""
 from __future__ import annotations
 
 from enum import Enum
@@ -24,7 +24,7 @@ _PLAIN_COLORS: Tuple[Color, ...] = (
 
 
 class Quantity(Enum):
-    """What a curve shows of a topic."""
+    """The quantity that a curve shows of a topic."""
 
     SPEED = 'speed'  # m/s, from the poses of a tool
     FORCE = 'force'  # N, magnitude
@@ -36,7 +36,7 @@ _CHANNEL_LABELS = {Quantity.SPEED: 'tool speed', Quantity.FORCE: 'tool force'}
 
 
 class CurveSource(NamedTuple):
-    """Where a curve comes from; ``message_type`` None: whatever the topic carries.
+    """The source of a curve; ``message_type`` None: any type of message.
 
     ``field`` is that of a number; ``frames`` are the base and the tool of a pose from tf; where a
     ``model`` is named, the tool is that model's: see tool_on_tf. A tool whose driver sends no
@@ -63,7 +63,7 @@ class CurveSource(NamedTuple):
 
     @property
     def channel_label(self) -> str:
-        """What a run calls it; arrows and curves are short of room."""
+        """Return what a run calls it; arrows and curves are short of room."""
         return _CHANNEL_LABELS.get(self.quantity, self.label)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""When the variables of a recording were beyond their limits, from the curves."""
+"""Alarms of a recording: when its variables were beyond their limits, from the curves."""
 from __future__ import annotations
 
 import math

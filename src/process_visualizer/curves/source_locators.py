@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What finds the numbers of a process variable in the messages of a recording."""
+"""Locators of the numbers of a process variable in the messages of a recording."""
 from __future__ import annotations
 
 from typing import Callable, Dict, NamedTuple, Optional, Sequence, Tuple
@@ -33,7 +33,7 @@ MeasuringTimes = Callable[[Numbers], np.ndarray]
 
 
 class SourceLocators(NamedTuple):
-    """What finds a source's numbers: by connection, for each part that they are put together of.
+    """Locators of a source's numbers: by connection, for each part that they are composed of.
 
     ``path`` puts together where a tool is of what moves it; without it there is one part.
     """

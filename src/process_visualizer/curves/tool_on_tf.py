@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where a recording has the pose of a tool from: tf, and what the cell itself adds to it."""
+"""Tool poses in a recording's tf, with the frames that the cell itself adds."""
 from __future__ import annotations
 
 from typing import Dict, List, Optional, Protocol, Sequence, Tuple

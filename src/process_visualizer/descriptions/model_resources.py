@@ -144,7 +144,7 @@ def _beside(uri: str, model_file: str, packages: rospkg.RosPack) -> Optional[str
 
 
 def _folders_of(package: str, model_file: str) -> Iterator[str]:
-    """Where a package may be that is not installed; its folder need not have a package.xml."""
+    """Return folders of a package that is not installed; they need not have a package.xml."""
     for above in _above(model_file):
         if package in (os.path.basename(above), _package_name(above)):
             yield above

@@ -11,5 +11,5 @@ def marked_description(text: str) -> str:
 
 
 def is_own_description(text: str) -> bool:
-    """Whether a cell made a robot description, in whatever parameter it is found."""
+    """Return whether a cell made a robot description, in whatever parameter it is found."""
     return text.rstrip().endswith(f'<!-- {_MARK} -->')

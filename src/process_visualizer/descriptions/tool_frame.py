@@ -68,7 +68,7 @@ def _of_model(description: RobotDescription) -> ToolFrame:
 
 
 def _is_called(link: str, name: str) -> bool:
-    """Whether a link has this name after a namespace or a prefix, as in ``left_tool0``."""
+    """Return whether a link has this name after a namespace or a prefix, as in ``left_tool0``."""
     word = link.split('/')[-1].lower()
     for ending in _ENDINGS:
         word = word[:-len(ending)] if word.endswith(ending) else word

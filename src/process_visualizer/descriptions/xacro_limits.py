@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a model that is data may do while xacro expands it: read what it may, and calculate.
+"""Limits of a model that is data: what it may read while xacro expands it.
 
 xacro evaluates expressions as Python. Its own limits leave ways out (``vars``, a generator's
 frame), and it includes and loads any file. So the process that expands such a model refuses, by

@@ -40,11 +40,11 @@ class CellNames:
         return found
 
     def is_free(self, frame: str) -> bool:
-        """Whether nobody has this frame."""
+        """Return whether nobody has this frame."""
         return frame not in self._frames
 
 
 def _outputs(name: str) -> Set[str]:
-    """What the program would publish for a device of that name, of whatever type."""
+    """Return what the program would publish for a device of that name, of whatever type."""
     return {topic for kind in DeviceType for topic in outputs([Device(kind, name, _NOWHERE)])} \
         | {f'/{name}/marker_array', f'/{name}/robot_description'}

@@ -159,7 +159,7 @@ def _first(name: str) -> str:
 
 
 def _prefixes(models: Sequence[FoundModel], frames: Set[str]) -> List[str]:
-    """What the links of each model get so that no two are called alike, as on tf if they can be."""
+    """Return a prefix for each model's links, so that all differ, as on tf if possible."""
     taken: Set[str] = set()
     prefixes = []
     for number, model in enumerate(models):

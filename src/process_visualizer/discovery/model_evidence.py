@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which of several models with the same joints is the one: by lengths, motion and names seen."""
+"""Choice among several models with the same joints: by lengths, motion and names seen."""
 from __future__ import annotations
 
 from typing import FrozenSet, Iterable, NamedTuple, Optional, Sequence
@@ -23,7 +23,7 @@ class Choice(NamedTuple):
 
 
 class ModelEvidence:
-    """What was seen that may tell models apart."""
+    """Observations that may tell models apart."""
 
     def __init__(self, seen: Seen, motions: Sequence[Motion] = ()) -> None:
         """Take everything that was seen, and what a recording has of frames that move."""

@@ -59,7 +59,7 @@ class ModelFiles:
         return self._files
 
     def count_of(self, package: str, joints: Collection[str]) -> int:
-        """How many of these joints the files of a package may have, by the names in them."""
+        """Return how many of these joints the files of a package may have, by the names in them."""
         patterns = self._joints.get(package, [])
         return sum(any(pattern.fullmatch(joint) for pattern in patterns) for joint in joints)
 

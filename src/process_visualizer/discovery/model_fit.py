@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How far a model is from what was seen: lengths between its links, places of its tool."""
+"""The fit of a model to observations: lengths between its links, places of its tool."""
 from __future__ import annotations
 
 from typing import Dict, List, Optional, Sequence
@@ -65,7 +65,7 @@ class ModelFit:
         return {link: places for link, places in found.items() if places}
 
     def _places(self, frame: str, motion: Motion) -> List[Placement]:
-        """Where a frame is in the root link at each sample; nothing if it is not known."""
+        """Return where a frame is in the root link at each sample; nothing if it is not known."""
         found = [self._kinematics.connection(
             self._own(frame), self._description.root_link,
             {self._own(name): position for name, position in it.positions.items()})
@@ -74,12 +74,12 @@ class ModelFit:
 
 
     def _own(self, name: str) -> str:
-        """What the model calls a link or joint that its driver gives a prefix."""
+        """Return what the model calls a link or joint that its driver gives a prefix."""
         return name[len(self._prefix):] if name.startswith(self._prefix) else name
 
 
 def _offset_residuals(places: Sequence[Placement], reported: Sequence[Placement]) -> np.ndarray:
-    """What the best constant offset in a moving link leaves of reported positions."""
+    """Return what the best constant offset in a moving link leaves of reported positions."""
     offsets = np.array([place.inverse().then(it).position
                         for place, it in zip(places, reported)])
     residuals: np.ndarray = offsets - offsets.mean(axis=0)

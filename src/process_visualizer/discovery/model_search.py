@@ -180,7 +180,7 @@ class ModelSearch:
                       key=lambda it: -counts[it.package])
 
     def _arguments(self, file: ModelFile, topic: SeenTopic) -> List[_Arguments]:
-        """What to try: with a hand if there are more joints, with a prefix of all joints, bare."""
+        """Return what to try: with a hand if there are more joints, with a common prefix, bare."""
         bare = self._expand(file)
         if bare is None or not topic.joints:
             return [()]
@@ -218,7 +218,7 @@ def _loaded(text: str) -> RobotDescription:
 
 
 def _fits(model: FoundModel, topic: SeenTopic, frames: Set[str]) -> bool:
-    """Whether most joints of a model are on a topic, or it has as many as an array has numbers."""
+    """Return whether most joints of a model are on a topic, or an array has as many numbers."""
     joints = model.joints
     if topic.joints:
         common = len(joints & set(topic.joints))
@@ -228,13 +228,13 @@ def _fits(model: FoundModel, topic: SeenTopic, frames: Set[str]) -> bool:
 
 
 def _rank(model: FoundModel, topic: SeenTopic) -> Tuple[int, int]:
-    """How well a model suits a topic: by the joints of both, then by how few only the model has."""
+    """Return a model's rank for a topic: by the joints of both, then by the model's extra ones."""
     seen = set(topic.joints)
     return len(model.joints & seen), -len(model.joints - seen)
 
 
 def _common_prefix(description: RobotDescription, topic: SeenTopic) -> str:
-    """What stands before the names of most joints of a model in a topic; '' if nothing does."""
+    """Return the prefix of most joints of a model in a topic; '' if there is none."""
     prefixes = Counter(joint[:-len(name)] for name in description.joints for joint in topic.joints
                        if joint.endswith(name))
     prefix, count = max(prefixes.items(), key=lambda it: it[1], default=('', 0))
@@ -242,7 +242,7 @@ def _common_prefix(description: RobotDescription, topic: SeenTopic) -> str:
 
 
 def _has_siblings(description: RobotDescription, topic: SeenTopic, prefix: str) -> bool:
-    """Whether there are more numbered joints than the model has: they are those of another one."""
+    """Return whether there are more numbered joints than the model has: another model's."""
     kinds = {_NUMBER.sub('#', name) for name in description.joints}
     others = (it[len(prefix):] for it in topic.joints if it.startswith(prefix))
     return any(it not in description.joints and _NUMBER.sub('#', it) in kinds for it in others)
@@ -252,7 +252,7 @@ _Shape = Tuple[Tuple[object, ...], ...]
 
 
 def _same(text: str, other: str) -> bool:
-    """Whether two descriptions have the same joints at the same places, and so the same links."""
+    """Return whether two descriptions have the same joints at the same places."""
     return _shape(text) == _shape(other)
 
 

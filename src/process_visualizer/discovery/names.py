@@ -14,18 +14,18 @@ _TOPIC, _FRAME, _FIELD = (re.compile(f'(?:{PATTERNS[kind]})\\Z')
 
 
 def is_topic(name: str) -> bool:
-    """Whether a configuration can name this topic."""
+    """Return whether a configuration can name this topic."""
     last = name.rpartition('/')[2]
     return bool(_TOPIC.match(name)) and '//' not in name and last[:1].isalpha()
 
 
 def is_frame(name: str) -> bool:
-    """Whether a configuration can name this frame."""
+    """Return whether a configuration can name this frame."""
     return bool(_FRAME.match(name)) and not name.startswith('/')
 
 
 def is_field(path: str) -> bool:
-    """Whether a configuration can name this field."""
+    """Return whether a configuration can name this field."""
     return bool(_FIELD.match(path))
 
 

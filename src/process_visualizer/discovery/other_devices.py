@@ -86,7 +86,7 @@ class Machines:
                 if frame == device.name or frame.startswith(beginnings)]
 
     def _can_be_base(self, frame: str) -> bool:
-        """Whether nobody has a frame, and nothing but the global frame carries it."""
+        """Return whether nobody has a frame, and nothing but the global frame carries it."""
         return (is_frame(frame) and self._names.is_free(frame)
                 and self._forest.parent(frame) in (None, self._places.frame))
 
@@ -98,7 +98,7 @@ class Machines:
         return frame
 
     def _add_display_frames(self, device: DraftDevice, topics: Sequence[SeenTopic]) -> None:
-        """What is drawn in frames of its own needs these: a machine's base, and what it carries."""
+        """Add the frames that displays need: a machine's base, and what it carries."""
         frames = [frame for it in topics if it.type in _DISPLAYS for frame in it.frames
                   if is_frame(frame) and frame in self._forest.frames and frame not in self._known]
         tops = [top_frame(self._forest, frame, self._known) for frame in frames]

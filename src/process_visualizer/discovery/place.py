@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where devices stand: the global frame, and each base frame in it."""
+"""Places of devices: the global frame, and each base frame in it."""
 from __future__ import annotations
 
 import math
@@ -56,7 +56,7 @@ class Places:
 
     @property
     def remarks(self) -> List[str]:
-        """What to do about places that are not known."""
+        """Return what to do about places that are not known."""
         if not self._unknown:
             return []
         return ['Devices whose place is not known stand in a row: write xyz in m and ypr (yaw '

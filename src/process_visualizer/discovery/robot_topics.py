@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which topics belong to which robot: by names of joints, frames, namespaces, and by words."""
+"""Assignment of topics to robots: by names of joints, frames, namespaces, and by words."""
 from __future__ import annotations
 
 import re
@@ -38,7 +38,7 @@ class RobotGroup:
 
     @property
     def words(self) -> FrozenSet[str]:
-        """What tells it from others."""
+        """Return what tells it from others."""
         name = self.model.name if self.model is not None else ''
         return words(self.namespace) | words(name) | words(self.joint_topic.name.rpartition('/')[0])
 
@@ -123,7 +123,7 @@ class _Known(NamedTuple):
 
 
 def _is_covered(own: _Known, known: Sequence[_Known]) -> bool:
-    """Whether all of the joints are known, and not those of a twin in another namespace."""
+    """Return whether all of the joints are known, and not those of a twin in another namespace."""
     others = [it for it in known if it.joints & own.joints]
     is_twin = bool(own.words) and any(it.joints == own.joints for it in others) and all(
         it.words and it.words != own.words for it in others)
@@ -135,7 +135,7 @@ def _namespace(topic: SeenTopic) -> str:
 
 
 def is_joints(topic: SeenTopic) -> bool:
-    """Whether a topic carries measured joint angles."""
+    """Return whether a topic carries measured joint angles."""
     parts = _parts(topic.name)
     if parts & _NOT_MEASURED:
         return False

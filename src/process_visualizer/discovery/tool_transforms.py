@@ -93,7 +93,7 @@ class ToolTransforms:
                              'by its name: it did not move while it was looked at')
 
     def _doubt(self, found: List[_Candidate], number: int) -> str:
-        """Why the first is only a guess; '' if it is none."""
+        """Return why the first is only a guess; '' if it is none."""
         best = found[0]
         if best.rank is None:
             return f'is this frame its tool? It moves in tf, behind {best.link}'

@@ -47,7 +47,7 @@ class _Extents:
         self._frames = CellFrames(cell, devices, descriptions)
 
     def of_device(self, device: Device) -> np.ndarray:
-        """What belongs to the device's data."""
+        """Return what belongs to the device's data."""
         parts = [self._around(variable.frame, _ARROW_M * _CUBE) for variable in device.variables]
         if device.roi is not None:
             parts.append(self._around(device.roi.frame, _region(device.roi)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where the frames of a cell are that its configuration and its models tell."""
+"""Places of a cell's frames that its configuration and its models tell."""
 from __future__ import annotations
 
 from typing import Dict, Mapping, Optional, Set, Tuple
@@ -38,7 +38,7 @@ class CellFrames:
         return {self._frame, *self._fixed, *self._owners}
 
     def place(self, frame: str) -> Optional[Placement]:
-        """Where a frame is in the global frame; None where nothing that is known says so."""
+        """Return where a frame is in the global frame; None where nothing that is known says so."""
         found, passed = Placement(), set()
         while frame != self._frame:
             step = self._step(frame)

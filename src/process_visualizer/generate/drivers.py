@@ -92,7 +92,7 @@ def _find(launch_file: LaunchFile) -> str:
 
 
 def _load(path: str, launch_file: LaunchFile) -> LaunchContent:
-    """What is in the file when it is included, with its arguments, in another one."""
+    """Return what is in the file when it is included, with its arguments, in another one."""
     root = Tag('launch')
     root.include(path, launch_file.arguments)
     config = ROSLaunchConfig()
@@ -129,7 +129,7 @@ def _reason(error: Exception) -> str:
 
 
 def _missing(nodes: Iterable[LaunchedNode]) -> List[str]:
-    """What is not installed of the nodes that run on this computer, each thing once."""
+    """Return what is not installed of the nodes that run on this computer, each thing once."""
     packages = rospkg.RosPack()
     messages: Dict[str, None] = {}
     for node in nodes:

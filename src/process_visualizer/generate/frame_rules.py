@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is wrong with the frames of a cell, given the links of its models."""
+"""Checks of the frames of a cell, given the links of its models."""
 from __future__ import annotations
 
 from typing import Dict, Iterable, Iterator, List, Mapping, NamedTuple, Set, Tuple

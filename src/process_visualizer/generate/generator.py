@@ -52,7 +52,7 @@ def generate_parts(choice: Choice) -> Plan:
 
 
 class _Generation:
-    """What the files of a choice are made from.
+    """The input of a choice's generated files.
 
     Raises:
         ConfigurationError: a model is missing or broken.

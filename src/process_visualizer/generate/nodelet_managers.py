@@ -82,7 +82,7 @@ def _loaded_into(command: _NodeletCommand) -> str:
 
 def _commands(choice: Choice, device: Device, contents: Mapping[LaunchFile, LaunchContent]
               ) -> Iterable[_NodeletCommand]:
-    """What the device starts of the package nodelet on this computer."""
+    """Return what the device starts of the package nodelet on this computer."""
     for node in choice.nodes(device):
         if 'machine' not in node.attributes and node.package == 'nodelet':
             yield node.namespace, node.name, node.attributes.get('args', '').split()

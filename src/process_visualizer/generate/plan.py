@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is to be written, as data, and the step that writes it: whole or not at all."""
+"""The files to write, as data, and the step that writes them: all or none."""
 from __future__ import annotations
 
 import os
@@ -27,7 +27,7 @@ class PlanError(Exception):
 
 @dataclass(frozen=True)
 class Part:
-    """What is started and stopped together, by a launch file of its own.
+    """A part of the cell that is started and stopped together, by a launch file of its own.
 
     ``launch_file`` is the name of a generated file, or None if there is nothing to launch.
     ``nodes`` maps the absolute name of each node on this computer to ``package/type``; it lacks

@@ -179,7 +179,7 @@ def _crop_node(device: Device, roi: RegionOfInterest, cropped: str,
 
 
 def nodelet_arguments(name: str, manager: Optional[Manager]) -> str:
-    """How one of our nodelets is started: in a manager, or as a process of its own without one."""
+    """Return the start of one of our nodelets: in a manager, or as a process of its own."""
     nodelet = f'{PACKAGE}/{name}'
     return f'load {nodelet} {manager.loading}' if manager else f'standalone {nodelet}'
 

@@ -101,7 +101,7 @@ class RVizConfig:
         self._grid = grid_below(points)
 
     def displays_text(self) -> str:
-        """What is shown in which frame, but not from where, nor on which grid: to be compared."""
+        """Return the displays and frames, without viewpoint and grid: to be compared."""
         shown = [self._manager['Global Options'].get('Fixed Frame'), self._displays]
         return yaml.safe_dump(shown, sort_keys=True)
 
@@ -110,7 +110,7 @@ class RVizConfig:
         self._saved = saved
 
     def place(self, window: Rectangle) -> None:
-        """Where RViz's window is on the screen."""
+        """Place RViz's window on the screen."""
         self._window = window
 
     def text(self) -> str:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the node scene_watch must know: who draws what of each device, and where its words stand."""
+"""Parameters of the node scene_watch: who draws what of each device, and where its words stand."""
 from __future__ import annotations
 
 from typing import Dict, List, Optional, Sequence
@@ -51,7 +51,7 @@ def watch_parameters(cell: Cell, devices: Sequence[Device]) -> SceneParameters:
 
 
 def _base_in_view(device: Device, drawn: Sequence[Device]) -> Optional[BaseFrame]:
-    """Where a device's words stand; a depth sensor is far from what the camera looks at."""
+    """Return where a device's words stand; a depth sensor is far from what the camera looks at."""
     if device.type is DeviceType.DEPTH_SENSOR:
         others = [other.base for other in drawn
                   if other.base is not None and other.type is not DeviceType.DEPTH_SENSOR]
@@ -72,7 +72,7 @@ def _device(cell: Cell, device: Device, base: Optional[BaseFrame],
 
 
 def _meanings(device: Device) -> Dict[str, str]:
-    """What it means for a device that a node has ended."""
+    """Return what it means for a device that a node has ended."""
     if device.variables and not any(it.is_shown for it in device.variables):
         return {**_MEANINGS, VARIABLE_PROC: 'limits are not watched'}
     fusion = {} if device.fusion is None else {FUSION: 'the points are old'}

@@ -11,7 +11,7 @@ MOST_EVENTS = 5000
 
 
 class Action(Enum):
-    """What the operator can do about an alarm."""
+    """The operator's remedy for an alarm."""
 
     RESTART_DEVICE = 'Restart device'
     RESTART_PART = 'Restart'
@@ -48,7 +48,7 @@ class Condition(NamedTuple):
 
     @property
     def said(self) -> str:
-        """Where and what."""
+        """Return where and what."""
         return f'{self.source}{"" if self.is_clause else ":"} {self.text}'
 
 

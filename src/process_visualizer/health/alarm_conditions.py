@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is wrong with a running cell: dead nodes, silent topics, values beyond limits, losses."""
+"""Alarms of a running cell: dead nodes, silent topics, values beyond limits, losses."""
 from __future__ import annotations
 
 from typing import Callable, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
@@ -73,7 +73,7 @@ def _end_of_player(node: NodeReport) -> str:
 
 
 def _end_of_window(node: NodeReport) -> str:
-    """How a window has ended, which its own button may have closed."""
+    """Return how a window has ended, which its own button may have closed."""
     if node.state is not NodeState.EXITED:
         return node_line(node).text
     if node.exit_code == 0:

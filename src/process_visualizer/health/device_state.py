@@ -16,7 +16,7 @@ from process_visualizer.launching.part_report import PartReport, PartState
 
 
 class Level(IntEnum):
-    """How serious a state is; the higher, the more attention it needs."""
+    """The severity of a state; the higher, the more attention it needs."""
 
     OFF = 0
     GOOD = 1

@@ -22,7 +22,7 @@ _About = Tuple[str, str, str]  # node, 'log' or 'state', and what
 
 
 class Severity(IntEnum):
-    """How bad it is."""
+    """The severity of a warning."""
 
     WARNING = 1
     ERROR = 2

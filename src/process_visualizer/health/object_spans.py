@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""When, or where in a recording, objects that nobody modelled were near a robot."""
+"""Times, or spans of a recording, at which unmodelled objects were near a robot."""
 from __future__ import annotations
 
 import math

@@ -31,7 +31,7 @@ def real_time_advice() -> Optional[str]:
 
 
 def may_have_real_time_priority(status: str, limit: int) -> bool:
-    """Whether a process may have it, from its /proc/PID/status and RLIMIT_RTPRIO."""
+    """Return whether a process may have it, from its /proc/PID/status and RLIMIT_RTPRIO."""
     masks = [line.split()[1] for line in status.splitlines() if line.startswith(_EFFECTIVE)]
     has_capability = any(int(mask, 16) >> _CAP_SYS_NICE & 1 for mask in masks)
     return has_capability or limit == resource.RLIM_INFINITY or limit > 0

@@ -17,7 +17,7 @@ PATIENT_TIMEOUT_S = 3.0
 
 
 class Master(Protocol):
-    """What the methods of rosgraph.Master of these names return and raise."""
+    """The methods of rosgraph.Master of these names, with their results and errors."""
 
     def getPid(self) -> int:
         """Return the master's process id."""

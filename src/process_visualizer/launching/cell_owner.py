@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which program has the cell of a ROS master: the node of its name, and who started it."""
+"""The owner of a ROS master's cell: the node of its name, and who started it."""
 from __future__ import annotations
 
 import os
@@ -35,7 +35,7 @@ class CellOwner(NamedTuple):
 
     @property
     def text(self) -> str:
-        """Who has the cell."""
+        """The owner of the cell, in words."""
         who = f' of {self.user}' if self.user else ''
         where = '' if self.user else f' on {self.computer}'
         since = '' if self.since_s is None else \
@@ -76,7 +76,7 @@ def _user(pid: int) -> str:
 
 
 def _since_s(pid: int) -> Optional[float]:
-    """When it was started [s since the epoch]."""
+    """Return when it was started [s since the epoch]."""
     ticks = start_time(pid)
     booted = [line.split()[1] for line in Path('/proc/stat').read_text().splitlines()
               if line.startswith('btime ')]

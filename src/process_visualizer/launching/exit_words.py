@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How a process has ended, in the same words everywhere."""
+"""Words for the end of a process, the same everywhere."""
 from __future__ import annotations
 
 import signal

@@ -61,7 +61,7 @@ class NodePulse:
 
     @property
     def has_answered(self) -> bool:
-        """Whether it has answered once."""
+        """Return whether it has answered once."""
         return self._seen
 
     def postpone(self, late_s: float) -> None:

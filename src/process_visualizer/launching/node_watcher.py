@@ -137,6 +137,6 @@ class NodeWatcher:
 
 
 def _pause_s(asking_s: float) -> float:
-    """How long to wait after asking for so long."""
+    """Return how long to wait after asking for so long."""
     shortest_s, longest_s = _CHECK_PERIODS_S
     return min(max(asking_s / _ASKING_SHARE, shortest_s), longest_s)

@@ -65,7 +65,7 @@ def continue_processes(run_id: str) -> None:
 
 
 def start_time(pid: int) -> Optional[str]:
-    """When the process started, in the kernel's ticks, unlike any later one with that id.
+    """Return when the process started, in the kernel's ticks, unlike any later one with that id.
 
     None if there is none, or if it has ended and its parent has not read its exit code yet.
     """

@@ -48,7 +48,7 @@ class ReplayCell:
 
     @property
     def folder(self) -> str:
-        """Where its files are, and what it plays; it goes with the cell."""
+        """Return where its files are, and what it plays; it goes with the cell."""
         if not self._folder:
             self._folder = new_run_folder()
             self._record.write(self._folder)

@@ -31,7 +31,7 @@ def process_id_at(uri: str) -> int:
 
 
 def is_registered(name: str, master_uri: Optional[str] = None) -> bool:
-    """Whether the master knows a node of that name and the node answers; False without a master.
+    """Return whether the master knows a node of that name and it answers; False without one.
 
     The master still knows a node that has ended without unregistering, and one that has a
     parameter in its cache. ``master_uri`` is of another master than the usual one.

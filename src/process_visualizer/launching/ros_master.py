@@ -45,7 +45,7 @@ class RosMaster:
         return self._uri
 
     def is_online(self) -> bool:
-        """Whether it answers; takes at most 3 s."""
+        """Return whether it answers; takes at most 3 s."""
         return self.process_id() is not None
 
     def process_id(self) -> Optional[int]:

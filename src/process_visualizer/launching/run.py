@@ -89,7 +89,7 @@ class Run:
 
     @property
     def killed_by(self) -> str:
-        """How roslaunch was killed by somebody else, in words; '' if it was not."""
+        """Return how roslaunch was killed by somebody else, in words; '' if it was not."""
         return self._killed_by
 
     def stop(self, tell: Callable[[str], None] = lambda text: None) -> List[int]:

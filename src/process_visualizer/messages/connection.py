@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a publisher says of a topic when it connects."""
+"""A publisher's statement on a topic when it connects."""
 from __future__ import annotations
 
 from typing import NamedTuple
 
 
 class Connection(NamedTuple):
-    """What a publisher said about a topic; ``type`` is `package/Type`, as in the bag."""
+    """A publisher's statement on a topic; ``type`` is `package/Type`, as in the bag."""
 
     topic: str
     type: str

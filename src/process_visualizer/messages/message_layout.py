@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where the parts of a message lie in its bytes: the wire format of ROS, without its values.
+"""Places of a message's parts in its bytes: the wire format of ROS, without its values.
 
 A layout walks over the bytes of a message, noting where the
 stamps are. Whatever is of a known size is skipped at once, however long.

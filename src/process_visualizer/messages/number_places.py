@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where numbers stand in the bytes of a message, and for which other messages that holds too."""
+"""Places of numbers in the bytes of a message, and other messages that they hold for."""
 from __future__ import annotations
 
 from abc import ABC, abstractmethod

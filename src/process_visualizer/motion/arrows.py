@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How long an arrow is, where its number stands, and how the number is written."""
+"""Geometry of arrows: their length, and the place and wording of their number."""
 from __future__ import annotations
 
 import math

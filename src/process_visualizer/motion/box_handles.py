@@ -16,7 +16,7 @@ SHORTEST_M = 0.01
 
 
 def handle_places(region: RegionOfInterest) -> Dict[str, Vector3]:
-    """Where the middle and the middles of the faces are, m in the box's frame."""
+    """Return where the middle and the middles of the faces are, m in the box's frame."""
     places = {MIDDLE: region.center}
     for name, (axis, side) in FACES.items():
         place = list(region.center)

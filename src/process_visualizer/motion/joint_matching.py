@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which position in a driver's message belongs to which joint; as joint_proc has it, in C++."""
+"""Matching of positions in a driver's message to joints; joint_proc has the same, in C++."""
 from __future__ import annotations
 
 import math

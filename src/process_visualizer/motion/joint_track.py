@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where the joints of a robot are over a time that can be gone through in any order."""
+"""Joints of a robot over a time that can be gone through in any order."""
 from __future__ import annotations
 
 from typing import Dict, NamedTuple, Optional, Tuple

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where the links of a robot's model are, given the positions of its joints."""
+"""Kinematics: poses of a robot's links, given the positions of its joints."""
 from __future__ import annotations
 
 import math
@@ -41,7 +41,7 @@ class Placement(NamedTuple):
 
 
 class Joint(NamedTuple):
-    """What places a frame in its parent; not every kind of URDF's joints can be computed."""
+    """The pose of a frame in its parent; not every kind of URDF's joints can be computed."""
 
     parent: str
     origin: Placement

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""When a process variable is beyond its limits, and how far: alarms, one for each time."""
+"""Alarms of process variables beyond their limits: when, and how far."""
 from __future__ import annotations
 
 import math
@@ -24,12 +24,12 @@ class Limits:
 
     @property
     def exist(self) -> bool:
-        """Whether there is any limit."""
+        """Return whether there is any limit."""
         return self.low > -math.inf or self.high < math.inf
 
     @property
     def margin(self) -> float:
-        """How far inside a value is back; so noise at a limit does not end an alarm."""
+        """Return how far inside a value is back; so noise at a limit does not end an alarm."""
         if -math.inf < self.low and self.high < math.inf:
             return _MARGIN * (self.high - self.low)
         return _MARGIN * abs(self.low if self.low > -math.inf else self.high)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where a frame is in another one, at many times at once."""
+"""Poses of a frame in another one, at many times at once."""
 from __future__ import annotations
 
 from typing import NamedTuple, Optional

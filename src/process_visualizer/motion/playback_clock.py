@@ -9,7 +9,7 @@ _MEMORY = 64  # states: some seconds
 
 
 class PlaybackState(NamedTuple):
-    """What the player says of itself (process_visualizer/PlayerState)."""
+    """The player's own state (process_visualizer/PlayerState)."""
 
     stamp_s: float  # wall time for which the position holds
     position_s: float  # seconds from the beginning of the recording
@@ -66,7 +66,7 @@ class PlaybackClock:
 
     @property
     def state(self) -> Optional[PlaybackState]:
-        """What the player said last; None without one."""
+        """Return what the player said last; None without one."""
         return self._states[-1] if self._states else None
 
     def follows_player(self, now_s: float) -> bool:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How far two poses are from each other."""
+"""The distance between two poses."""
 from __future__ import annotations
 
 import math

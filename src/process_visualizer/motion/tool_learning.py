@@ -36,7 +36,7 @@ _DECIMALS_M, _DECIMALS_RAD = 4, 3
 
 
 class Body(NamedTuple):
-    """What a frame is fixed to: a link, and all links that carry it, it included."""
+    """A rigid body: a link, and all links that carry it, it included."""
 
     link: str
     carriers: Sequence[str]

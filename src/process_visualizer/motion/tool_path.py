@@ -23,7 +23,7 @@ Source = Union[MovingPart, Placement]
 
 
 class ToolPath(NamedTuple):
-    """What leads from a tool, and from its base, to the first frame that carries both."""
+    """The chains from a tool, and from its base, to the first frame that carries both."""
 
     from_tool: Tuple[Source, ...]
     from_base: Tuple[Source, ...]
@@ -52,7 +52,7 @@ def _carried(sources: Tuple[Source, ...], values: Mapping[MovingPart, np.ndarray
 
 
 class FrameSources:
-    """What places each frame in its parent; what was said first of a frame holds."""
+    """Sources of each frame's pose in its parent; the first source of a frame holds."""
 
     def __init__(self) -> None:
         """Begin without frames."""

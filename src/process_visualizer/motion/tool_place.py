@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where a robot's arrows are drawn: in which frame, turned how, and beginning where."""
+"""The place of a robot's arrows: in which frame, turned how, and beginning where."""
 from __future__ import annotations
 
 import math
@@ -39,7 +39,7 @@ class ToolPlace(NamedTuple):
 
 
 class Difference(NamedTuple):
-    """How far the reported pose of a tool is from the model's: in the tool frame."""
+    """The difference between the reported pose of a tool and the model's: in the tool frame."""
 
     offset: Triple  # (3,) [m]
     angle: float  # rad; NaN without a reported orientation

@@ -181,7 +181,7 @@ class RobotProcessor:
                 self._draw(self._node.ros_s())
 
     def _shows_position(self) -> bool:
-        """Whether the display shows a recording at a position."""
+        """Return whether the display shows a recording at a position."""
         state = self._playback.clock.state
         return state is not None and state.paused and self._twist.is_recorded
 

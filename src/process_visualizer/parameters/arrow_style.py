@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How a quantity is shown as an arrow."""
+"""The style of a quantity's arrow."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from process_visualizer.parameters.reading import (
 
 @dataclass(frozen=True)
 class ArrowStyle:
-    """How a quantity is shown: an arrow with its value and unit beside it."""
+    """The style of a quantity: an arrow with its value and unit beside it."""
 
     label: str
     unit: str

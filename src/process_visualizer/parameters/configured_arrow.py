@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How the arrows of a robot look: as the configuration says, otherwise the defaults."""
+"""Styles of a robot's arrows: as the configuration says, otherwise the defaults."""
 from __future__ import annotations
 
 from dataclasses import replace

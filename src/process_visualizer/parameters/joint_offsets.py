@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is added to the measured positions of a robot's joints: a parameter of joint_proc."""
+"""Offsets that are added to the measured positions of a robot's joints, for joint_proc."""
 from __future__ import annotations
 
 from typing import Any, Dict, Mapping

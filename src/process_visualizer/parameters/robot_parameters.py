@@ -37,7 +37,7 @@ class TopicParameters:
 
 @dataclass(frozen=True)
 class TextParameters:
-    """Where a robot's numbers stand (see motion.arrows.label_offset), and how large."""
+    """The place of a robot's numbers (see motion.arrows.label_offset), and their size."""
 
     height_m: float = 0.05
     outward_m: float = 0.08
@@ -123,7 +123,7 @@ class RobotParameters:
         return {name: value for name, value in values.items() if value or name == 'topics'}
 
     def _optional(self) -> Dict[str, Any]:
-        """What most robots do not have, ``None`` or empty then."""
+        """Return what most robots do not have, ``None`` or empty then."""
         text, default = self.text, TextParameters()
         limit = {'position': self.tool_limit_m, 'angle': self.tool_limit_rad}
         others = {'marker_rate': self.marker_rate_hz, 'velocity_window': self.velocity_window_s,

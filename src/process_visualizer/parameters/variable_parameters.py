@@ -26,7 +26,7 @@ UnitVector = Tuple[float, float, float]
 
 
 def _default(attribute: str) -> Any:
-    """What an attribute of <variable> is where it is not given."""
+    """Return what an attribute of <variable> is where it is not given."""
     given = TAGS['variable'].attributes[attribute]
     return CONVERTERS[given.kind](given.default or '')
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How much of the time went into playing, and how much was lost to slips."""
+"""The achieved rate: time that went into playing, and time lost to slips."""
 from __future__ import annotations
 
 from collections import deque

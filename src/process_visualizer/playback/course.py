@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where play does not go on evenly: what is empty is skipped, some messages are waited before."""
+"""Uneven parts of playback: empty ones are skipped, and some messages are waited for."""
 from __future__ import annotations
 
 from typing import Iterable, Optional
@@ -9,7 +9,7 @@ from process_visualizer.playback.timeline import Basis, CommandRefused, Timeline
 
 
 class Course:
-    """What `rosbag play` does with its options for that, all only forwards.
+    """The options of `rosbag play` for uneven playback, all only forwards.
 
     It is for the one thread that publishes, but for ``heard`` and ``toggle_pauses``.
     """
@@ -109,6 +109,6 @@ class Course:
 
 
 def _before(index: BagIndex, position: int, basis: Basis) -> int:
-    """When nothing more comes before a message [bag ns]."""
+    """Return when nothing more comes before a message [bag ns]."""
     last_ns = int(index.time_ns[position - 1]) if position else basis.begin_ns
     return max(last_ns, basis.bag_ns)

@@ -68,22 +68,22 @@ class Playback:
 
     @property
     def published(self) -> int:
-        """How many messages were published, with those that will be within the next moment."""
+        """Number of published messages, with those of the next moment."""
         return self._output.published
 
     @property
     def passed(self) -> int:
-        """How many messages of the recording make the scene that was published."""
+        """Return how many messages of the recording make the scene that was published."""
         return self._shown.passed
 
     @property
     def problems(self) -> Tuple[str, ...]:
-        """What could not be played as it should be, so far."""
+        """Return what could not be played as it should be, so far."""
         return self._loader.problems
 
     @property
     def left_out(self) -> Dict[str, int]:
-        """How many messages of each topic could not be played so far."""
+        """Return how many messages of each topic could not be played so far."""
         return self._loader.left_out
 
     def not_begun(self, bag_ns: int) -> List[str]:

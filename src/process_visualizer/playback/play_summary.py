@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What was not played, for whoever looks at a terminal when it is over."""
+"""A summary of what was not played, for the terminal."""
 from __future__ import annotations
 
 from typing import Mapping, Sequence, Tuple

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where the messages of a playback go to."""
+"""The output of a playback."""
 from __future__ import annotations
 
 from typing import List, Protocol
@@ -8,7 +8,7 @@ from process_visualizer.messages.message_layout import Data
 
 
 class Output(Protocol):
-    """Where messages go to; called by one thread."""
+    """The receiver of played messages; called by one thread."""
 
     def publish(self, connection: int, pieces: List[Data], due_ns: int) -> None:
         """Send a message of a connection, given in pieces, when a monotonic time [ns] has come.

@@ -20,7 +20,7 @@ _LONGEST_S = 1e9
 
 
 class PlayerStatus(NamedTuple):
-    """What the player does now; positions are seconds from the beginning."""
+    """The player's activity; positions are seconds from the beginning."""
 
     position_s: float
     duration_s: float
@@ -47,7 +47,7 @@ class PlayerControl:
 
     @property
     def pause_requested(self) -> bool:
-        """Whether the last command that plays or pauses was a pause."""
+        """Return whether the last command that plays or pauses was a pause."""
         return self._pause_requested
 
     def status(self) -> PlayerStatus:
@@ -135,7 +135,7 @@ class PlayerControl:
             + changed
 
     def _arrived(self, verb: str) -> str:
-        """Where it is, and of which topics nothing can be shown there."""
+        """Return where it is, and of which topics nothing can be shown there."""
         absent = self._playback.not_begun(self._timeline.position_ns())
         return self._where(verb) + (f'; nothing yet on {", ".join(absent)}' if absent else '')
 

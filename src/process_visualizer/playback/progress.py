@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where playback is, for who tells it."""
+"""Progress of playback, for display."""
 from __future__ import annotations
 
 from typing import NamedTuple, Optional, Tuple
 
 
 class Progress(NamedTuple):
-    """Where playback is; times in seconds from the beginning of the recording."""
+    """Progress of playback; times in seconds from the beginning of the recording."""
 
     position_s: float
     duration_s: float

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What was given to the output before it is due, so that it can be taken back."""
+"""Messages given to the output before they are due, so that they can be taken back."""
 from __future__ import annotations
 
 from collections import deque
@@ -28,7 +28,7 @@ class Schedule:
 
     @property
     def bytes(self) -> int:
-        """How much memory the messages take, roughly."""
+        """Return how much memory the messages take, roughly."""
         return self._bytes
 
     def add(self, scheduled: Scheduled) -> None:

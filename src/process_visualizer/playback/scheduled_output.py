@@ -42,7 +42,7 @@ class ScheduledOutput:
 
     @property
     def published(self) -> int:
-        """How many messages were published, with those that will be within the next moment."""
+        """Number of published messages, with those of the next moment."""
         return self._published
 
     @property
@@ -51,7 +51,7 @@ class ScheduledOutput:
         return self._settled_ns
 
     def lead_ns(self) -> int:
-        """How long before it is due the next message may be given."""
+        """Return how long before it is due the next message may be given."""
         self._schedule.forget_due(self._clock.monotonic_ns())
         return LEAD_NS if self._schedule.bytes < self._lead_bytes else 0
 

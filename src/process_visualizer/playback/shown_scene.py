@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which scene was published: the state of playback, as a value."""
+"""The published scene: the state of playback, as a value."""
 from __future__ import annotations
 
 from typing import NamedTuple, Optional, Tuple

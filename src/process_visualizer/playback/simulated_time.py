@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What /clock says: the position, which never goes back but where playback jumps or turns."""
+"""The time on /clock: the position, which goes back only where playback jumps or turns."""
 from __future__ import annotations
 
 from typing import Tuple
@@ -8,7 +8,7 @@ from process_visualizer.playback.timeline import Basis
 
 
 def next_tick_s(due_s: float, now_s: float, period_s: float) -> float:
-    """When the clock is told next, after a time [s] that was due and is told now.
+    """Return when the clock is told next, after a time [s] that was due and is told now.
 
     By what is due and not by what has passed, so that a late wake-up costs no time; what is late by
     whole periods is left out.
@@ -17,7 +17,7 @@ def next_tick_s(due_s: float, now_s: float, period_s: float) -> float:
 
 
 class SimulatedTime:
-    """Where the position slips back, as the machine cannot keep up, the clock waits for it."""
+    """A clock that waits where the position slips back, as the machine cannot keep up."""
 
     def __init__(self) -> None:
         self._scene = -1

@@ -44,7 +44,7 @@ class StampMapping:
 
     @property
     def remembered(self) -> int:
-        """How many different stamps were mapped so far: a mark for ``forget_since``."""
+        """Return how many different stamps were mapped so far: a mark for ``forget_since``."""
         return self._remembered
 
     def stamp(self, basis: Basis, stamp_ns: int, message_ns: int,

@@ -20,7 +20,7 @@ class StepRequests:
 
     @property
     def is_empty(self) -> bool:
-        """Whether no step waits."""
+        """Return whether no step waits."""
         return self._waiting.empty()
 
     def add(self, step: Step) -> Future[StepTarget]:

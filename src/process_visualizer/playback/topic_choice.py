@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which topics of a recording are played, and under which names."""
+"""The choice of a recording's topics to play, and their names."""
 from __future__ import annotations
 
 import fnmatch

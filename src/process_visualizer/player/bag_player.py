@@ -63,7 +63,7 @@ class PlaybackFailed(Exception):
 
 
 class PlayerSettings(NamedTuple):
-    """How a recording is played, to its end or to a time [s from its beginning]."""
+    """Settings of playback, to the recording's end or to a time [s from its beginning]."""
 
     choice: TopicChoice = TopicChoice()
     end_s: Optional[float] = None
@@ -79,7 +79,7 @@ class PlayerSettings(NamedTuple):
 
 
 class Surroundings(NamedTuple):
-    """What the player has to do with: tests put in its place what they can look into and move."""
+    """Surroundings of the player: tests put in their place what they can look into and move."""
 
     node: NodeHandle = NodeHandle()
     clock: Clock = Clock()
@@ -138,17 +138,17 @@ class BagPlayer:
 
     @property
     def dropped(self) -> int:
-        """How many messages slow subscribers did not get."""
+        """Return how many messages slow subscribers did not get."""
         return self._publishers.dropped
 
     @property
     def problems(self) -> Tuple[str, ...]:
-        """What cannot be played, so far."""
+        """Return what cannot be played, so far."""
         return tuple(map(printable, (*self._problems, *self._playback.problems)))
 
     @property
     def is_complete(self) -> bool:
-        """Whether all that was chosen could be played so far."""
+        """Return whether all that was chosen could be played so far."""
         gaps = (gap for gap in self._recording.index.gaps
                 if not gap.topics or self._names.keys() & set(gap.topics))
         return not (self._left_out_topics or self._playback.left_out or any(gaps))
@@ -201,7 +201,7 @@ class BagPlayer:
 
     @property
     def has_ended(self) -> bool:
-        """Whether it was told to quit, or play has come to its end and does not stay there."""
+        """Return whether it was told to quit, or play has reached its end and does not stay."""
         return self._quitting or (self._finished and not self._stays)
 
     def wait(self) -> None:

@@ -39,7 +39,7 @@ class PlaybackListener(Protocol):
 
 
 class BagPublishers:
-    """Where the playback's messages go to; see process_visualizer.playback.playback_output."""
+    """Publishers of a playback's messages; see process_visualizer.playback.playback_output."""
 
     def __init__(self, topics: Sequence[PublishedTopic], sources: Sequence[int], queue_size: int,
                  listener: PlaybackListener) -> None:
@@ -59,17 +59,17 @@ class BagPublishers:
 
     @property
     def dropped(self) -> int:
-        """How many messages slow subscribers did not get."""
+        """Return how many messages slow subscribers did not get."""
         return self._sender.dropped
 
     @property
     def published(self) -> Dict[str, int]:
-        """How many messages of each topic have been sent, with or without subscribers."""
+        """Return how many messages of each topic have been sent, with or without subscribers."""
         return {topic.name: topic.published for topic in self._topics}
 
     @property
     def all_subscribed(self) -> bool:
-        """Whether every topic has a subscriber."""
+        """Return whether every topic has a subscriber."""
         return all(topic.subscriber_count for topic in self._topics)
 
     def publish(self, connection: int, pieces: List[Data], due_ns: int) -> None:

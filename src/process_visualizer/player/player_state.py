@@ -60,7 +60,7 @@ class StatePublisher:
             rospy.logdebug('the state is not published: %s', error)
 
     def _follow_rate(self, rate: float) -> None:
-        """For nodes that read it; the position is only in ~state."""
+        """Keep the parameter up to date for nodes that read it; the position is only in ~state."""
         if rate == self._rate:
             return
         try:

@@ -53,5 +53,5 @@ class RateControl:
 
 
 def begins_with_header(definition: str) -> bool:
-    """Whether the first field of a message definition is a header."""
+    """Return whether the first field of a message definition is a header."""
     return _BEGINS_WITH_HEADER.match(definition) is not None

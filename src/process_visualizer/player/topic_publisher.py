@@ -45,12 +45,12 @@ class TopicPublisher(rospy.SubscribeListener):
 
     @property
     def subscriber_count(self) -> int:
-        """How many subscribers are connected."""
+        """Return how many subscribers are connected."""
         return len(self._links)
 
     @property
     def published(self) -> int:
-        """How many messages have been sent, with or without subscribers."""
+        """Return how many messages have been sent, with or without subscribers."""
         return self._sender.sent(self._topic)
 
     def publish(self, source: int, pieces: List[Data], due_ns: int) -> None:

@@ -29,7 +29,7 @@ _RARE = 0.1
 
 
 class Completeness(Enum):
-    """What is known about completeness."""
+    """The completeness of a recording, as far as it is known."""
 
     COMPLETE = 'complete'
     INCOMPLETE = 'not complete'
@@ -83,7 +83,7 @@ class Report(NamedTuple):
 
     @property
     def completeness(self) -> Completeness:
-        """Whether it is complete, as far as the account and the readable parts show.
+        """Return whether it is complete, as far as the account and the readable parts show.
 
         Gaps count only if they are losses: a foreign bag may have a throttled topic.
         """
@@ -95,7 +95,7 @@ class Report(NamedTuple):
 
     @property
     def is_good(self) -> bool:
-        """Whether it has messages and nothing is known to be missing."""
+        """Return whether it has messages and nothing is known to be missing."""
         return self.completeness in (Completeness.COMPLETE, Completeness.UNKNOWN)
 
 
@@ -152,7 +152,7 @@ def _publishers(connections: Sequence[Connection]) -> np.ndarray:
 
 
 def _lost(gaps: Tuple[StreamGap, ...], message_count: int, untimed: int) -> int:
-    """How many messages never arrived: where numbers are missing now and then, not all the time.
+    """Return how many messages never arrived, if numbers are missing now and then only.
 
     A topic that comes through a throttle has the numbers of its source. Messages without a usable
     time did arrive.

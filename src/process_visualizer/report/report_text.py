@@ -27,7 +27,7 @@ def verdict(report: Report) -> str:
 
 
 def _missing(report: Report) -> List[str]:
-    """What is known to be missing."""
+    """Return what is known to be missing."""
     parts = []
     lost = sum(topic.lost for topic in report.topics)
     if lost:
@@ -95,7 +95,7 @@ def as_json(report: Report) -> str:
 
 
 def _as_bool(completeness: Completeness) -> Optional[bool]:
-    """Whether it is complete; None if that is unknown."""
+    """Return whether it is complete; None if that is unknown."""
     return None if completeness is Completeness.UNKNOWN else completeness is Completeness.COMPLETE
 
 

@@ -19,7 +19,7 @@ Context = Tuple[Tuple[str, Optional[float]], ...]
 
 
 class ChannelKind(Enum):
-    """What a channel is; of two that depart together, the one named first here is the cause."""
+    """The kind of a channel; of two that depart together, the one named first is the cause."""
 
     VARIABLE = 'variable'
     FORCE = 'force'
@@ -28,7 +28,7 @@ class ChannelKind(Enum):
 
     @property
     def is_motion(self) -> bool:
-        """Whether it follows from where the robot is at which time."""
+        """Return whether it follows from where the robot is at which time."""
         return self in (ChannelKind.SPEED, ChannelKind.JOINT)
 
 
@@ -51,12 +51,12 @@ class Channel(NamedTuple):
 
     @property
     def key(self) -> Key:
-        """What makes it the same channel in another run."""
+        """Return what makes it the same channel in another run."""
         return self.device, self.label
 
 
 class ToolMotion(NamedTuple):
-    """Where a robot's tool is: ``positions`` (n, 3) [m] in the global frame at ``times_s`` (n,)."""
+    """A robot tool's path: ``positions`` (n, 3) [m] in the global frame at ``times_s`` (n,)."""
 
     device: str
     times_s: np.ndarray
@@ -162,7 +162,7 @@ def _rows(times_s: np.ndarray, begin_s: float, end_s: float) -> slice:
 
 
 def _cut_channel(channel: Channel, begin_s: float, end_s: float) -> Channel:
-    """Of what comes seldom, the value that holds at the begin as well, if that is needed.
+    """Cut a channel; if it is seldom, keep the value that holds at the begin as well.
 
     It is for what is sent only when it changes; a measurement has its first value until then.
     """

@@ -41,7 +41,7 @@ def camera_pose(points: np.ndarray, view: Mapping[str, Any], aspect: float) -> D
 
 
 def seen_points(points: np.ndarray, view: Mapping[str, Any], aspect: float) -> np.ndarray:
-    """Which of the points (n, 3) an orbiting camera sees, in RViz's terms."""
+    """Return which of the points (n, 3) an orbiting camera sees, in RViz's terms."""
     focus = view.get('Focal Point') or {}
     axes = camera_axes(float(view.get('Pitch', 0.0)), float(view.get('Yaw', 0.0)))
     place = np.array([float(focus.get(axis, 0.0)) for axis in 'XYZ'])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How the launcher, RViz and the timeline share a screen."""
+"""Shares of the launcher, RViz and the timeline on a screen."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ _ENOUGH_UPPER_PX = 620
 
 
 class Frame(NamedTuple):
-    """What the window manager draws around a window [px]."""
+    """The window manager's frame around a window [px]."""
 
     left: int = 0
     top: int = 0
@@ -27,7 +27,7 @@ class Frame(NamedTuple):
 
 @dataclass(frozen=True)
 class Sizes:
-    """What the operator chooses, for one screen [px]; None: a part of the screen's height."""
+    """The operator's sizes for one screen [px]; None: a part of the screen's height."""
 
     launcher_width: int = 460
     timeline_height: Optional[int] = None

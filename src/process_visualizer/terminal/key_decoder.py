@@ -32,7 +32,7 @@ class KeyDecoder:
 
     @property
     def is_waiting(self) -> bool:
-        """Whether an escape was received that may be a key or the beginning of one."""
+        """Return whether an escape was received that may be a key or the beginning of one."""
         return bool(self._text)
 
     def feed(self, data: bytes) -> List[str]:

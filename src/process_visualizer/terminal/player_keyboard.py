@@ -185,7 +185,7 @@ class Keyboard:
 
 
 def in_foreground(terminal: int) -> bool:
-    """Whether a file is the terminal of this process's session, with the process in front."""
+    """Return whether a file is this process's terminal, with the process in the foreground."""
     try:
         return os.tcgetpgrp(terminal) == os.getpgrp()
     except OSError:  # not a terminal, another session's, or one that was closed

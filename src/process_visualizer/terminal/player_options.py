@@ -23,7 +23,7 @@ _NOT_OFFERED = {
 
 @dataclass(frozen=True)
 class PlayerOptions:
-    """What to play, and how; times of the recording are seconds from its beginning."""
+    """The choice of what to play, and how; times are seconds from the recording's beginning."""
 
     files: Tuple[str, ...]
     rate: float  # below 0 backwards; the highest where nothing is to wait

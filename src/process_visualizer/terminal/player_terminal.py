@@ -59,7 +59,7 @@ class TerminalCommands:
 
 
 class Screen:
-    """Where a program writes to: a terminal, or a file."""
+    """The output of a program: a terminal, or a file."""
 
     def __init__(self, output: TextIO) -> None:
         """Write to an output."""
@@ -80,7 +80,7 @@ class Screen:
 
 
 class PlayerTerminal:
-    """In a ``with``: shows the position of playback, and carries out the commands of the keys."""
+    """A terminal in a ``with``: shows the position of playback, carries out the keys' commands."""
 
     def __init__(self, status: Callable[[], Progress], control: PlayerControl,
                  quit_player: Callable[[], None], quiet: bool,

@@ -15,7 +15,7 @@ _VISIBLE_SHARE = 0.95  # of the rate: a higher achieved share is not shown
 
 
 class Symbols(NamedTuple):
-    """How the state is drawn, each symbol in the same number of columns."""
+    """Symbols of the state, each in the same number of columns."""
 
     forward: str
     backward: str

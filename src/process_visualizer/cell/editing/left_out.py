@@ -44,7 +44,7 @@ def without(data: bytes, removals: Sequence[Removal]) -> bytes:
 
 
 def _ends(data: bytes) -> Dict[int, int]:
-    """Where the end tag of each element begins, or an empty element ends, by where it begins."""
+    """Return the begin of each element's end tag, or an empty element's end, by its begin."""
     parser = expat.ParserCreate()
     begun: List[int] = []
     ends: Dict[int, int] = {}

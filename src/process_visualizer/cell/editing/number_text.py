@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How numbers are written into a configuration."""
+"""Formatting of numbers in a configuration."""
 from __future__ import annotations
 
 DECIMALS = 6

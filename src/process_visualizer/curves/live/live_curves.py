@@ -110,7 +110,7 @@ class LiveCurves:
                           self._begin_ns / 1e9)
 
     def _in_order(self) -> List[Tuple[CurveSource, RollingColumns]]:
-        """What has been seen, in the order of the devices; plain ones with a colour each."""
+        """Return what has been seen, in the order of the devices; plain ones with a colour each."""
         found, plain = [], 0
         for source in self._sources:
             if source in self._columns:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What has come so far, for those who ask which frames there are."""
+"""Messages seen so far, for whoever asks which frames there are."""
 from __future__ import annotations
 
 from collections import deque

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What runs or was recorded: topics, frames, and how they move."""
+"""Evidence of a cell that runs or was recorded: topics, frames, and how they move."""

@@ -61,7 +61,7 @@ def _sources(recording: Recording) -> List[Source]:
 
 
 def _positions(positions: np.ndarray, total: int, connection: Connection) -> List[int]:
-    """Which messages of a connection are read."""
+    """Return which messages of a connection are read."""
     if connection.topic in _STATIC:
         return [int(it) for it in positions[:_MOST_STATIC]]
     kind = short_name(connection.type)

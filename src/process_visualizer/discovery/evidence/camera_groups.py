@@ -45,7 +45,7 @@ class CameraGroup:
 
     @property
     def is_depth_sensor(self) -> bool:
-        """Whether it measures distances."""
+        """Return whether it measures distances."""
         return self.cloud is not None or self.depth_image is not None
 
     @property
@@ -61,7 +61,7 @@ class CameraGroup:
 
 
 def is_registered(image: SeenTopic) -> bool:
-    """Whether a depth image is seen from the colour camera."""
+    """Return whether a depth image is seen from the colour camera."""
     return any(word in image.name for word in _REGISTERED)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where a recording has frames while joints move: it tells models with the same joints apart."""
+"""Frames of a recording while joints move: they tell models with the same joints apart."""
 from __future__ import annotations
 
 from collections import defaultdict
@@ -31,7 +31,7 @@ class Sample(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """What moved with the joints of a topic: a ``frame`` in its ``parent``, as ``topic`` says it.
+    """A motion with the joints of a topic: a ``frame`` in its ``parent``, as ``topic`` says it.
 
     The frame of a pose has no name: ''.
     """
@@ -44,7 +44,7 @@ class Motion(NamedTuple):
 
     @property
     def name(self) -> str:
-        """What it is called in words."""
+        """Return what it is called in words."""
         return f'{self.frame} in {self.topic}' if self.frame else self.topic
 
 

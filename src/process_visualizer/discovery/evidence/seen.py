@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What was seen of a cell that runs or was recorded."""
+"""Observations of a cell that runs or was recorded."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from process_visualizer.motion.kinematics import Placement
 
 
 class Source(NamedTuple):
-    """What one publisher sends on a topic: type ``package/Type``, and some messages as bytes."""
+    """One publisher's messages on a topic: type ``package/Type``, and some messages as bytes."""
 
     topic: str
     type: str
@@ -32,7 +32,7 @@ class SeenNumber(NamedTuple):
 
     @property
     def changes(self) -> bool:
-        """Whether it was not always the same."""
+        """Return whether it was not always the same."""
         return self.low < self.high
 
 

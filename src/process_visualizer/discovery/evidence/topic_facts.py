@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What some messages of each topic tell: frames, joints, numbers, transforms, descriptions."""
+"""Facts from some messages of each topic: frames, joints, numbers, transforms, descriptions."""
 from __future__ import annotations
 
 import math
@@ -63,7 +63,7 @@ def seen_descriptions(sources: Iterable[Source]) -> Tuple[SeenDescription, ...]:
 
 
 def is_description(text: Any) -> bool:
-    """Whether a parameter or text is a robot description, and not that of a cell of ours."""
+    """Return whether a parameter or text is a robot description, and not that of a cell of ours."""
     return isinstance(text, str) and '<robot' in text and '<link' in text \
         and not is_own_description(text)
 

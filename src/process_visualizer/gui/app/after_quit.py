@@ -99,7 +99,7 @@ class AfterQuit(QObject):
                   self._launcher.launch.quit)
 
     def _at_stake(self, unsaved: str = 'not saved') -> List[str]:
-        """What would be lost or cut short, a sentence each; a recording is the last."""
+        """Return what would be lost or cut short, a sentence each; a recording is the last."""
         launcher, found = self._launcher, []
         if launcher.unsaved.unsaved:
             found.append(sentence(f'{unsaved}: {listing(launcher.unsaved.unsaved)}.'))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What calibration needs of the other models: frames and marker of the node, the recording."""
+"""The calibration's use of other models: frames and marker of the node, the recording."""
 from __future__ import annotations
 
 from typing import Optional, Sequence

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the operator ticked, called good, compared and edited, in a file that outlives all."""
+"""The operator's ticks, good runs, comparisons and edits, in a file that outlives the program."""
 from __future__ import annotations
 
 import json
@@ -57,7 +57,7 @@ class KeptState(QObject):
             self._tasks.run('session', self._write_waiting, None, self._tell)
 
     def _write_waiting(self) -> None:
-        """In the line of tasks."""
+        """Run in the line of tasks."""
         try:
             values = self._waiting.pop()
         except IndexError:

@@ -177,7 +177,7 @@ class Launcher(QObject):
             self.launch.apply(self.choice()) if self.launch.is_running else self.start()
 
     def blocked_reason(self) -> str:
-        """Why nothing can be launched now; empty when it can."""
+        """Return why nothing can be launched now; empty when it can."""
         if not self.master.is_connected:
             return self.master.problem
         if self.cell.cell is None:
@@ -187,7 +187,7 @@ class Launcher(QObject):
         return self.bag.foreign_text if self.cell.mode is Mode.PLAYBACK else ''
 
     def pending(self) -> str:
-        """What would change if the present choice were applied to the running nodes."""
+        """Return what would change if the present choice were applied to the running nodes."""
         running = self.launch.running
         if not self.launch.is_running or running is None or self.cell.cell is None:
             return ''
@@ -239,7 +239,7 @@ class Launcher(QObject):
         return '\n'.join(filter(None, (text, compared, problem)))
 
     def _waits_for(self) -> str:
-        """What must be done before anything can be launched; empty if nothing."""
+        """Return what must be done before anything can be launched; empty if nothing."""
         if self.master.is_connecting:
             return 'Starting the ROS master…'
         if self.new.is_making:
@@ -316,7 +316,7 @@ class Launcher(QObject):
         return report is not None and report.state is PartState.RUNNING
 
     def _has_ended(self, part: str) -> bool:
-        """Whether a part, or a node of it, has ended by itself."""
+        """Return whether a part, or a node of it, has ended by itself."""
         report = self.launch.reports.get(part)
         return report is not None and (
             report.state in (PartState.FAILED, PartState.STOPPED)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How long the threads of the program have waited for a processor, as the kernel counts it."""
+"""Time that the program's threads have waited for a processor, as the kernel counts it."""
 from __future__ import annotations
 
 import os
@@ -14,7 +14,7 @@ _LOOKS_FOR_THREADS = 50
 
 
 class ProcessorTimes(NamedTuple):
-    """What a thread did since it began [s], and for how long each other one waited."""
+    """A thread's use of the processor since it began [s], and the wait of each other thread."""
 
     ran_s: float = 0.0
     waited_s: float = 0.0
@@ -34,7 +34,7 @@ class ProcessorTimes(NamedTuple):
 
 
 class ProcessorWait:
-    """For the thread that makes it; the files stay open, as they are read often."""
+    """A meter for the thread that makes it; the files stay open, as they are read often."""
 
     def __init__(self) -> None:
         self._own = threading.get_native_id()

@@ -67,7 +67,7 @@ class WindowKeeper(QObject):
 
     @property
     def is_settled(self) -> bool:
-        """Whether no window is about to be moved."""
+        """Return whether no window is about to be moved."""
         return not self._timer.isActive()
 
     def remember(self) -> None:

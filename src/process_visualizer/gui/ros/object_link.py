@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the depth sensors of the running cell see of objects that nobody modelled."""
+"""Unmodelled objects seen by the depth sensors of the running cell."""
 from __future__ import annotations
 
 from typing import Dict, Iterable, List, Optional

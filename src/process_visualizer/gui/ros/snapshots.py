@@ -74,7 +74,7 @@ class RecorderSnapshot(NamedTuple):
 
 
 class PhaseSnapshot(NamedTuple):
-    """Which moment of the reference [s] belongs to a time [s since the epoch]; None: to none.
+    """The moment of the reference [s] at a time [s since the epoch]; None: there is none.
 
     ``behind_s`` is how much longer than the reference the run took until here, None if unknown.
     See GhostPhase.msg.

@@ -29,7 +29,7 @@ class DelayedAct(QObject):
 
     @property
     def is_waiting(self) -> bool:
-        """Whether the act is to come, and can be taken back."""
+        """Return whether the act is to come, and can be taken back."""
         return self._due_s is not None
 
     @property

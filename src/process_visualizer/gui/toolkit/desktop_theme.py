@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whether the operator's desktop is dark."""
+"""The desktop's theme: dark or light."""
 from __future__ import annotations
 
 from typing import Any, Optional
@@ -43,7 +43,7 @@ class DesktopTheme(QObject):
 
     @property
     def is_dark(self) -> bool:
-        """Whether the desktop is dark."""
+        """Return whether the desktop is dark."""
         return self._is_dark
 
     def _ask(self) -> None:

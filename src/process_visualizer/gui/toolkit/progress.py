@@ -27,5 +27,5 @@ class Progress(QObject):
         self._cancelled.set()
 
     def is_cancelled(self) -> bool:
-        """Whether the task must end; for any thread."""
+        """Return whether the task must end; for any thread."""
         return self._cancelled.is_set()

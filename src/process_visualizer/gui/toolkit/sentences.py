@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How the window writes what parts of the program have said."""
+"""Wording of the window for reports from parts of the program."""
 from __future__ import annotations
 
 from typing import Iterable, Sequence, Tuple

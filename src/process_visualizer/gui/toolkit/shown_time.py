@@ -23,11 +23,11 @@ class ShownTime(NamedTuple):
 
     @property
     def is_all(self) -> bool:
-        """Whether the whole recording is shown."""
+        """Return whether the whole recording is shown."""
         return self.duration_s >= self.length_s
 
     def contains(self, time_s: float) -> bool:
-        """Whether a moment is shown."""
+        """Return whether a moment is shown."""
         return self.begin_s <= time_s <= self.end_s
 
     def zoomed(self, factor: float, around_s: float) -> ShownTime:

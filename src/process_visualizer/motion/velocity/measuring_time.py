@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""When a message was measured: its own stamp where that can be used, else its arrival."""
+"""The time of measurement of a message: its own stamp where it is usable, else its arrival."""
 from __future__ import annotations
 
 import math

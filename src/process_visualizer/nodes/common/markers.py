@@ -56,7 +56,7 @@ class Pace:
         self._next_s = -math.inf
 
     def is_due(self, now_s: float, early_s: float = 0.0) -> bool:
-        """Whether it may happen now; if so, it may not happen again for a period.
+        """Return whether it may happen now; if so, it may not happen again for a period.
 
         It may be early by ``early_s``, so that events with about this period are not skipped.
         """

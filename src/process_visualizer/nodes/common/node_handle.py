@@ -63,7 +63,7 @@ class NodeHandle:
         return rospy.Time.now()
 
     def is_wall_clock(self) -> bool:
-        """Whether ROS time is the time of day: nobody simulates it."""
+        """Return whether ROS time is the time of day: nobody simulates it."""
         return bool(rospy.rostime.is_wallclock())
 
     def wall_s(self) -> float:
@@ -75,7 +75,7 @@ class NodeHandle:
         return time.monotonic()
 
     def is_shutdown(self) -> bool:
-        """Whether the node is ending."""
+        """Return whether the node is ending."""
         return bool(rospy.is_shutdown())
 
     def at_shutdown(self, hook: Callable[[], None]) -> None:

@@ -52,7 +52,7 @@ class LiveFollower:
             raise
 
     def _on_event(self, name: str) -> None:
-        """In a thread of the event's topic."""
+        """Run in a thread of the event's topic."""
         self._seen.put((name, self._node.ros_s()))
 
     def time_s(self, now_s: float) -> Optional[float]:
@@ -71,7 +71,7 @@ class LiveFollower:
         return phase_s
 
     def _measured_s(self, now_s: float) -> float:
-        """When the robots were where they are known to be; it goes back only with the clock."""
+        """Return the time of the robots' known position; it goes back only with the clock."""
         stamp_s = max(it.stamp_s for it in self._joints.values())
         moment_s = stamp_s if now_s - _OLD_S < stamp_s <= now_s else now_s
         return max(moment_s, self._moment_s) if self._moment_s <= now_s else moment_s

@@ -202,7 +202,7 @@ def _transform(parent: str, child: str, place: Placement, stamp: rospy.Time) -> 
 
 
 def _is_equal(one: TransformStamped, other: TransformStamped) -> bool:
-    """Whether two transforms to the same frame are equal, ignoring their stamps."""
+    """Return whether two transforms to the same frame are equal, ignoring their stamps."""
     return (one.header.frame_id == other.header.frame_id
             and bool(one.transform == other.transform))
 

@@ -77,7 +77,7 @@ class FrameWatch:
         self._complaints.end(frame)
 
     def _is_fixed(self, frame: str) -> bool:
-        """Whether a frame is fixed to one that was found."""
+        """Return whether a frame is fixed to one that was found."""
         passed: Set[str] = set()
         while frame in self._fixed_to and frame not in passed | self._found:
             passed.add(frame)

@@ -93,16 +93,16 @@ class RecordedMotion:
         self._node.subscribe(PLAYER_STATE_TOPIC, PlayerState, self._take_state)
 
     def is_in_charge(self) -> bool:
-        """Whether a player plays the poses, or may play them."""
+        """Return whether a player plays the poses, or may play them."""
         return self._is_played is not False and self._clock.follows_player(self._node.wall_s())
 
     @property
     def problem(self) -> str:
-        """Why the recording cannot give a velocity; '' if it can."""
+        """Return why the recording cannot give a velocity; '' if it can."""
         return self._problem if self.is_in_charge() else ''
 
     def is_awaited(self) -> bool:
-        """Whether the velocity at the position will be known in a moment."""
+        """Return whether the velocity at the position will be known in a moment."""
         if not self.is_in_charge() or self.moment() is not None:
             self._awaited_s = math.inf
             return False

@@ -122,7 +122,7 @@ class ToolPlacer:
         return difference.offset
 
     def _may_learn(self) -> bool:
-        """Whether the tool frame was chosen here, and is not where the tool is reported."""
+        """Return whether the tool frame was chosen here, and is not where the tool is reported."""
         return (not self._parameters.foot_at_tool_frame and self._difference.is_settled()
                 and not self._is_near(self._difference.median()))
 

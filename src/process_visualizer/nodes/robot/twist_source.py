@@ -53,17 +53,17 @@ class TwistSource:
 
     @property
     def is_recorded(self) -> bool:
-        """Whether the recording is the source."""
+        """Return whether the recording is the source."""
         return self._recorded is not None and self._recorded.is_in_charge()
 
     @property
     def is_known(self) -> bool:
-        """Whether the recording is known at the position, with or without a velocity."""
+        """Return whether the recording is known at the position, with or without a velocity."""
         return self._recorded is not None and self._recorded.moment() is not None
 
     @property
     def doubts_stamps(self) -> bool:
-        """Whether the last pose's stamp was not later than the previous one, and matters."""
+        """Return whether the last pose's stamp was not later than the previous one, and matters."""
         return self._times.standing and not self.is_recorded
 
     def add(self, pose: ToolPose, now_s: float) -> None:
@@ -78,7 +78,7 @@ class TwistSource:
         self._live.settle(now_s)
 
     def is_awaited(self) -> bool:
-        """Whether it will be known in a moment, so that nothing should be drawn now."""
+        """Return whether it will be known in a moment, so that nothing should be drawn now."""
         return self._recorded is not None and self._recorded.is_awaited()
 
     def twist(self) -> Optional[Twist]:

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is visible at a position, and the messages that make it."""
+"""The scene: all that is visible at a position, and the messages that make it."""

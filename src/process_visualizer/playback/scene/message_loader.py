@@ -53,13 +53,13 @@ class MessageLoader:
 
     @property
     def problems(self) -> Tuple[str, ...]:
-        """What could not be played as it should be, so far, each as a text for the user."""
+        """Return what could not be played as it should be, so far, each as a text for the user."""
         with self._lock:
             return tuple(str(gap) for gap in self._index.gaps) + tuple(self._problems)
 
     @property
     def left_out(self) -> Dict[str, int]:
-        """How many messages of each topic could not be played so far."""
+        """Return how many messages of each topic could not be played so far."""
         with self._lock:
             return dict(Counter(map(self._topic, self._left_out)))
 
@@ -94,7 +94,7 @@ class MessageLoader:
         return LoadedMessage(connection, int(self._index.time_ns[position]), data, tuple(offsets))
 
     def _offsets(self, number: int, data: Data) -> List[int]:
-        """Where the stamps are; none where the definition proves to be wrong."""
+        """Return where the stamps are; none where the definition proves to be wrong."""
         locator = self._locator(number)
         try:
             return locator.checked_offsets(data) if locator else []
@@ -145,7 +145,7 @@ class MessageLoader:
 
 
 def _is_whole(connection: Connection) -> bool:
-    """Whether the definition that a connection carries is the one that its messages have."""
+    """Return whether the definition that a connection carries is the one that its messages have."""
     try:
         found = definition_checksum(connection.type, connection.message_definition)
     except DefinitionError:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What has to be published when the position passes a message, in either direction."""
+"""Messages to publish when the position passes a message, in either direction."""
 from __future__ import annotations
 
 from typing import Dict, Iterable, Iterator, List, NamedTuple, Tuple
@@ -31,12 +31,12 @@ class PlaybackEvent(NamedTuple):
 
     @property
     def published(self) -> int:
-        """How many of the messages are published."""
+        """Return how many of the messages are published."""
         return sum(not message.withdrawn for message in self.messages)
 
     @property
     def size(self) -> int:
-        """How much memory it takes, roughly [bytes]."""
+        """Return how much memory it takes, roughly [bytes]."""
         return 300 + sum(300 + len(message.data) for message in self.messages)
 
 
@@ -102,14 +102,14 @@ class EventMaker:
                 if not can_be_emptied(self._connection_of(self._scene.first_of(topic)))]
 
     def _again(self, position: int) -> List[LoadedMessage]:
-        """What is to be seen again before the message at a position, instead of it."""
+        """Return what is to be seen again before the message at a position, instead of it."""
         topic = self._connection_of(position).topic
         if topic in self._static:
             return self._static_messages(topic, max(position, self._moment))
         return self._before(topic, position)
 
     def _before(self, topic: str, position: int) -> List[LoadedMessage]:
-        """What was to be seen of a topic before the message at a position."""
+        """Return what was to be seen of a topic before the message at a position."""
         shown = self._scene.positions_of(topic, position, self._moment)
         with_markers = topic in self._marker_topics
         messages = self._emptied([topic]) if with_markers or not shown else []
@@ -169,7 +169,7 @@ class EventMaker:
         return self._emptied_topics[topic]
 
     def _withdrawals(self, connections: Iterable[int]) -> List[LoadedMessage]:
-        """What takes away what is latched of some sources, named by a connection of them."""
+        """Return what takes away what is latched of some sources, named by a connection of them."""
         return [LoadedMessage(number, self._index.begin_ns, b'', withdrawn=True)
                 for number in connections]
 

@@ -43,7 +43,7 @@ class ReadAhead:
 
     @property
     def ready_bytes(self) -> int:
-        """How much has been read and not been taken yet."""
+        """Return how much has been read and not been taken yet."""
         return self._ready_bytes
 
     def take(self, position: int, step: int) -> PlaybackEvent:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What was the newest on every topic at a time: the scene that a seek restores."""
+"""The newest message of every topic at a time: the scene that a seek restores."""
 from __future__ import annotations
 
 from typing import Dict, Iterable, List, Optional, Sequence, Tuple

@@ -19,7 +19,7 @@ _STAMPS_KEPT = 4096
 
 
 class SensorTimes:
-    """When messages of sensors are passed backwards.
+    """Times at which messages of sensors are passed backwards.
 
     When a message is passed backwards, the picture before it becomes visible again. That was taken
     a while before, and the robot is where the picture has it only when the position comes to its

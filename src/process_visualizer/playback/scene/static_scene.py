@@ -14,7 +14,7 @@ from process_visualizer.playback.scene.message_loader import LoadedMessage, Mess
 
 
 class _Versions(NamedTuple):
-    """What was said of one frame: positions of messages (rising), and the bytes in them."""
+    """Versions of one frame: positions of messages (rising), and the bytes in them."""
 
     positions: List[int]
     transforms: List[bytes]

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which moment of one run belongs to which moment of another."""
+"""Alignment: which moment of one run belongs to which moment of another."""

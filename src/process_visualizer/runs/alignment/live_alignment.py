@@ -62,14 +62,14 @@ class LiveAlignment:
 
     @property
     def elapsed_s(self) -> float:
-        """How long the run has gone on [s], from its event; NaN if that was not seen."""
+        """Return how long the run has gone on [s], from its event; NaN if that was not seen."""
         if self._begun_s is None or self._last_s is None or not self._is_known:
             return math.nan
         return self._last_s - self._begun_s
 
     @property
     def behind_s(self) -> float:
-        """How much longer than the reference the run took until here [s]; NaN if not known."""
+        """Return the run's delay behind the reference up to here [s]; NaN if unknown."""
         return self.elapsed_s - (self._phase_s - self._begin_s())
 
     def take_event(self, name: str, time_s: float) -> None:
@@ -109,7 +109,7 @@ class LiveAlignment:
             self._judge(time_s, self._tracker.distance_m(place, found_s))
 
     def _is_there(self, name: str) -> bool:
-        """Whether the tools may be where the reference's are when an event comes."""
+        """Return whether the tools may be where the reference's are when an event comes."""
         times_s = self._events.get(name, ())
         return not len(times_s) or not all(
             self._tracker.distance_m(self._place, time_s) > _FAR_M for time_s in times_s)
@@ -126,12 +126,12 @@ class LiveAlignment:
         return min(times_s, default=0.0)
 
     def _is_over(self, time_s: float) -> bool:
-        """Whether the run has ended, and with it the reference."""
+        """Return whether the run has ended, and with it the reference."""
         return math.isfinite(self._ends_s) and (
             time_s > self._ends_s or self._phase_s >= self._tracker.duration_s)
 
     def _judge(self, time_s: float, distance_m: float) -> None:
-        """Whether the robots are beside the reference; one that rests may be in no run."""
+        """Judge whether the robots are beside the reference; one that rests may be in no run."""
         if distance_m < _NEAR_M:
             self._far_since_s = None
             self._is_known = self._is_known or self._tracker.is_decided

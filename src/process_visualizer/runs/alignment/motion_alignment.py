@@ -44,7 +44,7 @@ def motion_alignment(reference: Run, run: Run, events: CommonEvents) -> Optional
 
 
 def _moves(motion: Motion) -> bool:
-    """Whether there is a tool, and it moves at times."""
+    """Return whether there is a tool, and it moves at times."""
     return motion.positions.shape[1] > 0 and bool(moving_rows(motion).any())
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which moments of the reference belonged to the last minutes of the running cell."""
+"""Moments of the reference that belong to the last minutes of the running cell."""
 from __future__ import annotations
 
 import math

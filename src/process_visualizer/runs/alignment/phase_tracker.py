@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where a run that goes on is in its reference: an alignment that knows nothing of the future."""
+"""Phase of a run in progress: an alignment that knows nothing of the future."""
 from __future__ import annotations
 
 import math
@@ -47,7 +47,7 @@ class PhaseTracker:
 
     @property
     def duration_s(self) -> float:
-        """When the last row of the reference is."""
+        """Return when the last row of the reference is."""
         return self._period_s * (len(self._rows) - 1)
 
     @property
@@ -57,7 +57,7 @@ class PhaseTracker:
 
     @property
     def is_decided(self) -> bool:
-        """Whether the run is here, before the reference's end, and clearly nowhere else."""
+        """Return whether the run is here, before the reference's end, and clearly nowhere else."""
         other = np.abs(self._rows - self._row) * self._period_s > _SAME_S
         is_clear = self._costs[self._row] + _CLEAR < self._costs[other].min(initial=np.inf)
         return bool(is_clear) and self.phase_s + _SAME_S < self.duration_s
@@ -104,7 +104,7 @@ class PhaseTracker:
         return int(min(max(round(time_s / self._period_s), 0), len(self._rows) - 1))
 
     def _moved(self, rows: int) -> np.ndarray:
-        """What it costs to come to each row, so many rows further on if all goes evenly."""
+        """Return what it costs to come to each row, so many rows further on if all goes evenly."""
         before = np.concatenate((np.full(rows, np.inf), self._costs[:-rows]))
         before[-1] = min(before[-1], self._costs[-rows:].min())  # the reference has ended
         passed = np.minimum.accumulate(before - _UNEVEN * self._rows) + _UNEVEN * self._rows

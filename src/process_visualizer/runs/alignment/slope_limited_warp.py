@@ -21,7 +21,7 @@ _UNEVEN = 0.02
 
 
 class Band(NamedTuple):
-    """Which rows of the run may belong to a row of the reference.
+    """The rows of the run that may belong to a row of the reference.
 
     From ``first[i]`` on, ``width`` rows; of these only the ones up to ``reach[i]`` from the middle.
     """

@@ -31,12 +31,12 @@ class FinishedRun(NamedTuple):
 
     @property
     def is_good(self) -> bool:
-        """Whether it was judged, to its end, and nothing was out of range."""
+        """Return whether it was judged, to its end, and nothing was out of range."""
         return self.is_judged and not self.departed and self.broken_off_s is None
 
     @property
     def verdict(self) -> str:
-        """What is to be said of it."""
+        """Return what is to be said of it."""
         end = [] if self.broken_off_s is None else [f'broken off at {clock(self.broken_off_s)}']
         if not self.is_judged:
             return ', '.join(['no data', *end])

@@ -13,7 +13,7 @@ _SAME_S = 1e-6
 
 
 class MomentKind(Enum):
-    """What is at a moment of the reference."""
+    """The kind of a moment of the reference."""
 
     EVENT = 'event'
     DEPARTURE = 'departure'
@@ -34,7 +34,7 @@ class Moment(NamedTuple):
 
 
 class AnchoredRun(NamedTuple):
-    """What came of a run, its number, and what the operator said of its alignment."""
+    """The result for a run, its number, and what the operator said of its alignment."""
 
     number: int
     comparison: Comparison

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is told of a run in one sentence."""
+"""The verdict on a run, in one sentence."""
 from __future__ import annotations
 
 from process_visualizer.runs.comparison.comparison import Comparison

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How far a run is from good ones, and when it left them."""
+"""Deviation of a run from good ones, and when it left them."""

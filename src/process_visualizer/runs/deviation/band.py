@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What good runs do: a band around each signal that a good run leaves at a stated rate."""
+"""The band of good runs around each signal, which a good run leaves at a stated rate."""
 from __future__ import annotations
 
 import math
@@ -62,7 +62,7 @@ _NOISE_SPREADS = 6.0
 
 
 class TooFewRuns(ValueError):
-    """So few good runs cannot support a rate; the text says how many could."""
+    """An error: so few good runs cannot support a rate; the text says how many could."""
 
 
 class SignalBand(NamedTuple):
@@ -123,7 +123,7 @@ class BandLearner:
 
     @property
     def kept(self) -> int:
-        """How many runs count."""
+        """Return how many runs count."""
         return int(self._kept.sum())
 
     def outstanding(self) -> Tuple[Tuple[int, Signal], ...]:
@@ -185,13 +185,13 @@ class BandLearner:
             self._kept[numbers[worst]] = False
 
     def _ratios(self, scores: np.ndarray) -> np.ndarray:
-        """How many times as far as the others may be each run is (s, n)."""
+        """Return how many times as far as the others may be each run is (s, n)."""
         rows = np.arange(scores.shape[1])
         return np.stack([scores[:, row] / self._usual_highest(scores[:, rows != row])
                          for row in rows], axis=1)
 
     def _usual_highest(self, scores: np.ndarray) -> np.ndarray:
-        """How far (s,) good runs are; of ten (s, n) one may be none as well."""
+        """Return how far (s,) good runs are; of ten (s, n) one may be none as well."""
         others = max(int(_SHARE_OF_NONE * scores.shape[1]), 0)
         return np.maximum(_limits(scores, self._signals, USUAL_RATE, True),
                           np.sort(scores, axis=1)[:, -1 - others])
@@ -216,14 +216,14 @@ def _stacked(good: Sequence[Columns], signal: Signal) -> np.ndarray:
 
 
 def _state_band(values: np.ndarray) -> SignalBand:
-    """What good runs had within 0.1 s; it is seen, while states are judged in their order."""
+    """Return values of good runs within 0.1 s, for display; states are judged by order."""
     low, high = envelope(np.fmin.reduce(values))[0], envelope(np.fmax.reduce(values))[1]
     return SignalBand(0.5 * (low + high), 0.5 * (high - low) + 0.5)
 
 
 def _limits(scores: np.ndarray, signals: Sequence['LearnedSignal'], rate: float,
             robust: bool = False) -> np.ndarray:
-    """How many spreads (s,) a signal of a further run exceeds at its share of the rate.
+    """Return how many spreads (s,) a signal of a further run exceeds at its share of the rate.
 
     Args:
         scores: (s, n) those of the good runs.
@@ -253,7 +253,7 @@ def _limits(scores: np.ndarray, signals: Sequence['LearnedSignal'], rate: float,
 
 
 class LearnedSignal:
-    """What good runs have in common in one signal, and how far each is from the others."""
+    """The common part of good runs in one signal, and the distance of each from the others."""
 
     def __init__(self, signal: Signal, values: np.ndarray, relative: float) -> None:
         """Take the values (runs, t)."""
@@ -305,7 +305,7 @@ class LearnedSignal:
         return 2 * EDGE_ROWS if self.signal.kind is SignalKind.NOISE else EDGE_ROWS
 
     def _deviation(self, values: np.ndarray, robust: bool) -> Tuple[np.ndarray, np.ndarray]:
-        """What is usual (t,), and how far each run is from that of the others (n, t)."""
+        """Return what is usual (t,), and how far each run is from that of the others (n, t)."""
         if robust:
             usual = _median(values)
             return usual, beyond(values, *envelope(usual, self._edge_rows // _COARSE_ROWS + 1))
@@ -313,7 +313,7 @@ class LearnedSignal:
                                                         self._edge_rows))
 
     def _margin(self, values: np.ndarray) -> float:
-        """How far a run may be from good ones at least, in the signal's unit.
+        """Return how far a run may be from good ones at least, in the signal's unit.
 
         What one good run is not to be taken at its word for is known better of many.
         """
@@ -339,7 +339,7 @@ def _median(values: np.ndarray) -> np.ndarray:
 
 
 def _fine_spread(values: np.ndarray) -> float:
-    """How far values a window of 0.1 s apart are from each other, as a standard deviation."""
+    """Return the standard deviation of the differences of values 0.1 s apart."""
     steps = np.abs(values[:, 10:] - 2.0 * values[:, 5:-5] + values[:, :-10])
     known = steps[np.isfinite(steps)]
     return float(np.median(known)) / 0.6745 / math.sqrt(6.0) if len(known) else 0.0

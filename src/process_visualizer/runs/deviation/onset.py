@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""When a deviation began: before it left the band, it grew."""
+"""The onset of a deviation: before it left the band, it grew."""
 from __future__ import annotations
 
 from typing import NamedTuple, Optional, Tuple
@@ -16,7 +16,7 @@ _WORSE = 1.5
 
 
 class Onset(NamedTuple):
-    """When a deviation began and how far that may be wrong [s]."""
+    """The onset of a deviation and its uncertainty [s]."""
 
     time_s: float
     uncertainty_s: float
@@ -77,7 +77,7 @@ def lasting_onset(times_s: np.ndarray, deviation: np.ndarray, left_row: int, sig
 
 
 def _begin(deviation: np.ndarray, left_row: int, rate_hz: float) -> int:
-    """Where the fits begin: as long before the deviation was last small as it grew since then."""
+    """Return the begin of the fits: as long before the last small deviation as it grew since."""
     first = max(left_row - int(_BEFORE_S * rate_hz), 0)
     away = deviation[first:left_row + 1] * np.sign(deviation[left_row])
     with np.errstate(invalid='ignore'):
@@ -106,7 +106,7 @@ def _jump(deviation: np.ndarray, begin: int, left_row: int, rate_hz: float) -> O
 
 
 def _peak(deviation: np.ndarray, row: int, reach: int) -> int:
-    """Where it is greatest soon after it has left, by when it is known whether it steps."""
+    """Return where it is greatest soon after it has left, by when it is known whether it steps."""
     after = np.nan_to_num(np.abs(deviation[row:row + reach + 1]), nan=0.0)
     return row + int(after.argmax())
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How one signal of good runs spreads: around what they have in common, by place and by run."""
+"""The spread of one signal of good runs: around their common part, by place and by run."""
 from __future__ import annotations
 
 from statistics import NormalDist
@@ -22,7 +22,7 @@ _KEPT_SHARE, _OF_KEPT = 0.8, 2.28
 
 
 class Spread(NamedTuple):
-    """What good runs have in common at each time (t,), and how far a single one is from it.
+    """The common part of good runs at each time (t,), and the spread of a single one.
 
     ``low`` and ``high`` are the least and the greatest of what is usual within 0.1 s.
     """

@@ -34,7 +34,7 @@ def _completed(states: States, orders: Set[Order]) -> States:
 
 
 class StateFault(NamedTuple):
-    """What is wrong with a state, in words, from a time of the reference [s] on.
+    """A fault of a state, in words, from a time of the reference [s] on.
 
     Of one that comes late, ``late_s`` is by how much, and ``limit_s`` what is usual.
     """
@@ -46,7 +46,7 @@ class StateFault(NamedTuple):
 
 
 class StateOrder:
-    """What good runs have of one channel: in which order states come, and when."""
+    """The order of states in good runs of one channel, and their times."""
 
     def __init__(self, good: Sequence[States], names: Mapping[float, str]) -> None:
         """Take the states of good runs, with times of the reference, and what values are called."""
@@ -61,7 +61,7 @@ class StateOrder:
 
     @property
     def is_known(self) -> bool:
-        """Whether good runs agree on an order; without that, only values are judged."""
+        """Return whether good runs agree on an order; without that, only values are judged."""
         return self._count >= 0.5 * len(self._orders) or len(self._orders) < 3
 
     def outstanding(self) -> Dict[int, str]:
@@ -98,7 +98,7 @@ class StateOrder:
                 run.since_s + tuple(usual[row] for row in rest))
 
     def _is_context(self, order: Order) -> bool:
-        """Whether the channel has one value in each run: a variant, a place, a number."""
+        """Return whether the channel has one value in each run: a variant, a place, a number."""
         return len(order) == 1 and all(len(it) == 1 for it in self._orders)
 
     def _other_context(self, order: Order) -> Optional[StateFault]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the configuration names and a recording does not have."""
+"""Sources that the configuration names and a recording does not have."""
 from __future__ import annotations
 
 from typing import NamedTuple, Optional, Sequence, Set, Tuple
@@ -32,7 +32,7 @@ def absent_sources(recording: Recording, wanted: Sequence[CurveSource],
 
 
 def _has_field(recording: Recording, series: Series) -> bool:
-    """Whether the first messages have the number; without any, nothing is known."""
+    """Return whether the first messages have the number; without any, nothing is known."""
     if series.source.quantity is not Quantity.NUMBER:
         return True
     for number, locator in series.locators.parts[0].items():

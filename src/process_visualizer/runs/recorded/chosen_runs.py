@@ -106,6 +106,6 @@ class ChosenRuns:
 
 
 def _path_and_number(word: str) -> Tuple[str, Optional[int]]:
-    """What BAG#N names; no number if it is BAG."""
+    """Return what BAG#N names; no number if it is BAG."""
     match = None if os.path.exists(word) else _CYCLE.match(word)
     return (word, None) if match is None else (match.group(1), int(match.group(2)))

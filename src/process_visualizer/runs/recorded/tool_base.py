@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where the frame is, in the global one, in which a recorded tool position is given."""
+"""The pose, in the global frame, of the frame in which a recorded tool position is given."""
 from __future__ import annotations
 
 from typing import Optional

@@ -75,7 +75,7 @@ class AlarmsModel(QObject):
 
     @property
     def summary(self) -> str:
-        """What there is to say where there are no alarms."""
+        """Return what there is to say where there are no alarms."""
         running, count = self._launch.running, len(self.recorded)
         if running is None or running.mode is not Mode.PLAYBACK or not count:
             return 'No alarms'

@@ -54,7 +54,7 @@ class CalibrationModel(EditedValues[Pose]):
 
     @property
     def saved_pose(self) -> Optional[Pose]:
-        """Where the chosen frame is without unsaved changes.
+        """Return where the chosen frame is without unsaved changes.
 
         That is where it was saved for the recording that is played, else where the file says.
         """
@@ -67,24 +67,24 @@ class CalibrationModel(EditedValues[Pose]):
 
     @property
     def is_for_recording(self) -> bool:
-        """Whether the chosen frame has a pose that was saved for the recording."""
+        """Return whether the chosen frame has a pose that was saved for the recording."""
         return bool(self._device) and self._has_kept(self._device)
 
     @property
     def recorded_pose(self) -> Optional[Pose]:
-        """Where the chosen frame was when the recording was made; None if that is not known."""
+        """Return the chosen frame's place at the time of the recording; None if unknown."""
         if self._recording is None or self.base is None:
             return None
         return self._recording.recorded(self.base.frame, self._parent)
 
     @property
     def can_save_for_recording(self) -> bool:
-        """Whether the pose differs from what is saved, and a recording is played."""
+        """Return whether the pose differs from what is saved, and a recording is played."""
         return self._recording is not None and self.is_unsaved and not self._is_saving
 
     @property
     def blocked_reason(self) -> str:
-        """Why nothing can be moved now; '' if something can."""
+        """Return why nothing can be moved now; '' if something can."""
         if not self._device:
             return 'No device has a base frame.'
         return '' if self._is_running else 'Launch the nodes to move frames.'
@@ -161,7 +161,7 @@ class CalibrationModel(EditedValues[Pose]):
         return base
 
     def _has_kept(self, name: str) -> bool:
-        """Whether a pose of the device was saved for the recording."""
+        """Return whether a pose of the device was saved for the recording."""
         return self._recording is not None and self._base(name).frame in self._recording.saved
 
     def _show_at_present(self, name: str) -> None:

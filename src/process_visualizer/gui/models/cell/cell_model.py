@@ -64,7 +64,7 @@ class CellModel(QObject):
         self._tasks.run('files', lambda: _load(path, arguments), self._take)
 
     def is_ticked(self, name: str) -> bool:
-        """Whether a device is chosen; those of a new configuration all are."""
+        """Return whether a device is chosen; those of a new configuration all are."""
         return name not in self._unticked.get(self._file, ())
 
     def tick(self, name: str, ticked: bool) -> None:
@@ -99,7 +99,7 @@ class CellModel(QObject):
 
     @property
     def in_force(self) -> str:
-        """Which devices remain although the file has problems; empty if there are none."""
+        """Return which devices remain although the file has problems; empty if there are none."""
         if self.cell is None:
             return ''
         if self.cell.file == self.path:

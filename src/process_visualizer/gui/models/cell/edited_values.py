@@ -57,7 +57,7 @@ class EditedValues(QObject, Generic[Value]):
         raise NotImplementedError
 
     def _target(self, name: str) -> str:
-        """What is moved when a device gets a value, by its name in ROS."""
+        """Return what is moved when a device gets a value, by its name in ROS."""
         return name
 
     def _saved(self, name: str) -> Value:
@@ -96,28 +96,28 @@ class EditedValues(QObject, Generic[Value]):
 
     @property
     def is_unsaved(self) -> bool:
-        """Whether the chosen value differs from what is saved."""
+        """Return whether the chosen value differs from what is saved."""
         return self._device in self._edited
 
     @property
     def is_saving(self) -> bool:
-        """Whether a file is being written."""
+        """Return whether a file is being written."""
         return self._is_saving
 
     @property
     def can_save(self) -> bool:
-        """Whether the chosen value differs from the file, and can be written there."""
+        """Return whether the chosen value differs from the file, and can be written there."""
         return self._differs_from_file(self._device) and not self._is_saving \
             and self._save is not None
 
     @property
     def can_move(self) -> bool:
-        """Whether nodes run that take the chosen value."""
+        """Return whether nodes run that take the chosen value."""
         return self._is_running and bool(self._device)
 
     @property
     def has_marker(self) -> bool:
-        """Whether the chosen value can be dragged in RViz."""
+        """Return whether the chosen value can be dragged in RViz."""
         return self._has_marker
 
     # What the program says

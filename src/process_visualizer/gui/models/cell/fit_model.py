@@ -34,18 +34,18 @@ class FitModel(QObject):
 
     @property
     def is_offered(self) -> bool:
-        """Whether the chosen device has clouds."""
+        """Return whether the chosen device has clouds."""
         device = self._calibration.chosen
         return device is not None and device.type is DeviceType.DEPTH_SENSOR
 
     @property
     def is_fitting(self) -> bool:
-        """Whether a pose is being found."""
+        """Return whether a pose is being found."""
         return bool(self._fitting)
 
     @property
     def can_fit(self) -> bool:
-        """Whether the pose of the chosen device can be found now."""
+        """Return whether the pose of the chosen device can be found now."""
         return self.is_offered and not self._fitting and not self._calibration.blocked_reason
 
     @property
@@ -56,7 +56,7 @@ class FitModel(QObject):
 
     @property
     def is_refused(self) -> bool:
-        """Whether the text says why nothing was found."""
+        """Return whether the text says why nothing was found."""
         return self._calibration.device in self._refused
 
     def fit(self) -> None:

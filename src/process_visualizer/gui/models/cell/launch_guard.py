@@ -41,12 +41,12 @@ class LaunchGuard(QObject):
 
     @property
     def is_waiting(self) -> bool:
-        """Whether a launch is waiting."""
+        """Return whether a launch is waiting."""
         return self._choice is not None
 
     @property
     def is_looking(self) -> bool:
-        """Whether it is still unknown if the choice can be launched."""
+        """Return whether it is still unknown if the choice can be launched."""
         return self._choice is not None and not self._reported
 
     def launch(self, choice: Choice) -> None:

@@ -99,12 +99,12 @@ class LaunchModel(QObject):
 
     @property
     def is_idle(self) -> bool:
-        """Whether nothing runs."""
+        """Return whether nothing runs."""
         return self.phase is Phase.IDLE
 
     @property
     def is_running(self) -> bool:
-        """Whether everything has been launched, and nothing is being quit."""
+        """Return whether everything has been launched, and nothing is being quit."""
         return self.phase is Phase.RUNNING
 
     def _prepare(self) -> List[int]:

@@ -42,7 +42,7 @@ class MixtureModel(QObject):
 
     @property
     def sentences(self) -> Tuple[str, ...]:
-        """Who publishes what; empty if there is no mixture."""
+        """Return who publishes what; empty if there is no mixture."""
         return (*described(self._others), *self._player_sentences)
 
     def follow(self, choice: Optional[Choice]) -> None:

@@ -48,17 +48,17 @@ class ObjectsModel(QObject):
 
     @property
     def conditions(self) -> Tuple[Condition, ...]:
-        """What is wrong now."""
+        """Return what is wrong now."""
         return self._conditions
 
     @property
     def live(self) -> Tuple[Span, ...]:
-        """When something was near [s since the epoch] while the cell ran, of the last minutes."""
+        """Return times [s since the epoch] of the last minutes at which something was near."""
         return self._live.spans
 
     @property
     def played(self) -> Tuple[Span, ...]:
-        """Where something was near in the recording, as far as it has been played."""
+        """Return where something was near in the recording, as far as it has been played."""
         return self._played.spans
 
     def set_running(self, choice: Optional[Choice]) -> None:
@@ -105,7 +105,7 @@ class ObjectsModel(QObject):
         return None if self._choice is None else self._choice.mode
 
     def _is_other(self, choice: Choice, sought: Dict[str, SoughtObjects]) -> bool:
-        """Whether what was seen is of another recording, or was judged in another way."""
+        """Return whether what was seen is of another recording, or was judged in another way."""
         before = self._choice
         return before is None or sought != self._sought or (
             (choice.mode, choice.bag, choice.further_bags)
@@ -133,7 +133,7 @@ class ObjectsModel(QObject):
             self._timer.start(1 + int(1000.0 * (min(due) - now_s)))
 
     def _silent_s(self, device: str) -> float:
-        """When a sensor will have said nothing for too long; a recording may stand still."""
+        """Return when a sensor will have said nothing for too long; a recording may stand still."""
         if self._mode is Mode.PLAYBACK:
             return math.inf
         return self._heard_s.get(device, 0.0) + SILENT_S
@@ -160,5 +160,5 @@ def _sought(devices: Tuple[Device, ...]) -> Dict[str, SoughtObjects]:
 
 
 def _kinds(conditions: 'List[Condition] | Tuple[Condition, ...]') -> List[Tuple[str, str, Level]]:
-    """What of alarms is told at once; their texts follow."""
+    """Return what of alarms is told at once; their texts follow."""
     return [(it.source, it.about, it.level) for it in conditions]

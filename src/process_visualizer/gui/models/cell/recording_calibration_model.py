@@ -28,7 +28,7 @@ class RecordingCalibrationModel(QObject):
 
     @property
     def value(self) -> Optional[RecordingCalibration]:
-        """What was read at last."""
+        """Return what was read at last."""
         return self._value
 
     def set_recording(self, paths: Sequence[str]) -> None:

@@ -16,7 +16,7 @@ _Edits = Dict[str, Dict[str, Tuple[float, ...]]]
 
 
 class UnsavedModel(QObject):
-    """What is edited belongs to a configuration; it outlives this program, however that ends.
+    """Edits of a configuration; they outlive this program, however it ends.
 
     What an earlier session left, or what was edited before another configuration was opened, is
     offered when its configuration is open: nothing moves unless the operator wants it.
@@ -35,13 +35,13 @@ class UnsavedModel(QObject):
 
     @property
     def unsaved(self) -> List[str]:
-        """What is edited and in no file."""
+        """Return what is edited and in no file."""
         return [f'{what} of {name}' for what, model in self._edited.items()
                 for name in model.unsaved]
 
     @property
     def offered(self) -> List[str]:
-        """What was left unsaved in this configuration, and is neither taken nor discarded yet."""
+        """Return the edits left unsaved in this configuration, neither taken nor discarded yet."""
         return [f'{what} of {name}' for what, edits in self._left.get(self._file, {}).items()
                 for name, numbers in edits.items() if self._edited[what].differs(name, numbers)]
 
@@ -94,7 +94,7 @@ class UnsavedModel(QObject):
             self._left[self._file] = present
 
     def _with_edits(self) -> _Edits:
-        """What was left in this configuration, and over it what is edited."""
+        """Return what was left in this configuration, and over it what is edited."""
         left = self._left.get(self._file, {})
         found = {what: {**left.get(what, {}), **model.edits()}
                  for what, model in self._edited.items()}

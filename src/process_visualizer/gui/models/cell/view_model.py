@@ -67,13 +67,13 @@ class ViewModel(QObject):
 
     @property
     def is_rviz_alive(self) -> bool:
-        """Whether RViz runs, so that it has a view."""
+        """Return whether RViz runs, so that it has a view."""
         report = self._launch.reports.get(RVIZ_PART)
         return report is not None and report.state is PartState.RUNNING and not self._end_text
 
     @property
     def end_text(self) -> str:
-        """How RViz has ended while the nodes run; empty while it runs, or nothing does."""
+        """Return how RViz has ended while the nodes run; empty while it runs, or nothing does."""
         return self._end_text
 
     def save(self, name: str) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which nodes that were launched do not answer, and whether the master does, for the window."""
+"""State of launched nodes and of the master: which do not answer, for the window."""
 from __future__ import annotations
 
 from typing import Set

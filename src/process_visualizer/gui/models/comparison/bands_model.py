@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What good runs do, for the curves of the recording that is open."""
+"""Bands of good runs, for the curves of the open recording."""
 from __future__ import annotations
 
 from typing import Mapping, Optional, Tuple

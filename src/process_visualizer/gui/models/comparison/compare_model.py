@@ -39,7 +39,7 @@ class ListedRun(NamedTuple):
 
     @property
     def key(self) -> RunKey:
-        """What makes it the same run when its recording is read again."""
+        """Return what makes it the same run when its recording is read again."""
         return self.path, self.run.name
 
 
@@ -105,7 +105,7 @@ class CompareModel(QObject):
 
     @property
     def of_recording(self) -> Tuple[Comparison, ...]:
-        """What came of the runs of the recording that is open."""
+        """Return what came of the runs of the recording that is open."""
         if self._compared is None:
             return ()
         return tuple(found for it, found in zip(self._runs, self._compared.comparisons)
@@ -123,12 +123,12 @@ class CompareModel(QObject):
             if found is not None and it.path in paths])
 
     def anchors(self, number: int) -> Tuple[Anchor, ...]:
-        """What the operator says of the alignment of a run."""
+        """Return what the operator says of the alignment of a run."""
         return self._anchors.get(number, ())
 
     @property
     def activity(self) -> str:
-        """What is going on, in words; empty if nothing."""
+        """Return what is going on, in words; empty if nothing."""
         return self._activity
 
     def set_cell(self, cell: Optional[Cell]) -> None:
@@ -276,7 +276,7 @@ class CompareModel(QObject):
             self.find_runs()
 
     def _with_present(self) -> Dict[Tuple[str, ...], KeptComparison]:
-        """What is kept, with what is shown now as the newest."""
+        """Return what is kept, with what is shown now as the newest."""
         if not self._runs:
             return self._kept
         kept = {key: it for key, it in self._kept.items() if key != self._recording}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whether the reference moves as a ghost beside the robots, recorded or live ones."""
+"""The ghost: the reference moves beside the robots, recorded or live ones."""
 from __future__ import annotations
 
 from typing import Callable, Optional, Protocol, Sequence, Tuple
@@ -52,7 +52,7 @@ class GhostModel(QObject):
 
     @property
     def is_wanted(self) -> bool:
-        """Whether the operator wants to see it."""
+        """Return whether the operator wants to see it."""
         return self._is_wanted
 
     def set_wanted(self, is_wanted: bool) -> None:
@@ -84,7 +84,7 @@ class GhostModel(QObject):
         self._tasks.run(LINE, lambda: task(*wanted), None, on_error)
 
     def _show_recorded(self, compared: Optional[Compared], is_wanted: bool) -> None:
-        """In the line of tasks."""
+        """Run in the line of tasks."""
         self._show(*self._ghost(compared if is_wanted else None))
 
     def _ghost(self, compared: Optional[Compared]
@@ -96,7 +96,7 @@ class GhostModel(QObject):
         return ghost_tracks(*wanted), ghost_arrows(*wanted)
 
     def _show_live(self, compared: Optional[Compared], is_wanted: bool) -> None:
-        """In the line of tasks."""
+        """Run in the line of tasks."""
         cell, reference = self._compare.cell, LiveReference(())
         if compared is not None and cell is not None:
             reference = live_reference(cell, compared.good.reference)
@@ -118,7 +118,7 @@ def _leave(error: Exception) -> None:
 
 def _is_same(one: Tuple[Optional[Compared], bool], other: Tuple[Optional[Compared], bool],
              mode: Mode) -> bool:
-    """Whether the node has to do nothing to come from one to the other."""
+    """Return whether the node has to do nothing to come from one to the other."""
     if one[0] is None and other[0] is None:
         return True
     if mode is Mode.PLAYBACK and not one[1] and not other[1]:

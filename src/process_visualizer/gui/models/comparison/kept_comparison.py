@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is kept of a comparison over a restart: enough to make it again."""
+"""The part of a comparison that is kept over a restart: enough to make it again."""
 from __future__ import annotations
 
 from typing import Any, Dict, FrozenSet, Mapping, NamedTuple, Tuple
@@ -11,7 +11,7 @@ RunKey = Tuple[str, str]
 
 
 class KeptComparison(NamedTuple):
-    """Which recordings were read, which of their runs are good, and what the operator aligned."""
+    """A kept comparison: recordings that were read, good runs, and what the operator aligned."""
 
     recording: Tuple[str, ...] = ()
     added: Tuple[str, ...] = ()

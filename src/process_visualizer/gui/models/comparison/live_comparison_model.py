@@ -77,12 +77,12 @@ class LiveComparisonModel(QObject):
 
     @property
     def departures(self) -> Tuple[LiveDeparture, ...]:
-        """What is out of the band now, the channel that left first at first."""
+        """Return what is out of the band now, the channel that left first at first."""
         return self._departures
 
     @property
     def now_s(self) -> float:
-        """When it was judged last, on the clock of the values [s since the epoch]."""
+        """Return when it was judged last, on the clock of the values [s since the epoch]."""
         return self._now_s
 
     @property
@@ -98,7 +98,7 @@ class LiveComparisonModel(QObject):
 
     @property
     def text(self) -> str:
-        """What there is to say; empty while nothing is compared."""
+        """Return what there is to say; empty while nothing is compared."""
         comparison, phase = self._comparison, self._phase
         if comparison is None or not self._live.is_running:
             return ''
@@ -171,14 +171,14 @@ class LiveComparisonModel(QObject):
 
 def _earliest(before: Tuple[LiveDeparture, ...],
               now: Tuple[LiveDeparture, ...]) -> Tuple[LiveDeparture, ...]:
-    """What lasts longer than the window that is judged keeps its beginning."""
+    """Return what lasts longer than the window that is judged keeps its beginning."""
     since_s = {it.signal: it.since_s for it in before}
     return tuple(it._replace(since_s=min(it.since_s, since_s.get(it.signal, it.since_s)))
                  for it in now)
 
 
 def _place(phase: PhaseSnapshot) -> str:
-    """Where the run is, such as reference at 0:06.42, 0.4 s behind."""
+    """Return where the run is, such as reference at 0:06.42, 0.4 s behind."""
     assert phase.reference_s is not None
     place = f'reference at {clock(phase.reference_s)}'
     if phase.behind_s is None or abs(phase.behind_s) < 0.05:

@@ -86,12 +86,12 @@ class BagModel(QObject):
 
     @property
     def is_loading(self) -> bool:
-        """Whether a recording is being opened."""
+        """Return whether a recording is being opened."""
         return bool(self._wanted) and not self._unindexed
 
     @property
     def catalogue(self) -> Optional[Catalogue]:
-        """What is in the recording; None if none is open."""
+        """Return what is in the recording; None if none is open."""
         return self._catalogue
 
     @property
@@ -119,20 +119,20 @@ class BagModel(QObject):
 
     @property
     def is_foreign(self) -> bool:
-        """Whether the recording has no topic of the ticked devices, which have some."""
+        """Return whether the recording has no topic of the ticked devices, which have some."""
         found = self._catalogue
         wanted = {topic.name for it in self._devices for topic in it.topics if topic.record}
         return found is not None and bool(wanted) and wanted.isdisjoint(found.topic_names)
 
     @property
     def foreign_text(self) -> str:
-        """Why nothing of the recording can be played; empty if something can."""
+        """Return why nothing of the recording can be played; empty if something can."""
         name = os.path.basename(self.path)
         return f'{name} has no topic of the ticked devices' if self.is_foreign else ''
 
     @property
     def holds_configuration(self) -> bool:
-        """Whether a foreign recording brings its own configuration."""
+        """Return whether a foreign recording brings its own configuration."""
         return self._holds_configuration
 
     @property
@@ -165,7 +165,7 @@ class BagModel(QObject):
 
     @property
     def reindexing(self) -> Optional[Progress]:
-        """How far the indexed copy is; None while none is being made."""
+        """Return how far the indexed copy is; None while none is being made."""
         return self._reindexing
 
     def reindex(self) -> None:
@@ -211,7 +211,7 @@ class BagModel(QObject):
 
     @property
     def folder(self) -> str:
-        """Where the next recording is looked for: where the last one is, else where they go.
+        """Return where the next recording is looked for: where the last one is, else where they go.
 
         Touches the disk.
         """

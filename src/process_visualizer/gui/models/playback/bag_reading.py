@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the bag model does off the GUI thread."""
+"""Work of the bag model off the GUI thread."""
 from __future__ import annotations
 
 import os

@@ -45,17 +45,17 @@ class CurvesModel(QObject):
 
     @property
     def alarms(self) -> Tuple[RecordedAlarm, ...]:
-        """When variables were beyond their limits, in the order of time."""
+        """Return when variables were beyond their limits, in the order of time."""
         return self._alarms
 
     @property
     def reading(self) -> Optional[Progress]:
-        """How far reading is; None while nothing is being read."""
+        """Return how far reading is; None while nothing is being read."""
         return self._reading
 
     @property
     def is_cancelled(self) -> bool:
-        """Whether the operator did not want the curves; ``read`` reads them after all."""
+        """Return whether the operator did not want the curves; ``read`` reads them after all."""
         return self._is_cancelled
 
     def set_recording(self, paths: Sequence[str]) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which curves are shown, in which order, which share a lane, and which lanes are folded."""
+"""The choice of lanes: curves shown, their order, and which lanes are shared or folded."""
 from __future__ import annotations
 
 from typing import Any, Dict, FrozenSet, Iterable, List, NamedTuple, Sequence, Set, Tuple
@@ -8,7 +8,7 @@ from process_visualizer.curves.position_values import Key
 
 
 class LaneChoice(NamedTuple):
-    """What an operator has chosen; a value that is never changed.
+    """The operator's choice of lanes; an immutable value.
 
     ``joined`` has pairs: a curve, and the one with which it shares a lane. A curve that others name
     does not name one itself.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How the operator wants to see the curves, for each configuration."""
+"""The operator's view of the curves, for each configuration."""
 from __future__ import annotations
 
 from typing import Any, Dict, Optional

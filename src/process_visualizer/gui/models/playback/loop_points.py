@@ -22,7 +22,7 @@ class LoopPoints(NamedTuple):
                 duration_s if self.end_s is None else self.end_s)
 
     def is_long_enough(self, duration_s: float) -> bool:
-        """Whether a player can repeat it."""
+        """Return whether a player can repeat it."""
         begin_s, end_s = self.bounds(duration_s)
         return end_s - begin_s >= SHORTEST_LOOP_S - _SAME_S
 

@@ -28,7 +28,7 @@ FRAME_MS = 16  # the position is drawn so often while playing
 
 
 class PlaybackModel(QObject):
-    """What the player does, between its states too, and all that can be asked of it.
+    """The state of the player, between its messages too, and the requests to it.
 
     Commands return at once and do nothing while there is no player; what the player refuses is
     told by ``failed``.
@@ -92,23 +92,23 @@ class PlaybackModel(QObject):
 
     @property
     def is_available(self) -> bool:
-        """Whether there is a player to command."""
+        """Return whether there is a player to command."""
         return self._state.snapshot is not None
 
     @property
     def duration_s(self) -> float:
-        """How long the recording is; 0 while there is no player."""
+        """Return how long the recording is; 0 while there is no player."""
         return self._state.duration_s
 
     @property
     def position_s(self) -> float:
-        """Where playback is now [s from the beginning], or where it is about to be."""
+        """Return where playback is now [s from the beginning], or where it is about to be."""
         sought = self._state.sought
         return self._position.at(self._clock()) if sought is None else sought.position_s
 
     @property
     def is_playing(self) -> bool:
-        """Whether the position moves."""
+        """Return whether the position moves."""
         return self._state.is_playing
 
     @property
@@ -128,12 +128,12 @@ class PlaybackModel(QObject):
 
     @property
     def dropped(self) -> int:
-        """How many messages slow subscribers did not get."""
+        """Return how many messages slow subscribers did not get."""
         return self._state.dropped
 
     @property
     def problems(self) -> Tuple[str, ...]:
-        """What the player cannot play."""
+        """Return what the player cannot play."""
         return self._state.problems
 
     # Play.
@@ -201,7 +201,7 @@ class PlaybackModel(QObject):
 
     @property
     def step_unit(self) -> StepUnit:
-        """What one step is."""
+        """Return what one step is."""
         return self._state.unit
 
     def set_step_unit(self, unit: StepUnit) -> None:
@@ -263,7 +263,7 @@ class PlaybackModel(QObject):
 
     @property
     def is_looping(self) -> bool:
-        """Whether playback is repeated."""
+        """Return whether playback is repeated."""
         wanted = self._loops.wanted
         return self._state.loop is not None if wanted is None else wanted[0]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where playback is at any moment, from states that come a few times a second."""
+"""The position of playback at any moment, from states that come a few times a second."""
 from __future__ import annotations
 
 from typing import Optional
@@ -38,7 +38,7 @@ class PlaybackPosition:
 
 
 def _continues(before: PlayerSnapshot, after: PlayerSnapshot) -> bool:
-    """Whether both belong to one uninterrupted movement."""
+    """Return whether both belong to one uninterrupted movement."""
     return (before.segment == after.segment and before.files == after.files
             and before.paused == after.paused and (before.rate > 0.0) == (after.rate > 0.0))
 
@@ -53,7 +53,7 @@ def _position(snapshot: PlayerSnapshot, now_s: float) -> float:
 
 
 def _limit(snapshot: PlayerSnapshot) -> float:
-    """Where play ends or jumps; from outside of the loop, and not before it, at the bounds."""
+    """Return the end or jump of play; from outside of the loop, and not before it, the bounds."""
     loop = snapshot.loop
     if snapshot.rate > 0.0:
         return loop[1] if loop and snapshot.position_s <= loop[1] else snapshot.duration_s

@@ -20,7 +20,7 @@ class Sought(NamedTuple):
 
 
 class PlaybackState(NamedTuple):
-    """What the player said last, None where there is none, and what the operator has chosen.
+    """The player's last state, None where there is none, and the operator's choices.
 
     ``sought`` is where a seek leads that no state of the player tells of yet; ``points`` stay
     while the loop is off; ``resumes`` says whether it plays on after dragging; ``files`` are
@@ -37,17 +37,17 @@ class PlaybackState(NamedTuple):
 
     @property
     def duration_s(self) -> float:
-        """How long the recording is; 0 while there is no player."""
+        """Return how long the recording is; 0 while there is no player."""
         return 0.0 if self.snapshot is None else self.snapshot.duration_s
 
     @property
     def is_playing(self) -> bool:
-        """Whether the position moves."""
+        """Return whether the position moves."""
         return self.snapshot is not None and not self.snapshot.paused
 
     @property
     def loop(self) -> Optional[Tuple[float, float]]:
-        """What the player repeats [s from the beginning]; None if it does not."""
+        """Return what the player repeats [s from the beginning]; None if it does not."""
         return None if self.snapshot is None else self.snapshot.loop
 
     @property
@@ -65,12 +65,12 @@ class PlaybackState(NamedTuple):
 
     @property
     def dropped(self) -> int:
-        """How many messages slow subscribers did not get."""
+        """Return how many messages slow subscribers did not get."""
         return 0 if self.snapshot is None else self.snapshot.dropped
 
     @property
     def problems(self) -> Tuple[str, ...]:
-        """What the player cannot play."""
+        """Return what the player cannot play."""
         return () if self.snapshot is None else self.snapshot.gaps
 
     def within(self, position_s: float) -> float:
@@ -118,7 +118,7 @@ class PlaybackState(NamedTuple):
         return self._replace(points=points_of(self.loop, self.duration_s))
 
     def differs_from(self, other: PlaybackState) -> bool:
-        """Whether the player says anything else but another position."""
+        """Return whether the player says anything else but another position."""
         return _without_position(self.snapshot) != _without_position(other.snapshot)
 
 

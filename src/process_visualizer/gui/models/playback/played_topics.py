@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which topics of a recording are played: those of the devices, but for what is not ticked."""
+"""Played topics of a recording: those of the devices, less those that are not ticked."""
 from __future__ import annotations
 
 from typing import FrozenSet, Sequence, Set, Tuple
@@ -26,11 +26,11 @@ class PlayedTopics(QObject):
         return tuple(sorted(self._unticked & self._of_devices))
 
     def is_offered(self, topic: str) -> bool:
-        """Whether it is one of the devices', the only ones that are ever played."""
+        """Return whether it is one of the devices', the only ones that are ever played."""
         return topic in self._of_devices
 
     def is_ticked(self, topic: str) -> bool:
-        """Whether it is to be played."""
+        """Return whether it is to be played."""
         return topic in self._of_devices - self._unticked
 
     def tick(self, topic: str, is_ticked: bool) -> None:

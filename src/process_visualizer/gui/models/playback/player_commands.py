@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 
 class PlayerCommands(Protocol):
-    """What commands the player (PlayerClient in clients/player_client.py); each call may block."""
+    """Commands to the player (PlayerClient in clients/player_client.py); each call may block."""
 
     def wait_until_ready(self, timeout_s: float) -> Any:
         """Wait until the player takes commands."""

@@ -30,7 +30,7 @@ class SeekCommands:
 
     @property
     def done_since_s(self) -> Optional[float]:
-        """When the newest seek was sent [wall s]; None while it is under way."""
+        """Return when the newest seek was sent [wall s]; None while it is under way."""
         return self._sent_s if self._calls.wanted is None else None
 
     def request(self, sought: Sought) -> None:

@@ -10,7 +10,7 @@ from process_visualizer.gui.models.playback.step_unit import StepUnit
 
 
 class Steps(NamedTuple):
-    """So many steps on, or (below 0) back."""
+    """A number of steps forward, or (below 0) back."""
 
     number: int
     unit: StepUnit

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What one step of playback is: a message, a message of one topic, or a time."""
+"""The unit of a playback step: a message, a message of one topic, or a time."""
 from __future__ import annotations
 
 from typing import NamedTuple
@@ -13,7 +13,7 @@ class StepUnit(NamedTuple):
 
     @property
     def label(self) -> str:
-        """What the operator reads."""
+        """Return what the operator reads."""
         if self.duration_s:
             return f'{1000 * self.duration_s:g} ms'
         return self.topic or 'message'

@@ -87,7 +87,7 @@ class ValuesModel(QObject):
             self._reads.request(wish)
 
     def _read_values(self, wish: _Wish) -> None:
-        """In the line of tasks."""
+        """Run in the line of tasks."""
         try:
             self._read.emit(_Found(wish, self._opened(wish).at(wish.position_s)))
         except (BagError, OSError):

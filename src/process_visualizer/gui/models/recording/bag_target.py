@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where a recording would be written to, and what is in its way."""
+"""The target file of a recording, and what is in its way."""
 from __future__ import annotations
 
 import os
@@ -14,7 +14,7 @@ LEAST_FREE_BYTES = 1 << 30
 
 
 class BagTarget(NamedTuple):
-    """What a look at the disk told; ``problem`` says what is wrong and what to do, or ''.
+    """A look at the disk; ``problem`` says what is wrong and what to do, or ''.
 
     ``free_bytes`` and ``total_bytes`` of the disk are None where it cannot be read; ``free_name``
     is a name like the given one that no file has yet.
@@ -60,7 +60,7 @@ def stem_of(name: str) -> str:
 
 
 def is_taken(folder: str, name: str) -> bool:
-    """Whether a bag of that name is there: finished, in the making, or in parts."""
+    """Return whether a bag of that name is there: finished, in the making, or in parts."""
     stem = os.path.join(folder, stem_of(name))
     return bool(name) and any(os.path.lexists(f'{stem}{part}.bag{ending}')
                               for part in ('', '_0') for ending in ('', '.active'))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How much can still be recorded."""
+"""Recording time left on the disk."""
 from __future__ import annotations
 
 from typing import NamedTuple, Optional
@@ -19,7 +19,7 @@ class DiskRoom(NamedTuple):
 
     @property
     def is_low(self) -> bool:
-        """Whether the disk is full in less than five minutes."""
+        """Return whether the disk is full in less than five minutes."""
         return self.time_left_s is not None and self.time_left_s < _LOW_S
 
 

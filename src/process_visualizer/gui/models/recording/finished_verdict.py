@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whether what was recorded last is complete: the verdict of `cell report`, found in a task."""
+"""The verdict on the last recording: that of `cell report`, found in a task."""
 from __future__ import annotations
 
 from typing import Callable, NamedTuple, Optional, Sequence, Tuple

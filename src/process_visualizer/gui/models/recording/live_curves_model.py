@@ -25,7 +25,7 @@ _RETRY_MS = 1000
 
 
 class Memory(Protocol):
-    """Of a recorder."""
+    """The memory of a recorder."""
 
     def read(self, topics: Sequence[str]) -> Tuple[RecentPart, bool]:
         """Return new messages, and whether there are more; raises ServiceUnreachable."""
@@ -58,27 +58,27 @@ class LiveCurvesModel(QObject):
 
     @property
     def window(self) -> Optional[LiveWindow]:
-        """What is to be seen; None before the first message has come."""
+        """Return what is to be seen; None before the first message has come."""
         return self._window
 
     @property
     def duration_s(self) -> float:
-        """How much of the past is shown."""
+        """Return how much of the past is shown."""
         return self._duration_s
 
     @property
     def is_running(self) -> bool:
-        """Whether there is a recorder to ask."""
+        """Return whether there is a recorder to ask."""
         return self._is_running
 
     @property
     def is_held(self) -> bool:
-        """Whether the picture stands still; what comes is still taken."""
+        """Return whether the picture stands still; what comes is still taken."""
         return self._is_held
 
     @property
     def problem(self) -> str:
-        """Why nothing new comes; empty if all is well."""
+        """Return why nothing new comes; empty if all is well."""
         return self._problem
 
     def set_devices(self, devices: Sequence[Device]) -> None:
@@ -123,7 +123,7 @@ class LiveCurvesModel(QObject):
         self.changed.emit()
 
     def _set_curves(self, devices: Tuple[Device, ...]) -> None:
-        """In the line of tasks."""
+        """Run in the line of tasks."""
         self._curves = LiveCurves(devices)
         self._memory.restart()
 
@@ -140,7 +140,7 @@ class LiveCurvesModel(QObject):
         self._tasks.run(LINE, lambda: self._looked(durations_s), self._take, self._fail)
 
     def _looked(self, durations_s: Sequence[float]) -> List[LiveWindow]:
-        """In the line of tasks."""
+        """Run in the line of tasks."""
         begin_s, more = time.thread_time(), True
         while more:
             part, more = self._memory.read(self._curves.topics)
@@ -162,7 +162,7 @@ class LiveCurvesModel(QObject):
         self._wait(self._paced_ms(wanted_ms))
 
     def _paced_ms(self, wanted_ms: int) -> int:
-        """What the last look cost decides, with all that its picture took in this thread."""
+        """Return what the last look cost decides, with all that its picture took in this thread."""
         now_s, drawn_s = time.monotonic(), time.thread_time()
         spent_s = self._read_s + drawn_s - self._drawn_s
         period_ms = self._pace.period_ms(wanted_ms, spent_s, now_s - self._taken_s)

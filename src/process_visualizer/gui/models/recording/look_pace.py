@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How often live curves are drawn: as often as a small share of a core allows."""
+"""The pace of live curves: drawn as often as a small share of a core allows."""
 from __future__ import annotations
 
 MOST_SHARE = 0.08

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What an operator is told of commands to the recorder that cannot be done."""
+"""Advice for an operator whose command to the recorder cannot be carried out."""
 from __future__ import annotations
 
 from typing import Callable
@@ -45,13 +45,13 @@ def obstacle(phase: Phase, is_silent: bool, options: RecordingOptions, problem: 
 
 
 def repair(path: str) -> str:
-    """What can be done for a file that the recorder has not finished."""
+    """Return what can be done for a file that the recorder has not finished."""
     return (f'What it wrote is in {path}.active; "rosrun process_visualizer cell reindex '
             f'{path}.active" makes a bag of it')
 
 
 def advice(error: Exception, path: str) -> str:
-    """What the operator is told; an error that nobody expects is raised again."""
+    """Return what the operator is told; an error that nobody expects is raised again."""
     if isinstance(error, RecorderUnreachable):
         going_on = f'{path} is still being recorded. ' if path else ''
         return f'{error}. {going_on}Try again when it responds'

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the operator chooses for a recording: its name, its folder, its topics."""
+"""The operator's choices for a recording: its name, its folder, its topics."""
 from __future__ import annotations
 
 import os
@@ -18,7 +18,7 @@ from process_visualizer.gui.toolkit.tasks import Tasks
 
 
 class NameChoice(Enum):
-    """How a bag gets its name, in the order of the thesis' figure 5.3."""
+    """The naming of a bag, in the order of the thesis' figure 5.3."""
 
     DATE = 'date'
     PREFIX = 'prefix'
@@ -44,12 +44,12 @@ class RecordingChoices(QObject):
 
     @property
     def name_choice(self) -> NameChoice:
-        """How the bag gets its name."""
+        """Return how the bag gets its name."""
         return NameChoice(self._settings['choice'])
 
     @property
     def prefix(self) -> str:
-        """What stands before date and time."""
+        """Return what stands before date and time."""
         return self._settings['prefix']
 
     @property
@@ -64,7 +64,7 @@ class RecordingChoices(QObject):
 
     @property
     def problem(self) -> str:
-        """Why folder or name cannot be used, and what to do; '' if they can."""
+        """Return why folder or name cannot be used, and what to do; '' if they can."""
         if self.name_choice is NameChoice.NAME and not self.name:
             return 'write a name, or choose date and time'
         return self._target.problem
@@ -106,7 +106,7 @@ class RecordingChoices(QObject):
         self._set({'folder': os.path.expanduser(folder.strip())})
 
     def settings(self) -> Dict[str, str]:
-        """What is to be remembered until the next start; for ``restore``."""
+        """Return what is to be remembered until the next start; for ``restore``."""
         return dict(self._settings)
 
     def restore(self, settings: Mapping[str, str]) -> None:

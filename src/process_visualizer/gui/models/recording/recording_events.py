@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What of a recording's state has to be told when it changes: bags that are finished, failures."""
+"""Reports on changes of a recording's state: bags that are finished, failures."""
 from __future__ import annotations
 
 from typing import NamedTuple, Optional, Sequence, Tuple

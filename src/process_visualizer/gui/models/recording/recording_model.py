@@ -58,17 +58,17 @@ class RecordingModel(QObject):
 
     @property
     def state(self) -> RecordingState:
-        """Where the recording stands."""
+        """Return where the recording stands."""
         return self._state
 
     @property
     def phase(self) -> Phase:
-        """What the recorder does."""
+        """Return what the recorder does."""
         return self._state.phase
 
     @property
     def is_recording(self) -> bool:
-        """Whether a recording is being made (then the window may not just be closed)."""
+        """Return whether a recording is being made (then the window may not just be closed)."""
         return self._state.is_busy
 
     @property
@@ -78,7 +78,7 @@ class RecordingModel(QObject):
 
     @property
     def room(self) -> DiskRoom:
-        """How much can still be recorded."""
+        """Return how much can still be recorded."""
         return disk_room(self.phase, self._state.snapshot, self.choices.free_bytes)
 
     # What the run and the recorder say
@@ -183,7 +183,7 @@ class RecordingModel(QObject):
         self._tasks.run(_LINE, command, on_result, on_error)
 
     def _not_stopped(self, error: Exception) -> None:
-        """Where the recorder answers that it cannot stop as it should, it has ended already."""
+        """Handle a refused stop: the recorder that answers so has ended already."""
         path = self._state.path
         if isinstance(error, RecorderError) and not isinstance(error, RecorderUnreachable):
             self._ended(list(self._state.snapshot.files))

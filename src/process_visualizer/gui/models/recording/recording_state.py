@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where a recording stands, as a value: what is known of it, and what commands make of that."""
+"""The state of a recording, as a value, and what commands make of it."""
 from __future__ import annotations
 
 from typing import FrozenSet, NamedTuple, Optional, Tuple
@@ -51,17 +51,17 @@ class RecordingState(NamedTuple):
 
     @property
     def is_busy(self) -> bool:
-        """Whether a recording is being made (then the window may not just be closed)."""
+        """Return whether a recording is being made (then the window may not just be closed)."""
         return self.phase in (Phase.STARTING, Phase.RECORDING, Phase.STOPPING)
 
     @property
     def is_made(self) -> bool:
-        """Whether there is a recording of which the recorder tells figures."""
+        """Return whether there is a recording of which the recorder tells figures."""
         return bool(self.path) and self.phase in (Phase.RECORDING, Phase.STOPPING)
 
     @property
     def is_saving(self) -> bool:
-        """Whether the last seconds are being written."""
+        """Return whether the last seconds are being written."""
         return self.phase is Phase.STOPPING and not self.path
 
     @property
@@ -81,7 +81,7 @@ class RecordingState(NamedTuple):
 
     @property
     def recent_s(self) -> float:
-        """How much of the past can be saved now, at most the last 30 s."""
+        """Return how much of the past can be saved now, at most the last 30 s."""
         return min(self.snapshot.recent_s, RECENT_S) if self.phase is Phase.IDLE else 0.0
 
     def elapsed_s(self, now_s: float) -> float:

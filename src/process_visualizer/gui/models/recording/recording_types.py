@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What recording is about: the recorder's commands, its phases, its bags."""
+"""Types of a recording: the recorder's commands, its phases, its bags."""
 from __future__ import annotations
 
 from enum import Enum
@@ -26,7 +26,7 @@ class RecorderClient(Protocol):
 
 
 class Phase(Enum):
-    """What the recorder does. OFF: none was launched; WAITING: it was; GONE: it has ended."""
+    """The recorder's phase. OFF: none was launched; WAITING: it was; GONE: it has ended."""
 
     OFF = 'off'
     WAITING = 'waiting'
@@ -45,7 +45,7 @@ class Mark(NamedTuple):
 
 
 class Figures(NamedTuple):
-    """How large one recording is, and what it has not; `duration_s` in s."""
+    """Figures of one recording: its size and its losses; `duration_s` in s."""
 
     duration_s: float
     bytes: int
@@ -61,7 +61,7 @@ def figures_of(snapshot: RecorderSnapshot) -> Figures:
 
 
 class FinishedBag(NamedTuple):
-    """What was recorded or saved last: its files, and what the recorder found wrong meanwhile.
+    """The bag recorded or saved last: its files, and what the recorder found wrong meanwhile.
 
     ``figures`` are None where the recorder has ended without telling the last ones.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""When messages were sent, on this computer's clock."""
+"""Send times of messages, on this computer's clock."""
 from __future__ import annotations
 
 import math

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which topics are recorded: preset by the configuration, ticked by the operator."""
+"""Ticks of the recorded topics: preset by the configuration, changed by the operator."""
 from __future__ import annotations
 
 from enum import Enum
@@ -11,7 +11,7 @@ from process_visualizer.health.topic_watch import TopicWatch
 
 
 class TopicHealth(Enum):
-    """How a topic is; the recorder tells only of those that it watches."""
+    """The health of a topic; the recorder reports only on those that it watches."""
 
     UNKNOWN = 'unknown'
     GOOD = 'good'

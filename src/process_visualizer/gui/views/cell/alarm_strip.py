@@ -165,7 +165,7 @@ def _of_day(time_s: float) -> str:
 
 
 def _actions(alarm: Alarm) -> Tuple[Action, ...]:
-    """What can be done; nobody acknowledges twice."""
+    """Return what can be done; nobody acknowledges twice."""
     return tuple(it for it in alarm.condition.actions
                  if it is not Action.ACKNOWLEDGE or not alarm.is_acknowledged)
 

@@ -88,7 +88,7 @@ class CalibrationPanel(QWidget):
         self._keep.setEnabled(model.can_save_for_recording)
 
     def _recorded_text(self) -> str:
-        """Where the frame was when the recording was made, as the operator needs it."""
+        """Return where the frame was when the recording was made, as the operator needs it."""
         model, bag = self._model, os.path.basename(self._model.recording)
         if not bag or model.base is None:
             return ''

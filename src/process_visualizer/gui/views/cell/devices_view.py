@@ -174,7 +174,7 @@ class DevicesView(QTreeWidget):
             self.warnings_wanted.emit(item.data(_NAME, Qt.UserRole)[1])
 
     def _complains(self, item: QTreeWidgetItem) -> bool:
-        """Whether a device or a node has warnings now."""
+        """Return whether a device or a node has warnings now."""
         kind, device, name = item.data(_NAME, Qt.UserRole)
         nodes = self._warned.get(device, frozenset())
         return bool(nodes) if kind == _DEVICE else kind == _NODE and name in nodes

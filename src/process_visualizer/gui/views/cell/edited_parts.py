@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What every panel has in which values of devices are edited: choice, marker, revert, save."""
+"""Common parts of the panels that edit values of devices: choice, marker, revert, save."""
 from __future__ import annotations
 
 import os

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What happened since the launcher was opened, and the alarms of the recording that is open."""
+"""Events since the launcher was opened, and the alarms of the open recording."""
 from __future__ import annotations
 
 from typing import Optional

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What stands where RViz was, once that has ended: why, and a button that starts it again."""
+"""A substitute for RViz once it has ended: why, and a button that starts it again."""
 from __future__ import annotations
 
 from PyQt5.QtCore import Qt, pyqtSignal

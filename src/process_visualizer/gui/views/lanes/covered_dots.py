@@ -20,7 +20,7 @@ def covered_dots(upper: np.ndarray, lower: np.ndarray, rows: int) -> np.ndarray:
 
 
 def _below(ends: np.ndarray, row: np.ndarray) -> np.ndarray:
-    """How much (0 to 1) of each dot lies above an end."""
+    """Return how much (0 to 1) of each dot lies above an end."""
     covered = ends - row
     np.maximum(covered, np.float32(0.0), out=covered)
     return np.minimum(covered, np.float32(1.0), out=covered)

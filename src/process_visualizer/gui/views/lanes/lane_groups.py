@@ -44,5 +44,5 @@ def distinct(curves: Sequence[Lane]) -> List[Lane]:
 
 
 def _distance(colour: Colour, used: Sequence[Colour]) -> float:
-    """How far a colour is from the nearest one that is used."""
+    """Return how far a colour is from the nearest one that is used."""
     return min(math.dist(colour, it) for it in used)

@@ -21,7 +21,7 @@ _FOLDED_BELOW = 2
 
 
 class LaneLook(NamedTuple):
-    """What a lane shows: the axis and the size [px] of the whole lane.
+    """The appearance of a lane: the axis and the size [px] of the whole lane.
 
     ``dots`` is how many dots a pixel of the screen has; ``length_s`` is that of the recording, of
     which the axis may show only a part. ``texts`` is the number of lines of text.
@@ -43,7 +43,7 @@ class LaneLook(NamedTuple):
 
     @property
     def shares(self) -> Tuple[float, float]:
-        """Which part of the recording is shown, from 0 to 1."""
+        """Return which part of the recording is shown, from 0 to 1."""
         if self.length_s <= 0.0:
             return 0.0, 1.0
         return (self.axis.begin_s / self.length_s,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the context menu of a timeline offers for a lane: to hide, overlay and fold."""
+"""The context menu of a timeline's lane: to hide, overlay and fold."""
 from __future__ import annotations
 
 from functools import partial

@@ -124,7 +124,7 @@ def _draw_curve(painter: QPainter, curve: Lane, look: LaneLook, part: VisiblePar
 
 def _beyond(part: VisiblePart, limits: WarningLimits, scale: ValueScale,
             rows: int) -> np.ndarray:
-    """Which dots (rows, columns; 0 or 1) are beyond a limit, where the value is, too."""
+    """Return which dots (rows, columns; 0 or 1) are beyond a limit, where the value is, too."""
     value = scale.high - scale.span * (np.arange(rows)[:, None] + 0.5) / max(rows, 1)
     beyond = np.zeros((rows, len(part.low)), bool)
     if limits.high is not None:

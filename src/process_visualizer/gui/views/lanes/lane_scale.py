@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What can be seen of the curves in a lane, and the scales that they get: by their units."""
+"""The visible part of a lane's curves, and their scales: by their units."""
 from __future__ import annotations
 
 from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple

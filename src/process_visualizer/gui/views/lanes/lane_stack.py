@@ -138,7 +138,7 @@ class LaneStack(QObject):
 
     @property
     def is_drawn(self) -> bool:
-        """Whether all lanes in sight are as wanted."""
+        """Return whether all lanes in sight are as wanted."""
         return not self.pictures.missing(self._visible_rows())
 
     def _visible_rows(self) -> List[int]:

@@ -48,12 +48,12 @@ class Lane:
 
     @property
     def arrangement(self) -> Tuple[Tuple[Key, ...], bool]:
-        """Which variables are in this lane, and whether it is folded."""
+        """Return which variables are in this lane, and whether it is folded."""
         return tuple(it.key for it in self.curves), self.is_folded
 
     @property
     def scale_name(self) -> Tuple[str, ...]:
-        """What two variables in a lane have in common if their scale is a common one."""
+        """Return what two variables in a lane have in common if their scale is a common one."""
         return (self.unit,) if self.unit else self.key
 
     def at(self, share: float) -> float:
@@ -79,13 +79,13 @@ class Lane:
 
     @property
     def least_span(self) -> float:
-        """How much the values have to differ to fill the lane."""
+        """Return how much the values have to differ to fill the lane."""
         low, high = self.extent
         return 0.0 if math.isnan(low) else _LEAST_SPAN * (high - low)
 
     @cached_property
     def is_whole(self) -> bool:
-        """Whether all values are whole numbers."""
+        """Return whether all values are whole numbers."""
         known = ~np.isnan(self.low)
         return all(bool(np.all(np.trunc(it[known]) == it[known])) for it in (self.low, self.high))
 

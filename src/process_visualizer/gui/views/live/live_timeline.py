@@ -157,7 +157,7 @@ class LiveTimeline(QWidget):
         painter.end()
 
     def _draw_moment(self, painter: QPainter, axis: TimeAxis, bottom: float) -> None:
-        """What the scene shows: the present at the right, or what is replayed."""
+        """Draw the moment of the scene: the present at the right, or what is replayed."""
         x, color = axis.right - 1.0, theme().accent
         if self._replay_s is not None:
             x, color = axis.x(max(self._replay_s, -self._duration_s)), theme().warning
@@ -266,7 +266,7 @@ class LiveTimeline(QWidget):
 
 
 def _beyond(lane: Lane) -> Optional[np.ndarray]:
-    """In which columns a lane is beyond its limits; None without any."""
+    """Return the columns in which a lane is beyond its limits; None without any."""
     limits = lane.limits
     if limits is None:
         return None
@@ -280,7 +280,7 @@ def _beyond(lane: Lane) -> Optional[np.ndarray]:
 
 
 def _newest_share(lane: Lane, duration_s: float) -> float:
-    """Where (0 to 1) the band is known last; it comes a little later than the values."""
+    """Return where (0 to 1) the band is known last; it comes a little later than the values."""
     if lane.band is None or duration_s <= 0.0:
         return 1.0
     known = np.flatnonzero(np.isfinite(lane.band.low))

@@ -220,14 +220,14 @@ def facts_of(found: Catalogue) -> str:
 
 
 def _contents(found: Catalogue, left_out: Sequence[str]) -> str:
-    """How much is in a recording, and how many topics of it the operator does not want."""
+    """Return how much is in a recording, and how many topics of it the operator does not want."""
     texts = [count_text(len(found.topics), 'topic'), count_text(found.message_count, 'message')]
     number = len(set(left_out) & set(found.topic_names))
     return ', '.join([*texts, f'{number} not ticked'] if number else texts)
 
 
 def _origin(found: Catalogue) -> str:
-    """When a recording began, and its files."""
+    """Return when a recording began, and its files."""
     begin = datetime.fromtimestamp(found.begin_ns / 1e9)
     return '\n'.join([begin.strftime('Recorded on %Y-%m-%d at %H:%M:%S'), *found.paths])
 

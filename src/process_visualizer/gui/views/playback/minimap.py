@@ -19,7 +19,7 @@ _OUTSIDE_ALPHA = 190  # over what is not shown
 
 
 class MapContent(NamedTuple):
-    """What the strip shows: a curve, and the marks as parts (0 to 1) of the recording."""
+    """The content of the strip: a curve, and the marks as parts (0 to 1) of the recording."""
 
     lane: Optional[Lane] = None
     marks: Tuple[float, ...] = ()

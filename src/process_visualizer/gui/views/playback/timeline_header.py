@@ -51,7 +51,7 @@ class Loop(NamedTuple):
 
 
 class Alarms(NamedTuple):
-    """When something was wrong, each from its begin to its end [s]: in red, and in amber."""
+    """Alarm times, each from its begin to its end [s]: in red, and in amber."""
 
     bad: Tuple[Tuple[float, float], ...] = ()
     warnings: Tuple[Tuple[float, float], ...] = ()

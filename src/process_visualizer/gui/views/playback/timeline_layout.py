@@ -21,7 +21,7 @@ _REACH = 7.0  # px: how near the mouse has to be to a handle
 
 
 class Target(NamedTuple):
-    """What is under the mouse: 'A', 'B', 'mark' or 'moment' (with its number), or 'time'."""
+    """The target under the mouse: 'A', 'B', 'mark' or 'moment' (with its number), or 'time'."""
 
     kind: str
     mark: int = -1
