@@ -36,6 +36,7 @@ from process_visualizer.commands.overview import overview
 from process_visualizer.commands.record_command import record
 from process_visualizer.commands.record_options import add_record_options, record_options
 from process_visualizer.commands.run_command import run_plan
+from process_visualizer.commands.share_command import add_share_options, execute_share
 from process_visualizer.commands.trust_command import add_trust_options, execute_trust
 from process_visualizer.commands.view_command import add_view_options, execute_view
 from process_visualizer.descriptions.robot_description import describe_devices
@@ -63,6 +64,7 @@ _COMMANDS = {
     'runs': 'list the runs of recordings: the cycles between the events of the configuration',
     'compare': 'hold runs against good ones: what differed, where, and when first; exit code 0 if '
                'they stay within the band of the good ones, 2 if one leaves it',
+    'share': 'write runs as one page that any browser opens: robots, arrows, curves, verdict',
     'calibration': 'say where the devices were when a bag was recorded, and are now; exit code 2 '
                    'if one is elsewhere now',
     'cut': 'copy a run, a span, or what happened around a mark or an alarm into a smaller bag',
@@ -74,8 +76,9 @@ _COMMANDS = {
 
 _WITHOUT_CONFIG: Dict[str, Callable[[argparse.ArgumentParser], None]] = {
     'record': add_record_options, 'new': add_new_options, 'runs': add_runs_options,
-    'compare': add_compare_options, 'calibration': add_calibration_options,
-    'trust': add_trust_options, 'cut': add_cut_options, 'view': add_view_options}
+    'compare': add_compare_options, 'share': add_share_options,
+    'calibration': add_calibration_options, 'trust': add_trust_options, 'cut': add_cut_options,
+    'view': add_view_options}
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
@@ -168,7 +171,7 @@ def _execute(options: argparse.Namespace) -> int:
 
 
 _OF_RECORDINGS = {'runs': execute_runs, 'compare': execute_compare,
-                  'calibration': execute_calibration, 'cut': execute_cut}
+                  'share': execute_share, 'calibration': execute_calibration, 'cut': execute_cut}
 
 
 def _record(options: argparse.Namespace) -> int:

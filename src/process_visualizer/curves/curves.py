@@ -70,22 +70,23 @@ def read_curves(paths: Sequence[str], devices: Sequence[Device], columns: Option
     with Recording(paths) as recording:
         series = found_series(recording, curve_sources(devices), devices)
         columns = columns or columns_for((recording.end_ns - recording.begin_ns) / 1e9)
-        samples = read_samples(recording, _colored(series),
+        samples = read_samples(recording, colored(series),
                                min(columns * MOST_PER_COLUMN, MOST_MESSAGES), on_progress,
                                is_cancelled)
         duration_s = (recording.end_ns - recording.begin_ns) / 1e9
-    curves = [_curve(it, duration_s, columns) for it in samples]
+    curves = [curve_of(it, duration_s, columns) for it in samples]
     return tuple(curve for curve in curves if np.isfinite(curve.high).any())
 
 
-def _colored(series: Sequence[Series]) -> List[Series]:
-    """The series, with a colour each for those that have none of their own."""
+def colored(series: Sequence[Series]) -> List[Series]:
+    """Return the series, with a colour each for those that have none of their own."""
     plain = [it.source.topic for it in series if it.source.plain]
     return [it._replace(source=it.source._replace(color=plain_color(plain.index(it.source.topic))))
             if it.source.plain else it for it in series]
 
 
-def _curve(samples: Samples, duration_s: float, columns: int) -> Curve:
+def curve_of(samples: Samples, duration_s: float, columns: int) -> Curve:
+    """Return the curve of samples over a recording of some duration."""
     with np.errstate(over='ignore', invalid='ignore'):  # of numbers that are no measurements
         times_s, values = sampled(samples)
     is_finite = np.isfinite(values)

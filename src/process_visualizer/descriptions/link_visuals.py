@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from enum import Enum
-from typing import List, NamedTuple, Optional, Tuple
+from typing import Dict, List, NamedTuple, Optional, Tuple
 from xml.etree import ElementTree
 
 from process_visualizer.motion.kinematics import Placement
 from process_visualizer.motion.rotations import quaternion_from_ypr
 
 Size = Tuple[float, float, float]
+Color = Tuple[float, float, float, float]
 
 
 class ShapeKind(Enum):
@@ -22,13 +23,17 @@ class ShapeKind(Enum):
 
 
 class LinkVisual(NamedTuple):
-    """A shape in its link; the size is in m along its axes, of a mesh the scale."""
+    """A shape in its link; the size is in m along its axes, of a mesh the scale.
+
+    ``color`` is the model's, red green blue alpha from 0 to 1; None: it gives none.
+    """
 
     link: str
     place: Placement
     kind: ShapeKind
     size: Size
     mesh: str = ''  # URI
+    color: Optional[Color] = None
 
 
 def link_visuals(urdf: str) -> Tuple[LinkVisual, ...]:
@@ -41,22 +46,40 @@ def link_visuals(urdf: str) -> Tuple[LinkVisual, ...]:
         root = ElementTree.fromstring(urdf)
     except ElementTree.ParseError as error:
         raise ValueError(f'not well-formed XML: {error}') from None
+    materials = {it.get('name', ''): _rgba(it) for it in root.findall('material')}
     found: List[LinkVisual] = []
     for link in root.findall('link'):
         for visual in link.findall('visual'):
-            shape = _shape(link.get('name', ''), visual)
+            shape = _shape(link.get('name', ''), visual, materials)
             if shape is not None:
                 found.append(shape)
     return tuple(found)
 
 
-def _shape(link: str, visual: ElementTree.Element) -> Optional[LinkVisual]:
+def _shape(link: str, visual: ElementTree.Element,
+           materials: Dict[str, Optional[Color]]) -> Optional[LinkVisual]:
     geometry = visual.find('geometry')
     shape = geometry[0] if geometry is not None and len(geometry) else None
     if shape is None or shape.tag not in {kind.value for kind in ShapeKind}:
         return None
     return LinkVisual(link, _place(visual.find('origin')), ShapeKind(shape.tag), _size(shape),
-                      shape.get('filename', ''))
+                      shape.get('filename', ''), _color(visual.find('material'), materials))
+
+
+def _color(material: Optional[ElementTree.Element],
+           materials: Dict[str, Optional[Color]]) -> Optional[Color]:
+    """The colour of a visual: a material without one is named elsewhere in the model."""
+    if material is None:
+        return None
+    return _rgba(material) or materials.get(material.get('name', ''))
+
+
+def _rgba(material: ElementTree.Element) -> Optional[Color]:
+    color = material.find('color')
+    if color is None:
+        return None
+    red, green, blue, alpha = map(float, color.get('rgba', '0.7 0.7 0.7 1').split())
+    return red, green, blue, alpha
 
 
 def _size(shape: ElementTree.Element) -> Size:

@@ -12,6 +12,7 @@ from process_visualizer.motion.rotations import Triple, Vector
 Number = Union[int, float]
 
 SHORTEST_ARROW_M = 0.005  # a shorter one is a mere disc
+VARIABLE_DIAMETER_M = 0.016
 FOOT_DISTANCE_M = 0.045  # between parallel arrows: their heads are twice as thick as shafts
 MAX_LENGTH_M = 100.0  # a wild value must not take RViz beyond its single precision
 _LARGEST_WRITTEN_OUT = 1e12

@@ -17,6 +17,7 @@ from process_visualizer.motion.variables import (
     FOOT_DISTANCE_M,
     MAX_LENGTH_M,
     SHORTEST_ARROW_M,
+    VARIABLE_DIAMETER_M,
     Number,
     arrow_feet,
     text_position,
@@ -40,8 +41,6 @@ from process_visualizer.parameters.variable_parameters import (
     VariablesParameters,
 )
 from process_visualizer.ros_names import VARIABLE_PROC
-
-DIAMETER_M = 0.016
 
 
 class Variable:
@@ -94,7 +93,7 @@ class Variable:
         color = colors.color if self._value is None else colors.of(self._value)
         return ArrowStyle(self._parameters.label, 'm', 3, scale_m=1.0, min_m=SHORTEST_ARROW_M,
                           max_m=MAX_LENGTH_M, threshold=SHORTEST_ARROW_M, color=color,
-                          diameter_m=DIAMETER_M)
+                          diameter_m=VARIABLE_DIAMETER_M)
 
     def text(self, age_s: float, stale_after_s: float) -> str:
         """Return the last value, or how long there has been none."""

@@ -7,18 +7,17 @@ from typing import Optional, Sequence
 
 from visualization_msgs.msg import Marker
 
+from process_visualizer.motion.ghost_style import (
+    BESIDE_M,
+    GHOST_ARROW_COLOR,
+    GHOST_ARROW_DIAMETER_M,
+)
 from process_visualizer.motion.joint_track import JointTrack
 from process_visualizer.motion.kinematics import Placement
 from process_visualizer.motion.rotations import Triple, rotated
 from process_visualizer.motion.variables import sideways
 from process_visualizer.nodes.common.markers import frame_marker, shape_as_arrow
 from process_visualizer.nodes.ghost.ghost_robot import GhostRobot
-from process_visualizer.parameters.reading import Color
-
-COLOR: Color = (0.35, 0.65, 1.0, 1.0)
-BESIDE_M = 0.022
-"""So far beside its foot: in one line with the thicker arrow of this run, it would be hidden."""
-_DIAMETER_M = 0.007
 
 
 class GhostArrow:
@@ -49,6 +48,6 @@ class GhostArrow:
         length_m = math.hypot(*vector)
         x, y, z = (a + BESIDE_M * b for a, b in zip(foot, sideways(
             [part / length_m for part in vector])))
-        marker = frame_marker(f'{self._name}/ghost', 0, frame, COLOR)
-        shape_as_arrow(marker, (x, y, z), vector, length_m, _DIAMETER_M)
+        marker = frame_marker(f'{self._name}/ghost', 0, frame, GHOST_ARROW_COLOR)
+        shape_as_arrow(marker, (x, y, z), vector, length_m, GHOST_ARROW_DIAMETER_M)
         return marker

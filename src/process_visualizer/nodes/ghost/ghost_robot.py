@@ -9,19 +9,20 @@ from visualization_msgs.msg import Marker
 
 from process_visualizer.clients.model_markers import set_shape
 from process_visualizer.descriptions.link_visuals import LinkVisual, link_visuals
+from process_visualizer.motion.ghost_style import (
+    DEVIATION_COLOR,
+    DEVIATION_DIAMETER_M,
+    EXAGGERATION,
+    GHOST_COLOR,
+    LEAST_DEVIATION_M,
+    LONGEST_DEVIATION_M,
+)
 from process_visualizer.motion.joint_track import JointTrack
 from process_visualizer.motion.kinematics import Kinematics, Placement
 from process_visualizer.motion.rotations import Triple
 from process_visualizer.nodes.common.markers import frame_marker, shape_as_arrow, text_marker
-from process_visualizer.parameters.reading import Color
 
-COLOR: Color = (0.35, 0.65, 1.0, 0.35)
-DEVIATION_COLOR: Color = (1.0, 0.35, 0.85, 1.0)
-EXAGGERATION = 20.0
-"""An arrow is so many times as long as the deviation: a millimetre could not be seen in a cell."""
-_LEAST_M = 0.0002
-_LONGEST_M = 0.4
-_DIAMETER_M, _TEXT_M, _ABOVE_M = 0.02, 0.06, 0.12
+_TEXT_M, _ABOVE_M = 0.06, 0.12
 
 
 class Deviation(NamedTuple):
@@ -107,18 +108,19 @@ class GhostRobot:
         link = self._kinematics.placement(visual.link, self.root, positions)
         if link is None:
             return ()
-        marker = frame_marker(f'{self.device}/ghost', number, self.root, COLOR)
+        marker = frame_marker(f'{self.device}/ghost', number, self.root, GHOST_COLOR)
         set_shape(marker, visual, link.then(visual.place))
         return (marker,)
 
     def _deviation_markers(self, time_s: float) -> List[Marker]:
         found = self.deviation(time_s)
-        if found is None or found.length_m < _LEAST_M:
+        if found is None or found.length_m < LEAST_DEVIATION_M:
             return []
         namespace = f'{self.device}/deviation'
         arrow = frame_marker(namespace, 0, self.root, DEVIATION_COLOR)
         shape_as_arrow(arrow, found.foot.position, found.vector,
-                       min(EXAGGERATION * found.length_m, _LONGEST_M), _DIAMETER_M)
+                       min(EXAGGERATION * found.length_m, LONGEST_DEVIATION_M),
+                       DEVIATION_DIAMETER_M)
         x, y, z = found.foot.position
         return [arrow, text_marker(namespace, self.root, (x, y, z + _ABOVE_M),
                                    f'Δ {1000.0 * found.length_m:.1f} mm', _TEXT_M,

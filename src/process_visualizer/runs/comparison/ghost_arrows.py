@@ -56,10 +56,15 @@ def ghost_arrows(cell: Cell, reference: Run, comparisons: Sequence[Comparison],
     """
     if not comparisons:
         return ()
-    known = arms(cell, robot_models(cell) if models is None else models)
-    found = [it for device in cell.devices for it in (
-        *_robot_arrows(device, known, reference), *_variable_arrows(device, known, reference))]
+    found = run_arrows(cell, reference, models)
     return tuple(_over_recording(it, comparisons) for it in found)
+
+
+def run_arrows(cell: Cell, run: Run, models: Optional[Models] = None) -> Tuple[GhostArrow, ...]:
+    """Return the same of any run over its own time."""
+    known = arms(cell, robot_models(cell) if models is None else models)
+    return tuple(it for device in cell.devices for it in (
+        *_robot_arrows(device, known, run), *_variable_arrows(device, known, run)))
 
 
 def _robot_arrows(device: Device, known: Sequence[Arm], reference: Run) -> Iterator[GhostArrow]:

@@ -43,10 +43,11 @@ def ghost_tracks(cell: Cell, reference: Run, comparisons: Sequence[Comparison],
     return tuple(_track(it, comparisons) for it in _robots(cell, reference, models))
 
 
-def reference_tracks(cell: Cell, reference: Run) -> Tuple[GhostTrack, ...]:
+def reference_tracks(cell: Cell, reference: Run,
+                     models: Optional[Models] = None) -> Tuple[GhostTrack, ...]:
     """Return the same over the time of the reference itself, without any other run."""
     return tuple(it.track(times_s, it.positions(times_s), np.empty((0, len(it.joints))))
-                 for it in _robots(cell, reference, None)
+                 for it in _robots(cell, reference, models)
                  for times_s in [_times_s(it.channels, 1)])
 
 

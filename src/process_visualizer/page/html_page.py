@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The file of a page: the words as HTML, which need nothing else, and what plays the runs."""
+from __future__ import annotations
+
+import json
+import os
+from base64 import b64encode
+from datetime import datetime, timezone
+from hashlib import sha256
+from html import escape
+from typing import Any, Dict, List, NamedTuple, Sequence
+
+import rospkg
+
+from process_visualizer.motion.ghost_style import (
+    DEVIATION_COLOR,
+    DEVIATION_DIAMETER_M,
+    EXAGGERATION,
+    GHOST_COLOR,
+    LEAST_DEVIATION_M,
+    LONGEST_DEVIATION_M,
+)
+from process_visualizer.page.packed import Packed
+from process_visualizer.runs.comparison.wording import clock
+
+_PACKAGE = 'process_visualizer'
+
+
+class PageParts(NamedTuple):
+    """What is in a page: the runs and meshes as data, the columns that they refer to, and words.
+
+    ``figures`` are further HTML for each run.
+    """
+
+    title: str
+    subtitle: str
+    runs: Sequence[Dict[str, Any]]
+    meshes: Sequence[Dict[str, Any]]
+    packed: Packed
+    notes: Sequence[str] = ()
+    figures: Sequence[str] = ()
+    cell: str = ''
+
+
+def page_html(parts: PageParts) -> str:
+    """Return the page: one file that asks no network for anything."""
+    packages = rospkg.RosPack()
+    script, style = (_web_file(packages, name) for name in ('page.js', 'page.css'))
+    data = {'runs': parts.runs, 'meshes': parts.meshes, 'ghost': {
+        'color': GHOST_COLOR, 'deviation': DEVIATION_COLOR, 'diameter': DEVIATION_DIAMETER_M,
+        'exaggeration': EXAGGERATION, 'least': LEAST_DEVIATION_M, 'longest': LONGEST_DEVIATION_M}}
+    policy = (f"default-src 'none'; script-src {_hash(script)}; style-src {_hash(style)}; "
+              "img-src data:; form-action 'none'; base-uri 'none'")
+    return '\n'.join([
+        '<!DOCTYPE html>', '<html lang="en">', '<head>', '<meta charset="utf-8">',
+        f'<meta http-equiv="Content-Security-Policy" content="{escape(policy)}">',
+        '<meta name="viewport" content="width=device-width, initial-scale=1">',
+        f'<title>{escape(parts.title)}</title>', '<link rel="icon" href="data:,">',
+        f'<style>{style}</style>', '</head>', '<body>', *_words(parts),
+        f'<footer>{escape(_origin(parts, packages))}</footer>',
+        f'<script type="application/json" id="data">{_json(data)}</script>',
+        f'<script type="text/plain" id="columns">{parts.packed.text()}</script>',
+        f'<script>{script}</script>', '</body>', '</html>', ''])
+
+
+def _words(parts: PageParts) -> List[str]:
+    """What is read without any script."""
+    shown = 'shown'
+    found = [f'<h1>{escape(parts.title)}</h1>', f'<p class="sub">{escape(parts.subtitle)}</p>']
+    found += [f'<p class="note">{escape(it)}</p>' for it in parts.notes]
+    if len(parts.runs) > 1:
+        found.append(_summary(parts.runs))
+    for number, run in enumerate(parts.runs):
+        found += [f'<section data-run="{number}" class="{shown if number == 0 else ""}">',
+                  f'<p class="verdict {run["state"]}">{_verdict(run)}</p>', '</section>']
+    found += ['<main>', '<div id="player"></div>', '<aside id="side">']
+    for number, run in enumerate(parts.runs):
+        if run['departures']:
+            found += [f'<section data-run="{number}" id="departures" class="panel '
+                      f'{shown if number == 0 else ""}">' if number == 0 else
+                      f'<section data-run="{number}" class="panel">',
+                      '<h3>What differed, the first one first</h3>',
+                      _departures(number, run), '</section>']
+    found += ['<section class="panel" id="values"><h3>At this moment</h3>'
+              '<table><tbody id="numbers"></tbody></table></section>', '</aside>', '</main>']
+    for number, run in enumerate(parts.runs):
+        found += [f'<section data-run="{number}" class="{shown if number == 0 else ""}">',
+                  *(f'<p class="note">{escape(it)}</p>' for it in run['notes']),
+                  *parts.figures[number:number + 1], '</section>']
+    return found
+
+
+def _verdict(run: Dict[str, Any]) -> str:
+    """The words before the first colon or comma are what counts."""
+    text = str(run['verdict'])
+    head, separator, rest = text.partition(' first at ')
+    return f'<b>{escape(head)}</b>{escape(separator + rest)}'
+
+
+def _summary(runs: Sequence[Dict[str, Any]]) -> str:
+    rows = [f'<tr><td>{_link(number, run["begin"], run["name"])}</td>'
+            f'<td>{clock(run["begin"])}</td>'
+            f'<td class="{run["state"]}-text">{escape(run["verdict"])}</td></tr>'
+            for number, run in enumerate(runs)]
+    return ('<div class="panel"><table><tr><th>run</th><th>begins at</th><th>verdict</th></tr>'
+            + ''.join(rows) + '</table></div>')
+
+
+def _departures(number: int, run: Dict[str, Any]) -> str:
+    rows = [f'<tr><td><span class="number">{row}</span></td><td>{escape(it["what"])}<br>'
+            f'{escape(it["amount"])}</td><td>{_link(number, it["began_s"], it["began"])}</td>'
+            f'<td>{_link(number, it["worst_s"], it["worst"])}</td></tr>'
+            for row, it in enumerate(run['departures'], start=1)]
+    more = f'<p class="note">and {run["more"]} more</p>' if run.get('more') else ''
+    return ('<div class="departures"><table><tr><th></th><th>what, and by how much</th>'
+            '<th>began</th><th>was worst</th></tr>' + ''.join(rows) + f'</table>{more}</div>')
+
+
+def _link(run: int, time_s: float, text: str) -> str:
+    return (f'<a class="go" href="#t={time_s:.2f}" data-run="{run}" data-time="{time_s:.4f}">'
+            f'{escape(text)}</a>')
+
+
+def _origin(parts: PageParts, packages: rospkg.RosPack) -> str:
+    """Where and when it was recorded, and what made the page."""
+    runs = list(parts.runs)
+    recorded = '' if not runs else datetime.fromtimestamp(
+        runs[0]['recorded'], timezone.utc).strftime('Recorded %Y-%m-%d %H:%M UTC. ')
+    version = packages.get_manifest(_PACKAGE).version
+    return (f'{recorded}{f"Cell: {parts.cell}. " if parts.cell else ""}Made by {_PACKAGE} '
+            f'{version}; three.js (MIT) draws the scene.')
+
+
+def _json(data: Dict[str, Any]) -> str:
+    """JSON in which nothing ends the element that it is in; NaN is none there."""
+    text = json.dumps(data, separators=(',', ':'), allow_nan=False)
+    return text.replace('<', '\\u003c').replace('>', '\\u003e').replace('&', '\\u0026')
+
+
+def _hash(text: str) -> str:
+    """How a policy names a script or style in the page itself."""
+    return f"'sha256-{b64encode(sha256(text.encode()).digest()).decode()}'"
+
+
+def _web_file(packages: rospkg.RosPack, name: str) -> str:
+    path = os.path.join(packages.get_path(_PACKAGE), 'web', 'dist', name)
+    with open(path, encoding='utf-8') as file:
+        return file.read()

@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The numbers at each moment of a recording, in the words that RViz has beside its arrows."""
+from __future__ import annotations
+
+from typing import Any, Callable, Dict, List, NamedTuple, Sequence, Tuple
+
+import numpy as np
+
+from process_visualizer.bags.bag_errors import BagDamaged
+from process_visualizer.bags.recording import Recording
+from process_visualizer.cell.model import Color, Device, Variable
+from process_visualizer.curves.curve_sources import CurveSource, Quantity
+from process_visualizer.curves.samples import Samples, Series
+from process_visualizer.motion.arrows import format_value
+from process_visualizer.motion.variables import variable_text
+from process_visualizer.motion.velocity.slope_windows import segments, slope_windows
+from process_visualizer.motion.velocity.speed_series import WINDOW_S
+from process_visualizer.motion.velocity.velocity_estimator import GAP_S
+from process_visualizer.page.packed import Packed
+from process_visualizer.page.places import Span
+from process_visualizer.parameters.configured_arrow import configured_arrow
+from process_visualizer.parameters.reading import opaque
+from process_visualizer.parameters.variable_parameters import VariableColors
+from process_visualizer.playback.scene.playback_event import MOMENT_NS
+
+_MOMENT_S = MOMENT_NS / 1e9
+_AFTER_S = 1e-6
+"""So much after the last row of a stretch there is nothing any more."""
+
+
+class SourceSamples(NamedTuple):
+    """What was read of a source; ``is_whole``: its type knows whole numbers only."""
+
+    samples: Samples
+    is_whole: bool
+
+
+def is_whole(recording: Recording, series: Series) -> bool:
+    """Return whether the first message of a source has a whole number."""
+    for number, locator in series.locators.parts[0].items():
+        for position in recording.index.positions(number)[:1].tolist():
+            try:
+                places = locator.places(recording.message(position))
+            except BagDamaged:
+                continue
+            if places.numbers:
+                return places.numbers[0].kind.lstrip('<>|=')[0] in 'iub'
+    return False
+
+
+def number_entry(device: Device, found: SourceSamples, packed: Packed, span: Span
+                 ) -> Dict[str, Any]:
+    """Return a source's numbers as the page has them."""
+    source = found.samples.source
+    entry: Dict[str, Any] = {
+        'device': source.device, 'label': source.channel_label, 'unit': source.unit,
+        'topic': source.topic, 'color': list(source.color), 'quantity': source.quantity.value}
+    if source.quantity is Quantity.SPEED:
+        return {**entry, **_speed(device, found.samples, packed, span)}
+    times_s, values = held(found.samples)
+    rows = span.rows(times_s)
+    times_s, values = times_s[rows], values[rows]
+    texts, numbers = _texts(device, source, found, values)
+    return {**entry, 'times': packed.times(times_s), 'values': packed.exact(values),
+            'texts': texts, 'text': packed.plain(numbers),
+            **_colors(device, source, values, packed)}
+
+
+def held(samples: Samples) -> Tuple[np.ndarray, np.ndarray]:
+    """Return times [s] (n,) and the values (n,) that hold from then on, as PositionValues has it.
+
+    What comes first a moment after the beginning is there from the beginning.
+    """
+    times_s = samples.times_s.copy()
+    with np.errstate(over='ignore', invalid='ignore'):
+        values = samples.values[:, 0] if samples.source.quantity is Quantity.NUMBER else \
+            np.linalg.norm(samples.values, axis=1)
+    order = np.argsort(times_s, kind='stable')
+    times_s, values = times_s[order], values[order]
+    if len(times_s) and times_s[0] <= _MOMENT_S:
+        times_s[0] = 0.0
+    return times_s, values
+
+
+def _speed(device: Device, samples: Samples, packed: Packed, span: Span) -> Dict[str, Any]:
+    times_s, slopes = velocity_rows(samples.times_s, samples.values)
+    rows = span.rows(times_s)
+    style = configured_arrow(device, 'velocity')
+    return {'times': packed.times(times_s[rows]),
+            'vectors': packed.plain(slopes[rows].astype(np.float32)),
+            'format': {'label': style.label, 'unit': style.unit, 'decimals': style.decimals}}
+
+
+def velocity_rows(times_s: np.ndarray, positions: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Return times [s] (n,) and velocities (n, 3) between which there are straight lines.
+
+    They are those of RecordedVelocity; NaN where there is none.
+    """
+    gap_s = max(GAP_S, 2.0 * WINDOW_S)
+    windows = slope_windows(times_s, positions, WINDOW_S, gap_s)
+    segment = segments(times_s, gap_s)
+    parts: List[Tuple[np.ndarray, np.ndarray]] = []
+    for number in np.unique(windows.segment).tolist():
+        inside, own = windows.segment == number, times_s[segment == number]
+        middle_s, slope = windows.middle_s[inside], windows.slope[inside]
+        begin_s = min(own[0] - 0.5 * WINDOW_S, middle_s[0])
+        end_s = max(own[-1] + 0.5 * WINDOW_S, middle_s[-1])
+        parts.append((np.concatenate(([begin_s], middle_s, [end_s, end_s + _AFTER_S])),
+                      np.vstack((slope[:1], slope, slope[-1:], np.full((1, 3), np.nan)))))
+    if not parts:
+        return np.empty(0), np.empty((0, 3))
+    joined_s, slopes = (np.concatenate(column) for column in zip(*parts))
+    return np.maximum.accumulate(joined_s), slopes
+
+
+def _texts(device: Device, source: CurveSource, found: SourceSamples,
+           values: np.ndarray) -> Tuple[List[str], np.ndarray]:
+    """The texts of all values, each once, and which of them (n,) belongs to which value."""
+    written = _writer(device, source, found.is_whole)
+    unique, number = np.unique(values, return_inverse=True)
+    texts = [written(value) for value in unique.tolist()]
+    distinct = {text: row for row, text in enumerate(dict.fromkeys(texts))}
+    rows = np.array([distinct[text] for text in texts], np.int64)[number.reshape(-1)]
+    return list(distinct), rows.astype(np.uint16 if len(distinct) < 65_536 else np.uint32)
+
+
+def _writer(device: Device, source: CurveSource, whole: bool) -> Callable[[float], str]:
+    if source.quantity is Quantity.FORCE:
+        style = configured_arrow(device, 'force')
+        return lambda value: format_value(style.label, value, style.unit, style.decimals)
+    variable = variable_of(device, source)
+    offset, scale_m = (0.0, 0.0) if variable is None else (variable.offset, variable.scale)
+    names = dict(source.value_names)
+
+    def written(value: float) -> str:
+        text = variable_text(source.label, int(value) if whole else value, source.unit, offset,
+                             scale_m)
+        return f'{text} ({names[value]})' if value in names else text
+    return written
+
+
+def variable_of(device: Device, source: CurveSource) -> 'Variable | None':
+    """Return what the configuration says of a number; None of a plain topic or a robot's."""
+    return next((it for it in device.variables if it.topic == source.topic
+                 and it.field == source.field
+                 and (it.label or it.topic.strip('/')) == source.label), None)
+
+
+def _colors(device: Device, source: CurveSource, values: np.ndarray,
+            packed: Packed) -> Dict[str, Any]:
+    """Of a variable whose colour tells its value: the colours, and which belongs to each value."""
+    variable = variable_of(device, source)
+    if variable is None or variable.limits is None and variable.color_scale is None:
+        return {}
+    colors = variable_colors(variable)
+    found = [tuple(round(part, 3) for part in colors.of(value)[:3]) for value in values.tolist()]
+    distinct: Dict[Tuple[float, ...], int] = {
+        color: row for row, color in enumerate(dict.fromkeys(found))}
+    return {'colors': [list(it) for it in distinct],
+            'colored': packed.plain(np.array([distinct[it] for it in found], np.uint16))}
+
+
+def variable_colors(variable: Variable) -> VariableColors:
+    """Return the colours of a variable by its value."""
+    scale, limits = variable.color_scale, variable.limits
+    plain = VariableColors(opaque(variable.color), None if scale is None else (
+        scale.begin, scale.end, opaque(scale.end_color)))
+    if limits is None:
+        return plain
+    return VariableColors(plain.color, plain.scale,
+                          -np.inf if limits.low is None else limits.low,
+                          np.inf if limits.high is None else limits.high, opaque(limits.color))
+
+
+def color_of(device: Device, name: str, sources: Sequence[CurveSource]) -> Color:
+    """Return the colour of an arrow, DEVICE/velocity, DEVICE/force or DEVICE/LABEL."""
+    quantity = name[len(device.name) + 1:]
+    if quantity in ('velocity', 'force'):
+        red, green, blue, _ = configured_arrow(device, quantity).color
+        return red, green, blue
+    return next((it.color for it in sources
+                 if it.device == device.name and it.label == quantity), (0.5, 0.5, 0.5))

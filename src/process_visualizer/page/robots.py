@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Where the links of models are: by the recorded joints, in the run and in its reference."""
+from __future__ import annotations
+
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple
+
+import numpy as np
+
+from process_visualizer.cell.model import Device
+from process_visualizer.motion.joint_track import JointTrack
+from process_visualizer.motion.kinematics import MOVABLE, Kinematics, Placement
+from process_visualizer.motion.placements import Placements, constant, of_joint
+from process_visualizer.motion.rotations import matrix_from_quaternion, quaternion_from_ypr
+from process_visualizer.page.packed import Packed
+from process_visualizer.page.places import Moving, Place, Span
+from process_visualizer.runs.comparison.ghost_tracks import GhostTrack
+
+_LARGEST_STEP = 0.02
+"""Of a joint between two rows [rad or m]: a straight line in between is within 0.1 mm then."""
+_MOST_BETWEEN = 50
+
+
+class RowsOfJoints(NamedTuple):
+    """Positions [rad or m] by joint (n,) at ``times_s`` (n,)."""
+
+    times_s: np.ndarray
+    positions: Dict[str, np.ndarray]
+
+
+def fine_rows(track: JointTrack) -> RowsOfJoints:
+    """Return the rows of a track, with more of them where a joint moves far from one to the next.
+
+    Rows without positions are left out.
+    """
+    known = np.isfinite(track.positions).all(axis=1)
+    times_s, positions = track.times_s[known], track.positions[known]
+    if len(times_s) > 1:
+        step = np.abs(np.diff(positions, axis=0)).max(axis=1)
+        parts = np.clip(np.ceil(step / _LARGEST_STEP), 1, _MOST_BETWEEN).astype(int)
+        first = np.repeat(np.arange(len(parts)), parts)
+        number = np.arange(len(first)) - np.repeat(np.cumsum(parts) - parts, parts)
+        share = np.append(number / parts[first], 0.0)
+        first = np.append(first, len(times_s) - 1)
+        behind = np.minimum(first + 1, len(times_s) - 1)
+        times_s = (1.0 - share) * times_s[first] + share * times_s[behind]
+        share = share[:, np.newaxis]
+        positions = (1.0 - share) * positions[first] + share * positions[behind]
+    return RowsOfJoints(times_s, dict(zip(track.joints, positions.T)))
+
+
+def link_places(kinematics: Kinematics, base: Place, rows: RowsOfJoints) -> Dict[str, Place]:
+    """Return where the links of a model are, and the frames that are fixed to it.
+
+    A joint without positions is at 0.
+    """
+    found: Dict[str, Place] = {}
+    for link in kinematics.links:
+        _add_link(kinematics, link, base, rows, found)
+    return found
+
+
+def _add_link(kinematics: Kinematics, link: str, base: Place, rows: RowsOfJoints,
+              found: Dict[str, Place]) -> None:
+    if link in found:
+        return
+    joint = kinematics.joint(link)
+    if joint is None:
+        found[link] = base
+        return
+    if joint.parent not in found:
+        _add_link(kinematics, joint.parent, base, rows, found)
+    parent = found[joint.parent]
+    if joint.kind not in MOVABLE:
+        found[link] = carried(parent, joint.origin)
+    elif joint.name in rows.positions:
+        moved = of_joint(joint, rows.positions[joint.name])
+        outer = constant(parent) if isinstance(parent, Placement) else parent.places
+        found[link] = Moving(rows.times_s, outer.then(moved))
+    else:
+        found[link] = carried(parent, joint.placement({joint.name: 0.0}) or Placement())
+
+
+def carried(parent: Place, inner: Placement) -> Place:
+    """Return where something fixed to a frame is."""
+    if isinstance(parent, Placement):
+        return parent.then(inner)
+    return Moving(parent.times_s, parent.places.then(constant(inner)))
+
+
+def base_place(device: Device) -> Placement:
+    """Return where the root of a device's model is in the cell."""
+    if device.base is None:
+        return Placement()
+    x, y, z, w = (float(it) for it in quaternion_from_ypr(device.base.pose.ypr))
+    return Placement(device.base.pose.xyz, (x, y, z, w))
+
+
+def joints_without_data(kinematics: Kinematics, track: Optional[JointTrack]) -> List[str]:
+    """Return the joints of a model that nothing was recorded of."""
+    known = () if track is None else track.joints
+    return [name for name in kinematics.joint_names if name not in known]
+
+
+def shown_spans(track: JointTrack) -> List[Tuple[float, float]]:
+    """Return from when to when [s] a track has positions."""
+    known = np.concatenate(([False], np.isfinite(track.positions).all(axis=1), [False]))
+    edges = np.flatnonzero(np.diff(known.astype(np.int8))).reshape(-1, 2)
+    return [(float(track.times_s[begin]), float(track.times_s[end - 1])) for begin, end in edges]
+
+
+def deviation_entry(track: GhostTrack, kinematics: Kinematics, base: Placement, packed: Packed,
+                    span: Span) -> Optional[Dict[str, Any]]:
+    """Return the distance of a tool from its place in the reference, as the page has it.
+
+    Rows are the tool's place in the reference and the way from there [m], in the cell's frame.
+    """
+    if not track.tool:
+        return None
+    there = JointTrack(track.there.joints, track.there.times_s, track.there.positions)
+    both = fine_rows(JointTrack(
+        tuple(f'{name}/{where}' for where in 'ab' for name in there.joints), there.times_s,
+        np.hstack((there.positions, track.here))))
+    if not len(both.times_s):
+        return None
+    tools = [_tool(kinematics, track.tool, base, both, where) for where in 'ab']
+    if None in tools:
+        return None
+    first, second = (np.broadcast_to(it.positions, (len(both.times_s), 3))
+                     for it in tools if it is not None)
+    rows = span.rows(both.times_s)
+    return {'times': packed.times(both.times_s[rows]), 'shown': shown_spans(track.there),
+            'rows': packed.plain(np.hstack((first, second - first))[rows].astype(np.float32))}
+
+
+def _tool(kinematics: Kinematics, tool: str, base: Placement, both: RowsOfJoints,
+          where: str) -> Optional[Placements]:
+    rows = RowsOfJoints(both.times_s, {
+        name[:-2]: values for name, values in both.positions.items() if name.endswith(f'/{where}')})
+    place = link_places(kinematics, base, rows).get(tool)
+    if place is None:
+        return None
+    return constant(place) if isinstance(place, Placement) else place.places
+
+
+def upwards(base: Placement) -> List[float]:
+    """Return in which direction from its tool a robot's numbers stand: along the foot's z axis.
+
+    So those of a hanging robot do not meet those of a standing one.
+    """
+    found: List[float] = matrix_from_quaternion(base.quaternion)[:, 2].tolist()
+    return found

@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A run as the data of a page: all that the browser draws, computed by the product's functions."""
+from __future__ import annotations
+
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple
+
+import numpy as np
+
+from process_visualizer.bags.recording import Recording
+from process_visualizer.cell.model import Cell
+from process_visualizer.curves.curve_sources import curve_sources
+from process_visualizer.curves.curves import colored
+from process_visualizer.curves.position_values import key_of
+from process_visualizer.curves.samples import found_series, read_samples
+from process_visualizer.descriptions.link_visuals import link_visuals
+from process_visualizer.descriptions.robot_description import (
+    ModelError,
+    RobotDescription,
+    describe_device,
+)
+from process_visualizer.motion.kinematics import Placement
+from process_visualizer.page.arrows import arrow_entries, ghost_arrow_entries
+from process_visualizer.page.lanes import alarm_entries, curves_of, grid_over, lane_entries
+from process_visualizer.page.link_meshes import LinkMeshes, thinned
+from process_visualizer.page.numbers import SourceSamples, is_whole, number_entry
+from process_visualizer.page.packed import Packed
+from process_visualizer.page.places import Places, Span
+from process_visualizer.page.robots import (
+    RowsOfJoints,
+    base_place,
+    carried,
+    deviation_entry,
+    fine_rows,
+    joints_without_data,
+    link_places,
+    shown_spans,
+    upwards,
+)
+from process_visualizer.page.words import run_words
+from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns
+from process_visualizer.runs.comparison.ghost_arms import Arm, arms
+from process_visualizer.runs.comparison.ghost_arrows import ghost_arrows, run_arrows
+from process_visualizer.runs.comparison.ghost_tracks import (
+    ghost_tracks,
+    reference_tracks,
+)
+from process_visualizer.runs.comparison.timeline_bands import timeline_bands
+from process_visualizer.runs.run import Run
+
+_NORMAL_STEPS = 127
+_NO_ROWS = RowsOfJoints(np.empty(0), {})
+
+
+class Judged(NamedTuple):
+    """A run, what came of it, and the good runs that it was held against."""
+
+    run: Run
+    comparison: Optional[Comparison] = None
+    good: Optional[GoodRuns] = None
+
+
+class PageCell:
+    """The models of a cell, which all runs of a page share."""
+
+    def __init__(self, cell: Cell, packed: Packed) -> None:
+        """Load models and meshes; what cannot be loaded is told in ``notes``."""
+        self.cell, self._packed = cell, packed
+        self.notes: List[str] = []
+        self.models: Dict[str, RobotDescription] = {}
+        for device in cell.devices:
+            try:
+                description = describe_device(device, cell.frame)
+            except (ModelError, OSError) as error:
+                self.notes.append(f'not shown: the model of {device.name}: {error}')
+                continue
+            if description is not None:
+                self.models[device.name] = description
+        self.arms = {it.device.name: it for it in arms(cell, self.models)}
+        self.meshes, self.parts = self._meshes()
+
+    def _meshes(self) -> Tuple[List[Dict[str, Any]], List[Dict[str, Any]]]:
+        """The meshes, those that are the same once, and which link of which device has which."""
+        reader, found = LinkMeshes(), []
+        for name, model in self.models.items():
+            found += [(name, it) for it in reader.of(link_visuals(model.text))]
+        self.notes += reader.notes
+        whole = [it.mesh for _, it in found]
+        slim = thinned(whole)
+        before, behind = (sum(len(it.triangles) for it in meshes) for meshes in (whole, slim))
+        if behind < before:
+            self.notes.append(f'meshes are thinned for the browser: {behind} of {before} triangles')
+        meshes: List[Dict[str, Any]] = []
+        numbers: Dict[str, int] = {}
+        parts = []
+        for (name, link), mesh in zip(found, slim):
+            entry = {'positions': self._packed.scaled(mesh.positions),
+                     'normals': self._packed.plain(np.rint(
+                         _NORMAL_STEPS * np.clip(mesh.normals, -1.0, 1.0)).astype(np.int8)),
+                     'colors': self._packed.plain(mesh.colors.astype(np.uint8)),
+                     'triangles': self._packed.plain(mesh.triangles.astype(
+                         np.uint16 if len(mesh.positions) < 65_536 else np.uint32))}
+            number = numbers.setdefault(repr(entry), len(meshes))
+            if number == len(meshes):
+                meshes.append(entry)
+            parts.append({'device': name, 'link': link.link, 'mesh': number})
+        return meshes, parts
+
+
+def run_entry(shared: PageCell, recording: Recording, judged: Judged, span: Span,
+              packed: Packed) -> Dict[str, Any]:
+    """Return the data of a run; ``span`` is what of its recording is shown."""
+    cell, run = shared.cell, judged.run
+    duration_s = (recording.end_ns - recording.begin_ns) / 1e9
+    notes = list(shared.notes)
+    places = Places(packed, span)
+    tracks = {it.device: it for it in reference_tracks(cell, run, shared.models)}
+    for name, arm in shared.arms.items():
+        track = tracks.get(name)
+        rows = _NO_ROWS if track is None else fine_rows(track.there)
+        rows = rows._replace(times_s=rows.times_s + run.begin_s)
+        unknown = joints_without_data(arm.kinematics, None if track is None else track.there)
+        if unknown:
+            notes.append(f'{name}: no positions of {", ".join(unknown[:4])}'
+                         f'{" …" if len(unknown) > 4 else ""} were recorded; shown at 0')
+        _add_arm(places, arm, rows)
+    for device in cell.devices:
+        if device.base is not None:
+            places.add(device.base.frame, base_place(device))
+    places.add(cell.frame, Placement())
+    samples, entries = _numbers(cell, recording, packed, span)
+    sources = [it.samples.source for it in samples]
+    grid = grid_over(duration_s, span)
+    curves = curves_of([it.samples for it in samples], grid)
+    labels = {key_of(it.device, it.label, it.topic): it.channel_label for it in sources}
+    bands = {} if judged.comparison is None or judged.good is None else timeline_bands(
+        judged.good.times_s, [judged.comparison], grid.duration_s, grid.columns)
+    entry = {
+        **run_words(run, judged.comparison, notes, span), 'duration': duration_s,
+        'recorded': recording.begin_ns / 1e9, 'numbers': entries,
+        'lanes': lane_entries(curves, labels, bands, grid, packed),
+        'alarms': alarm_entries(cell.devices, curves, span),
+        'parts': [{**part, 'place': places.number(str(part['link']))} for part in shared.parts],
+        'arrows': arrow_entries(cell, run_arrows(cell, run, shared.models), run.begin_s, sources,
+                                places, packed, span),
+        'tools': {name: {'place': number, 'up': upwards(base_place(arm.device))}
+                  for name, arm in shared.arms.items() if name in tracks
+                  for number in [places.number(arm.tool)] if number is not None},
+        'ghost': _ghost(shared, judged, places, packed, span)}
+    entry['places'] = places.entries
+    return entry
+
+
+def _add_arm(places: Places, arm: Arm, rows: RowsOfJoints) -> None:
+    """Add the links of a model, and the frames of the configuration that are fixed to them."""
+    base = base_place(arm.device)
+    found = link_places(arm.kinematics, base, rows)
+    for link, place in found.items():
+        places.add(link, place)
+    for frame in (arm.tool, '' if arm.device.force is None else arm.device.force.frame):
+        fixed = arm.fixed(frame) if frame else None
+        if fixed is not None and fixed[0] in found:
+            places.add(frame, carried(found[fixed[0]], fixed[1]))
+
+
+def _numbers(cell: Cell, recording: Recording, packed: Packed,
+             span: Span) -> Tuple[List[SourceSamples], List[Dict[str, Any]]]:
+    series = colored(found_series(recording, curve_sources(cell.devices), cell.devices))
+    samples = [SourceSamples(found, is_whole(recording, it))
+               for it, found in zip(series, read_samples(recording, series))]
+    by_name = {it.name: it for it in cell.devices}
+    entries = [number_entry(by_name[it.samples.source.device], it, packed, span)
+               for it in samples if len(it.samples.times_s)]
+    return samples, entries
+
+
+def _ghost(shared: PageCell, judged: Judged, places: Places, packed: Packed,
+           span: Span) -> Optional[Dict[str, Any]]:
+    """The reference in step with the run."""
+    comparison, good = judged.comparison, judged.good
+    if comparison is None or good is None or comparison.why_not:
+        return None
+    cell, models = shared.cell, shared.models
+    robots, deviations = [], []
+    frames = Places(packed, span)
+    frames.entries = places.entries
+    for track in ghost_tracks(cell, good.reference, [comparison], models):
+        arm = shared.arms[track.device]
+        _add_arm(frames, arm, fine_rows(track.there))
+        robots.append({'device': track.device, 'shown': shown_spans(track.there)})
+        found = deviation_entry(track, arm.kinematics, base_place(arm.device), packed, span)
+        if found is not None:
+            deviations.append({'device': track.device, **found})
+    for device in cell.devices:
+        if device.base is not None:
+            frames.add(device.base.frame, base_place(device))
+    moving = {str(it['device']) for it in robots}
+    return {'name': good.reference.name, 'robots': robots, 'deviations': deviations,
+            'parts': [{**part, 'place': frames.number(str(part['link']))}
+                      for part in shared.parts if part['device'] in moving],
+            'arrows': ghost_arrow_entries(
+                cell, ghost_arrows(cell, good.reference, [comparison], models), frames, packed,
+                span)}

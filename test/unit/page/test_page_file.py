@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The file of a page: what is in it, what is not, and what is refused."""
+from __future__ import annotations
+
+import re
+from base64 import b64encode
+from hashlib import sha256
+from html import unescape
+from pathlib import Path
+
+import pytest
+from cycle_bags import write_bag
+from page_reader import PageReader
+
+from process_visualizer.bags.marks import Mark, add_mark
+from process_visualizer.commands.command_line import main
+from process_visualizer.commands.share_command import seconds
+from process_visualizer.commands.whole_file import write_whole
+
+HOSTILE = '</script><script>alert(1)</script><img src=x onerror=alert(2)>'
+
+
+def shared(folder: Path, *words: str) -> str:
+    page = folder / 'page.html'
+    assert main(['share', *words, '-o', str(page)]) == 0
+    return page.read_text(encoding='utf-8')
+
+
+def test_what_a_recording_says_is_text(tmp_path: Path) -> None:
+    bag = write_bag(tmp_path)
+    add_mark(bag, Mark(1_600_000_003_000_000_000, HOSTILE))
+    html = shared(tmp_path, f'{bag}#1')
+    assert html.count('<script') == 3
+    assert '<img' not in html
+    assert HOSTILE in [it['label'] for it in PageReader(html).data['runs'][0]['moments']]
+
+
+def test_only_the_script_of_the_page_may_run_and_nothing_is_fetched(tmp_path: Path) -> None:
+    html = shared(tmp_path, f'{write_bag(tmp_path)}#1')
+    found = re.search(r'Security-Policy" content="([^"]+)"', html)
+    assert found is not None
+    policy = unescape(found.group(1))
+    script = re.findall(r'<script>(.*?)</script>', html, re.DOTALL)
+    assert f"'sha256-{b64encode(sha256(script[0].encode()).digest()).decode()}'" in policy
+    assert policy.startswith("default-src 'none'; script-src 'sha256-")
+    assert 'connect-src' not in policy
+    assert not re.search(r'(?:src|href)="(?:https?:)?//', html)
+
+
+def test_a_part_is_shown(tmp_path: Path) -> None:
+    run = PageReader(shared(tmp_path, f'{write_bag(tmp_path)}#2', '--from', '0:12.5', '--to',
+                            '15')).data['runs'][0]
+    assert (run['begin'], run['end']) == (12.5, 15.0)
+    assert run['lanes'][0]['begin'] == pytest.approx(12.5, abs=0.01)
+
+
+def test_several_runs_are_on_one_page(tmp_path: Path) -> None:
+    bag = write_bag(tmp_path, cycles=3, poor=1)
+    html = shared(tmp_path, bag, '--reference', f'{bag}#1', f'{bag}#3')
+    assert '<h1>1 of 3 runs out of range</h1>' in html
+    assert [it['state'] for it in PageReader(html).data['runs']] == ['good', 'poor', 'good']
+
+
+def test_a_recording_without_a_whole_run_is_shown_as_it_is(
+        tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    html = shared(tmp_path, write_bag(tmp_path, part_of_s=(0.0, 4.0)))
+    assert 'all of it is shown' in capsys.readouterr().err
+    assert PageReader(html).data['runs'][0]['verdict'] == 'not held against good runs'
+
+
+@pytest.mark.parametrize(('words', 'problem'), [
+    (['--from', 'soon'], '"soon" is not a time; write it as 0:05 or 12.5'),
+    (['--from', '0:30'], 'a.bag#1 goes from 0:00.00 to 0:10.00'),
+    (['--from', '5', '--to', '4'], 'not from 0:05.00 to 0:04.00')])
+def test_a_part_that_there_is_not(tmp_path: Path, capsys: pytest.CaptureFixture[str],
+                                  words: 'list[str]', problem: str) -> None:
+    page = tmp_path / 'page.html'
+    assert main(['share', f'{write_bag(tmp_path)}#1', *words, '-o', str(page)]) == 1
+    assert problem in capsys.readouterr().err
+    assert not page.exists()
+
+
+def test_more_than_a_page_can_show_asks_for_a_part(
+        tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bag = write_bag(tmp_path)
+    assert main(['share', *[f'{bag}#1'] * 120, '-o', str(tmp_path / 'page.html')]) == 1
+    assert 'name a part of at most 15:00.00' in capsys.readouterr().err
+
+
+def test_a_file_is_written_as_a_whole_or_not_at_all(tmp_path: Path) -> None:
+    path = tmp_path / 'page.html'
+    path.write_text('before', encoding='utf-8')
+    with pytest.raises(TypeError):
+        write_whole(str(path), None)  # type: ignore[arg-type]
+    assert path.read_text(encoding='utf-8') == 'before'
+    assert [it.name for it in tmp_path.iterdir()] == ['page.html']
+
+
+def test_times_are_as_people_write_them() -> None:
+    assert [seconds(it) for it in ('12.5', '0:05', '1:02:03.5')] == [12.5, 5.0, 3723.5]

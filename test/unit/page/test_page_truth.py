@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What is in a page is what the product has at the same position."""
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Dict, List
+
+import numpy as np
+import pytest
+from page_reader import PageReader, between
+from sewing_runs import CELL, write_sewing_run
+
+from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.commands.command_line import main
+from process_visualizer.curves.position_values import PositionValues, key_of
+from process_visualizer.descriptions.robot_description import describe_device
+from process_visualizer.motion.kinematics import Kinematics
+from process_visualizer.motion.rotations import rotation_vector_between
+from process_visualizer.nodes.ghost.ghost_robot import GhostRobot
+from process_visualizer.page.robots import base_place
+from process_visualizer.runs.comparison.comparison import GoodRuns
+from process_visualizer.runs.comparison.ghost_models import robot_models
+from process_visualizer.runs.comparison.ghost_tracks import ghost_tracks, reference_tracks
+from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
+
+POSITIONS_S = np.random.default_rng(3).uniform(0.6, 18.0, 60).tolist()
+QUANTITIES = {'v': 'speed', 'F': 'force'}
+
+
+class Shared:
+    """A page, and the recordings that it was made of."""
+
+    def __init__(self, folder: Path) -> None:
+        self.good = write_sewing_run(folder, 'good.bag')
+        self.poor = write_sewing_run(folder, 'poor.bag', 2, is_poor=True)
+        self.path = folder / 'page.html'
+        assert main(['share', f'{self.poor}#1', '--reference', self.good, '-o',
+                     str(self.path)]) == 0
+        self.html = self.path.read_text(encoding='utf-8')
+        self.page = PageReader(self.html)
+
+
+@pytest.fixture(scope='module')
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Shared:
+    return Shared(tmp_path_factory.mktemp('page'))
+
+
+def test_numbers_are_those_at_the_position(shared: Shared) -> None:
+    devices = XmlParser().parse(str(CELL)).devices
+    values = PositionValues([shared.poor], devices)
+    try:
+        for time_s in POSITIONS_S:
+            known = values.at(time_s)
+            for entry in shared.page.data['runs'][0]['numbers']:
+                label = {'speed': 'v', 'force': 'F'}.get(entry['quantity'], entry['label'])
+                expected = known[key_of(entry['device'], label, entry['topic'])]
+                assert expected is not None
+                assert shared.page.value(entry, time_s) == pytest.approx(expected, rel=2e-6,
+                                                                         abs=1e-7)
+    finally:
+        values.close()
+
+
+def test_texts_are_in_the_words_of_rviz(shared: Shared) -> None:
+    page = shared.page
+    force, edge = (page.number(0, 'ur_rt_upper', 'force'),
+                   page.number(0, 'sewing_machine', 'number', 'upper edge'))
+    for time_s in POSITIONS_S[:10]:
+        assert page.text(force, time_s) == f'F {page.value(force, time_s):.1f} N'
+        assert page.text(edge, time_s) == f'upper edge {page.value(edge, time_s):.0f}'
+
+
+def test_links_are_where_the_kinematics_have_them(shared: Shared) -> None:
+    cell = XmlParser().parse(str(CELL))
+    run, = ChosenRuns(cell).runs([f'{shared.poor}#1'])
+    tracks = {it.device: it.there for it in reference_tracks(cell, run)}
+    models: Dict[str, Kinematics] = {}
+    for device in cell.devices:
+        description = describe_device(device)
+        if description is not None:
+            models[device.name] = Kinematics(description.text)
+    links = shared.page.links(0)
+    assert {device for device, _, _ in links} == set(models)
+    for time_s in POSITIONS_S:
+        for device, link, number in links:
+            joints = {} if device not in tracks else tracks[device].at(time_s - run.begin_s)
+            assert joints is not None
+            inner = models[device].placement(link, models[device].links[0], joints)
+            assert inner is not None
+            place = base_place(cell.device(device)).then(inner)
+            position, turn = shared.page.place(0, number, time_s)
+            assert math.dist(position, place.position) < 2e-4
+            angle = math.hypot(*rotation_vector_between(place.quaternion, tuple(turn.tolist())))
+            assert math.degrees(angle) < 0.05
+
+
+def test_the_ghost_is_as_far_away_as_in_rviz(shared: Shared) -> None:
+    cell = XmlParser().parse(str(CELL))
+    chosen = ChosenRuns(cell)
+    good, (run,) = GoodRuns(*chosen.runs([shared.good])), chosen.runs([f'{shared.poor}#1'])
+    models = robot_models(cell)
+    tracks = ghost_tracks(cell, good.reference, [good.compare(run)], models)
+    entries = {it['device']: it for it in shared.page.data['runs'][0]['ghost']['deviations']}
+    assert len(tracks) == len(entries) == 2
+    for track in tracks:
+        robot = GhostRobot(track.device, models[track.device].text, track.tool, track.there,
+                           track.there._replace(positions=track.here))
+        entry = entries[track.device]
+        times_s, rows = (shared.page.column(entry['times']), shared.page.column(entry['rows'], 6))
+        known: List[float] = []
+        for time_s in POSITIONS_S:
+            deviation, row = robot.deviation(time_s), between(times_s, rows, time_s)
+            if deviation is None or row is None:
+                continue
+            known.append(deviation.length_m)
+            assert np.linalg.norm(row[3:]) == pytest.approx(deviation.length_m, abs=1e-4)
+        assert len(known) > 50
+
+
+def test_the_words_are_those_of_the_comparison(shared: Shared,
+                                               capsys: pytest.CaptureFixture[str]) -> None:
+    main(['compare', f'{shared.poor}#1', '--reference', shared.good])
+    said = capsys.readouterr().out
+    run = shared.page.data['runs'][0]
+    assert f'poor.bag#1: {run["verdict"]}' in said
+    assert run['departures'][0]['what'] in said
+    assert run['departures'][0]['amount'] in shared.html
+    assert run['lanes'][0]['band']['out']['n'] == run['lanes'][0]['low']['n']
+    assert [it['label'] for it in run['moments']] == ['needle starts', 'needle stops']

@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
+/**
+ * A colour as CSS writes it.
+ * @param {number[]} color  red green blue from 0 to 1
+ */
+export function cssColor(color) {
+  return `rgb(${color.slice(0, 3).map((it) => Math.round(255 * it)).join(' ')})`;
+}

@@ -1,0 +1,413 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The cell in three dimensions at a moment: models, arrows, the reference as a ghost, labels.
+
+import {
+  AmbientLight, BufferAttribute, BufferGeometry, Box3, Color, ColorManagement, ConeGeometry,
+  CylinderGeometry, DirectionalLight, DoubleSide, GridHelper, Group, LinearSRGBColorSpace, Mesh,
+  MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, Quaternion, Scene, Vector3,
+  WebGLRenderer,
+} from 'three';
+import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
+import {cssColor} from './css_color.js';
+import {between, isWithin, placeAt} from './tracks.js';
+
+ColorManagement.enabled = false;  // colours are those of the files, as in RViz
+
+const SHAFT = 0.77;  // of an arrow's length, as RViz has it
+const LABEL_ABOVE_M = 0.3;  // past a wrist, as RViz has it
+const MOST_PIXELS = 1.6e6;  // a computer without a graphics card draws no more often enough
+const X_AXIS = new Vector3(1, 0, 0);
+
+/** Whether this browser can draw in three dimensions. */
+export function hasWebGL() {
+  return document.createElement('canvas').getContext('webgl2') !== null;
+}
+
+/** @typedef {{text: string, color: number[], kind: string}} Line */
+
+/** Draws one run of a page. */
+export class CellScene {
+  /**
+   * @param {HTMLElement} box  in which it is drawn
+   * @param {() => void} onView  is called when the camera moves
+   */
+  constructor(box, onView) {
+    this.box = box;
+    this.renderer = new WebGLRenderer({antialias: true, preserveDrawingBuffer: true});
+    this.renderer.outputColorSpace = LinearSRGBColorSpace;
+    this.canvas = this.renderer.domElement;
+    this.canvas.setAttribute('aria-label', 'The cell in three dimensions');
+    this.canvas.setAttribute('role', 'img');
+    box.append(this.canvas);
+    this.labels = document.createElement('div');
+    this.labels.className = 'labels';
+    box.append(this.labels);
+    this.scene = new Scene();
+    this.camera = new PerspectiveCamera(40, 1, 0.02, 100);
+    this.camera.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.camera, this.canvas);
+    this.controls.addEventListener('change', onView);
+    this.scene.add(new AmbientLight(0xffffff, 1.5));
+    this.scene.add(this.camera);
+    for (const [x, y, z, strength] of [[0.5, 1, 1.5, 1.5], [-1.5, -0.5, 0.5, 0.7]]) {
+      const light = new DirectionalLight(0xffffff, strength);
+      light.position.set(x, y, z);
+      this.camera.add(light);
+    }
+    this.world = new Group();
+    this.scene.add(this.world);
+    this.arrowShape = arrowGeometry();
+    /** @type {Map<number, BufferGeometry>} */
+    this.geometries = new Map();
+    this.plain = new MeshLambertMaterial({vertexColors: true, side: DoubleSide});
+    this.showsGhost = true;
+  }
+
+  /**
+   * @param {any} page  the data of the page
+   * @param {any} run  one of its runs
+   * @param {import('./packed.js').Columns} columns
+   */
+  show(page, run, columns) {
+    this.world.clear();
+    this.labels.replaceChildren();
+    this.page = page;
+    this.columns = columns;
+    this.places = run.places.map((/** @type {any} */ it) => it.at ? it : {
+      times: columns.of(it.times), positions: columns.of(it.positions),
+      turns: columns.of(it.turns)});
+    this.parts = run.parts.map((/** @type {any} */ it) => this.part(it, this.plain))
+      .filter(Boolean);
+    this.arrows = run.arrows.map((/** @type {any} */ it) => this.arrow(it));
+    this.ghost = run.ghost === null ? null : this.ghostOf(run.ghost, page.ghost);
+    this.tools = Object.entries(run.tools);
+    this.blocks = new Map();
+    this.floor = null;
+  }
+
+  /** @param {any} part  @param {any} material */
+  part(part, material) {
+    if (part.place === null) return null;
+    const mesh = new Mesh(this.geometry(part.mesh), material);
+    mesh.matrixAutoUpdate = false;
+    this.world.add(mesh);
+    return {mesh, place: this.places[part.place], device: part.device,
+      isFixed: Boolean(this.places[part.place].at)};
+  }
+
+  /** @param {number} number */
+  geometry(number) {
+    let found = this.geometries.get(number);
+    if (found === undefined) {
+      const mesh = this.page.meshes[number];
+      found = new BufferGeometry();
+      found.setAttribute('position', new BufferAttribute(this.columns.of(mesh.positions), 3));
+      found.setAttribute('normal', new BufferAttribute(this.columns.of(mesh.normals), 3, true));
+      found.setAttribute('color', new BufferAttribute(this.columns.of(mesh.colors), 3, true));
+      found.setIndex(new BufferAttribute(this.columns.of(mesh.triangles), 1));
+      found.computeBoundingSphere();
+      found.computeBoundingBox();
+      this.geometries.set(number, found);
+    }
+    return found;
+  }
+
+  /** @param {any} entry */
+  arrow(entry) {
+    const mesh = new Mesh(this.arrowShape, new MeshLambertMaterial(
+      {color: new Color(...entry.color), emissive: new Color(...entry.color),
+        emissiveIntensity: 0.35}));
+    mesh.frustumCulled = false;
+    this.world.add(mesh);
+    return {mesh, frame: this.places[entry.frame], foot: this.places[entry.footFrame],
+      offset: new Vector3(...entry.foot), times: this.columns.of(entry.times),
+      vectors: this.columns.of(entry.vectors), diameter: entry.diameter, beside: entry.beside,
+      device: entry.device, quantity: entry.quantity, tip: new Vector3()};
+  }
+
+  /** @param {any} ghost  @param {any} style */
+  ghostOf(ghost, style) {
+    const material = new MeshLambertMaterial({color: new Color(...style.color.slice(0, 3)),
+      transparent: true, opacity: style.color[3]});
+    const spans = new Map(ghost.robots.map((/** @type {any} */ it) => [it.device, it.shown]));
+    const deviations = ghost.deviations.map((/** @type {any} */ it) => {
+      const mesh = new Mesh(this.arrowShape, new MeshBasicMaterial(
+        {color: new Color(...style.deviation.slice(0, 3))}));
+      mesh.frustumCulled = false;
+      this.world.add(mesh);
+      return {device: it.device, mesh, times: this.columns.of(it.times),
+        rows: this.columns.of(it.rows), shown: it.shown, at: new Vector3()};
+    });
+    return {spans, style, deviations,
+      parts: ghost.parts.map((/** @type {any} */ it) => this.part(it, material)).filter(Boolean),
+      arrows: ghost.arrows.map((/** @type {any} */ it) => this.arrow(it))};
+  }
+
+  /**
+   * Draws what is there at a moment.
+   * @param {number} time
+   * @param {import('./numbers.js').NumberTrack[]} numbers
+   */
+  draw(time, numbers) {
+    for (const part of this.parts) setPlace(part.mesh, part.place, time);
+    for (const arrow of this.arrows) setArrow(arrow, time, true);
+    this.drawGhost(time);
+    if (this.floor === null) this.addFloor();
+    this.renderer.render(this.scene, this.camera);
+    this.drawLabels(time, numbers);
+  }
+
+  /** @param {number} time */
+  drawGhost(time) {
+    if (this.ghost === null) return;
+    const {spans, parts, arrows, deviations} = this.ghost;
+    for (const part of parts) {
+      part.mesh.visible = this.showsGhost && isWithin(spans.get(part.device), time);
+      if (part.mesh.visible) setPlace(part.mesh, part.place, time);
+    }
+    for (const arrow of arrows) setArrow(arrow, time, this.showsGhost);
+    for (const it of deviations) setDeviation(it, time, this.ghost.style, this.showsGhost);
+  }
+
+  addFloor() {
+    this.floor = new Group();
+    const box = this.bounds(false);
+    if (box.isEmpty()) return;
+    const size = Math.ceil(2 * Math.max(box.max.x - box.min.x, box.max.y - box.min.y) + 1);
+    const grid = new GridHelper(size, 2 * size, 0x8a949c, 0x8a949c);
+    grid.material.transparent = true;
+    grid.material.opacity = 0.35;
+    grid.rotation.x = Math.PI / 2;
+    const middle = box.getCenter(new Vector3());
+    grid.position.set(Math.round(middle.x), Math.round(middle.y), box.min.z);
+    this.floor.add(grid);
+    this.world.add(this.floor);
+  }
+
+  /** The box around what moves, or around everything.  @param {boolean} onlyMoving */
+  bounds(onlyMoving) {
+    const box = new Box3();
+    for (const part of this.parts) {
+      if (onlyMoving && part.isFixed) continue;
+      const geometry = part.mesh.geometry.boundingBox.clone();
+      box.union(geometry.applyMatrix4(part.mesh.matrix));
+    }
+    return box;
+  }
+
+  /**
+   * Looks at the cell from a side.
+   * @param {string} name  of the view
+   * @param {number} time
+   */
+  look(name, time) {
+    for (const part of this.parts) setPlace(part.mesh, part.place, time);
+    let box = this.bounds(true);
+    if (box.isEmpty()) box = this.bounds(false);
+    if (box.isEmpty()) box.set(new Vector3(-1, -1, 0), new Vector3(1, 1, 1));
+    const direction = new Vector3(...{
+      // as RViz begins
+      cell: [-0.6, 0.7, 0.39], front: [-1, 0, 0.12], side: [0, -1, 0.12],
+      top: [-0.001, 0, 1], tools: [-0.6, 0.7, 0.39]}[name]).normalize();
+    let radius = 0.5 * box.getSize(new Vector3()).length();
+    const center = box.getCenter(new Vector3());
+    if (name === 'tools' && this.tools.length > 0) {
+      const tools = new Box3();
+      for (const [, {place}] of this.tools) {
+        tools.expandByPoint(placed(this.places[place], time).at);
+      }
+      tools.getCenter(center);
+      radius = 0.35 + 0.5 * tools.getSize(new Vector3()).length();
+    }
+    const aspect = Math.min(this.camera.aspect, 1);
+    const distance = 0.92 * radius / Math.sin(0.5 * this.camera.fov * Math.PI / 180) / aspect;
+    this.controls.target.copy(center);
+    this.camera.position.copy(center).addScaledVector(direction, distance);
+    this.controls.update();
+  }
+
+  /** Takes the size of the box. */
+  resize() {
+    const {clientWidth: width, clientHeight: height} = this.box;
+    if (width === 0 || height === 0) return;
+    const ratio = Math.min(window.devicePixelRatio, Math.sqrt(MOST_PIXELS / (width * height)));
+    this.renderer.setPixelRatio(Math.max(ratio, 0.5));
+    this.renderer.setSize(width, height);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+  }
+
+  /** @param {number} color */
+  setBackground(color) {
+    this.scene.background = new Color(color);
+  }
+
+  /** @param {number} time  @param {import('./numbers.js').NumberTrack[]} numbers */
+  drawLabels(time, numbers) {
+    /** @type {Map<string, {at: Vector3, lines: Line[], isBelow?: boolean}>} */
+    const blocks = new Map();
+    for (const [device, {place, up}] of this.tools) {
+      const at = placed(this.places[place], time).at;
+      at.addScaledVector(new Vector3(...up), LABEL_ABOVE_M);
+      const lines = numbers.filter((it) => it.device === device
+        && (it.quantity === 'speed' || it.quantity === 'force')).map((it) => lineOf(it, time));
+      blocks.set(device, {at, lines, isBelow: up[2] < 0});
+    }
+    for (const arrow of this.arrows) {
+      if (arrow.quantity === 'velocity' || arrow.quantity === 'force') continue;
+      const number = numbers.find((it) => it.device === arrow.device
+        && it.label === arrow.quantity);
+      if (number === undefined) continue;
+      const key = `${arrow.device} variables`;
+      const block = blocks.get(key) ?? {at: arrow.tip.clone(), lines: []};
+      block.lines.push(lineOf(number, time));
+      blocks.set(key, block);
+    }
+    for (const it of this.ghost === null ? [] : this.ghost.deviations) {
+      if (!it.mesh.visible) continue;
+      const block = blocks.get(it.device);
+      const line = {text: `Δ ${(1000 * it.length).toFixed(1)} mm`,
+        color: this.ghost.style.deviation.slice(0, 3), kind: 'deviation'};
+      if (block) block.lines.push(line);
+    }
+    this.placeBlocks(blocks);
+  }
+
+  /** @param {Map<string, {at: Vector3, lines: Line[], isBelow?: boolean}>} blocks */
+  placeBlocks(blocks) {
+    const {clientWidth: width, clientHeight: height} = this.box;
+    /** @type {number[][]} */
+    const taken = [];
+    for (const [name, {at, lines, isBelow}] of blocks) {
+      let element = this.blocks.get(name);
+      if (element === undefined) {
+        element = document.createElement('div');
+        element.className = 'label';
+        this.labels.append(element);
+        this.blocks.set(name, element);
+      }
+      const seen = at.clone().project(this.camera);
+      element.hidden = lines.length === 0 || seen.z > 1 || Math.abs(seen.x) > 1.05
+        || Math.abs(seen.y) > 1.05;
+      if (element.hidden) continue;
+      setLines(element, lines);
+      const left = Math.min(Math.max((seen.x + 1) / 2 * width, 70), width - 70);
+      const tall = 19 * lines.length + 8;
+      let top = (1 - seen.y) / 2 * height - (isBelow ? 0 : tall);
+      for (const [x, y, h] of taken) {
+        if (Math.abs(x - left) < 140 && top + tall > y && top < y + h) {
+          top = isBelow ? y + h + 2 : y - tall - 2;
+        }
+      }
+      taken.push([left, top, tall]);
+      element.style.transform = `translate(${left.toFixed(0)}px, ${top.toFixed(0)}px)`
+        + ' translateX(-50%)';
+    }
+  }
+}
+
+/** @param {import('./numbers.js').NumberTrack} number  @param {number} time  @returns {Line} */
+function lineOf(number, time) {
+  const {text, color} = number.at(time);
+  return {text, color, kind: number.quantity};
+}
+
+/** @param {HTMLElement} element  @param {Line[]} lines */
+function setLines(element, lines) {
+  while (element.childElementCount > lines.length) element.lastElementChild?.remove();
+  while (element.childElementCount < lines.length) {
+    const line = document.createElement('div');
+    line.append(document.createElement('i'), document.createElement('span'));
+    element.append(line);
+  }
+  lines.forEach(({text, color, kind}, row) => {
+    const line = /** @type {HTMLElement} */ (element.children[row]);
+    const [mark, words] = /** @type {any} */ (line.children);
+    if (words.textContent !== text) words.textContent = text;
+    mark.style.background = cssColor(color);
+    line.dataset.kind = kind;
+  });
+}
+
+const seven = [0, 0, 0, 0, 0, 0, 1];
+const three = [0, 0, 0];
+
+/** @param {any} place  @param {number} time */
+function placed(place, time) {
+  placeAt(place, time, seven);
+  return {at: new Vector3(seven[0], seven[1], seven[2]),
+    turn: new Quaternion(seven[3], seven[4], seven[5], seven[6])};
+}
+
+const ONE = new Vector3(1, 1, 1);
+
+/** @param {any} mesh  @param {any} place  @param {number} time */
+function setPlace(mesh, place, time) {
+  const {at, turn} = placed(place, time);
+  mesh.matrix.compose(at, turn, ONE);
+  mesh.matrixWorldNeedsUpdate = true;
+}
+
+/** @param {any} arrow  @param {number} time  @param {boolean} isShown */
+function setArrow(arrow, time, isShown) {
+  const {mesh} = arrow;
+  const foot = placed(arrow.foot, time);
+  const at = arrow.offset.clone().applyQuaternion(foot.turn).add(foot.at);
+  arrow.tip.copy(at);
+  mesh.visible = isShown && between(arrow.times, arrow.vectors, time, three);
+  if (!mesh.visible) return;
+  const vector = new Vector3(...three).applyQuaternion(placed(arrow.frame, time).turn);
+  if (arrow.beside > 0) at.addScaledVector(sideways(vector), arrow.beside);
+  setArrowShape(mesh, at, vector, vector.length(), arrow.diameter);
+  arrow.tip.copy(at).add(vector);
+}
+
+/** @param {any} it  @param {number} time  @param {any} style  @param {boolean} isShown */
+function setDeviation(it, time, style, isShown) {
+  const rows = [0, 0, 0, 0, 0, 0];
+  it.mesh.visible = isShown && isWithin(it.shown, time)
+    && between(it.times, it.rows, time, rows);
+  if (!it.mesh.visible) return;
+  const vector = new Vector3(rows[3], rows[4], rows[5]);
+  it.length = vector.length();
+  it.mesh.visible = it.length >= style.least;
+  it.at.set(rows[0], rows[1], rows[2]);
+  setArrowShape(it.mesh, it.at, vector, Math.min(style.exaggeration * it.length, style.longest),
+    style.diameter);
+}
+
+/** A horizontal direction across a vector.  @param {Vector3} vector */
+function sideways(vector) {
+  const length = Math.hypot(vector.x, vector.y);
+  if (length < 1e-3 * vector.length()) return new Vector3(0, 1, 0);
+  return new Vector3(-vector.y / length, vector.x / length, 0);
+}
+
+/**
+ * @param {any} mesh  @param {Vector3} at  @param {Vector3} vector  @param {number} length
+ * @param {number} diameter
+ */
+function setArrowShape(mesh, at, vector, length, diameter) {
+  mesh.position.copy(at);
+  mesh.quaternion.setFromUnitVectors(X_AXIS, vector.clone().normalize());
+  mesh.scale.set(length, diameter, diameter);
+}
+
+/** An arrow along x of length 1, whose shaft has the diameter 1 and whose head has 2. */
+function arrowGeometry() {
+  const shaft = new CylinderGeometry(0.5, 0.5, SHAFT, 12).rotateZ(-Math.PI / 2)
+    .translate(SHAFT / 2, 0, 0);
+  const head = new ConeGeometry(1, 1 - SHAFT, 16).rotateZ(-Math.PI / 2)
+    .translate((1 + SHAFT) / 2, 0, 0);
+  const found = new BufferGeometry();
+  for (const name of ['position', 'normal']) {
+    const parts = [shaft, head].map((it) => it.getAttribute(name).array);
+    const joined = new Float32Array(parts[0].length + parts[1].length);
+    joined.set(parts[0]);
+    joined.set(parts[1], parts[0].length);
+    found.setAttribute(name, new BufferAttribute(joined, 3));
+  }
+  const first = shaft.getAttribute('position').count;
+  found.setIndex([...shaft.index.array, ...Array.from(head.index.array, (it) => it + first)]);
+  return found;
+}

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which moment is shown: playing, in either direction, at any rate, in a loop.
+
+export const RATES = [0.1, 0.25, 0.5, 1, 1.5, 2, 4];
+
+/** The position in a recording; it has no clock of its own. */
+export class Transport {
+  /** @param {number} begin  @param {number} end  in s */
+  constructor(begin, end) {
+    this.begin = begin;
+    this.end = end;
+    this.time = begin;
+    this.rate = 1;
+    this.direction = 1;
+    this.isPlaying = false;
+    this.isLooping = false;
+    this.loopBegin = begin;
+    this.loopEnd = end;
+    /** @type {() => void} */
+    this.onChange = () => {};
+  }
+
+  /** @param {number} seconds  that have passed */
+  advance(seconds) {
+    if (!this.isPlaying) return;
+    const [low, high] = this.isLooping ? [this.loopBegin, this.loopEnd] : [this.begin, this.end];
+    let time = this.time + seconds * this.rate * this.direction;
+    if (this.isLooping && high > low && (time > high || time < low)) {
+      time = this.direction > 0 ? low + (time - low) % (high - low)
+        : high - (high - time) % (high - low);
+      if (time < low || time > high) time = this.direction > 0 ? low : high;
+    }
+    this.time = Math.min(Math.max(time, this.begin), this.end);
+    if (!this.isLooping && (this.time >= this.end && this.direction > 0
+        || this.time <= this.begin && this.direction < 0)) {
+      this.isPlaying = false;
+    }
+    this.onChange();
+  }
+
+  /** @param {number} time */
+  seek(time) {
+    if (!Number.isFinite(time)) return;
+    this.time = Math.min(Math.max(time, this.begin), this.end);
+    this.onChange();
+  }
+
+  /** Plays in a direction, or pauses if it does already; at its end it begins again. */
+  toggle(direction = 1) {
+    if (this.isPlaying && this.direction === direction) {
+      this.isPlaying = false;
+    } else {
+      this.direction = direction;
+      this.isPlaying = true;
+      if (direction > 0 && this.time >= this.end) this.time = this.begin;
+      if (direction < 0 && this.time <= this.begin) this.time = this.end;
+    }
+    this.onChange();
+  }
+
+  pause() {
+    this.isPlaying = false;
+    this.onChange();
+  }
+
+  /** @param {number} steps  faster, below 0 slower */
+  changeRate(steps) {
+    const now = RATES.indexOf(this.rate);
+    this.rate = RATES[Math.min(Math.max(now + steps, 0), RATES.length - 1)];
+    this.onChange();
+  }
+
+  setLoopBegin() {
+    this.loopBegin = this.time;
+    if (this.loopEnd <= this.loopBegin) this.loopEnd = this.end;
+    this.isLooping = true;
+    this.onChange();
+  }
+
+  setLoopEnd() {
+    this.loopEnd = this.time;
+    if (this.loopBegin >= this.loopEnd) this.loopBegin = this.begin;
+    this.isLooping = true;
+    this.onChange();
+  }
+
+  toggleLoop() {
+    this.isLooping = !this.isLooping;
+    this.onChange();
+  }
+}
+
+/**
+ * A time as minutes and seconds, such as 0:06.42, as the launcher writes it.
+ * @param {number} time
+ */
+export function clock(time) {
+  const hundredths = Math.round(Math.abs(time) * 100);
+  const sign = time < -0.005 ? '-' : '';
+  const seconds = (hundredths % 6000 / 100).toFixed(2).padStart(5, '0');
+  return `${sign}${Math.floor(hundredths / 6000)}:${seconds}`;
+}
+
+/**
+ * The time in an address, such as #t=8.2 or #t=0:08.2; null: there is none.
+ * @param {string} hash
+ */
+export function timeInAddress(hash) {
+  const found = /[#&]t=(?:(\d+):)?(\d+(?:\.\d+)?)/.exec(hash);
+  return found === null ? null : 60 * Number(found[1] ?? 0) + Number(found[2]);
+}
