@@ -22,6 +22,7 @@ apt_files() {
   release=$(. /etc/os-release && echo "${VERSION_CODENAME:-}")
   ls "$repository/requirements/apt.txt" "$repository/requirements/apt-$release.txt" 2>/dev/null || true
   [ "$what" = programs ] || echo "$repository/requirements/tests/apt.txt"
+  [ -z "${with_browsers:-}" ] || echo "$repository/requirements/tests/browsers.txt"
 }
 
 python_files() {

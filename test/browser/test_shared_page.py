@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The page of ``cell share`` in a real browser: opened as a file, played, sought, stepped."""
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, Iterator, List
+
+import numpy as np
+import pytest
+from selenium.webdriver import Chrome
+from selenium.webdriver.chrome.options import Options
+from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.support.ui import WebDriverWait
+from sewing_runs import CELL, write_sewing_run
+
+from process_visualizer.cell.xml_parser import XmlParser
+from process_visualizer.commands.command_line import main
+from process_visualizer.curves.position_values import PositionValues, key_of
+from process_visualizer.motion.variables import variable_text
+
+WIDE, PHONE = (1920, 1080), (390, 844)
+WITH_WEBGL = ('--use-angle=swiftshader', '--enable-unsafe-swiftshader')
+WITHOUT_WEBGL = ('--disable-3d-apis',)
+_LIMIT_S = 60
+_LABELS = {'speed': 'v', 'force': 'F'}
+
+
+class Shared:
+    """A page, and the recording that it was made of."""
+
+    def __init__(self, folder: Path) -> None:
+        self.bag = write_sewing_run(folder, 'poor.bag', 2, is_poor=True)
+        good = write_sewing_run(folder, 'good.bag')
+        self.path = folder / 'page.html'
+        assert main(['share', f'{self.bag}#1', '--reference', good, '-o', str(self.path)]) == 0
+
+
+class Browser:
+    """Chromium with the page in it."""
+
+    def __init__(self, shared: Shared, *flags: str, size: 'tuple[int, int]' = WIDE) -> None:
+        options = Options()
+        for flag in ('--headless=new', '--no-sandbox', '--disable-dev-shm-usage', *flags):
+            options.add_argument(flag)
+        options.set_capability('goog:loggingPrefs', {'browser': 'ALL', 'performance': 'ALL'})
+        self.driver = Chrome(service=Service('/usr/bin/chromedriver'), options=options)
+        self.driver.execute_cdp_cmd('Emulation.setDeviceMetricsOverride', {
+            'width': size[0], 'height': size[1], 'deviceScaleFactor': 1, 'mobile': size == PHONE})
+        self.url = shared.path.as_uri()
+        self.open('')
+
+    def open(self, place: str) -> None:
+        self.driver.get('about:blank')
+        self.driver.get(self.url + place)
+        self.wait('document.documentElement.dataset.ready === "true"')
+        self.wait('document.documentElement.dataset.time !== undefined')
+
+    def run(self, script: str) -> Any:
+        return self.driver.execute_script(script)
+
+    def wait(self, condition: str) -> None:
+        WebDriverWait(self.driver, _LIMIT_S, 0.02).until(
+            lambda _: self.run(f'return Boolean({condition})'), condition)
+
+    @property
+    def time_s(self) -> float:
+        """Of what is drawn."""
+        return float(self.run('return document.documentElement.dataset.time'))
+
+    def press(self, *keys: str) -> None:
+        ActionChains(self.driver).send_keys(*keys).perform()
+
+    def seek(self, time_s: float) -> None:
+        self.run(f'page.transport.seek({time_s})')
+        self.wait(f'Math.abs(document.documentElement.dataset.time - {time_s}) < 1e-3')
+
+    def texts(self) -> List[str]:
+        return [it.text for it in self.driver.find_elements(By.CSS_SELECTOR, '#numbers td')]
+
+
+@pytest.fixture(scope='module')
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Shared:
+    return Shared(tmp_path_factory.mktemp('browser'))
+
+
+@pytest.fixture(scope='module')
+def chromium(shared: Shared) -> Iterator[Browser]:
+    browser = Browser(shared, *WITH_WEBGL)
+    yield browser
+    browser.driver.quit()
+
+
+@pytest.fixture
+def browser(chromium: Browser) -> Browser:
+    chromium.open('')
+    return chromium
+
+
+def test_nothing_is_fetched_and_nothing_goes_wrong(browser: Browser) -> None:
+    events = [json.loads(it['message'])['message'] for it in browser.driver.get_log('performance')]
+    asked = [it['params']['request']['url'] for it in events
+             if it['method'] == 'Network.requestWillBeSent']
+    assert asked
+    assert [it for it in asked if not it.startswith((browser.url, 'data:', 'about:'))] == []
+    assert browser.driver.get_log('browser') == []
+
+
+def test_it_plays_in_both_directions_and_pauses(browser: Browser) -> None:
+    begin_s = browser.time_s
+    browser.press(Keys.SPACE)
+    browser.wait(f'document.documentElement.dataset.time > {begin_s + 0.5}')
+    browser.press(Keys.SPACE)
+    browser.wait('!page.transport.isPlaying')
+    there_s = browser.time_s
+    ActionChains(browser.driver).key_down(Keys.SHIFT).send_keys(Keys.SPACE).key_up(
+        Keys.SHIFT).perform()
+    browser.wait(f'document.documentElement.dataset.time < {there_s - 0.2}')
+    browser.press(Keys.SPACE, Keys.SPACE)
+    browser.wait('!page.transport.isPlaying')
+
+
+def test_steps_and_jumps_by_keys(browser: Browser) -> None:
+    browser.seek(5.0)
+    browser.press(Keys.ARROW_RIGHT)
+    browser.wait('document.documentElement.dataset.time > 5')
+    assert browser.time_s - 5.0 < 0.02
+    browser.press(',', ',')
+    browser.wait('document.documentElement.dataset.time < 5')
+    browser.press(Keys.END)
+    browser.wait('page.transport.time === page.transport.end')
+    browser.press(Keys.HOME, Keys.PAGE_DOWN)
+    browser.wait('Math.abs(document.documentElement.dataset.time'
+                 ' - page.run.moments[0].at) < 1e-3')
+    browser.press(']')
+    browser.wait('page.transport.rate === 1.5')
+
+
+def test_a_click_on_the_timeline_or_a_departure_goes_there(browser: Browser) -> None:
+    timeline = browser.driver.find_element(By.CSS_SELECTOR, '.timeline canvas')
+    ActionChains(browser.driver).move_to_element(timeline).click().perform()
+    browser.wait('document.documentElement.dataset.time > 4')
+    browser.driver.find_element(By.CSS_SELECTOR, '.departures a').click()
+    browser.wait('Math.abs(document.documentElement.dataset.time'
+                 ' - page.run.departures[0].began_s) < 1e-3')
+    browser.wait('/#t=\\d/.test(location.hash)')
+
+
+def test_an_address_leads_to_a_moment(browser: Browser) -> None:
+    browser.open('#t=8.2')
+    assert browser.time_s == pytest.approx(8.2)
+
+
+def test_numbers_are_those_of_the_launcher_wherever_it_comes_from(browser: Browser,
+                                                                  shared: Shared) -> None:
+    """Forwards, backwards and sought; the words of RViz."""
+    positions_s = np.random.default_rng(5).uniform(0.6, 17.5, 24)
+    positions_s = np.concatenate((positions_s[:8], np.sort(positions_s[8:16]),
+                                  -np.sort(-positions_s[16:])))
+    values = PositionValues([shared.bag], XmlParser().parse(str(CELL)).devices)
+    entries = browser.run('return page.data.runs[0].numbers.map('
+                          '(it) => [it.device, it.quantity, it.label, it.topic])')
+    try:
+        for time_s in positions_s.tolist():
+            browser.seek(time_s)
+            known = values.at(browser.run('return page.transport.time'))
+            for (device, quantity, label, topic), text in zip(entries, browser.texts()):
+                value = known[key_of(device, _LABELS.get(quantity, label), topic)]
+                assert value is not None
+                assert text == _words(quantity, label, value)
+    finally:
+        values.close()
+
+
+def _words(quantity: str, label: str, value: float) -> str:
+    """As RViz has them: the edges are whole numbers."""
+    if quantity in _LABELS:
+        return f'v {value:.3f} m/s' if quantity == 'speed' else f'F {value:.1f} N'
+    variable = next(it for device in XmlParser().parse(str(CELL)).devices
+                    for it in device.variables if it.label == label)
+    return variable_text(label, int(value) if 'edge' in label else value, variable.unit,
+                         variable.offset, variable.scale)
+
+
+def test_the_view_is_turned_with_the_mouse(browser: Browser) -> None:
+    before = browser.run('return page.scene.camera.position.toArray()')
+    scene = browser.driver.find_element(By.CSS_SELECTOR, '.scene canvas')
+    ActionChains(browser.driver).drag_and_drop_by_offset(scene, 80, 20).perform()
+    browser.wait(f'Math.hypot(...page.scene.camera.position.toArray().map('
+                 f'(it, i) => it - {before}[i])) > 0.1')
+
+
+def test_without_webgl_everything_else_works(shared: Shared) -> None:
+    browser = Browser(shared, *WITHOUT_WEBGL)
+    try:
+        assert 'no pictures in three dimensions' in browser.driver.find_element(
+            By.CLASS_NAME, 'scene').text
+        browser.seek(8.0)
+        assert browser.texts()[1].startswith('F ')
+        assert browser.driver.get_log('browser') == []
+    finally:
+        browser.driver.quit()
+
+
+def test_a_phone_shows_it_without_scrolling_sideways(shared: Shared) -> None:
+    browser = Browser(shared, *WITH_WEBGL, size=PHONE)
+    try:
+        assert browser.run('return document.documentElement.scrollWidth') == PHONE[0]
+        assert browser.driver.find_element(By.CLASS_NAME, 'verdict').text.startswith(
+            'out of range')
+    finally:
+        browser.driver.quit()
