@@ -31,6 +31,7 @@ add_library(process_visualizer_rviz
   src/displays/plate_painter.cpp
   src/displays/plate_picture.cpp
   src/displays/replay_band.cpp
+  src/displays/replay_curtain.cpp
   src/displays/replay_mark.cpp
   src/displays/replay_ribbon.cpp
   src/displays/replay_text.cpp

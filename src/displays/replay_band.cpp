@@ -7,6 +7,7 @@
 #include <rviz/properties/ros_topic_property.h>
 #include <rviz/view_manager.h>
 #include <sensor_msgs/RegionOfInterest.h>
+#include <std_msgs/String.h>
 
 #include <QMainWindow>
 #include <pluginlib/class_list_macros.hpp>
@@ -37,6 +38,12 @@ sensor_msgs::RegionOfInterest placeOf(const ShowReplay::Request& request) {
   return place;
 }
 
+std_msgs::String textMessage(const std::string& text) {
+  std_msgs::String message;
+  message.data = text;
+  return message;
+}
+
 }  // namespace
 
 ReplayBand::ReplayBand()
@@ -62,6 +69,7 @@ void ReplayBand::onInitialize() {
     adoptCamera();
   });
   place_publisher_ = node_.advertise<sensor_msgs::RegionOfInterest>("place", 1);
+  keys_publisher_ = node_.advertise<std_msgs::String>("keys", 1, /*latch=*/true);
   service_ = node_.advertiseService("show_replay", &ReplayBand::show, this);
   subscribeState();
   timer_.start(kPeriod_ms);
@@ -86,6 +94,7 @@ void ReplayBand::takeState(const PlayerState& state) {
 bool ReplayBand::show(ShowReplay::Request& request, ShowReplay::Response& response) {
   if (!request.camera.empty()) camera_ = request.camera;
   if (request.width > 0) place_publisher_.publish(placeOf(request));
+  if (!request.keys.empty()) keys_publisher_.publish(textMessage(request.keys));
   if (request.shown) {
     window_->show();
   } else {
@@ -98,6 +107,7 @@ bool ReplayBand::show(ShowReplay::Request& request, ShowReplay::Response& respon
 void ReplayBand::work() {
   queue_.callAvailable();
   window_->endWithRos();
+  window_->awaitPicture();
   if (mark_ && window_->isShown())
     mark_->setText(QString::fromStdString(text_.at(state_, ros::WallTime::now().toSec())));
 }

@@ -31,9 +31,9 @@ namespace process_visualizer::displays {
 /// that this is not live, and how long ago it was: the player's state says it.
 ///
 /// The window appears and disappears by the service `~show_replay` of the RViz node, which can give
-/// it the place and the camera of the live one (`~camera` there); from then on the operator may
-/// look from elsewhere. Hidden, RViz does nothing. A service reaches it from another ROS master
-/// too.
+/// it the place, the camera (`~camera` there) and the keys (KeyReport) of the live one; from then
+/// on the operator may look from elsewhere. Hidden, RViz does nothing. A service reaches it from
+/// another ROS master too.
 class ReplayBand : public rviz::Display {
  public:
   ReplayBand();
@@ -58,7 +58,7 @@ class ReplayBand : public rviz::Display {
   ros::CallbackQueue queue_;
   ros::NodeHandle node_;
   ros::Subscriber state_subscriber_;
-  ros::Publisher place_publisher_;
+  ros::Publisher place_publisher_, keys_publisher_;
   ros::ServiceServer service_;
   std::optional<PlayedState> state_;
   std::string camera_;

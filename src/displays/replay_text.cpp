@@ -61,7 +61,7 @@ double agoAt(const PlayedState& state, double now_s) {
 
 std::string ReplayText::at(const std::optional<PlayedState>& state, double now_s) {
   if (!state) return "preparing\u2026";
-  if (now_s - state->received_s > kLostAfter_s) return "the player does not answer";
+  if (now_s - state->received_s > kLostAfter_s) return "player is not responding";
   const double ago_s = agoAt(*state, now_s);
   if (std::abs(ago_s - shown_s_) > kLeaves_s) shown_s_ = std::round(ago_s / kTenth_s) * kTenth_s;
   return ago(shown_s_) + pace(*state);

@@ -14,9 +14,13 @@
 #include <QWindow>
 #include <vector>
 
+#include "replay_curtain.hpp"
+
 namespace process_visualizer::displays {
 namespace {
 
+constexpr std::uint64_t kFirstFrames = 2;  ///< with the models, and with what has come meanwhile
+constexpr std::uint64_t kOpenFrames = 2;
 constexpr int kSettled_ms = 1000;  ///< for which RViz itself ignores what its panels do
 
 QMainWindow* mainWindow(rviz::DisplayContext& context) {
@@ -66,9 +70,31 @@ void ReplayWindow::show() {
   if (!window_ || !manager_ || !is_open_) return;
   keepUnmodified();
   if (window_->isMinimized()) window_->setWindowState(Qt::WindowNoState);
+  if (!has_picture_ && !curtain_ && window_->centralWidget()) {
+    awaiting_.start();
+    frames_before_ = manager_->getFrameCount();
+    curtain_ = new ReplayCurtain(*window_->centralWidget(), [this] { draw(); });
+  }
   if (!isShown()) setVisible(*window_, true);
   window_->raise();
-  manager_->startUpdate();
+  if (!curtain_) draw();
+}
+
+void ReplayWindow::draw() {
+  if (manager_ && isShown()) manager_->startUpdate();
+}
+
+void ReplayWindow::awaitPicture() {
+  if (!curtain_ || !manager_) return;
+  const std::uint64_t frames = manager_->getFrameCount() - frames_before_;
+  if (frames < kFirstFrames) {
+    curtain_->cover(1e-3 * double(awaiting_.elapsed()));
+  } else if (frames < kFirstFrames + kOpenFrames) {
+    curtain_->open();
+  } else {
+    has_picture_ = true;
+    delete curtain_.data();
+  }
 }
 
 void ReplayWindow::hide() {
@@ -76,6 +102,7 @@ void ReplayWindow::hide() {
   if (!is_open_) begins_hidden_ = true;
   if (!window_ || !manager_ || !is_open_) return;
   manager_->stopUpdate();
+  delete curtain_.data();
   keepUnmodified();
   setVisible(*window_, false);
 }

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <QElapsedTimer>
 #include <QObject>
 #include <QPointer>
+#include <cstdint>
 #include <functional>
 
 class QMainWindow;
@@ -13,6 +15,8 @@ class VisualizationManager;
 }  // namespace rviz
 
 namespace process_visualizer::displays {
+
+class ReplayCurtain;
 
 /// RViz's main window, shown and hidden. RViz neither draws nor looks for messages while it is
 /// hidden, so nobody answers its services then. Does nothing if RViz has no window of its own.
@@ -35,13 +39,20 @@ class ReplayWindow : public QObject {
   void keepUnmodified();
   /// RViz ends when its windows are closed, which does not happen to a hidden one.
   void endWithRos();
+  /// To be called often: until the first picture is there, the window says that it is awaited.
+  void awaitPicture();
 
   bool eventFilter(QObject* object, QEvent* event) override;
 
  private:
   void beginHidden();
+  void draw();
 
   QPointer<QMainWindow> window_;
+  QPointer<ReplayCurtain> curtain_;  ///< until it has been drawn for the first time
+  QElapsedTimer awaiting_;
+  std::uint64_t frames_before_ = 0;
+  bool has_picture_ = false;
   QPointer<rviz::VisualizationManager> manager_;
   std::function<void()> shown_;
   bool is_open_ = false;  ///< RViz has opened it, even if it is hidden

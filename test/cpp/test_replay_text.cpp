@@ -58,7 +58,7 @@ TEST(ReplayText, HowItIsPlayed) {
 TEST(ReplayText, WithoutAPlayer) {
   EXPECT_EQ(ReplayText().at(std::nullopt, kNow_s), "preparing\u2026");
   EXPECT_EQ(textOf(playing(12.3), 1.9), "12.3 s ago");
-  EXPECT_EQ(textOf(playing(12.3), 2.1), "the player does not answer");
+  EXPECT_EQ(textOf(playing(12.3), 2.1), "player is not responding");
 }
 
 TEST(ReplayText, TimeGoesOnBetweenStates) {

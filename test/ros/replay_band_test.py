@@ -20,7 +20,7 @@ from std_msgs.msg import String
 from process_visualizer.clients.rviz_view import RvizView
 from process_visualizer.msg import PlayerState
 from process_visualizer.nodes.view_picture import save_picture
-from process_visualizer.ros_names import DISPLAY_STATUS_TOPIC, PLAYER_STATE_TOPIC
+from process_visualizer.ros_names import DISPLAY_STATUS_TOPIC, PLAYER_STATE_TOPIC, RVIZ_KEY_TOPIC
 from process_visualizer.srv import ShowReplay
 
 RVIZ_STARTS_WITHIN_S = 90.0
@@ -29,6 +29,7 @@ LEAST_AMBER_PIXELS = 10000
 """The band alone has 30000."""
 STANDS_STILL_S = 1.5
 """While it draws, it reports several times as often."""
+KEYS = 'Esc\nSpace'
 SERVICE = '/rviz/show_replay'
 VIEW: Dict[str, Any] = {'Panels': [], 'Visualization Manager': {
     'Displays': [
@@ -102,7 +103,7 @@ class ReplayBandTest(unittest.TestCase):
     def show(self, is_shown: bool, place: Sequence[int] = (0, 0, 0, 0), **camera: Any) -> None:
         """Let the window appear or disappear, and wait until it has."""
         text = yaml.safe_dump({'Class': 'rviz/Orbit', 'Target Frame': 'base', **camera})
-        answer = self.show_replay(is_shown, text if camera else '', *place)
+        answer = self.show_replay(is_shown, text if camera else '', *place, KEYS)
         self.assertTrue(answer.success, answer.message)
         self.wait(lambda: is_on_screen() == is_shown, f'on the screen: {is_shown}')
 
@@ -137,6 +138,7 @@ class ReplayBandTest(unittest.TestCase):
         self.check_place()
         self.check_camera()
         self.check_mark()
+        self.check_keys()
         self.check_hiding()
         self.check_saved()
 
@@ -159,6 +161,13 @@ class ReplayBandTest(unittest.TestCase):
             self.player.publish(playing(12.3))
             self.reports.wait_for_frames()
         self.assertGreater(amber_pixels(picture), LEAST_AMBER_PIXELS)
+
+    def check_keys(self) -> None:
+        """They are passed on as in the live RViz."""
+        with Listener(RVIZ_KEY_TOPIC, String) as presses:
+            subprocess.run(['xdotool', 'search', '--onlyvisible', '--name', 'RViz$',
+                            'windowfocus', '--sync', 'key', 'space'], check=True)
+            self.wait(lambda: [it.data for it in presses.messages] == ['Space'], 'the key')
 
     def check_hiding(self) -> None:
         self.show(False)

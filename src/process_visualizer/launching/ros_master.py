@@ -18,7 +18,7 @@ from process_visualizer.launching.roslaunch_output import plain
 from process_visualizer.launching.roslaunch_process import RoslaunchProcess
 from process_visualizer.launching.run_record import RunRecord
 
-_START_TIMEOUT_S = 30.0
+_START_TIMEOUT_S = 60.0  # 30 s were too few at a load of 40
 _STARTED = 'started core service [/rosout]'
 
 
@@ -33,7 +33,9 @@ class RosMaster:
     own master when that thread ends.
     """
 
-    def __init__(self, uri: Optional[str] = None) -> None:
+    def __init__(self, uri: Optional[str] = None,
+                 start_timeout_s: float = _START_TIMEOUT_S) -> None:
+        self._start_timeout_s = start_timeout_s
         self._uri = uri or rosgraph.get_master_uri()
         self._record = RunRecord()
         self._process: Optional[RoslaunchProcess] = None
@@ -127,9 +129,13 @@ class RosMaster:
         self._reader = threading.Thread(target=_read, args=[self._process, tail, started],
                                         name='read roscore', daemon=True)
         self._reader.start()
-        started.wait(_START_TIMEOUT_S)
+        is_in_time = started.wait(self._start_timeout_s)
         if not self.is_online():
             self.stop()
+            if not is_in_time:
+                raise RosMasterError(f'roscore at {self._uri} did not start within '
+                                     f'{self._start_timeout_s:.0f} s: the computer is too busy; '
+                                     'end other programs, and try again')
             raise RosMasterError(f'roscore cannot be started at {self._uri}: '
                                  + ' '.join(tail.lines()[-3:]))
 

@@ -230,6 +230,14 @@ def test_a_window_that_is_closed_ends_it_without_complaint(stand: Stand) -> None
     assert stand.replay.is_live and not stand.failures
 
 
+def test_a_window_that_is_closed_before_it_shows_anything_is_told(stand: Stand) -> None:
+    stand.replay.show(990.0, stand.choice)
+    stand.tasks.end_all()
+    stand.report(RVIZ_PART, PartState.STOPPED)
+    assert stand.replay.is_live
+    assert stand.failures == ['There is no replay: its RViz was closed while it started']
+
+
 def test_the_end_of_the_cell_ends_it(stand: Stand) -> None:
     stand.replay.stop()  # there was none
     stand.tasks.end_all()
@@ -249,6 +257,10 @@ def test_the_bar_says_how_long_ago_it_is(stand: Stand, qtbot: QtBot) -> None:
     stand.replay.show(990.0, stand.choice)
     assert not bar.isHidden() and bar.state.text() == 'Preparing the replay…'
     assert not bar.play.isEnabled()
+    before_s, stand.now_s = stand.now_s, stand.now_s + 3.2
+    bar.show_state()
+    assert bar.state.text() == 'Preparing the replay… 3 s'
+    stand.now_s = before_s
     stand.begin()
     stand.now_s = 1002.5
     stand.tell(20.0)

@@ -2,8 +2,10 @@
 """What the launcher says about masters that it cannot use; nothing here starts one."""
 from __future__ import annotations
 
+import os
 import socket
 import threading
+from pathlib import Path
 from typing import Callable, Iterator
 from xmlrpc.server import SimpleXMLRPCServer
 
@@ -75,6 +77,20 @@ def test_server_of_something_else(listener: socket.socket) -> None:
 
     threading.Thread(target=answer, daemon=True).start()
     assert 'something other than a ROS master listens at' in error_of(RosMaster(uri_of(listener)))
+
+
+def test_a_master_that_takes_too_long_is_told_as_such(tmp_path: Path,
+                                                      monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not by what it writes when it is ended."""
+    roslaunch = tmp_path / 'roslaunch'
+    roslaunch.write_text('#!/bin/sh\nexec sleep 60\n')
+    roslaunch.chmod(0o755)
+    monkeypatch.setenv('PATH', f'{tmp_path}{os.pathsep}{os.environ["PATH"]}')
+    monkeypatch.setenv('ROS_HOME', str(tmp_path))
+    with socket.create_server(('127.0.0.1', 0)) as server:
+        uri = uri_of(server)
+    with pytest.raises(RosMasterError, match='did not start within 0 s: the computer is too busy'):
+        RosMaster(uri, start_timeout_s=0.0).ensure()
 
 
 def test_server_that_never_answers(listener: socket.socket) -> None:

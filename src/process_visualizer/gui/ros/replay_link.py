@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import os
 import threading
-from typing import Callable, Optional
+from typing import Callable, Optional, Sequence
 
 from PyQt5.QtCore import QObject, pyqtSignal
+from std_msgs.msg import String
 
 from process_visualizer.clients.player_client import PlayerClient
 from process_visualizer.clients.remote_follower import RemoteFollower
@@ -15,7 +16,7 @@ from process_visualizer.generate.choice import Choice
 from process_visualizer.gui.ros.player_messages import player_snapshot
 from process_visualizer.launching.replay_cell import ReplayCell
 from process_visualizer.msg import PlayerState
-from process_visualizer.ros_names import BAG_PLAYER, PLAYER_STATE_TOPIC, RVIZ
+from process_visualizer.ros_names import BAG_PLAYER, PLAYER_STATE_TOPIC, RVIZ, RVIZ_KEY_TOPIC
 from process_visualizer.rviz.window_geometry import Rectangle
 from process_visualizer.srv import ShowReplay
 
@@ -36,22 +37,27 @@ class ReplayLink(QObject):
     """A PartReport."""
     player_state = pyqtSignal(object)
     """A PlayerSnapshot."""
+    key_pressed = pyqtSignal(str)
+    """One of the keys was pressed while its RViz had the keyboard."""
 
     def __init__(self, copy: Callable[[str, str], str], camera: Callable[[], str],
-                 place: Callable[[], Optional[Rectangle]],
+                 place: Callable[[], Optional[Rectangle]], keys: Callable[[], Sequence[str]],
                  parent: Optional[QObject] = None) -> None:
-        """Take what copies the recorder's memory, and tells camera and place of the live RViz.
+        """Take what copies the recorder's memory, and tells how the live RViz is.
+
+        That is its camera, its place, and the keys that it passes on.
 
         ``copy`` takes a folder and a name, and returns the path of the bag; the place is in pixels
         of the screen, unscaled.
         """
         super().__init__(parent)
-        self._copy, self._camera, self._place = copy, camera, place
+        self._copy, self._camera, self._place, self._keys = copy, camera, place, keys
         self._cell = ReplayCell(self.reported.emit)
         uri = self._cell.master_uri
         self.player = PlayerClient(follow_now=False, master_uri=uri)
         self._show = ServiceConnection(_SERVICE, ShowReplay, _TIMEOUT_S, uri)
         self._follower: Optional[RemoteFollower] = None
+        self._key_follower: Optional[RemoteFollower] = None
         self._stopping = threading.Event()
 
     @property
@@ -94,7 +100,8 @@ class ReplayLink(QObject):
             ReplayLinkError: it does not answer.
         """
         self._show.wait(_START_S, self._stopping)  # a node before it has loaded its displays
-        self._call(True, self._camera(), self._place())
+        self._call(True, self._camera(), self._place(), self._keys())
+        self._follow_keys()
 
     def move(self) -> None:
         """Let its RViz, which is shown, be again where that of the running cell is.
@@ -119,6 +126,7 @@ class ReplayLink(QObject):
     def stop(self) -> None:
         """Stop the cell."""
         self._leave_player()
+        self._leave_keys()
         self._stopping.clear()
         for connection in (self.player, self._show):
             connection.close()
@@ -129,11 +137,24 @@ class ReplayLink(QObject):
             self._follower.close()
         self._follower = None
 
-    def _call(self, shown: bool, camera: str, window: Optional[Rectangle]) -> None:
+    def _follow_keys(self) -> None:
+        """Anew each time: RViz may have been started again."""
+        self._leave_keys()
+        self._key_follower = RemoteFollower(
+            RVIZ_KEY_TOPIC, String, f'/{RVIZ}', self._cell.master_uri,
+            lambda key: self.key_pressed.emit(key.data), lambda: None)
+
+    def _leave_keys(self) -> None:
+        if self._key_follower is not None:
+            self._key_follower.close()
+        self._key_follower = None
+
+    def _call(self, shown: bool, camera: str, window: Optional[Rectangle],
+              keys: Sequence[str] = ()) -> None:
         place = (0, 0, 0, 0) if window is None else (
             max(window.x, 0), max(window.y, 0), window.width, window.height)
         try:
-            answer = self._show.call(shown, camera, *place)
+            answer = self._show.call(shown, camera, *place, '\n'.join(keys))
         except ServiceUnreachable as error:
             raise ReplayLinkError(str(error)) from error
         if not answer.success:

@@ -71,7 +71,7 @@ class RosLink(QObject):
     rviz_moved = pyqtSignal()
     """RViz has been moved or resized, by whomever."""
     key_pressed = pyqtSignal(str)
-    """One of the keys of ``take_keys`` was pressed while RViz had the keyboard."""
+    """One of the keys of ``take_keys`` was pressed in RViz, or in that of a replay."""
     pose_dragged = pyqtSignal(str, object)
     """A frame has been dragged in RViz to this Pose in the global frame."""
 
@@ -90,10 +90,11 @@ class RosLink(QObject):
         self._place: Optional[Rectangle] = None
         self._window: Optional[Rectangle] = None
         self._camera = ''
-        self.replay = ReplayLink(self.recorder.copy_recent, lambda: self._camera,
-                                 lambda: self._window or self._place, self)
-        self._place_publisher: Optional[rospy.Publisher] = None
         self._keys: Sequence[str] = ()
+        self.replay = ReplayLink(self.recorder.copy_recent, lambda: self._camera,
+                                 lambda: self._window or self._place, lambda: self._keys, self)
+        self.replay.key_pressed.connect(self.key_pressed)
+        self._place_publisher: Optional[rospy.Publisher] = None
         self._keys_publisher: Optional[rospy.Publisher] = None
 
     def begin(self) -> None:

@@ -149,6 +149,8 @@ class ReplayModel(QObject):
         if report.state is PartState.FAILED and report.part in (BAG_PART, RVIZ_PART):
             self._give_up(f'The replay has ended: {report.reason}')
         elif report.state is PartState.STOPPED and report.part == RVIZ_PART:
+            if self._phase is ReplayPhase.PREPARING:
+                self._give_up('There is no replay: its RViz was closed while it started')
             self.leave()  # the operator has closed its window
         elif report.part == BAG_PART and report.state is PartState.RUNNING and (
                 before is None or before.state is not PartState.RUNNING):

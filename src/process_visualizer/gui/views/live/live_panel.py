@@ -65,6 +65,7 @@ class LivePanel(QWidget):
         self.replay = ReplayBar(replay, wall_s)
         self._clock = QTimer(self, interval=_CLOCK_MS)
         self._clock.timeout.connect(self._show_age)
+        self._clock.timeout.connect(self.replay.show_state)
         self._lay_out()
         self.durations.activated.connect(
             lambda row: curves.set_duration(float(self.durations.itemData(row))))

@@ -23,6 +23,7 @@ class ReplayBar(QWidget):
         """``now_s`` is the clock of the recorder."""
         super().__init__(parent)
         self._replay, self._now_s = replay, now_s
+        self._since_s: Optional[float] = None
         playback = replay.playback
         self.state = QLabel()
         self.state.setObjectName('replay_state')
@@ -54,13 +55,21 @@ class ReplayBar(QWidget):
         """Show how long ago it is what is seen."""
         replay = self._replay
         is_shown = replay.phase is ReplayPhase.SHOWN
+        if replay.phase is not ReplayPhase.PREPARING:
+            self._since_s = None
+        elif self._since_s is None:
+            self._since_s = self._now_s()
         self.setVisible(not replay.is_live)
         for widget in (*self._moving, self.rate):
             widget.setEnabled(is_shown)
         self.play.setIcon(icon('pause' if replay.playback.is_playing else 'play'))
         self.rate.show_rate(replay.playback.rate)
         self.state.setText(f'REPLAY  {self._now_s() - replay.time_s:.1f} s ago' if is_shown
-                           else 'Preparing the replay…')
+                           else self._preparing())
+
+    def _preparing(self) -> str:
+        taken_s = int(self._now_s() - (self._since_s or self._now_s()))
+        return f'Preparing the replay… {taken_s} s' if taken_s else 'Preparing the replay…'
 
     def _button(self, name: str, hint: str, action: Callable[[], object]) -> QToolButton:
         button = QToolButton()
