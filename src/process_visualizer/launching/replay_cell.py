@@ -51,7 +51,7 @@ class ReplayCell:
         """Return where its files are, and what it plays; it goes with the cell."""
         if not self._folder:
             self._folder = new_run_folder()
-            self._record.write(self._folder)
+            self._record.write(self._folder, is_replay=True)
         return self._folder
 
     def show(self, choice: Choice) -> None:

@@ -29,10 +29,14 @@ class RunRecord:
         self.run_id = uuid.uuid4().hex
         self._path = _folder() / f'{self.run_id}.json'
 
-    def write(self, folder: str = '') -> None:
-        """Note who owns the run, and the folder (by ``new_run_folder``) that goes with it."""
+    def write(self, folder: str = '', is_replay: bool = False) -> None:
+        """Note who owns the run, and the folder (by ``new_run_folder``) that goes with it.
+
+        ``is_replay``: it is beside the cell that the owner has.
+        """
         self._path.parent.mkdir(parents=True, exist_ok=True)
-        owner = {'pid': os.getpid(), 'start_time': start_time(os.getpid()), 'folder': folder}
+        owner = {'pid': os.getpid(), 'start_time': start_time(os.getpid()), 'folder': folder,
+                 'is_replay': is_replay}
         written = self._path.with_suffix('.new')
         written.write_text(json.dumps(owner), encoding='utf-8')
         written.replace(self._path)  # so that a concurrent clean-up finds a complete record
@@ -55,12 +59,13 @@ def clean_up_crashed_runs() -> List[int]:
 
 
 def folder_of_run(owner_id: int) -> str:
-    """Return the folder that goes with the run of a living process; empty if there is none."""
-    for path in sorted(_folder().glob('*.json')):
-        owner = _owner(path)
-        if owner.get('pid') == owner_id and _lives(owner):
-            return str(owner.get('folder') or '')
-    return ''
+    """Return the folder of the cell that a living process has launched; empty if there is none.
+
+    The process may have further runs: a replay, a master, what starts quickly.
+    """
+    owners = (_owner(path) for path in sorted(_folder().glob('*.json')))
+    return next((str(it['folder']) for it in owners if it.get('pid') == owner_id and _lives(it)
+                 and it.get('folder') and not it.get('is_replay')), '')
 
 
 def _folder() -> Path:

@@ -7,6 +7,7 @@ from typing import Any, Dict, Optional
 
 _WIDTH_FOR_DISPLAYS_PX = 1300
 """From this width on there is room for the list of displays beside the scene."""
+_ASIDE_PX = 60
 _DISPLAYS_PX, _DOCK_EDGES_PX, _BARS_PX = 345, 30, 90
 """Size of the list of displays, the docks' edges, and menu, tool and status bar in a window."""
 _STATE_WITHOUT_DISPLAYS = (
@@ -34,6 +35,16 @@ def scene_aspect(width: int, height: int) -> float:
     """The width of the scene by its height in a generated window of RViz of that size."""
     displays = 0 if width < _WIDTH_FOR_DISPLAYS_PX else _DISPLAYS_PX
     return max(width - displays - _DOCK_EDGES_PX, 1) / max(height - _BARS_PX, 1)
+
+
+def moved_aside(geometry: Any) -> Dict[str, Any]:
+    """The same section for a second window, which leaves the first one to be seen, and its bars."""
+    found = dict(geometry) if isinstance(geometry, dict) else {}
+    for key, change in (('X', _ASIDE_PX), ('Y', _ASIDE_PX), ('Width', -_ASIDE_PX),
+                        ('Height', -_ASIDE_PX)):
+        if isinstance(found.get(key), int):
+            found[key] = max(found[key] + change, _ASIDE_PX)
+    return found
 
 
 def window_geometry(rectangle: Rectangle, docks: Optional[Any] = None) -> Dict[str, Any]:

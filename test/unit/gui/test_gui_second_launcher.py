@@ -24,7 +24,9 @@ VIEW = {'Visualization Manager': {
             {'Class': 'rviz/RobotModel', 'Name': 'model'},
             {'Class': 'rviz/InteractiveMarkers', 'Name': 'handles'}]},
         {'Class': 'process_visualizer/DisplayStatus', 'Name': 'Status report'}],
-    'Tools': [{'Class': 'rviz/MoveCamera'}, {'Class': 'rviz/SetGoal'}]}}
+    'Tools': [{'Class': 'rviz/MoveCamera'}, {'Class': 'rviz/SetGoal'}]},
+    'Window Geometry': {'X': 460, 'Y': 0, 'Width': 1140, 'Height': 600,
+                        'Views': {'collapsed': True}}}
 
 
 def owner(folder: str = '', **fields: Any) -> CellOwner:
@@ -49,11 +51,15 @@ def test_an_onlooker_changes_nothing() -> None:
 def test_the_files_of_a_launcher_are_found_by_its_process(
         tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv('ROS_HOME', str(tmp_path))
-    record = RunRecord()
+    records = [RunRecord() for _ in range(8)]  # in no order: their names are random
+    for record in records[1:]:
+        record.write()
+    records[1].write('/tmp/process_visualizer-replay', is_replay=True)
     assert folder_of_run(os.getpid()) == ''
-    record.write('/tmp/process_visualizer-a')
+    records[0].write('/tmp/process_visualizer-a')
     assert folder_of_run(os.getpid()) == '/tmp/process_visualizer-a'
-    record.remove()
+    for record in records:
+        record.remove()
 
 
 class Started:
@@ -72,11 +78,22 @@ def test_the_user_looks_on(qtbot: Any, tmp_path: Path, monkeypatch: pytest.Monke
     assert 'You can look on' in second.box.text()
     second.look_on.click()
     path = started.words[started.words.index('-d') + 1]
-    assert yaml.safe_load(Path(path).read_text()) == onlooker_view(VIEW)
+    shown = yaml.safe_load(Path(path).read_text())
+    assert shown['Visualization Manager'] == onlooker_view(VIEW)['Visualization Manager']
+    assert shown['Window Geometry'] == {  # beside the first RViz, not exactly over it
+        'X': 520, 'Y': 60, 'Width': 1080, 'Height': 540, 'Views': {'collapsed': True}}
     assert started.words[-1] == f'__name:=rviz_looking_on_{os.getpid()}'
     with qtbot.waitSignal(second.ended):
         second.close()
     assert not Path(path).exists()
+
+
+def test_why_one_cannot_look_on(qtbot: Any) -> None:
+    for second, reason in ((SecondLauncher(owner()), 'cell view'),
+                           (SecondLauncher(owner(user='anna')), 'cell view')):
+        assert reason in second.box.text() and not second.look_on.isEnabled()
+        with qtbot.waitSignal(second.ended):
+            second.box.button(QMessageBox.Close).click()
 
 
 def test_there_is_nothing_to_look_at_before_the_launch(qtbot: Any, tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from process_visualizer.launching.cell_owner import CellOwner
 from process_visualizer.ros_names import PACKAGE, RVIZ
 from process_visualizer.rviz.onlooker_view import onlooker_view
 from process_visualizer.rviz.view_file import read_view
+from process_visualizer.rviz.window_geometry import moved_aside
 
 _NOTHING = 'It has launched nothing, so there is nothing to look at yet.'
 _LOOK_ON = 'You can look on: an RViz that shows the same and changes nothing.'
@@ -65,8 +66,8 @@ class SecondLauncher(QObject):
         return bool(self._owner.folder) and os.path.isfile(self._view)
 
     def _text(self) -> str:
-        what = _ELSEWHERE if not self._owner.folder else \
-            _LOOK_ON if self._is_launched else _NOTHING
+        what = _LOOK_ON if self._is_launched else \
+            _NOTHING if self._owner.folder else _ELSEWHERE
         return f'{self._owner.text}.\n\n{what} {_OR}'
 
     def _answered(self, _code: int) -> None:
@@ -79,7 +80,9 @@ class SecondLauncher(QObject):
     def _start(self) -> None:
         path = os.path.join(self._folder.name, 'looking_on.rviz')
         try:
-            content = yaml.safe_dump(onlooker_view(read_view(self._view)), sort_keys=False)
+            view = onlooker_view(read_view(self._view))
+            view['Window Geometry'] = moved_aside(view.get('Window Geometry'))
+            content = yaml.safe_dump(view, sort_keys=False)
             with open(path, 'w', encoding='utf-8') as file:
                 file.write(content)
         except (OSError, ValueError) as error:
