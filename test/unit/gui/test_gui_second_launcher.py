@@ -101,3 +101,15 @@ def test_there_is_nothing_to_look_at_before_the_launch(qtbot: Any, tmp_path: Pat
     assert not second.look_on.isEnabled() and 'launched nothing' in second.box.text()
     with qtbot.waitSignal(second.ended):
         second.box.button(QMessageBox.Close).click()
+
+
+def test_an_rviz_that_is_ended_while_one_looks_on_is_no_problem(
+        qtbot: Any, capsys: pytest.CaptureFixture[str]) -> None:
+    second = SecondLauncher(owner())
+    capsys.readouterr()
+    second._rviz.errorOccurred.emit(QProcess.Crashed)
+    assert capsys.readouterr().err == ''
+    second._rviz.errorOccurred.emit(QProcess.FailedToStart)
+    assert 'RViz cannot be started to look on' in capsys.readouterr().err
+    with qtbot.waitSignal(second.ended):
+        second.close()

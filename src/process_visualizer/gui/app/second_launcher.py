@@ -36,7 +36,7 @@ class SecondLauncher(QObject):
         self._rviz = QProcess(self)
         self._rviz.setProcessChannelMode(QProcess.ForwardedChannels)
         self._rviz.finished.connect(lambda *_: self.close())
-        self._rviz.errorOccurred.connect(lambda *_: self._tell(self._rviz.errorString()))
+        self._rviz.errorOccurred.connect(self._take_error)
         self.box = message_box(None, self._text(), QMessageBox.Information)
         self.look_on: QPushButton = self.box.addButton('Look on', QMessageBox.AcceptRole)
         self.look_on.setObjectName('look_on')
@@ -90,6 +90,11 @@ class SecondLauncher(QObject):
             return
         self._rviz.start('rosrun', [PACKAGE, RVIZ, '-d', path,
                                     f'__name:=rviz_looking_on_{os.getpid()}'])
+
+    def _take_error(self, error: QProcess.ProcessError) -> None:
+        """One that has run and is ended, by whomever, is no problem."""
+        if error == QProcess.FailedToStart:
+            self._tell(self._rviz.errorString())
 
     def _tell(self, reason: str) -> None:
         print(f'RViz cannot be started to look on: {reason}', file=sys.stderr, flush=True)
