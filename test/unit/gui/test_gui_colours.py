@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import List
+from typing import List, Optional
 
 import pytest
 from hypothesis import given
@@ -125,9 +125,10 @@ def test_ticks_of_rows_are_seen_whatever_colour_the_row_has(qtbot, qapp, colours
 
 
 @themes
-def test_radio_buttons_are_rings_and_the_chosen_one_has_a_dot(qtbot, qapp,
-                                                              colours: Theme) -> None:
-    apply_style(qapp, colours)
+@pytest.mark.parametrize('before', [None, LIGHT, DARK], ids=['at first', 'light', 'dark'])
+def test_radio_buttons_are_rings_and_the_chosen_one_has_a_dot(
+        qtbot, qapp, colours: Theme, before: Optional[Theme]) -> None:
+    apply_style(qapp, before or colours)
     group = QWidget()
     qtbot.addWidget(group)
     layout = QVBoxLayout(group)
@@ -136,6 +137,10 @@ def test_radio_buttons_are_rings_and_the_chosen_one_has_a_dot(qtbot, qapp,
         layout.addWidget(button)
     buttons[0].setChecked(True)
     group.show()
+    for button in buttons:
+        button.grab()  # draws it once
+    if before is not None:
+        apply_theme(qapp, colours)
     for button in buttons:
         found = pixels(button, QRect(0, 0, 16, button.height()))
         ink = sum(close_to(it, 'text') for it in found)

@@ -8,7 +8,7 @@ from typing import Iterator
 
 from PyQt5.QtCore import Qt
 from PyQt5.QtGui import QColor, QFont, QPalette
-from PyQt5.QtWidgets import QApplication, QPushButton, QStyleFactory
+from PyQt5.QtWidgets import QApplication, QPushButton, QRadioButton, QStyleFactory
 
 from process_visualizer.gui.toolkit.theme import LIGHT, Theme
 from process_visualizer.gui.toolkit.theme_following import recolour, set_sheet
@@ -61,6 +61,10 @@ def apply_theme(app: QApplication, wanted: Theme) -> None:
         app.setPalette(palette(wanted))
         app.setPalette(_check_box_palette(wanted), 'QCheckBox')
         recolour(app)
+        for widget in app.allWidgets():
+            if isinstance(widget, QRadioButton):  # the sheet keeps the colours of the last theme
+                widget.style().unpolish(widget)
+                widget.style().polish(widget)
 
 
 @contextmanager
