@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from PyQt5.QtCore import QSize, Qt
-from PyQt5.QtWidgets import QFrame, QScrollArea, QStyle, QVBoxLayout, QWidget
+from PyQt5.QtWidgets import QFrame, QStyle, QVBoxLayout, QWidget
+
+from process_visualizer.gui.views.parts.still_scroll import StillScroll
 
 _LEAST_HEIGHT_PX = 160
 
@@ -31,7 +33,7 @@ class ColumnOf(Column):
         return self._only.minimumSizeHint()
 
 
-class ColumnScroll(QScrollArea):
+class ColumnScroll(StillScroll):
     """Scrolls up and down only; it is never narrower than its content."""
 
     def __init__(self, content: QWidget) -> None:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from PyQt5.QtCore import QEvent, QObject, QSize, Qt
-from PyQt5.QtWidgets import QFrame, QScrollArea, QSizePolicy, QStyle, QVBoxLayout, QWidget
+from PyQt5.QtWidgets import QFrame, QSizePolicy, QStyle, QVBoxLayout, QWidget
+
+from process_visualizer.gui.views.parts.still_scroll import StillScroll
 
 _LEAST_NOTICE_LINES = 3
 
 
-class _Place(QScrollArea):
+class _Place(StillScroll):
     """Shows its beginning again whenever one of its widgets appears."""
 
     def __init__(self, *widgets: QWidget) -> None:

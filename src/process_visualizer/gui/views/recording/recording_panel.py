@@ -11,7 +11,6 @@ from PyQt5.QtWidgets import (
     QHBoxLayout,
     QLineEdit,
     QPushButton,
-    QScrollArea,
     QVBoxLayout,
     QWidget,
 )
@@ -20,6 +19,7 @@ from process_visualizer.gui.models.recording.recording_model import RecordingMod
 from process_visualizer.gui.models.recording.recording_state import RECENT_S
 from process_visualizer.gui.models.recording.recording_types import Phase
 from process_visualizer.gui.toolkit.icons import icon
+from process_visualizer.gui.views.parts.still_scroll import StillScroll
 from process_visualizer.gui.views.recording.disk_bar import DiskBar
 from process_visualizer.gui.views.recording.name_options import NameOptions
 from process_visualizer.gui.views.recording.record_bar import RecordBar
@@ -29,7 +29,7 @@ from process_visualizer.gui.views.recording.topic_list import TopicList
 _ROOMY = 30  # lines of text: then the topics are open
 
 
-class RecordingPanel(QScrollArea):
+class RecordingPanel(StillScroll):
     """Options, topics, the record button, the disk, marks, and the state."""
 
     play_wanted = pyqtSignal(str)
