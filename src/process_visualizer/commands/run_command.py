@@ -2,6 +2,7 @@
 """``cell run``: starts a plan, reports the states of its nodes, stops everything at the end."""
 from __future__ import annotations
 
+import os
 import shutil
 import signal
 import sys
@@ -19,6 +20,13 @@ from process_visualizer.health.user_limits import give_real_time_advice
 from process_visualizer.launching.cell_watch import CellLook, CellWatch
 from process_visualizer.launching.node_state import NodeReport, NodeState
 from process_visualizer.launching.other_cell import refuse_other_cell
+from process_visualizer.launching.ros_master import RosMaster
+from process_visualizer.launching.roslaunch_process import (
+    Start,
+    is_for_this_computer,
+    start_for_this_computer,
+    start_roslaunch,
+)
 from process_visualizer.launching.run import Run
 from process_visualizer.launching.run_record import (
     RunRecord,
@@ -101,7 +109,7 @@ def _run(launch_file: str, choice: Choice) -> int:
     numbers = [number for number in _STOP_SIGNALS if number is not signal.SIGHUP
                or signal.getsignal(number) is not signal.SIG_IGN]
     previous = {number: signal.signal(number, raise_stop_once) for number in numbers}
-    run = Run(launch_file, reporter.report, reporter.line)
+    run = Run(launch_file, reporter.report, reporter.line, start=_start_of(choice))
     watch = PublisherWatch(
         lambda: others_beside(choice, {report.name for report in run.reports()}),
         reporter.others)
@@ -124,6 +132,13 @@ def _run(launch_file: str, choice: Choice) -> int:
     if orphans:
         say(f'ended {len(orphans)} processes that roslaunch had left')
     return exit_code(run)
+
+
+def _start_of(choice: Choice) -> Start:
+    """Everything listens to this computer only, if roslaunch starts the master and may do so."""
+    is_local = is_for_this_computer(RosMaster().uri, os.environ) \
+        and not choice.cell.machines and not RosMaster().is_online()
+    return start_for_this_computer if is_local else start_roslaunch
 
 
 def raise_stop_once(_number: int, _frame: Optional[FrameType]) -> None:

@@ -2,6 +2,7 @@
 """The ROS master: the one that is running, or one of our own."""
 from __future__ import annotations
 
+import os
 import shutil
 import socket
 import threading
@@ -15,7 +16,12 @@ import rosgraph
 from process_visualizer.launching.log_tail import LogTail
 from process_visualizer.launching.ros_api import ANSWER_TIMEOUT_S, process_id_at
 from process_visualizer.launching.roslaunch_output import plain
-from process_visualizer.launching.roslaunch_process import RoslaunchProcess
+from process_visualizer.launching.roslaunch_process import (
+    RoslaunchProcess,
+    is_for_this_computer,
+    start_for_this_computer,
+    start_roslaunch,
+)
 from process_visualizer.launching.run_record import RunRecord
 
 _START_TIMEOUT_S = 60.0  # 30 s were too few at a load of 40
@@ -119,8 +125,10 @@ class RosMaster:
                                  "ROS's set-up file (source .../setup.bash)")
         try:
             self._record.write()
+            start = start_for_this_computer if is_for_this_computer(self._uri, os.environ) \
+                else start_roslaunch
             self._process = RoslaunchProcess(['--core', '-p', str(urlparse(self._uri).port)],
-                                             self._record.run_id)
+                                             self._record.run_id, start)
         except OSError as error:
             self._record.remove()
             raise RosMasterError(f'roscore cannot be started: {error}') from None

@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 from typing import IO, Callable, Dict, List, Mapping, Optional, Sequence, Union
+from urllib.parse import urlparse
 
 from process_visualizer.launching.forked_process import ForkedProcess
 from process_visualizer.launching.process_scan import (
@@ -19,6 +20,10 @@ from process_visualizer.launching.process_scan import (
 
 _SIGINT_TIMEOUT_S = 30.0
 _SIGTERM_TIMEOUT_S = 5.0
+_LOCAL = {'ROS_HOSTNAME': 'localhost'}
+"""ROS's libraries listen at 127.0.0.1 then, otherwise at every address."""
+_NAMED = {'ROS_IP', 'ROS_HOSTNAME'}
+_LOCAL_HOSTS = ('localhost', '127.0.0.1', '::1')
 _TELL_PERIOD_S = 5.0
 
 
@@ -33,6 +38,17 @@ def start_roslaunch(arguments: List[str], environment: Mapping[str, str]) -> Chi
         [*dying_with_parent(), 'roslaunch', *arguments], env=environment,
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
         start_new_session=True, text=True, errors='replace')
+
+
+def start_for_this_computer(arguments: List[str], environment: Mapping[str, str]) -> Child:
+    """Start the command roslaunch so that master and nodes listen to this computer only."""
+    return start_roslaunch(arguments, {**environment, **_LOCAL})
+
+
+def is_for_this_computer(master_uri: str, environment: Mapping[str, str]) -> bool:
+    """Whether a master at that address can be meant for this computer only."""
+    return urlparse(master_uri).hostname in _LOCAL_HOSTS and not _NAMED & {
+        name for name, value in environment.items() if value}
 
 
 class RoslaunchProcess:

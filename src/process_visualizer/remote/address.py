@@ -62,11 +62,11 @@ def ports_of(text: str) -> range:
 def listening_address(environment: Mapping[str, str], is_remote: bool) -> str:
     """Return where the relay listens: at ROS_IP or ROS_HOSTNAME; else here, or everywhere.
 
-    ``is_remote`` says that other computers may watch.
+    ``is_remote`` says that other computers may watch, whatever the nodes do.
     """
     for name in ('ROS_IP', 'ROS_HOSTNAME'):
         value = environment.get(name, '').strip()
-        if value:
+        if value and not (is_remote and is_loopback(value)):
             return value
     return _EVERYWHERE if is_remote else LOCAL
 

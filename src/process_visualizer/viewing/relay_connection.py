@@ -26,7 +26,7 @@ _FIRST_FILE = 1 << 31
 _PING_S = 0.4
 _DEAD_S = 1.6
 """A connection on which nothing has come for so long is dead: the relay answers every ping."""
-_CONNECT_S, _AGAIN_S = 0.7, 0.2
+_CONNECT_S, _AGAIN_S = 0.5, 0.1
 _RECEIVED_BYTES = 128 << 10
 
 

@@ -26,6 +26,7 @@ from process_visualizer.gui.app.dropped_files import DropTarget
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.settings import Settings
 from process_visualizer.gui.app.theme_choice import theme_choice
+from process_visualizer.gui.app.watch_dialog import WatchDialog
 from process_visualizer.gui.app.window_keys import WindowKeys
 from process_visualizer.gui.app.window_questions import WindowQuestions
 from process_visualizer.gui.models.cell.launch_model import Phase
@@ -144,6 +145,8 @@ class LauncherApp(QMainWindow):
                 ('restart', 'restart_device', 'Restart the selected device',
                  self._restart_selected),
                 ('open', 'open_configuration', 'Open another configuration', self._open),
+                ('view', 'watch_cell', 'Watch a cell that runs on another computer…',
+                 lambda: WatchDialog(self).show()),
                 ('reload', 'reload_configuration', 'Read the configuration again (F5)',
                  self._launcher.cell.reload),
                 ('help', 'show_keys', 'Keys (?)', lambda: self._keys.show())):

@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Watch…: what cell view says is shown, and ends with the dialog."""
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from PyQt5.QtWidgets import QWidget
+from pytestqt.qtbot import QtBot
+
+from process_visualizer.gui.app.watch_dialog import WatchDialog
+
+
+@pytest.fixture
+def program(tmp_path: Path) -> str:
+    """Stands for rosrun: says what it was given, and waits."""
+    path = tmp_path / 'rosrun'
+    path.write_text('#!/bin/sh\necho "$@"\necho "cell: no \x1b[31mcolour"\nexec sleep 600\n')
+    path.chmod(0o755)
+    return str(path)
+
+
+def test_what_is_said_is_shown_until_the_user_ends_it(qtbot: QtBot, program: str) -> None:
+    parent = QWidget()
+    qtbot.addWidget(parent)
+    dialog = WatchDialog(parent, program)
+    assert not dialog.button.isEnabled()
+    dialog.host.setText(' -x ')
+    dialog.button.click()
+    qtbot.waitUntil(lambda: 'colour' in dialog.lines.toPlainText())
+    assert dialog.lines.toPlainText().splitlines() == [
+        'process_visualizer cell view --master=-x', 'no \\x1b[31mcolour']
+    assert dialog.button.text() == 'Stop watching'
+    dialog.button.click()
+    qtbot.waitUntil(lambda: not dialog.is_watching)
+    assert dialog.button.text() == 'Watch'
+    assert dialog.host.isEnabled()

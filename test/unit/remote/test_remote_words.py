@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What is in the way between a viewer and a cell, in words; addresses, ports, clocks."""
+from __future__ import annotations
+
+import errno
+import socket
+from typing import Dict, Tuple
+
+import pytest
+
+from process_visualizer.remote.address import Address, address_of, listening_address, ports_of
+from process_visualizer.remote.clock_offset import ClockOffset
+from process_visualizer.remote.link_words import (
+    clocks_apart,
+    no_connection,
+    nothing_there,
+    relay_silent,
+    types_differ,
+    unknown_name,
+    unreachable,
+    versions_differ,
+)
+from process_visualizer.remote.offer import Topic
+
+REFUSED = ConnectionRefusedError(errno.ECONNREFUSED, 'refused')
+
+
+@pytest.mark.parametrize('text, address', [
+    ('cell-pc', ('cell-pc', None)), ('10.0.0.1:5', ('10.0.0.1', 5)),
+    ('http://cell:11311/', ('cell', 11311)), ('[fe80::1]:7', ('fe80::1', 7))])
+def test_addresses(text: str, address: Tuple[str, 'int | None']) -> None:
+    assert address_of(text) == address
+
+
+@pytest.mark.parametrize('text', ['', ':11311', 'a:b', 'a:99999', 'a/b', 'http://', 'a:0'])
+def test_what_is_no_address_is_told(text: str) -> None:
+    with pytest.raises(ValueError, match='is no address; write'):
+        address_of(text)
+
+
+def test_ports() -> None:
+    assert ports_of('50000-50063') == range(50000, 50064)
+    assert ports_of('7') == range(7, 8)
+    for text in ('', 'a', '5-4', '0-3', '1-65536', '-5'):
+        with pytest.raises(ValueError, match='are no ports; write'):
+            ports_of(text)
+
+
+@pytest.mark.parametrize('environment, is_remote, address', [
+    ({}, False, '127.0.0.1'), ({}, True, '0.0.0.0'),
+    ({'ROS_IP': '10.0.0.1'}, False, '10.0.0.1'), ({'ROS_IP': '10.0.0.1'}, True, '10.0.0.1'),
+    ({'ROS_HOSTNAME': 'localhost'}, False, 'localhost'),
+    ({'ROS_HOSTNAME': 'localhost'}, True, '0.0.0.0'), ({'ROS_IP': ' '}, False, '127.0.0.1')])
+def test_where_the_relay_listens(environment: Dict[str, str], is_remote: bool,
+                                 address: str) -> None:
+    assert listening_address(environment, is_remote) == address
+
+
+def test_each_obstacle_has_its_own_sentence() -> None:
+    here = Address('cell', 11411)
+    assert 'is not known' in unknown_name('cell')
+    assert 'firewall' in unreachable(here, socket.timeout('timed out'), 'x')
+    assert 'closed' in unreachable(here, REFUSED, 'x')
+    assert '--remote' in relay_silent('cell', '127.0.0.1:11411', REFUSED)
+    assert 'ssh -N -L 11411:localhost:11411 cell' in relay_silent('cell', '127.0.0.1:11411',
+                                                                 REFUSED)
+    assert 'its ROS_IP' in relay_silent('cell', '10.0.0.1:11411', REFUSED)
+    assert 'ROS_IP' not in relay_silent('cell', '0.0.0.0:11411', REFUSED)
+    assert 'is the cell running there?' in nothing_there(Address('cell', None), REFUSED,
+                                                        REFUSED)[0]
+
+
+def test_clocks() -> None:
+    assert clocks_apart(0.3) is None
+    assert 'the clocks are 1 h 0 min apart: this one is behind' in str(clocks_apart(3600.0))
+    assert 'the clocks are 2.5 s apart: this one is ahead of' in str(clocks_apart(-2.5))
+
+
+def test_the_quickest_answer_tells_the_time() -> None:
+    clock = ClockOffset()
+    clock.take(0, 3_500_000_000, 1_000_000_000)
+    clock.take(2_000_000_000, 5_010_000_000, 2_020_000_000)
+    assert clock.ahead_s == pytest.approx(3.0)
+    assert clock.answer_s == pytest.approx(0.02)
+    clock.take(9_000_000_000, 0, 8_000_000_000)  # set back meanwhile
+    assert clock.ahead_s == pytest.approx(3.0)
+
+
+def test_versions_and_types() -> None:
+    assert versions_differ('1', '1') is None
+    assert 'version 2 of process_visualizer, this computer has 1' in str(versions_differ('2', '1'))
+    topics = {'/a': Topic('a/A', '1' * 32, ''), '/b': Topic('a/B', '2' * 32, '')}
+    assert types_differ(topics, {'a/A': '1' * 32, 'a/B': '3' * 32}) == (
+        'a/B is another type here than at the cell: what is sent as such is not shown; '
+        'install the same version of a',)
+    assert no_connection('cell', 12.04) == 'no connection to cell for 12.0 s: this picture is old'
