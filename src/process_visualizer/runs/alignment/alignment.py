@@ -16,6 +16,7 @@ class Means(Enum):
 
     MOTION = 'the motion of the tools'
     EVENTS = 'their events'
+    STATES = 'their states'
     ANCHORS = 'what the operator says'
     BEGIN = 'their begin'
 

@@ -2,12 +2,13 @@
 """Moments of two runs that belong together because the operator says so."""
 from __future__ import annotations
 
-from typing import List, NamedTuple, Sequence, Tuple
+from typing import Callable, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
 from process_visualizer.runs.alignment.alignment import Alignment, Means, aligned
 from process_visualizer.runs.alignment.common_events import common_events
+from process_visualizer.runs.alignment.skipped_parts import skipped_parts, with_parts
 from process_visualizer.runs.alignment.time_map import time_map
 from process_visualizer.runs.run import Run, part_of
 
@@ -38,12 +39,28 @@ def aligned_at(reference: Run, run: Run, anchors: Sequence[Anchor]) -> Alignment
         anchors: both of their times rise, as those of ``with_anchor``.
     """
     if not anchors:
-        return aligned(reference, run)
+        return _aligned_in_parts(reference, run)
+    return _joined(reference, run, anchors, _aligned_in_parts)
+
+
+def _aligned_in_parts(reference: Run, run: Run) -> Alignment:
+    """The alignment, in which a part that only one of the runs has stands for itself."""
+    found = aligned(reference, run)
+    if found.means is Means.BEGIN:
+        return found
+    parts = skipped_parts(reference, run, found.time_map)
+    anchors = [Anchor(*it) for it in with_parts([], parts)
+               if 0.0 < it[0] < reference.duration_s and 0.0 < it[1] < run.duration_s]
+    return _joined(reference, run, anchors, aligned) if anchors else found
+
+
+def _joined(reference: Run, run: Run, anchors: Sequence[Anchor],
+            align: Callable[[Run, Run], Alignment]) -> Alignment:
     corners = [Anchor(0.0, 0.0), *anchors, Anchor(reference.duration_s, run.duration_s)]
     points, is_moving = list(anchors), False
     for begin, end in zip(corners, corners[1:]):
-        found = aligned(part_of(reference, begin.reference_s, end.reference_s, reference.name),
-                        part_of(run, begin.run_s, end.run_s, run.name))
+        found = align(part_of(reference, begin.reference_s, end.reference_s, reference.name),
+                      part_of(run, begin.run_s, end.run_s, run.name))
         is_moving |= found.means is Means.MOTION
         if found.means is not Means.BEGIN:  # where a part begins, is an anchor, or nothing
             points += _inside(found, begin, end)

@@ -18,6 +18,7 @@ import numpy as np
 
 from process_visualizer.runs.alignment.alignment import Alignment, Means
 from process_visualizer.runs.alignment.anchors import Anchor, aligned_at, with_anchor
+from process_visualizer.runs.alignment.state_alignment import aligned_by_states
 from process_visualizer.runs.alignment.time_map import joined
 from process_visualizer.runs.deviation.band import (
     FEWEST_RUNS,
@@ -35,6 +36,7 @@ from process_visualizer.runs.deviation.band import (
 from process_visualizer.runs.deviation.departures import Departure, departures, ranked, spans
 from process_visualizer.runs.deviation.signals import (
     DIRECTION_LABEL,
+    TIMING_LABEL,
     Columns,
     Signal,
     SignalKind,
@@ -49,14 +51,13 @@ _LEAST_SHARE = 0.8
 """Of the reference, or of the run: if less than that has a counterpart in the other, it is told."""
 
 _OF_PLACE = (SignalKind.PLACE, SignalKind.JOINT, SignalKind.SPEED)
-_FEW_PLACES = 4
-"""So few good runs of other places do not tell how long the way to this one takes."""
 _WRONG_STATE, _STATE_KNOWN_S = 10.0, 0.05
 """How severe a wrong state is, and how well its time is known."""
+_BY_STATES_S = 0.08
 _FOLLOWING = (SignalKind.STATE, SignalKind.TIMING, SignalKind.NOISE)
 _FOLLOWING_LABELS = ('tool sideways', 'tool up', DIRECTION_LABEL)
 """They have data where another signal of theirs has."""
-_MIN_UNJUDGED_ROWS, _MIN_KNOWN = 10, 0.1
+_MIN_UNJUDGED_ROWS, _MIN_UNJUDGED_S, _MIN_KNOWN = 10, 0.1, 0.1
 _MIN_LONGER_S, _MIN_PACE = 0.1, 0.02
 """From so much on, also as a share of the reference, a different pace is reported."""
 
@@ -173,8 +174,8 @@ class GoodRuns:
                 self._first_of_place.setdefault(run.place, (run, alignment))
             self._good.append(_Good(run, fingerprint(run), columns,
                                     _states(self.reference, run, alignment)))
-        self._learner = BandLearner([it.columns for it in self._good], self._tolerance,
-                                    most_left_out)
+        self._learner = BandLearner([_without_place(it, self.reference) for it in self._good],
+                                    self._tolerance, most_left_out)
         self._orders = {key: self._order(key, None) for key in _state_keys(self.reference)}
 
     def _left_out(self) -> Dict[int, str]:
@@ -210,6 +211,8 @@ class GoodRuns:
         if len(self._good) <= FEWEST_RUNS:  # so few others are no measure
             own = None
         band = self._band_of_place(run, own, self.band if own is None else self._band(own))
+        if alignment.means is Means.STATES:
+            band = _wider_in_time(band)
         found = ranked([*departures(self.times_s, columns, band),
                         *self._state_departures(run, alignment, own)])
         notes = [*alignment.notes, *self._notes(run, alignment, columns)]
@@ -238,7 +241,11 @@ class GoodRuns:
         """
         first = self._first_of_place.get(run.place)
         if anchors or first is None or first[0] is run:
-            return aligned_at(self.reference, run, anchors or _wait_anchors(self.reference, run))
+            by_states = None
+            if not anchors and run.place != self.reference.place:
+                by_states = aligned_by_states(self.reference, run)
+            return by_states or aligned_at(self.reference, run,
+                                           anchors or _wait_anchors(self.reference, run))
         found = aligned_at(first[0], run, _wait_anchors(first[0], run))
         return found._replace(time_map=joined(first[1].time_map, found.time_map))
 
@@ -260,9 +267,8 @@ class GoodRuns:
             return band
         alike = tuple(row for row, it in enumerate(self._good)
                       if it.run.place == run.place and row != own)
-        dropped = _OF_PLACE if len(self._good) > _FEW_PLACES else (*_OF_PLACE, SignalKind.TIMING)
         found = {signal: limits for signal, limits in band.signals.items()
-                 if signal.kind not in dropped}
+                 if signal.kind not in _OF_PLACE}
         if alike:
             if alike not in self._of_place:
                 self._of_place[alike] = self._learned_of_place(alike)
@@ -320,6 +326,21 @@ class GoodRuns:
                 more = f' and {len(only) - 4} more' if len(only) > 4 else ''
                 notes.append(f'only {where} has {names}{more}')
         return notes
+
+
+def _wider_in_time(band: Band) -> Band:
+    """The band for a run whose moments are known no better than by messages of states."""
+    found = {signal: limits._replace(half_width=limits.half_width + _BY_STATES_S)
+             if signal.label == TIMING_LABEL else limits for signal, limits in band.signals.items()}
+    return band._replace(signals=found)
+
+
+def _without_place(good: _Good, reference: Run) -> Columns:
+    """What a good run tells of all places: not where the tools are, if it is another one."""
+    if good.run.place == reference.place:
+        return good.columns
+    return {signal: values for signal, values in good.columns.items()
+            if signal.kind not in _OF_PLACE}
 
 
 def _context_text(context: Context) -> str:
@@ -391,7 +412,8 @@ def _unjudged(run: Run, alignment: Alignment, times_s: np.ndarray, columns: Colu
         if signal in columns:
             missing &= np.isnan(columns[signal])
         for begin, end in spans(missing):
-            if end - begin >= _MIN_UNJUDGED_ROWS:
+            if end - begin >= _MIN_UNJUDGED_ROWS and run_s[end - 1] - run_s[begin] >= \
+                    _MIN_UNJUDGED_S:
                 found.append(Unjudged(signal, run.begin_s + float(run_s[begin]),
                                       run.begin_s + float(run_s[end - 1])))
     return tuple(sorted(found, key=lambda it: it.begin_s))

@@ -114,10 +114,13 @@ def _departure(times_s: np.ndarray, signal: Signal, run: Mapping[Signal, np.ndar
         since = lasting_onset(times_s, run[single] - band.signals[single].middle, begin,
                               float(np.sign(deviation[begin])), signal.over_s)
     back_s = float(times_s[end]) if end < len(times_s) else None
-    in_all_s = None
-    if signal.label == TIMING_LABEL:  # within half a second it may be more than at the end
+    in_all_s, onset_s = None, since.time_s
+    if signal.label == TIMING_LABEL:
+        # where a clock stands still, the moment before is meant; and within half a second it may
+        # be more than at the end
+        onset_s = min(onset_s, float(times_s[max(begin - 1, 0)]))
         in_all_s = max(float(deviation[worst]), lost_s(deviation[begin:end]), key=abs)
-    return Departure(signal, float(times_s[begin]), back_s, since.time_s, since.uncertainty_s,
+    return Departure(signal, float(times_s[begin]), back_s, onset_s, since.uncertainty_s,
                      float(times_s[worst]), float(deviation[worst]),
                      float(limits.half_width[worst]),
                      in_all_s=in_all_s)

@@ -35,6 +35,8 @@ _SLOW_S, _FEW = 0.25, 4
 _TURN_ROWS, _LEAST_TURNED, _TURNED_DEG = int(0.3 * RATE_HZ), 0.3, 10.0
 """A direction is that of a mean, of a force of this share of the greatest at least."""
 _NEAR_WAIT_S = 0.1
+_STANDS = 0.1
+"""A clock that runs so slowly stands still; by motion one is a third as fast as the other."""
 _NEAR_GAP_S = 0.4
 """So near to a gap in the motion it is not known well which moment of the reference it is."""
 TIMING_LABEL, SLOWER_LABEL, NOISE_SUFFIX = 'time lost', 'slower by', ' noise'
@@ -105,7 +107,7 @@ def signals(reference: Run, run: Run, time_map: TimeMap) -> Columns:
     unsure = _unsure(reference, run, times_s, run_s)
     waits = _waits(reference, times_s)
     found = _timing(times_s, run_s, unsure | waits)
-    run_s = np.where(unsure, np.nan, run_s)
+    run_s = np.where(unsure | _passed_over(run_s), np.nan, run_s)
     for motion in reference.motions:
         if motion.device in others and len(motion.times_s) and len(others[motion.device].times_s):
             found.update(_places(motion, others[motion.device], times_s, run_s))
@@ -134,6 +136,14 @@ def _unsure(reference: Run, run: Run, times_s: np.ndarray, run_s: np.ndarray) ->
         if gaps:
             found |= np.logical_and.reduce(gaps)
     return found
+
+
+def _passed_over(run_s: np.ndarray) -> np.ndarray:
+    """Return where (t,) (bool) the reference does what the run does not: there its clock stands."""
+    stands = np.zeros(len(run_s) + 1, bool)
+    with np.errstate(invalid='ignore'):
+        stands[1:-1] = np.diff(run_s) < _STANDS / RATE_HZ
+    return stands[1:] & stands[:-1]
 
 
 def _waits(reference: Run, times_s: np.ndarray) -> np.ndarray:

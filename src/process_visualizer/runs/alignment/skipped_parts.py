@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Parts of the process that only one of two runs has: a step that is missing, or comes once more.
+
+A clock that only runs faster or slower would spread such a part over what is around it. So the
+clock of the other run stands still there.
+"""
+from __future__ import annotations
+
+from difflib import SequenceMatcher
+from typing import List, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from process_visualizer.runs.alignment.motion import Motion, common_motions
+from process_visualizer.runs.alignment.time_map import TimeMap
+from process_visualizer.runs.run import Channel, Run
+from process_visualizer.runs.states import States, is_sequence, states
+
+_STANDS_STILL_S = 0.02
+"""As short as the steps at which runs are compared: no moment is in between."""
+_SHORTEST_S, _EXPLAINED = 0.3, 0.6
+"""Of a part that states name, so much must have been lost around it, else it is a wrong message."""
+_MOST_STATES, _FEWEST_STATES = 1000, 3
+_ROUGH_HZ, _MOST_ROWS = 5.0, 1500
+_UNLIKE = 0.02
+"""From such a mean square distance on, as a share of the motion's variance, parts are sought."""
+_COSTS, _LATER = 1.0, 0.3
+"""What a skipped part costs, likewise; somewhat less the later it comes."""
+_LONGEST_STEP = 3
+_FREE_S = 3.0
+
+
+class SkippedPart(NamedTuple):
+    """Moments [s] that belong together before and behind it; one of the clocks stands still."""
+
+    reference_s: Tuple[float, float]
+    run_s: Tuple[float, float]
+
+
+def skipped_parts(reference: Run, run: Run, rough: TimeMap) -> List[SkippedPart]:
+    """Return what only one of two runs has, as states name it, or else as the motion shows it.
+
+    Args:
+        reference, run: which are held against each other.
+        rough: the map of time without this.
+    """
+    return _by_states(reference, run, rough) or _by_motion(reference, run, rough)
+
+
+def _by_states(reference: Run, run: Run, rough: TimeMap) -> List[SkippedPart]:
+    theirs = run.by_key
+    pairs = [(states(it), states(theirs[it.key])) for it in reference.channels
+             if it.key in theirs and is_sequence(it) and _is_order(theirs[it.key])]
+    pairs = [it for it in pairs if it[0].values != it[1].values
+             and _FEWEST_STATES <= len(it[0].values) and max(map(_count, it)) <= _MOST_STATES]
+    for mine, other in sorted(pairs, key=lambda it: -len(it[0].values)):
+        found = _different(mine, other, reference.duration_s, run.duration_s)
+        kept = [it for it in found if _is_explained(it, rough, reference, run)]
+        if kept:
+            return kept
+    return []
+
+
+def _is_order(channel: Channel) -> bool:
+    return bool(len(channel.values)) and is_sequence(channel)
+
+
+def _count(found: States) -> int:
+    return len(found.values)
+
+
+def _different(mine: States, other: States, reference_end_s: float,
+               run_end_s: float) -> List[SkippedPart]:
+    """Where one of two orders has states besides."""
+    mine_s, other_s = [*mine.since_s, reference_end_s], [*other.since_s, run_end_s]
+    same = next((row for row, (one, two) in enumerate(zip(mine.values, other.values))
+                 if one != two), min(_count(mine), _count(other)))
+    found = []
+    for what, *rows in SequenceMatcher(None, mine.values[same:], other.values[same:],
+                                       False).get_opcodes():
+        i, j, k, m = (same + row for row in rows)
+        if what == 'insert' and i > 0:
+            found.append(SkippedPart(_still(mine_s[i]), (other_s[k], other_s[m])))
+        elif what == 'delete' and k > 0:
+            found.append(SkippedPart((mine_s[i], mine_s[j]), _still(other_s[k])))
+    return found
+
+
+def _still(time_s: float) -> Tuple[float, float]:
+    step = round(time_s / _STANDS_STILL_S)
+    return (step - 1) * _STANDS_STILL_S, step * _STANDS_STILL_S
+
+
+def _is_explained(part: SkippedPart, rough: TimeMap, reference: Run, run: Run) -> bool:
+    """Whether around a part about as much time was lost, or won, as it takes."""
+    lost_s = float(np.ptp(part.run_s) - np.ptp(part.reference_s))
+    if abs(lost_s) < _SHORTEST_S:
+        return False
+    begin_s, end_s = (part.reference_s[0] - abs(lost_s) - 1.0,
+                      part.reference_s[1] + abs(lost_s) + 1.0)
+    run_begin_s, run_end_s = rough.to_run(np.array([begin_s, end_s]))
+    if begin_s <= 0.0:  # the ends belong together, whatever is skipped there
+        begin_s = run_begin_s = 0.0
+    if end_s >= reference.duration_s:
+        end_s, run_end_s = reference.duration_s, run.duration_s
+    return bool((run_end_s - run_begin_s - end_s + begin_s) / lost_s > _EXPLAINED)
+
+
+def _by_motion(reference: Run, run: Run, rough: TimeMap) -> List[SkippedPart]:
+    rate_hz = min(_ROUGH_HZ, _MOST_ROWS / max(reference.duration_s, run.duration_s, 1.0))
+    mine, theirs = common_motions(reference, run, rate_hz)
+    spread = float(np.nansum(np.nanvar(mine.positions, axis=0))) if len(mine.positions) else 0.0
+    if not spread > 0.0 or _unlike(mine, theirs, rough) < _UNLIKE * spread:
+        return []
+    found = _jump(mine, theirs, _COSTS * spread)
+    other = _jump(theirs, mine, _COSTS * spread)
+    if found is None and other is None:
+        return []
+    if other is None or (found is not None and found[0] <= other[0]):
+        assert found is not None
+        row, columns = found[1], found[2]
+        return [SkippedPart(_still(row / rate_hz),
+                            (columns[0] / rate_hz, columns[1] / rate_hz))]
+    row, columns = other[1], other[2]
+    return [SkippedPart((columns[0] / rate_hz, columns[1] / rate_hz), _still(row / rate_hz))]
+
+
+def _unlike(reference: Motion, run: Motion, rough: TimeMap) -> float:
+    """The mean square distance [m^2] of the tools at moments that belong together."""
+    at = rough.to_run(reference.times_s) * run.rate_hz
+    inside = (at >= 0.0) & (at <= len(run.positions) - 1)
+    if not inside.any():
+        return 0.0
+    rows = np.arange(len(run.positions))
+    there = np.column_stack([np.interp(at[inside], rows, it) for it in run.positions.T])
+    away = there - reference.positions[inside]
+    square = np.nansum(away * away, axis=1)
+    return float(square.mean())
+
+
+def _jump(reference: Motion, run: Motion,
+          costs: float) -> Optional[Tuple[float, int, Tuple[int, int]]]:
+    """The cheapest way through both that skips one part of the run; None if none is cheaper.
+
+    Returns its cost, the row of the reference, and the rows of the run before and behind.
+    """
+    distance = _squares(reference.positions, run.positions)
+    count, width = distance.shape
+    free = int(_FREE_S * reference.rate_hz)
+    columns = np.arange(width)
+    begins = np.where(columns <= free, 0.0, np.inf)
+    ends = np.where(columns >= width - 1 - free, 0.0, np.inf)
+    plain, jumped = begins + distance[0], np.full(width, np.inf)
+    before = np.full(width, np.inf), np.full(width, np.inf)
+    where = np.zeros((width, 3), np.int64)  # row, column before, column behind
+    where_before = where
+    for row in range(1, count):
+        here = distance[row]
+        price = costs * (1.0 - _LATER * row / count)
+        low = np.minimum.accumulate(plain)
+        lowest = _first_of_lowest(plain, low)
+        enter = _moved(low, _LONGEST_STEP + 1) + price
+        next_plain, _ = _stepped(plain, before[0], distance, row)
+        next_jumped, came = _stepped(jumped, before[1], distance, row)
+        next_where = np.where((came == 2)[:, np.newaxis], _rows_moved(where_before, 1),
+                              np.where((came == 1)[:, np.newaxis], _rows_moved(where, 2),
+                                       _rows_moved(where, 1)))
+        is_now = enter <= next_jumped
+        origin = _moved(lowest.astype(float), _LONGEST_STEP + 1)
+        now = np.column_stack((np.full(width, row), np.nan_to_num(origin, posinf=0.0), columns))
+        next_where = np.where(is_now[:, np.newaxis], now.astype(np.int64), next_where)
+        next_jumped = np.minimum(enter, next_jumped)
+        before, where_before = (plain, jumped), where
+        plain, jumped, where = next_plain + here, next_jumped + here, next_where
+    plain, jumped = plain + ends, jumped + ends
+    best = int(jumped.argmin())
+    if not jumped[best] < plain.min():
+        return None
+    row, first, behind = (int(it) for it in where[best])
+    return float(jumped[best]), row, (first, behind)
+
+
+def _stepped(total: np.ndarray, before: np.ndarray, distance: np.ndarray,
+             row: int) -> Tuple[np.ndarray, np.ndarray]:
+    """What it costs to come to each column of a row by an even step, and which one that was."""
+    candidates = np.stack((_moved(total, 1), _moved(total, 2),
+                           _moved(before, 1) + distance[row - 1]))
+    came = candidates.argmin(axis=0)
+    return candidates[came, np.arange(len(total))], came
+
+
+def _squares(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    away = np.nan_to_num(first[:, np.newaxis, :] - second, nan=0.0)
+    result: np.ndarray = np.einsum('ijk,ijk->ij', away, away)
+    return result
+
+
+def _moved(values: np.ndarray, columns: int) -> np.ndarray:
+    result = np.full(len(values), np.inf)
+    result[columns:] = values[:-columns]
+    return result
+
+
+def _rows_moved(values: np.ndarray, columns: int) -> np.ndarray:
+    result = np.zeros_like(values)
+    result[columns:] = values[:-columns]
+    return result
+
+
+def _first_of_lowest(values: np.ndarray, low: np.ndarray) -> np.ndarray:
+    """The column (n,) at which the lowest value so far was."""
+    is_new = np.concatenate(([True], low[1:] < low[:-1]))
+    result: np.ndarray = np.maximum.accumulate(np.where(is_new, np.arange(len(values)), 0))
+    return result
+
+
+def with_parts(found: Sequence[Tuple[float, float]],
+               parts: Sequence[SkippedPart]) -> List[Tuple[float, float]]:
+    """Return moments that belong together, with those of parts that contradict none of them."""
+    kept = sorted(found)
+    for part in parts:
+        pairs = list(zip(part.reference_s, part.run_s))
+        if all((one[0] - other[0]) * (one[1] - other[1]) > 0.0 for one in pairs for other in kept):
+            kept = sorted([*kept, *pairs])
+    return kept
