@@ -46,7 +46,7 @@ def aligned_at(reference: Run, run: Run, anchors: Sequence[Anchor]) -> Alignment
 def _aligned_in_parts(reference: Run, run: Run) -> Alignment:
     """The alignment, in which a part that only one of the runs has stands for itself."""
     found = aligned(reference, run)
-    if found.means is Means.BEGIN:
+    if not reference.motions or not run.motions:
         return found
     parts = skipped_parts(reference, run, found.time_map)
     anchors = [Anchor(*it) for it in with_parts([], parts)

@@ -12,6 +12,7 @@ from process_visualizer.runs.alignment.time_map import TimeMap, time_map
 
 _ROUNDS, _FIRST_ROUNDS, _PARTS = 6, 3, 8
 _WINDOW_S = 0.2
+_LEAST_M, _LITTLE, _CONTRADICTS_M = 1e-4, 1e-3, 2e-4
 _FURTHEST_S = 0.1
 """One round moves a moment by so much at most."""
 
@@ -50,7 +51,7 @@ def _shift_s(reference: Motion, velocity: np.ndarray, moves: np.ndarray, found_s
     weight = (speed * speed).sum(axis=1) * moving
     moving &= weight > 0.0
     if has_offset and moving.any():
-        difference = difference - _offset(difference[moving])
+        difference = difference - _offset(difference[moving], speed[moving])
     along = (speed * difference).sum(axis=1)
     return np.where(moving, along / np.where(moving, weight, 1.0), 0.0), weight
 
@@ -63,8 +64,47 @@ def _at(times_s: np.ndarray, motion: Motion, values: np.ndarray) -> np.ndarray:
     return result
 
 
-def _offset(difference: np.ndarray) -> np.ndarray:
-    """The offset (d,) on which all parts of the motion agree: what came later is none."""
+def _offset(difference: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+    """The constant offset (d,) of the tools; what came later is none.
+
+    Only what lies beside the path tells of it, as along the path it may be time. Where a part of
+    the motion contradicts, it is what all parts have in common, which is less.
+    """
+    offset = _beside_the_path(difference, velocity)
+    for part, speed in zip(*(np.array_split(it, min(_PARTS, len(difference)))
+                             for it in (difference, velocity))):
+        before_m, after_m = (float(np.median(_beside(it, speed))) for it in (part, part - offset))
+        if after_m > before_m + _CONTRADICTS_M:
+            return _common_offset(difference)
+    return offset
+
+
+def _beside(difference: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+    """How far (n,) [m] differences (n, d) are beside the path."""
+    along = (difference * velocity).sum(axis=1) / np.square(velocity).sum(axis=1)
+    result: np.ndarray = np.linalg.norm(difference - along[:, np.newaxis] * velocity, axis=1)
+    return result
+
+
+def _beside_the_path(difference: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+    """The offset (d,) that explains most of what lies beside the path; few outliers count little.
+
+    Sums of squares that are weighted anew three times come near to sums of distances.
+    """
+    direction = velocity / np.linalg.norm(velocity, axis=1)[:, np.newaxis]
+    size = difference.shape[1]
+    offset = np.zeros(size)
+    for _ in range(3):
+        weight = 1.0 / np.maximum(_beside(difference - offset, velocity), _LEAST_M)
+        along = (difference * direction).sum(axis=1)[:, np.newaxis]
+        beside = difference - along * direction
+        matrix = weight.sum() * np.eye(size) - (weight[:, np.newaxis] * direction).T @ direction
+        offset = np.linalg.solve(matrix + _LITTLE * weight.sum() * np.eye(size),
+                                 (weight[:, np.newaxis] * beside).sum(axis=0))
+    return offset
+
+
+def _common_offset(difference: np.ndarray) -> np.ndarray:
     parts = np.array_split(difference, min(_PARTS, len(difference)))
     medians = np.stack([np.median(part, axis=0) for part in parts])
     low, high = medians.min(axis=0), medians.max(axis=0)

@@ -19,6 +19,8 @@ from process_visualizer.runs.alignment.time_map import TimeMap
 _RADIUS_M = 0.002
 _NOISES = 3.0
 """The ball is larger than the noise by so much at least, or a tool at rest would leave it."""
+_BESIDE_M = 0.01
+"""A tool that is so far beside its place rests there all the same."""
 _SHORTEST_S = 0.1
 """A rest, in one of the runs at least; else the tools pass slowly, and time runs evenly."""
 _APART_S = 0.04
@@ -69,13 +71,16 @@ def _rest(reference: Motion, run: Motion, rows: Tuple[int, int],
     if not all(np.isfinite(part).all() for part in parts):
         return []
     radius_m = max(_RADIUS_M, _NOISES * max(map(_noise_m, parts)))
-    places = [part[_stillest(part)] for part in parts]
+    stillest = [_stillest(part) for part in parts]
+    places = [part[row] for part, row in zip(parts, stillest)]
     stays = [_stay(part, place, radius_m) for part, place in zip(parts, places)]
     longer = int(stays[1].end - stays[1].begin > stays[0].end - stays[0].begin)
     if stays[longer].end - stays[longer].begin < _SHORTEST_S * run.rate_hz:
         return []
     other = parts[1 - longer]
-    nearest = int(np.linalg.norm(other - places[longer], axis=1).argmin())
+    is_beside = np.linalg.norm(places[0] - places[1]) <= _BESIDE_M
+    nearest = stillest[1 - longer] if is_beside else \
+        int(np.linalg.norm(other - places[longer], axis=1).argmin())
     stay = _stay(other, other[nearest], radius_m)
     in_run, there = (stays[1], stay) if longer else (stay, stays[0])
     apart = _APART_S * run.rate_hz

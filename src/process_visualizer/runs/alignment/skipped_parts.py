@@ -26,7 +26,7 @@ _UNLIKE = 0.02
 """From such a mean square distance on, as a share of the motion's variance, parts are sought."""
 _COSTS, _LATER = 1.0, 0.3
 """What a skipped part costs, likewise; somewhat less the later it comes."""
-_LONGEST_STEP = 3
+_LONGEST_STEP, _MOST_LONGER = 3, 3.0
 _FREE_S = 3.0
 
 
@@ -107,7 +107,10 @@ def _is_explained(part: SkippedPart, rough: TimeMap, reference: Run, run: Run) -
 
 
 def _by_motion(reference: Run, run: Run, rough: TimeMap) -> List[SkippedPart]:
-    rate_hz = min(_ROUGH_HZ, _MOST_ROWS / max(reference.duration_s, run.duration_s, 1.0))
+    shorter_s, longer_s = sorted((reference.duration_s, run.duration_s))
+    if longer_s > _MOST_LONGER * shorter_s:
+        return []
+    rate_hz = min(_ROUGH_HZ, _MOST_ROWS / max(longer_s, 1.0))
     mine, theirs = common_motions(reference, run, rate_hz)
     spread = float(np.nansum(np.nanvar(mine.positions, axis=0))) if len(mine.positions) else 0.0
     if not spread > 0.0 or _unlike(mine, theirs, rough) < _UNLIKE * spread:

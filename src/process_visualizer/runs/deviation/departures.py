@@ -222,11 +222,20 @@ def _rank(departure: Departure, beside: float) -> float:
     return _RANK[SignalKind.JOINT] if departure.is_late else _RANK[kind]
 
 
+def _began_s(it: Departure, found: Sequence[Departure]) -> float:
+    """When it began; a mean over a longer time may tell of what is clearer elsewhere in it."""
+    inside = [other.onset_s for other in found if it.signal.over_s and not other.signal.over_s
+              and other.severity > it.severity and it.onset_s < other.onset_s <= it.left_s]
+    return min(inside, default=it.onset_s)
+
+
 def _in_order(found: Sequence[Departure]) -> List[Departure]:
-    waiting = sorted(found, key=lambda it: it.onset_s)
+    began_s = {id(it): _began_s(it, found) for it in found}
+    waiting = sorted(found, key=lambda it: began_s[id(it)])
     ranked: List[Departure] = []
     while waiting:
-        together = [it for it in waiting if it.onset_s <= waiting[0].onset_s + _SAME_TIME_S]
+        first_s = began_s[id(waiting[0])]
+        together = [it for it in waiting if began_s[id(it)] <= first_s + _SAME_TIME_S]
         beside = max((it.severity for it in together if it.signal.label in _BESIDE), default=0.0)
         together.sort(key=lambda it: (_rank(it, beside), -_size(it)))
         ranked.append(together[0])
