@@ -14,6 +14,7 @@ from process_visualizer.commands.scene_pictures import scene_pictures
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns, incomparable
 from process_visualizer.runs.comparison.comparison_page import comparison_page
 from process_visualizer.runs.comparison.comparison_text import as_json, as_text
+from process_visualizer.runs.comparison.features import as_csv
 from process_visualizer.runs.comparison.wording import clock
 from process_visualizer.runs.deviation.band import RELATIVE_TOLERANCE
 from process_visualizer.runs.recorded.chosen_runs import ChosenRuns
@@ -31,7 +32,7 @@ def add_runs_options(command: argparse.ArgumentParser) -> None:
 def add_compare_options(command: argparse.ArgumentParser) -> None:
     """Add the options of ``cell compare``."""
     command.add_argument('runs', metavar='RUN', nargs='+',
-                         help='a recording, or one run of it: BAG or BAG#NUMBER')
+                         help='a recording, or runs of it: BAG, BAG#NUMBER or BAG#FIRST-LAST')
     command.add_argument('--reference', metavar='GOOD', nargs='+', required=True,
                          help='good runs; the first is the one on whose clock runs are compared')
     command.add_argument('--band', metavar='RATE', type=float,
@@ -40,6 +41,8 @@ def add_compare_options(command: argparse.ArgumentParser) -> None:
                          help='without a rate: how far runs may differ, as a share of the range')
     command.add_argument('--json', action='store_true', help='output for programs')
     command.add_argument('--report', metavar='FILE', help='also write a page in HTML')
+    command.add_argument('--csv', metavar='FILE',
+                         help='also write a table: duration, least, largest and mean by phase')
     command.add_argument('--no-pictures', action='store_true',
                          help='no pictures of the scene in the page, which take RViz some seconds')
     _add_config(command)
@@ -85,6 +88,8 @@ def execute_compare(options: argparse.Namespace, arguments: Dict[str, str]) -> i
     good = GoodRuns(reference, others, options.band, options.tolerance)
     found = [good.compare(run) for run in runs]
     say(as_json(good, found) if options.json else as_text(good, found))
+    if options.csv is not None:
+        Path(options.csv).write_text(as_csv(found), encoding='utf-8')
     if options.report is not None:
         _write_report(options, chosen, good, found)
     if any(it.departures for it in found):

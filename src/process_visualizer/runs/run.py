@@ -119,15 +119,19 @@ class Run(NamedTuple):
     @property
     def waits_s(self) -> Tuple[Tuple[float, float], ...]:
         """Begin and end [s] of each phase that may take any time."""
+        return tuple(sorted(it for phase in self.phases if phase.is_wait
+                            for it in self.between_s(phase.begin, phase.end)))
+
+    def between_s(self, begin: str, end: str) -> Tuple[Tuple[float, float], ...]:
+        """Return begin and end [s] of each stretch between two events of these names."""
         found = []
-        for phase in self.phases:
-            ends = [it.time_s for it in self.events if it.name == phase.end]
-            begins = [it.time_s for it in self.events if it.name == phase.begin]
-            for begin_s, next_s in zip(begins, [*begins[1:], self.duration_s]):
-                end_s = next((it for it in ends if begin_s < it <= next_s), None)
-                if phase.is_wait and end_s is not None:
-                    found.append((begin_s, end_s))
-        return tuple(sorted(found))
+        ends = [it.time_s for it in self.events if it.name == end]
+        begins = [it.time_s for it in self.events if it.name == begin]
+        for begin_s, next_s in zip(begins, [*begins[1:], self.duration_s]):
+            end_s = next((it for it in ends if begin_s < it <= next_s), None)
+            if end_s is not None:
+                found.append((begin_s, end_s))
+        return tuple(found)
 
     @property
     def by_key(self) -> Mapping[Key, Channel]:

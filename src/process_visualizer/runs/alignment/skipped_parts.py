@@ -52,7 +52,7 @@ def _by_states(reference: Run, run: Run, rough: TimeMap) -> List[SkippedPart]:
     pairs = [(states(it), states(theirs[it.key])) for it in reference.channels
              if it.key in theirs and is_sequence(it) and _is_order(theirs[it.key])]
     pairs = [it for it in pairs if it[0].values != it[1].values
-             and _FEWEST_STATES <= len(it[0].values) and max(map(_count, it)) <= _MOST_STATES]
+             and len(it[0].values) >= _FEWEST_STATES and max(map(_count, it)) <= _MOST_STATES]
     for mine, other in sorted(pairs, key=lambda it: -len(it[0].values)):
         found = _different(mine, other, reference.duration_s, run.duration_s)
         kept = [it for it in found if _is_explained(it, rough, reference, run)]

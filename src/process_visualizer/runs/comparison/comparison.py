@@ -33,9 +33,17 @@ from process_visualizer.runs.deviation.band import (
     signal_tolerance,
     widened,
 )
-from process_visualizer.runs.deviation.departures import Departure, departures, ranked, spans
+from process_visualizer.runs.deviation.departures import (
+    Departure,
+    Nearness,
+    departures,
+    nearness,
+    ranked,
+    spans,
+)
 from process_visualizer.runs.deviation.signals import (
     DIRECTION_LABEL,
+    RATE_HZ,
     TIMING_LABEL,
     Columns,
     Signal,
@@ -88,6 +96,20 @@ class Comparison(NamedTuple):
     notes: Tuple[str, ...]
     unjudged: Tuple[Unjudged, ...] = ()
     why_not: str = ''
+
+    @property
+    def nearest(self) -> Optional[Nearness]:
+        """What came nearest to leaving its band; None where nothing was judged."""
+        rows = max((len(it) for it in self.columns.values()), default=0)
+        found = nearness(np.arange(rows) / RATE_HZ, self.columns, self.band)
+        return found[0] if found else None
+
+    @property
+    def badness(self) -> float:
+        """How many times as far from what is usual as its band is wide; up to 1 it is in range."""
+        nearest = self.nearest
+        return max([it.severity for it in self.departures]
+                   + ([] if nearest is None else [min(nearest.share, 1.0)]), default=0.0)
 
     def run_s(self, reference_s: float) -> float:
         """Return the time of the run [s from its begin] that belongs to one of the reference."""

@@ -7,12 +7,21 @@ from html import escape
 from typing import List, Optional, Sequence
 
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns
+from process_visualizer.runs.comparison.comparison_text import drift_text
 from process_visualizer.runs.comparison.curve_drawing import curve_drawing
+from process_visualizer.runs.comparison.drift import drifts
 from process_visualizer.runs.comparison.scene_pair import ScenePair
 from process_visualizer.runs.comparison.verdict import band_text, verdict
-from process_visualizer.runs.comparison.wording import amount, clock, moment, unjudged_texts
+from process_visualizer.runs.comparison.wording import (
+    amount,
+    clock,
+    moment,
+    nearest_text,
+    unjudged_texts,
+)
 
-_MOST_RUNS, _MOST_ROWS, _MOST_CURVES = 20, 12, 4
+_MOST_DRAWN, _MOST_ROWS, _MOST_CURVES = 40, 12, 4
+"""Of so many runs, the worst, there are curves: each takes some 50 kB."""
 _STYLE = '''
 body { font: 15px/1.45 sans-serif; color: #23292f; background: #fff; max-width: 62em;
        margin: 2em auto; padding: 0 1em; }
@@ -44,12 +53,12 @@ def comparison_page(good: GoodRuns, comparisons: Sequence[Comparison],
              f'{good.reference.duration_s:.1f} s. Band: {escape(band_text(good.band))}.</p>']
     parts += [f'<p class="note">{escape(it)}</p>' for it in (*good.notes, note) if it]
     if len(comparisons) > 1:
+        parts += [f'<p>{escape(drift_text(it))}.</p>' for it in drifts(comparisons)]
         parts.append(_summary(comparisons))
     pictures = dict(zip(map(id, comparisons), scenes))
-    for it in poor[:_MOST_RUNS]:
-        parts += _details(good.of(it.run) or good, it, pictures.get(id(it)))
-    if len(poor) > _MOST_RUNS:
-        parts.append(f'<p>{len(poor) - _MOST_RUNS} more runs are not shown in detail.</p>')
+    drawn = {id(it) for it in sorted(poor, key=lambda it: -it.badness)[:_MOST_DRAWN]}
+    for it in poor:
+        parts += _details(good.of(it.run) or good, it, pictures.get(id(it)), id(it) in drawn)
     return ('<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
             f'<title>{escape(title)}</title><style>{_STYLE}</style></head>\n<body>\n'
             + '\n'.join(parts) + '\n</body></html>\n')
@@ -58,9 +67,9 @@ def comparison_page(good: GoodRuns, comparisons: Sequence[Comparison],
 def _summary(comparisons: Sequence[Comparison]) -> str:
     rows = [f'<tr><td>{escape(it.run.name)}</td><td>{clock(it.run.begin_s)}</td>'
             f'<td class="{"poor" if it.departures or it.why_not else "good"}">'
-            f'{escape(verdict(it))}</td></tr>'
-            for it in comparisons]
-    return _table(('run', 'begins at', 'verdict'), rows)
+            f'{escape(verdict(it))}</td><td>{escape(nearest_text(it))}</td></tr>'
+            for it in sorted(comparisons, key=lambda it: (not it.why_not, -it.badness))]
+    return _table(('run', 'begins at', 'verdict', 'nearest to leaving, or farthest out'), rows)
 
 
 def _table(head: Sequence[str], rows: Sequence[str]) -> str:
@@ -68,7 +77,8 @@ def _table(head: Sequence[str], rows: Sequence[str]) -> str:
     return f'<table><tr>{cells}</tr>\n' + '\n'.join(rows) + '</table>'
 
 
-def _details(good: GoodRuns, comparison: Comparison, scene: Optional[ScenePair]) -> List[str]:
+def _details(good: GoodRuns, comparison: Comparison, scene: Optional[ScenePair],
+             is_drawn: bool) -> List[str]:
     name = escape(comparison.run.name)
     parts = [f'<h2>{name}</h2>', f'<p class="poor">{escape(verdict(comparison))}</p>']
     parts += [f'<p class="note">{escape(note)}</p>'
@@ -81,7 +91,8 @@ def _details(good: GoodRuns, comparison: Comparison, scene: Optional[ScenePair])
     parts += [] if scene is None else _pictures(good, comparison, scene)
     parts += [f'<figure>{curve_drawing(good, comparison, it)}<figcaption>'
               f'{escape(it.signal.name)}: the run (red where it is outside), the band and its '
-              'middle</figcaption></figure>' for it in comparison.departures[:_MOST_CURVES]]
+              'middle</figcaption></figure>'
+              for it in comparison.departures[:_MOST_CURVES if is_drawn else 0]]
     return parts
 
 

@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from typing import Any, Dict, List, Sequence
 
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns
+from process_visualizer.runs.comparison.drift import Drift, drifts
+from process_visualizer.runs.comparison.features import phase_at
 from process_visualizer.runs.comparison.verdict import band_text, verdict
-from process_visualizer.runs.comparison.wording import amount, moment, unjudged_texts
+from process_visualizer.runs.comparison.wording import (
+    amount,
+    moment,
+    nearest_text,
+    quantity,
+    unjudged_texts,
+)
 from process_visualizer.runs.deviation.departures import Departure
 
 _MOST_LINES = 10
@@ -23,6 +32,11 @@ def as_text(good: GoodRuns, comparisons: Sequence[Comparison]) -> str:
     if len(comparisons) == 1:
         lines += _table(comparisons[0])
     else:
+        lines += [f'note: {drift_text(it)}' for it in drifts(comparisons)]
+        causes = cause_counts(comparisons)
+        if sum(causes.values()) > 1:
+            lines.append('out of range first by: ' + ', '.join(
+                f'{name} ({count})' for name, count in causes.items()))
         departed = sum(bool(it.departures) for it in comparisons)
         lines.append(f'{departed} of {len(comparisons)} runs out of range')
     return '\n'.join(lines)
@@ -31,7 +45,8 @@ def as_text(good: GoodRuns, comparisons: Sequence[Comparison]) -> str:
 def _table(comparison: Comparison) -> List[str]:
     found = comparison.departures
     if not found:
-        return []
+        nearest = nearest_text(comparison)
+        return [f'nearest to leaving: {nearest}'] if nearest else []
     width = max(len(it.signal.name) for it in found[:_MOST_LINES])
     lines = [f'{number:3}  {it.signal.name:{width}}  from {moment(comparison, it.onset_s)} '
              f'± {it.uncertainty_s:.2f} s, {amount(it)}'
@@ -45,16 +60,38 @@ def as_json(good: GoodRuns, comparisons: Sequence[Comparison]) -> str:
     return json.dumps({
         'reference': good.reference.name,
         'band': {'runs': good.band.runs, 'rate': good.band.rate}, 'notes': list(good.notes),
+        'causes': cause_counts(comparisons),
+        'drifts': [{'device': it.signal.device, 'signal': it.signal.label, 'unit': it.signal.unit,
+                    'per_run': it.per_run, 'since': it.since, 'text': drift_text(it)}
+                   for it in drifts(comparisons)],
         'runs': [_run(it) for it in comparisons]}, indent=1)
 
 
+def cause_counts(comparisons: Sequence[Comparison]) -> Dict[str, int]:
+    """Return how many runs left their band with each signal first, the most frequent one first."""
+    found = Counter(it.departures[0].signal.name for it in comparisons if it.departures)
+    return dict(found.most_common())
+
+
+def drift_text(drift: Drift) -> str:
+    """Return what drifts, by how much and since when, in words."""
+    verb = 'grows' if drift.per_run > 0.0 else 'falls'
+    return (f'{drift.signal.name} {verb} by {quantity(drift.signal, abs(drift.per_run))} a run '
+            f'since {drift.since}')
+
+
 def _run(comparison: Comparison) -> Dict[str, Any]:
-    run = comparison.run
+    run, nearest = comparison.run, comparison.nearest
     return {'name': run.name, 'begin_s': round(run.begin_s, 3),
             'duration_s': round(run.duration_s, 3), 'aligned_by': comparison.alignment.means.name,
             'is_judged': not comparison.why_not,
             'is_within': not comparison.departures and not comparison.why_not,
             'verdict': verdict(comparison), 'notes': list(comparison.notes),
+            'nearest': None if nearest is None else {
+                'device': nearest.signal.device, 'signal': nearest.signal.label,
+                'share_of_band': round(nearest.share, 4),
+                'time_s': round(run.begin_s + comparison.run_s(nearest.time_s), 3),
+                'phase': phase_at(run, comparison.run_s(nearest.time_s))},
             'not_judged': [{'device': it.signal.device, 'signal': it.signal.label,
                             'from_s': round(it.begin_s, 3), 'to_s': round(it.end_s, 3)}
                            for it in comparison.unjudged],

@@ -6,6 +6,7 @@ import math
 from typing import Dict, List
 
 from process_visualizer.runs.comparison.comparison import Comparison
+from process_visualizer.runs.comparison.features import phase_at
 from process_visualizer.runs.deviation.departures import Departure
 from process_visualizer.runs.deviation.signals import SLOWER_LABEL, Signal, SignalKind
 
@@ -52,6 +53,16 @@ def unjudged_texts(comparison: Comparison) -> List[str]:
     if seldom:
         texts.append(f'not judged: {", ".join(seldom)} (fewer than two values a second)')
     return texts
+
+
+def nearest_text(comparison: Comparison) -> str:
+    """Return what came nearest to leaving its band, how near, and in which phase; may be empty."""
+    nearest = comparison.nearest
+    if nearest is None or comparison.why_not:
+        return ''
+    time_s = comparison.run_s(nearest.time_s)
+    return (f'{nearest.signal.name}, {100 * nearest.share:.0f} % of its band at '
+            f'{clock(comparison.run.begin_s + time_s)} ({phase_at(comparison.run, time_s)})')
 
 
 def amount(departure: Departure) -> str:

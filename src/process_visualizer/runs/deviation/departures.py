@@ -80,6 +80,33 @@ def departures(times_s: np.ndarray, run: Mapping[Signal, np.ndarray],
     return ranked(_agreed(_of_channels(found)))
 
 
+class Nearness(NamedTuple):
+    """How near a run came to leaving its band: at a time of the reference, as a share of it."""
+
+    signal: Signal
+    share: float
+    time_s: float
+
+
+def nearness(times_s: np.ndarray, run: Mapping[Signal, np.ndarray], band: Band) -> List[Nearness]:
+    """Return how near each signal of a run came to leaving its band, the nearest first.
+
+    As in what is a departure, only what lasts for three rows counts.
+    """
+    found = []
+    for signal, limits in band.signals.items():
+        if signal.kind is SignalKind.STATE or signal not in run:
+            continue
+        with np.errstate(invalid='ignore', divide='ignore'):
+            ratio = np.nan_to_num(np.abs(run[signal] - limits.middle) / limits.half_width, nan=0.0)
+        if len(ratio) < _SHORTEST_ROWS:
+            continue
+        lasting = np.minimum(np.minimum(ratio[2:], ratio[1:-1]), ratio[:-2])
+        row = int(lasting.argmax())
+        found.append(Nearness(signal, float(lasting[row]), float(times_s[row + 1])))
+    return sorted(found, key=lambda it: -it.share)
+
+
 def outside(values: np.ndarray, limits: SignalBand) -> np.ndarray:
     """Return where (t,) (bool) values are outside of the band."""
     with np.errstate(invalid='ignore'):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs as people name them: a recording, or one of its cycles, such as shift.bag#12."""
+"""Runs as people name them: a recording, or some of its cycles, such as shift.bag#12."""
 from __future__ import annotations
 
 import os
@@ -15,7 +15,9 @@ from process_visualizer.runs.recorded.run_cutting import cut_into_runs
 from process_visualizer.runs.recorded.run_reader import read_run
 from process_visualizer.runs.run import Run
 
-_CYCLE = re.compile(r'(.+)#(\d+)\Z')
+_CYCLE = re.compile(r'(.+)#(\d+)(?:-(\d+))?\Z')
+Numbers = Tuple[int, int]
+"""The first and the last one of a range."""
 
 
 class ChosenRuns:
@@ -29,7 +31,7 @@ class ChosenRuns:
         self._read: Dict[Tuple[str, ...], Tuple[Run, ...]] = {}
 
     def runs(self, words: Sequence[str]) -> List[Run]:
-        """Return the runs of some recordings: of BAG all cycles, of BAG#N one.
+        """Return the runs of some recordings: of BAG all cycles, of BAG#N one, of BAG#N-M some.
 
         A recording in parts is named by its first one; the others, if they are named behind it,
         count no more.
@@ -45,11 +47,11 @@ class ChosenRuns:
         found: List[Run] = []
         known: Set[str] = set()
         for word in words:
-            path, number = _path_and_number(word)
-            if path not in known or number is not None:
+            path, numbers = _path_and_numbers(word)
+            if path not in known or numbers is not None:
                 parts = recording_parts(path)
                 known.update(parts[1:])
-                found += self._chosen(parts, number)
+                found += self._chosen(parts, numbers)
         return found
 
     def of_recording(self, paths: Sequence[str]) -> Tuple[Run, ...]:
@@ -87,13 +89,17 @@ class ChosenRuns:
         with Recording(paths) as recording, recorded_cell(recording) as cell:
             yield cell
 
-    def _chosen(self, parts: Tuple[str, ...], number: Optional[int]) -> Sequence[Run]:
+    def _chosen(self, parts: Tuple[str, ...], numbers: Optional[Numbers]) -> Sequence[Run]:
         found = self.of_recording(parts)
-        if number is None:
+        if numbers is None:
             return found
-        if not 1 <= number <= len(found):
-            raise ValueError(f'{parts[0]} has the runs 1 to {len(found)}, not {number}')
-        return [found[number - 1]]
+        first, last = numbers
+        wrong = next((it for it in numbers if not 1 <= it <= len(found)), None)
+        if wrong is not None:
+            raise ValueError(f'{parts[0]} has the runs 1 to {len(found)}, not {wrong}')
+        if first > last:
+            raise ValueError(f'{parts[0]}#{first}-{last}: write the smaller number first')
+        return found[first - 1:last]
 
     def _of(self, recording: Recording) -> Tuple[Run, ...]:
         if self._cell is not None:
@@ -105,7 +111,10 @@ class ChosenRuns:
         return cut_into_runs(read_run(recording, cell, is_cancelled=self._is_cancelled), cell.run)
 
 
-def _path_and_number(word: str) -> Tuple[str, Optional[int]]:
-    """Return what BAG#N names; no number if it is BAG."""
+def _path_and_numbers(word: str) -> Tuple[str, Optional[Numbers]]:
+    """Return what BAG#N or BAG#N-M names; no numbers if it is BAG."""
     match = None if os.path.exists(word) else _CYCLE.match(word)
-    return (word, None) if match is None else (match.group(1), int(match.group(2)))
+    if match is None:
+        return word, None
+    first = int(match.group(2))
+    return match.group(1), (first, first if match.group(3) is None else int(match.group(3)))
