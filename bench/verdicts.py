@@ -2,6 +2,7 @@
 """Verdicts on five cells whose truth is known, by the number of good runs they are judged by.
 
     bench/run verdicts [--references 1 5 25] [--cells grinding …] [--good 20] [--bad 0] [--seed 1]
+                       [--peers]
 
 Prints what was found, whether the right cause came first, and how many good runs "leave".
 ``--bad`` is the share of the references that are none.
@@ -10,10 +11,11 @@ from __future__ import annotations
 
 import argparse
 import time
-from typing import Dict, List, NamedTuple, Sequence
+from typing import Dict, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 from process_cells import CELLS, SIZES, Fault, MadeRun, ProcessCell, faulty_run, good_run
+from verdict_peers import PEERS, Peer
 
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns
 
@@ -69,6 +71,33 @@ def alarms(cell: ProcessCell, good: GoodRuns, count: int, seed: int) -> List[str
     return [it.departures[0].signal.name for it in found if it.departures]
 
 
+def judged_by(cell: ProcessCell, peer: Peer, good: int, seed: int) -> Tuple[int, int, int, int]:
+    """Of middle and large faults: how many, found, the right cause; and good runs that leave."""
+    count = found = right = 0
+    for number, kind in enumerate(cell.kinds):
+        for place in (1, 2):
+            made = faulty_run(cell, kind, SIZES[place], _FAULT_SEED * seed + 10 * number + place)
+            assert made.fault is not None
+            cause = peer.cause(made.run)
+            count += 1
+            found += cause is not None
+            right += cause is not None and any(it in cause for it in made.fault.wanted)
+    left = sum(peer.cause(good_run(cell, _GOOD_SEED * seed + number).run) is not None
+               for number in range(good))
+    return count, found, right, left
+
+
+def _print_peers(count: int, options: argparse.Namespace) -> None:
+    for name, peer in PEERS.items():
+        sums = np.zeros(4, int)
+        for cell in CELLS:
+            if cell.name in options.cells:
+                made = references(cell, count, options.bad, options.seed)
+                sums += judged_by(cell, peer([it.run for it in made]), options.good, options.seed)
+        print(f'| {count} | {name} | {sums[1]}/{sums[0]} ({sums[1] / sums[0]:.0%}) | {sums[2]} '
+              f'({sums[2] / sums[0]:.0%}) | - | - | - | {sums[3]} |', flush=True)
+
+
 def _counts(names: Sequence[str]) -> str:
     by_name: Dict[str, int] = {}
     for name in names:
@@ -93,6 +122,7 @@ def main() -> None:
     parser.add_argument('--bad', type=float, default=0.0)
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--missed', action='store_true', help='also print what was missed')
+    parser.add_argument('--peers', action='store_true', help='also three usual ways to judge')
     options = parser.parse_args()
     print('| references | cell | found, middle and large | right first | small | right first | '
           'onset p95 | good runs that leave |\n|---|---|---|---|---|---|---|---|')
@@ -114,6 +144,8 @@ def main() -> None:
             if options.missed:
                 _print_missed(found)
         _print(str(count), 'all', of_all, str(left))
+        if options.peers and count > 1:
+            _print_peers(count, options)
     print(f'took {time.process_time() - begin_s:.0f} s of processor time')
 
 

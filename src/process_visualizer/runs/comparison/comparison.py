@@ -43,6 +43,7 @@ from process_visualizer.runs.deviation.departures import (
 )
 from process_visualizer.runs.deviation.signals import (
     DIRECTION_LABEL,
+    NOISE_SUFFIX,
     RATE_HZ,
     TIMING_LABEL,
     Columns,
@@ -52,6 +53,8 @@ from process_visualizer.runs.deviation.signals import (
     signals,
 )
 from process_visualizer.runs.deviation.state_order import StateFault, StateOrder
+from process_visualizer.runs.deviation.stuck import StuckSensors
+from process_visualizer.runs.deviation.vibration import vibration_hz
 from process_visualizer.runs.run import Context, Key, Run, fingerprint
 from process_visualizer.runs.states import States, is_sequence, states
 
@@ -190,14 +193,17 @@ class GoodRuns:
         self.times_s = grid_s(self.reference)
         self._good: List[_Good] = []
         self._first_of_place: Dict[Context, Tuple[Run, Alignment]] = {}
+        aligned_runs = []
         for run in runs:
             alignment, columns = self._columns(run)
+            aligned_runs.append((run, alignment.time_map))
             if run.place != self.reference.place:
                 self._first_of_place.setdefault(run.place, (run, alignment))
             self._good.append(_Good(run, fingerprint(run), columns,
                                     _states(self.reference, run, alignment)))
         self._learner = BandLearner([_without_place(it, self.reference) for it in self._good],
                                     self._tolerance, most_left_out)
+        self._stuck = StuckSensors(self.times_s, aligned_runs)
         self._orders = {key: self._order(key, None) for key in _state_keys(self.reference)}
 
     def _left_out(self) -> Dict[int, str]:
@@ -236,10 +242,22 @@ class GoodRuns:
         if alignment.means is Means.STATES:
             band = _wider_in_time(band)
         found = ranked([*departures(self.times_s, columns, band),
-                        *self._state_departures(run, alignment, own)])
+                        *self._state_departures(run, alignment, own),
+                        *(() if own is not None else self._stuck.departures(
+                            run, alignment.time_map))])
+        found = tuple(self._with_frequency(it, run, alignment) for it in found)
         notes = [*alignment.notes, *self._notes(run, alignment, columns)]
         return Comparison(run, alignment, columns, band, found, tuple(notes),
                           _unjudged(run, alignment, self.times_s, columns, band))
+
+    def _with_frequency(self, it: Departure, run: Run, alignment: Alignment) -> Departure:
+        """A departure of noise, with the frequency at which the run vibrates, if there is one."""
+        key = it.signal.device, it.signal.label.replace(NOISE_SUFFIX, '')
+        if it.signal.kind is not SignalKind.NOISE or it.deviation < 0.0 or key not in run.by_key:
+            return it
+        ends_s = np.array([it.left_s, self.times_s[-1] if it.back_s is None else it.back_s])
+        frequency_hz = vibration_hz(run.by_key[key], *alignment.time_map.to_run(ends_s).tolist())
+        return it._replace(frequency_hz=frequency_hz)
 
     def _state_departures(self, run: Run, alignment: Alignment,
                           own: Optional[int]) -> Iterator[Departure]:

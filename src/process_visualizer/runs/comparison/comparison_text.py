@@ -107,4 +107,4 @@ def _departure(comparison: Comparison, it: Departure) -> Dict[str, Any]:
             'left_s': round(begin_s + comparison.run_s(it.left_s), 3),
             'worst_s': round(begin_s + comparison.run_s(it.worst_s), 3),
             'deviation': it.deviation, 'half_width': it.half_width, 'mean_over_s': it.signal.over_s,
-            'text': amount(it)}
+            'frequency_hz': it.frequency_hz, 'text': amount(it)}

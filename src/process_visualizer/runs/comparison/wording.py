@@ -71,7 +71,9 @@ def amount(departure: Departure) -> str:
     if departure.words:
         return departure.words
     if signal.kind is SignalKind.NOISE:
-        return f'{math.exp(value):.2g} times as rough (band up to {math.exp(half):.2g})'
+        at = '' if departure.frequency_hz is None else \
+            f', it vibrates at {departure.frequency_hz:.3g} Hz'
+        return f'{math.exp(value):.2g} times as rough (band up to {math.exp(half):.2g}){at}'
     if signal.label == SLOWER_LABEL:
         pace = 'slower' if value > 0.0 else 'faster'
         return f'{100 * abs(value):.1f} % {pace} (band ±{100 * half:.1f} %)'

@@ -8,6 +8,7 @@ from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from process_visualizer.runs.deviation.signals import (
+    DIRECTION_LABEL,
     Columns,
     Signal,
     SignalKind,
@@ -48,6 +49,7 @@ _LEAST_SHARE_OF_RANGE = 2e-3
 _TOLERANCES: Dict[SignalKind, float] = {
     SignalKind.TIMING: 0.1, SignalKind.PLACE: 0.005, SignalKind.NOISE: math.log(2.5),
     SignalKind.JOINT: 0.02}
+_TURNED_DEG = 10.0
 RELATIVE_TOLERANCE = 0.1
 """Of the range of the good runs' values, where the configuration gives no tolerance."""
 _SHARE_OF_SIZE = 0.3
@@ -385,6 +387,8 @@ def signal_tolerance(signal: Signal, values: np.ndarray, relative: float) -> flo
     """Return how far a run may be from a single good one, in the signal's unit."""
     if signal.tolerance is not None:
         return signal.tolerance
+    if signal.label == DIRECTION_LABEL:
+        return _TURNED_DEG
     if signal.kind in _TOLERANCES:
         return _TOLERANCES[signal.kind]
     return max(relative * value_range(values), 1e-9)

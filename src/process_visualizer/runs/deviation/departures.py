@@ -40,7 +40,8 @@ class Departure(NamedTuple):
     began at ``onset_s``, give or take ``uncertainty_s``. At ``worst_s`` it is ``deviation`` away
     from the middle of a band of ``half_width``, in the signal's unit. Of a state, ``words`` say
     what is wrong; one that only ``is_late`` follows from what took longer. Of time that was lost,
-    ``in_all_s`` is how much it was until the signal was back.
+    ``in_all_s`` is how much it was until the signal was back. Noise that is a vibration has a
+    frequency.
     """
 
     signal: Signal
@@ -54,6 +55,7 @@ class Departure(NamedTuple):
     words: str = ''
     is_late: bool = False
     in_all_s: Optional[float] = None
+    frequency_hz: Optional[float] = None
 
     @property
     def severity(self) -> float:

@@ -32,7 +32,7 @@ MEAN_ROWS = int(0.1 * RATE_HZ)
 _LOST_WITHIN_S = 0.5
 _SLOW_S, _FEW = 0.25, 4
 """What comes more seldom, or so few times, has the value that holds."""
-_TURN_ROWS, _LEAST_TURNED, _TURNED_DEG = int(0.3 * RATE_HZ), 0.3, 10.0
+_TURN_ROWS, _LEAST_TURNED = int(0.3 * RATE_HZ), 0.3
 """A direction is that of a mean, of a force of this share of the greatest at least."""
 _NEAR_WAIT_S = 0.1
 _STANDS = 0.1
@@ -196,7 +196,7 @@ def _direction(reference: ToolForce, run: ToolForce, times_s: np.ndarray,
         cosine = (mine * theirs).sum(axis=0) / (size * other)
         angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
         angle[~((size > least) & (other > least))] = np.nan
-    return {Signal(reference.device, DIRECTION_LABEL, '°', SignalKind.FORCE, _TURNED_DEG): angle}
+    return {Signal(reference.device, DIRECTION_LABEL, '°', SignalKind.FORCE): angle}
 
 
 def _channel(reference: Channel, run: Channel, run_s: np.ndarray) -> Columns:

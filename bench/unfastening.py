@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Verdicts on recorded screws: torque while each was loosened, those that came off as good runs.
+
+    bench/run unfastening FOLDER [--references 25] [--good 20]
+
+FOLDER is dataset1 of https://github.com/AAAipa/dataset_unfastening (Fraunhofer IPA), which is not
+part of this repository. Of each head and size, good runs are drawn evenly from its programs.
+"""
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Dict, List, NamedTuple, Sequence, Tuple
+
+import numpy as np
+from verdict_peers import WarpedDistance
+
+from process_visualizer.runs.comparison.comparison import GoodRuns
+from process_visualizer.runs.run import Channel, ChannelKind, Run
+
+_SCREWS = (('Torx', 'M5'), ('Kreuz', 'M5'), ('Kreuz', 'M6'), ('Kreuz', 'M8'))
+
+
+class Screw(NamedTuple):
+    """A run, and the program of the tool by which it was made."""
+
+    run: Run
+    program: str
+
+
+def screw(path: Path) -> Screw:
+    """Read one file."""
+    found = json.loads(path.read_text(encoding='utf-8'))
+    times_s: List[float] = []
+    values: List[float] = []
+    for step in found['tightening steps']:
+        graph = step['graph']
+        begin_s = times_s[-1] + 0.01 if times_s else 0.0
+        times_s += [begin_s + it for it in graph['time values']]
+        values += graph['torque values']
+    order = np.argsort(times_s, kind='stable')
+    channel = Channel('tool', 'torque', 'Nm', ChannelKind.VARIABLE, np.array(times_s)[order],
+                      np.array(values)[order])
+    return Screw(Run(path.name, float(max(times_s)), (channel,)), str(found['prg name']))
+
+
+def balanced(screws: Sequence[Screw], count: int, seed: int) -> Tuple[List[Run], List[Run]]:
+    """So many runs, evenly from all programs; and those that are left."""
+    random = np.random.default_rng(seed)
+    by_program: Dict[str, List[Run]] = {}
+    for number in random.permutation(len(screws)).tolist():
+        by_program.setdefault(screws[number].program, []).append(screws[number].run)
+    turns = max(map(len, by_program.values()))
+    drawn = [runs[turn] for turn in range(turns) for _, runs in sorted(by_program.items())
+             if turn < len(runs)]
+    return drawn[:count], drawn[count:]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('folder', type=Path)
+    parser.add_argument('--references', type=int, default=25)
+    parser.add_argument('--good', type=int, default=20)
+    options = parser.parse_args()
+    print('| screws | not released: found | DTW | released: "leave" | DTW |\n|---|---|---|---|---|')
+    for head, size in _SCREWS:
+        good, bad = ([it for it in map(screw, sorted(options.folder.glob(f'*/{kind}/*.json')))
+                      if head in it.program and it.program.endswith(size)]
+                     for kind in ('loesbar', 'nicht_loesbar'))
+        references, others = balanced([it for it in good if 'NIO' not in it.program],
+                                      options.references, 1)
+        ours, theirs = GoodRuns(references[0], references[1:]), WarpedDistance(references)
+        others = others[:options.good]
+        found = [sum(bool(ours.compare(it.run).departures) for it in bad),
+                 sum(theirs.cause(it.run) is not None for it in bad),
+                 sum(bool(ours.compare(it).departures) for it in others),
+                 sum(theirs.cause(it) is not None for it in others)]
+        print(f'| {head} {size} | {found[0]} of {len(bad)} | {found[1]} | '
+              f'{found[2]} of {len(others)} | {found[3]} |', flush=True)
+
+
+if __name__ == '__main__':
+    main()
