@@ -23,7 +23,8 @@ def long_run() -> Run:
     times_s = np.arange(0.0, 3600.0, 0.02)
     along = progress(times_s - 1800.0)
     short = made_run(1)
-    channel = short.channels[0]._replace(times_s=times_s, values=10.0 * along)
+    noise = 0.05 * np.random.default_rng(1).standard_normal(len(along))
+    channel = short.channels[0]._replace(times_s=times_s, values=10.0 * along + noise)
     motion = short.motions[0]._replace(times_s=times_s, positions=np.column_stack(
         (along, 0.2 * along ** 2, np.full(len(along), 0.3))))
     return short._replace(duration_s=3600.0, channels=(channel,), motions=(motion,), events=())
