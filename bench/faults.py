@@ -25,6 +25,7 @@ from pathlib import Path
 from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 import rospy
+from rosgraph_msgs.msg import Log
 from std_msgs.msg import Float32MultiArray, String
 
 from process_visualizer.launching.asked_master import AskedMaster
@@ -101,6 +102,7 @@ class Faults:
         self.mark, self.folder = f'{MARK}={uuid.uuid4().hex}', folder
         self.temporary = folder / f'tmp_{name.replace(" ", "_")}'
         self.temporary.mkdir(parents=True)
+        folder.chmod(0o700)  # as XDG_RUNTIME_DIR has to be
         key, value = self.mark.split('=')
         self.environment = {**os.environ, key: value, 'TMPDIR': str(self.temporary),
                             'XDG_RUNTIME_DIR': str(folder)}  # where Qt would make one
@@ -276,10 +278,11 @@ def driver_faults(faults: Faults, beside: Beside) -> None:
     ended = threading.Event()
 
     def flood() -> None:
-        count = 0
+        publisher, count = rospy.Publisher('/rosout', Log, queue_size=100), 0
         while not ended.is_set():
-            rospy.logwarn('flood %d of the log', count)
+            publisher.publish(Log(level=Log.WARN, name='/second_driver', msg=f'line {count}'))
             count += 1
+        publisher.unregister()
 
     thread = threading.Thread(target=flood, daemon=True)
     thread.start()

@@ -22,17 +22,21 @@ if(CATKIN_ENABLE_TESTING)
   set(sanitizers -fsanitize=address,undefined -fno-sanitize-recover=all)
   set(watched -O1 -g -DEIGEN_MALLOC_ALREADY_ALIGNED=1 ${sanitizers})
 
-  # A gtest with its sources compiled once more, which takes long: not among the tests, but built by
+  # A program with its sources compiled once more, which takes long: not among the tests, but built by
   # the target `sanitized`, in a folder of its own.
   add_custom_target(sanitized)
-  function(process_visualizer_add_watched_gtest target)
-    catkin_add_executable_with_gtest(${target} ${ARGN} EXCLUDE_FROM_ALL)
+  function(process_visualizer_watch target)
     process_visualizer_compile(${target})
     set_target_properties(${target} PROPERTIES RUNTIME_OUTPUT_DIRECTORY
       ${CATKIN_DEVEL_PREFIX}/lib/sanitized)
     target_compile_options(${target} PRIVATE ${watched})
     target_link_libraries(${target} ${sanitizers})
     add_dependencies(sanitized ${target})
+  endfunction()
+
+  function(process_visualizer_add_watched_gtest target)
+    catkin_add_executable_with_gtest(${target} ${ARGN} EXCLUDE_FROM_ALL)
+    process_visualizer_watch(${target})
   endfunction()
 endif()
 

@@ -18,6 +18,7 @@ from process_visualizer.health.alarm_conditions import (
     conflict_conditions,
     limit_conditions,
     loss_conditions,
+    message_conditions,
     own_part_conditions,
     part_conditions,
     recorded_conditions,
@@ -292,3 +293,15 @@ def test_nodes_that_contradict_each_other_are_an_alarm() -> None:
                             {CONFLICT_KEY: '/arm/q: 2 nodes'}),
                 NodeWarning('/arm/robot_proc', Severity.WARNING, 'other', 0, 0.0, 1.0)]
     assert [it.said for it in conflict_conditions('arm', warnings)] == ['arm: /arm/q: 2 nodes']
+
+
+def test_messages_that_are_left_out_for_some_time_are_an_alarm() -> None:
+    text = 'a message on /arm/tcf is left out: it carries std_msgs/String'
+    left_out = NodeWarning('/arm/robot_proc', Severity.WARNING, text, 5, 10.0, 12.0,
+                           {'messages': '5', 'for_s': '2.0'})
+    line = NodeWarning('/arm/driver', Severity.WARNING, 'slow', 5, 10.0, 12.0)  # of a log
+    frame = NodeWarning('/arm/robot_proc', Severity.WARNING, 'no frame x', 0, 10.0, 12.0,
+                        {'messages': '0', 'for_s': '2.0'})
+    for now_s, found in ((10.5, []), (12.0, [f'arm: {text}'])):
+        conditions = message_conditions('arm', [left_out, line, frame], now_s)
+        assert [it.said for it in conditions] == found

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any, Callable, Dict, Optional, Type
 
-import rospy
 from std_srvs.srv import Trigger
 
 from process_visualizer.clients.service_connection import ServiceConnection, ServiceUnreachable
@@ -75,11 +74,9 @@ class PlayerClient:
         Raises:
             PlayerUnreachable: it is not running after the timeout.
         """
-        try:
-            rospy.wait_for_service(f'{self._node}/{_LAST_OFFERED}', timeout_s)
-        except rospy.ROSException as error:
+        if not self._services[_LAST_OFFERED].wait(timeout_s):
             raise PlayerUnreachable(f'{self._node} is not running; start it with '
-                                    '"rosrun process_visualizer bag_player FILE"') from error
+                                    '"rosrun process_visualizer bag_player FILE"')
 
     def wait_for(self, condition: Callable[[PlayerState], bool],
                  timeout_s: Optional[float] = None) -> Optional[PlayerState]:

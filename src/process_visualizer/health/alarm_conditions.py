@@ -83,6 +83,8 @@ def _end_of_window(node: NodeReport) -> str:
 
 _PLAYER, _RVIZ, _FRAMES, _MASTER = 'Player', 'RViz', 'Frames', 'ROS master'
 _SILENT = 'is not responding'
+_STATE_KEY = 'for_s'  # of what is on /diagnostics for as long as it lasts
+_TRANSIENT_S = 1.0  # while a driver starts
 _END_WORDS: Mapping[str, Callable[[NodeReport], str]] = {
     _PLAYER: _end_of_player, _RVIZ: _end_of_window}
 
@@ -119,6 +121,20 @@ def conflict_conditions(device: str, warnings: Iterable[NodeWarning]) -> List[Co
     """Return on which topics of a device nodes contradict each other, as its nodes say."""
     return [Condition(device, f'sources of {it.node}', it.values[CONFLICT_KEY], Level.BAD)
             for it in warnings if CONFLICT_KEY in it.values]
+
+
+def message_conditions(device: str, warnings: Iterable[NodeWarning],
+                       now_s: float) -> List[Condition]:
+    """Return which messages of a device its nodes leave out or doubt, for some time already.
+
+    Args:
+        device: its name.
+        warnings: of its nodes.
+        now_s: the time of their clock.
+    """
+    return [Condition(device, it.text.partition(':')[0], it.text, Level.WARNING)
+            for it in warnings if it.count and _STATE_KEY in it.values
+            and CONFLICT_KEY not in it.values and now_s - it.since_s >= _TRANSIENT_S]
 
 
 def silence_conditions(warnings: Iterable[NodeWarning]) -> List[Condition]:

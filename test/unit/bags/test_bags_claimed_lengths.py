@@ -4,50 +4,14 @@ from __future__ import annotations
 
 import struct
 import tracemalloc
-from io import BytesIO
-from typing import Any, Callable, Dict, Iterator, List
+from typing import Any, Iterator
 
 import pytest
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from geometry_msgs.msg import Point, PoseStamped, TransformStamped
-from sensor_msgs.msg import Image, JointState, PointCloud2, PointField
-from std_msgs.msg import Float32MultiArray, MultiArrayDimension, String
-from tf2_msgs.msg import TFMessage
-from visualization_msgs.msg import Marker, MarkerArray
-
-from process_visualizer.bags.bag_records import sized_part
-from process_visualizer.messages.connection import Connection
-from process_visualizer.messages.emptied import can_be_emptied, emptied
-from process_visualizer.messages.message_definition import parse_definitions
-from process_visualizer.messages.message_parts import parts_reader
-from process_visualizer.messages.message_values import message_values
-from process_visualizer.messages.number_places import (
-    FieldLocator,
-    FloatArrayLocator,
-    transforms_in,
-)
-from process_visualizer.messages.stamps import StampLocator
-from process_visualizer.messages.static_transforms import split
-from process_visualizer.motion.float32_multi_array import float32_values
-from process_visualizer.nodes.robot.frame_reader import transforms_in as tf_transforms
+from message_readers import MESSAGES, readers, serialized
 
 _CLAIMED = (0x0fffffff, 0xffffffff)
 _MOST_BYTES = 2_000_000
 """That reading one may take; each claims a gigabyte at least."""
-_MESSAGES: List[Any] = [
-    Float32MultiArray(data=[1.0, 2.0]), String('text'), PoseStamped(), Image(data=b'1234'),
-    JointState(name=['a', 'b'], position=[1.0, 2.0], velocity=[0.0], effort=[]),
-    TFMessage([TransformStamped(child_frame_id='a'), TransformStamped(child_frame_id='b')]),
-    PointCloud2(fields=[PointField(name='x'), PointField(name='y')], data=b'12345678'),
-    MarkerArray([Marker(ns='a', text='b', points=[Point()]), Marker()]), Marker(text='b'),
-    DiagnosticArray(status=[DiagnosticStatus(name='a', values=[KeyValue('a', 'b')])])]
-_MESSAGES[0].layout.dim = [MultiArrayDimension('a', 1, 1)]
-
-
-def _serialized(message: Any) -> bytes:
-    buffer = BytesIO()
-    message.serialize(buffer)
-    return buffer.getvalue()
 
 
 def _claiming(data: bytes) -> Iterator[bytes]:
@@ -59,33 +23,10 @@ def _claiming(data: bytes) -> Iterator[bytes]:
             yield changed + data[place + 4:]
 
 
-def _readers(message: Any) -> Dict[str, Callable[[bytes], Any]]:
-    kind, definition = message._type, message._full_text
-    connection = Connection('/a', kind, message._md5sum, definition, False, '/n')
-    locator = StampLocator(kind, definition)
-    definitions = parse_definitions(kind, definition)
-    paths = ['data[2]', 'position[1]', 'transforms[1].transform.translation.x']
-    readers: Dict[str, Callable[[bytes], Any]] = {
-        'genpy': lambda it: type(message)().deserialize(it),
-        'stamps': locator.offsets,
-        'values': lambda it: message_values(kind, definitions, it),
-        'fields': FieldLocator(kind, definition, paths).places,
-        'array': FloatArrayLocator(2, (2,)).places,
-        'floats': float32_values, 'transforms': lambda it: list(transforms_in(it)),
-        'tf': tf_transforms, 'split': lambda it: list(split(it)),
-        'text': lambda it: sized_part(memoryview(it), 0)}
-    parts = parts_reader(connection)
-    if parts is not None:
-        readers['parts'] = parts
-    if can_be_emptied(connection):
-        readers['emptied'] = lambda it: emptied(connection, it)
-    return readers
-
-
-@pytest.mark.parametrize('message', _MESSAGES, ids=lambda it: it._type)
+@pytest.mark.parametrize('message', MESSAGES, ids=lambda it: it._type)
 def test_no_claim_takes_memory(message: Any) -> None:
-    data = _serialized(message)
-    for name, read in _readers(message).items():
+    data = serialized(message)
+    for name, read in readers(message).items():
         tracemalloc.start()
         try:
             for changed in _claiming(data):

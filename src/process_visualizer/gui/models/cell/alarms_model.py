@@ -19,6 +19,7 @@ from process_visualizer.health.alarm_conditions import (
     departure_conditions,
     limit_conditions,
     loss_conditions,
+    message_conditions,
     own_part_conditions,
     part_conditions,
     recorded_conditions,
@@ -169,6 +170,7 @@ class AlarmsModel(QObject):
             warnings = self._states.warnings(device.name)
             found += limit_conditions(device.name, warnings, epoch_s)
             found += conflict_conditions(device.name, warnings)
+            found += message_conditions(device.name, warnings, self._clock_s())
         return [*found, *departure_conditions(self._departed), *self._losses, *self._objects]
 
 
