@@ -6,6 +6,7 @@ from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
+from process_visualizer.bags.bag_errors import BagDamaged
 from process_visualizer.bags.recording import Recording
 from process_visualizer.cell.model import Cell
 from process_visualizer.curves.curve_sources import curve_sources
@@ -18,6 +19,7 @@ from process_visualizer.descriptions.robot_description import (
     RobotDescription,
     describe_device,
 )
+from process_visualizer.messages.number_places import transforms_in
 from process_visualizer.motion.kinematics import Placement
 from process_visualizer.page.arrows import arrow_entries, ghost_arrow_entries
 from process_visualizer.page.lanes import alarm_entries, curves_of, grid_over, lane_entries
@@ -37,6 +39,7 @@ from process_visualizer.page.robots import (
     upwards,
 )
 from process_visualizer.page.words import run_words
+from process_visualizer.ros_names import STATIC_TF_TOPIC
 from process_visualizer.runs.comparison.comparison import Comparison, GoodRuns
 from process_visualizer.runs.comparison.ghost_arms import Arm, arms
 from process_visualizer.runs.comparison.ghost_arrows import ghost_arrows, run_arrows
@@ -127,6 +130,7 @@ def run_entry(shared: PageCell, recording: Recording, judged: Judged, span: Span
         if device.base is not None:
             places.add(device.base.frame, base_place(device))
     places.add(cell.frame, Placement())
+    _add_static(places, recording)
     samples, entries = _numbers(cell, recording, packed, span)
     sources = [it.samples.source for it in samples]
     grid = grid_over(duration_s, span)
@@ -160,6 +164,25 @@ def _add_arm(places: Places, arm: Arm, rows: RowsOfJoints) -> None:
         fixed = arm.fixed(frame) if frame else None
         if fixed is not None and fixed[0] in found:
             places.add(frame, carried(found[fixed[0]], fixed[1]))
+
+
+def _add_static(places: Places, recording: Recording) -> None:
+    """Add the frames that the recording itself fixes to known ones; what is known stays."""
+    index = recording.index
+    found: Dict[str, Tuple[str, Placement]] = {}
+    for position in index.positions_of(index.connections_of(STATIC_TF_TOPIC)).tolist():
+        try:
+            data = recording.message(position)
+        except BagDamaged:
+            continue
+        for it in transforms_in(data):
+            x, y, z, *turn = np.frombuffer(data, '<f8', 7, it.pose).tolist()
+            found[it.child] = it.parent, Placement((x, y, z), tuple(turn))
+    for _ in found:  # a chain is as long as there are frames at most
+        for frame, (parent, inner) in found.items():
+            outer = places.find(parent)
+            if outer is not None and np.isfinite((*inner.position, *inner.quaternion)).all():
+                places.add(frame, carried(outer, inner))
 
 
 def _numbers(cell: Cell, recording: Recording, packed: Packed,
