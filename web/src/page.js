@@ -62,8 +62,15 @@ class Page {
     this.makeSlider();
     this.makeKeys();
     this.makeLinks();
-    this.show(0);
+    this.show(this.runInAddress());
     this.listen();
+  }
+
+  /** The run that holds the moment in the address. */
+  runInAddress() {
+    const time = timeInAddress(location.hash);
+    return Math.max(this.data.runs.findIndex((/** @type {any} */ it) => time !== null
+      && it.begin <= time && time <= it.end), 0);
   }
 
   get run() {

@@ -14,13 +14,21 @@ import {between, isWithin, placeAt} from './tracks.js';
 ColorManagement.enabled = false;  // colours are those of the files, as in RViz
 
 const SHAFT = 0.77;  // of an arrow's length, as RViz has it
-const LABEL_ABOVE_M = 0.3;  // past a wrist, as RViz has it
+const LABEL_ABOVE_M = 0.22;  // past a wrist
 const MOST_PIXELS = 1.6e6;  // a computer without a graphics card draws no more often enough
 const X_AXIS = new Vector3(1, 0, 0);
 
 /** Whether this browser can draw in three dimensions. */
 export function hasWebGL() {
   return document.createElement('canvas').getContext('webgl2') !== null;
+}
+
+/** Whether it draws without a graphics card: then smooth edges cost too much. */
+function isSlow() {
+  const context = document.createElement('canvas').getContext('webgl2');
+  const names = context?.getExtension('WEBGL_debug_renderer_info');
+  return Boolean(context && names && /swiftshader|llvmpipe|softpipe|software|basic render/i.test(
+    context.getParameter(names.UNMASKED_RENDERER_WEBGL)));
 }
 
 /** @typedef {{text: string, color: number[], kind: string}} Line */
@@ -33,7 +41,7 @@ export class CellScene {
    */
   constructor(box, onView) {
     this.box = box;
-    this.renderer = new WebGLRenderer({antialias: true, preserveDrawingBuffer: true});
+    this.renderer = new WebGLRenderer({antialias: !isSlow(), preserveDrawingBuffer: true});
     this.renderer.outputColorSpace = LinearSRGBColorSpace;
     this.canvas = this.renderer.domElement;
     this.canvas.setAttribute('aria-label', 'The cell in three dimensions');
@@ -299,6 +307,7 @@ export class CellScene {
           top = isBelow ? y + h + 2 : y - tall - 2;
         }
       }
+      top = Math.min(Math.max(top, 2), height - tall - 2);
       taken.push([left, top, tall]);
       element.style.transform = `translate(${left.toFixed(0)}px, ${top.toFixed(0)}px)`
         + ' translateX(-50%)';

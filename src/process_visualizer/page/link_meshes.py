@@ -16,8 +16,8 @@ from process_visualizer.descriptions.link_visuals import LinkVisual, ShapeKind
 from process_visualizer.descriptions.model_resources import resource_path
 from process_visualizer.motion.rotations import matrix_from_quaternion
 
-MOST_TRIANGLES = 60_000
-"""Of a page: what a computer without a graphics card draws often enough."""
+MOST_TRIANGLES = 36_000
+"""Of a page: with the ghost, what a computer without a graphics card draws often enough."""
 _FINEST, _COARSEST = 256, 8
 """Cells along the longest edge of a mesh in which corners become one."""
 _ROUND = 24
