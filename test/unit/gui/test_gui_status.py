@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from PyQt5.QtWidgets import QLabel
 
 from process_visualizer.cell.model import Mode
 from process_visualizer.gui.app.status import player_activity, recorder_activity, status_text
@@ -12,6 +13,7 @@ from process_visualizer.gui.models.cell.launch_model import Phase
 from process_visualizer.gui.models.recording.recording_types import Phase as RecordingPhase
 from process_visualizer.gui.ros.snapshots import PlayerSnapshot
 from process_visualizer.gui.views.cell.launch_view import LaunchView
+from process_visualizer.gui.views.parts.text_place import TextPlace
 from process_visualizer.health.device_state import Level, Line
 
 GOOD = Line(Level.GOOD, 'arm: running')
@@ -54,3 +56,18 @@ def test_a_long_line_does_not_move_the_buttons(qtbot: Any) -> None:
     view.show_status(text)
     assert view.status.text() == view.status.toolTip() == text
     assert view.minimumSizeHint() == before
+
+
+def test_the_last_line_that_is_seen_is_not_cut(qtbot: Any) -> None:
+    """An underscore is at the end of its line."""
+    view = LaunchView()
+    qtbot.addWidget(view)
+    view.resize(440, 300)
+    view.show()
+    view.show_status('\n'.join(['___'] * 6))
+    place = view.findChild(TextPlace)
+    qtbot.waitUntil(lambda: view.findChild(QLabel, 'status').height() > place.height())
+    picture = place.viewport().grab().toImage()
+    inks = [min(picture.pixelColor(x, y).lightness() for x in range(40))
+            for y in range(picture.height())]
+    assert min(inks) < 100 and inks[-2:] == [max(inks)] * 2

@@ -8,6 +8,7 @@ from PyQt5.QtWidgets import QFrame, QSizePolicy, QStyle, QVBoxLayout, QWidget
 from process_visualizer.gui.views.parts.still_scroll import StillScroll
 
 _LEAST_NOTICE_LINES = 3
+_BELOW_PX = 5  # lines are up to a pixel higher than the font says; an underscore is at their end
 
 
 class _Place(StillScroll):
@@ -55,7 +56,7 @@ class TextPlace(_Place):
 
     def sizeHint(self) -> QSize:
         """Return the height of the lines."""
-        return self._size(self._lines * self.fontMetrics().lineSpacing() + 2)
+        return self._size(self._lines * self.fontMetrics().lineSpacing() + _BELOW_PX)
 
     def minimumSizeHint(self) -> QSize:
         """Return the same: it neither grows nor gives way."""
