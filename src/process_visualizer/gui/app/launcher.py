@@ -15,7 +15,7 @@ from process_visualizer.cell.model import Mode
 from process_visualizer.clients.ghost_client import follow_ghost, show_ghost
 from process_visualizer.clients.player_client import PlayerError
 from process_visualizer.clients.recording_options import RecorderError
-from process_visualizer.generate.choice import Choice, RvizStart
+from process_visualizer.generate.choice import Choice, RvizStart, Viewers
 from process_visualizer.generate.plan import BAG_PART, FRAMES_PART, PlanError
 from process_visualizer.gui.app.calibration_actions import CalibrationActions
 from process_visualizer.gui.app.event_notes import EventNotes
@@ -70,6 +70,7 @@ class Launcher(QObject):
 
     def __init__(self, parent: Optional[QObject] = None) -> None:
         super().__init__(parent)
+        self.viewers = Viewers()
         self.tasks = Tasks(self)
         self.link = RosLink(self)
         self.master = MasterModel(self.tasks, self.link, self)
@@ -147,7 +148,7 @@ class Launcher(QObject):
         assert self.cell.cell is not None
         return Choice(self.cell.cell, mode, self.cell.chosen, RvizStart.OPTIONAL, bag,
                       self.view.window, self.view.content, tuple(others), self._left_out(),
-                      bag_folder=self._bag_folder())
+                      bag_folder=self._bag_folder(), viewers=self.viewers)
 
     def _bag_folder(self) -> str:
         """The folder for recordings, if the recorder has to be started with it to use it."""

@@ -15,6 +15,7 @@ from PyQt5.QtCore import QObject, QSocketNotifier, Qt, pyqtSignal
 from PyQt5.QtWidgets import QApplication
 
 from process_visualizer.cell.model import Mode
+from process_visualizer.generate.choice import Viewers
 from process_visualizer.gui.app.kept_state import FILE_NAME, KeptState
 from process_visualizer.gui.app.launcher import Launcher
 from process_visualizer.gui.app.launcher_app import LauncherApp
@@ -140,6 +141,9 @@ def _options(words: Sequence[str]) -> argparse.Namespace:
     parser.add_argument('--mode', choices=['', *(mode.value for mode in Mode)], default='')
     parser.add_argument('--bag', default='', help='a recording to play back')
     parser.add_argument('--devices', metavar='A,B', default='', help='tick only these')
+    parser.add_argument('--remote', nargs='?', const='true', default='',
+                        choices=['', 'true', 'false'],
+                        help='other computers may watch what is launched, with "cell view"')
     parser.add_argument('--launch', action='store_true', help='launch at once')
     options = parser.parse_args(words)
     options.mode = options.mode or (Mode.PLAYBACK.value if options.bag else '')
@@ -163,6 +167,7 @@ def make_application() -> QApplication:
 def _begin(launcher: Launcher, settings: Settings, options: argparse.Namespace,
            arguments: Dict[str, str]) -> None:
     """Connect, and open the requested configuration or the last one."""
+    launcher.viewers = Viewers(options.remote == 'true')
     launcher.begin()
     launcher.recording.choices.restore(settings.value('recording', {}))
     launcher.bag.restore(settings.value('bag', {}))
