@@ -57,6 +57,9 @@ def execute_share(options: argparse.Namespace, arguments: Dict[str, str]) -> int
         ValueError: an option is out of range, or there is more than one page can show.
         OSError: the page cannot be written; nothing of it is left then.
     """
+    folder = os.path.dirname(os.path.abspath(options.output))
+    if not os.path.isdir(folder):  # said before the work
+        raise ValueError(f'there is no folder "{folder}" for the page')
     given = None if options.config is None else XmlParser(arguments).parse(options.config)
     chosen = ChosenRuns(given)
     good = _good_runs(chosen, options.reference)

@@ -80,6 +80,12 @@ def test_a_part_that_there_is_not(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert not page.exists()
 
 
+def test_a_folder_that_there_is_not_is_said_before_the_work(
+        tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(['share', 'no.bag', '-o', str(tmp_path / 'no' / 'page.html')]) == 1
+    assert 'there is no folder' in capsys.readouterr().err
+
+
 def test_more_than_a_page_can_show_asks_for_a_part(
         tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     bag = write_bag(tmp_path)
