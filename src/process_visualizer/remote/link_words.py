@@ -55,8 +55,7 @@ def relay_silent(host: str, listens: str, error: OSError) -> str:
 def no_cell(master_uri: str) -> str:
     """Say that there is a master without a cell."""
     return (f'there is a ROS master at {master_uri}, but no cell of this program that lets others '
-            'watch: start it with "cell run" or the launcher; cells of versions before 0.2 cannot '
-            'be watched')
+            'watch: start it with "cell run" or the launcher, of a version that has "cell view"')
 
 
 def nothing_there(address: Address, master: OSError, relay: OSError) -> Tuple[str, ...]:

@@ -47,6 +47,8 @@ def find_relay(wanted: Address) -> Tuple[str, int]:
     Raises:
         CellNotFound: there is none that can be reached.
     """
+    if wanted.port == MASTER_PORT:  # the usual one says no more than none
+        wanted = Address(wanted.host, None)
     try:
         socket.getaddrinfo(wanted.host, None)
     except (OSError, UnicodeError):
