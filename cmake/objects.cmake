@@ -70,3 +70,8 @@ endif()
 add_executable(objects_benchmark EXCLUDE_FROM_ALL bench/objects.cpp)
 process_visualizer_compile(objects_benchmark)
 target_link_libraries(objects_benchmark process_visualizer_objects)
+
+# Another one, with the scenes and sensors of bench/sensed_world.hpp; bench/watch.py builds it.
+add_executable(watch_benchmark EXCLUDE_FROM_ALL bench/watch.cpp)
+process_visualizer_compile(watch_benchmark)
+target_link_libraries(watch_benchmark process_visualizer_objects)

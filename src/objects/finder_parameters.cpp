@@ -25,6 +25,11 @@ class Reader {
     return value;
   }
 
+  std::optional<double> optionalPositive(const std::string& name) const {
+    if (!node_handle_.hasParam(name)) return std::nullopt;
+    return positive(name, 0);
+  }
+
   std::string frame(const std::string& name) const {
     std::string value;
     require(node_handle_.getParam(name, value) && !value.empty(),
@@ -93,6 +98,8 @@ FinderSettings settingsOf(const Reader& reader) {
   settings.surface = static_cast<float>(reader.positive("surface", settings.surface));
   settings.fewest = static_cast<std::size_t>(
       reader.positive("fewest_points", static_cast<double>(settings.fewest)));
+  if (const auto noise = reader.optionalPositive("noise"))
+    settings.noise = DepthNoise{static_cast<float>(*noise)};
   return settings;
 }
 

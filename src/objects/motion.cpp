@@ -11,12 +11,12 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr std::size_t kMostSights = 60;
-constexpr std::size_t kFewestSights = 4;
-constexpr double kShortest = 0.1, kShortestForBend = 0.3;  // s
-constexpr float kSlowest = 0.03F;                          // m/s
-constexpr float kSlowestTurn = 0.15F;                      // rad/s
-constexpr float kUneven = 0.1F;                            // rad: RMS beside an even turn
-constexpr float kSharpestBend = 3;                         // rad/s
+constexpr std::size_t kFewestSights = 2, kFewestForTurn = 4, kFewestForBend = 6;
+constexpr double kShortest = 0.09, kShortestForBend = 0.3;  // s
+constexpr float kSlowest = 0.03F;                           // m/s
+constexpr float kSlowestTurn = 0.15F;                       // rad/s
+constexpr float kUneven = 0.1F;                             // rad: RMS beside an even turn
+constexpr float kSharpestBend = 3;                          // rad/s
 
 }  // namespace
 
@@ -47,8 +47,10 @@ void Motion::fit() {
   velocity_ = even.row(1).head<3>().transpose();
   const float rms =
       ((linear * even.col(3)) - states.col(3)).norm() / std::sqrt(static_cast<float>(count));
-  if (std::abs(even(1, 3)) > kSlowestTurn && rms < kUneven) turn_ = even(1, 3);
-  if (span < kShortestForBend || velocity_.norm() < kSlowest) return;
+  if (sights_.size() >= kFewestForTurn && std::abs(even(1, 3)) > kSlowestTurn && rms < kUneven)
+    turn_ = even(1, 3);
+  if (sights_.size() < kFewestForBend || span < kShortestForBend || velocity_.norm() < kSlowest)
+    return;
   const Eigen::MatrixXf bent = powers.colPivHouseholderQr().solve(states);
   velocity_.head<2>() = bent.row(1).head<2>().transpose();
   const Eigen::Vector2f speed = velocity_.head<2>(), change = 2 * bent.row(2).head<2>().transpose();
@@ -67,6 +69,10 @@ Vector3f Motion::shiftAt(double stamp) const {
   shift.x() = along * velocity_.x() - aside * velocity_.y();
   shift.y() = along * velocity_.y() + aside * velocity_.x();
   return shift;
+}
+
+Vector3f Motion::velocity() const {
+  return velocity_.norm() < kSlowest ? Vector3f(Vector3f::Zero()) : velocity_;
 }
 
 float Motion::turnAt(double stamp) const {

@@ -11,11 +11,16 @@
 namespace process_visualizer::objects {
 namespace {
 
+using Eigen::AlignedBox3f;
 using Eigen::Isometry3f;
 using Eigen::Vector3f;
 
-constexpr float kThinnest = 0.025F;  // m: smaller in two directions is no object
-constexpr float kAround = 0.1F;      // m: so far around an object its surface is measured
+constexpr float kThinnest = 0.025F;    // m: smaller in two directions is no object
+constexpr float kBesideAbove = 0.03F;  // m: what is one above the other is no farther aside
+constexpr float kAboveGap = 0.3F;      // m: nor farther apart
+constexpr float kPartGap = 0.1F;       // m: parts of one object are no farther apart
+constexpr float kNoiseShare = 0.1F;    // of the newest cloud in the estimate
+constexpr float kAround = 0.1F;        // m: so far around an object its surface is measured
 
 /// Points for the search of planes, in the global frame. What surrounds the region tells more about
 /// a surface than the little of it that a region may contain.
@@ -112,6 +117,33 @@ std::vector<Thing> joined(std::vector<Thing> things, const std::vector<std::uint
   return result;
 }
 
+/// How far apart two ranges along an axis are, m; negative where they overlap.
+float gapAlong(const AlignedBox3f& one, const AlignedBox3f& other, int axis) {
+  return std::max(one.min()[axis] - other.max()[axis], other.min()[axis] - one.max()[axis]);
+}
+
+/// Groups one above the other, such as the legs and the chest of a person between which too little
+/// is seen; and parts of one object that is followed, such as an arm that swings.
+std::vector<Bridge> bridgesByPlace(const std::vector<Thing>& things,
+                                   const std::vector<std::optional<std::size_t>>& owners) {
+  std::vector<AlignedBox3f> boxes(things.size());
+  for (std::size_t group = 0; group < things.size(); ++group)
+    for (const Vector3f& place : things[group].places) boxes[group].extend(place);
+  std::vector<Bridge> bridges;
+  for (std::uint32_t other = 0; other < things.size(); ++other) {
+    for (std::uint32_t one = 0; one < other; ++one) {
+      const float aside =
+          std::max(gapAlong(boxes[one], boxes[other], 0), gapAlong(boxes[one], boxes[other], 1));
+      const float apart = gapAlong(boxes[one], boxes[other], 2);
+      const bool is_above = aside < kBesideAbove && apart > -kBesideAbove && apart < kAboveGap;
+      const bool is_same =
+          owners[one] && owners[one] == owners[other] && std::max(aside, apart) < kPartGap;
+      if (is_above || is_same) bridges.push_back({one, other, is_above});
+    }
+  }
+  return bridges;
+}
+
 /// The things that groups of free points are.
 std::vector<Thing> thingsOf(const std::vector<Indices>& groups, const FreePoints& free,
                             const Points& points, const std::vector<Label>& labels,
@@ -126,7 +158,9 @@ std::vector<Thing> thingsOf(const std::vector<Indices>& groups, const FreePoints
       things[group].rim.push_back(rimOf(it, points, global_from_cloud));
     owners.push_back(ownerOf(things[group].places, expected));
   }
-  return joined(std::move(things), wholes(owners, expected, occlusions.bridges));
+  std::vector<Bridge> bridges = bridgesByPlace(things, owners);
+  append(bridges, occlusions.bridges);
+  return joined(std::move(things), wholes(owners, expected, bridges));
 }
 
 /// The edge of a table, seen from the side, or what noise leaves of a surface.
@@ -144,18 +178,52 @@ UprightBox reachingDown(const UprightBox& box, const SupportPlanes& planes,
   return surface ? standing(box, *surface, planes.tolerance(middle), sensor) : box;
 }
 
+/// The body on which a point is, if noise along the line of sight may have moved it off.
+const KnownBody* bodyBeside(const PosedBodies& known, const Vector3f& point, float padding,
+                            const DepthNoise& noise) {
+  const float range = point.norm(), farthest = noise.reachAt(range) - padding;
+  for (float away = 0; away < farthest;) {
+    away = std::min(away + 2 * padding, farthest);
+    const Vector3f shift = point * (away / range);
+    for (const Vector3f& place : {Vector3f(point - shift), Vector3f(point + shift)})
+      if (const KnownBody* body = known.covering(place, padding)) return body;
+  }
+  return nullptr;
+}
+
+/// Points for a first estimate of the noise, before it is known which ones are on a robot.
+std::vector<Vector3f> anyPoints(const Points& points, const Isometry3f& global_from_cloud) {
+  const std::size_t stride = points.places.size() / SupportPlanes::kMostPoints + 1;
+  std::vector<Vector3f> chosen;
+  for (std::size_t index = 0; index < points.places.size(); index += stride)
+    if (points.places[index].allFinite())
+      chosen.push_back(global_from_cloud * points.places[index]);
+  return chosen;
+}
+
 /// Something too far away for numbers of this kind is nothing that a sensor sees.
 bool isInReach(const Vector3f& point) { return (point.array().abs() < 1e4F).all(); }
 
 }  // namespace
 
-std::vector<Label> ObjectFinder::label(const Points& points, const Scene& scene) const {
+void ObjectFinder::learnNoise(const DepthNoise& seen) {
+  if (!noise_) noise_ = seen;
+  noise_->at_one_m += kNoiseShare * (seen.at_one_m - noise_->at_one_m);
+}
+
+std::vector<Label> ObjectFinder::label(const Points& points, const Scene& scene) {
+  if (!settings_.noise && !noise_)
+    noise_ = SupportPlanes(anyPoints(points, scene.global_from_cloud),
+                           scene.global_from_cloud.translation(), settings_.surface)
+                 .noise();
+  const DepthNoise noise = this->noise();
   const PosedBodies known(bodies_, scene.cloud_from_body);
   const auto labelOf = [&](const Vector3f& point) {
     if (!isInReach(point)) return Label::kNowhere;
     if (scene.region && !(*scene.region)(point)) return Label::kOutside;
-    if (const KnownBody* body = known.covering(point, settings_.padding))
-      return body->samples ? Label::kRobot : Label::kKnown;
+    const KnownBody* body = known.covering(point, settings_.padding);
+    if (!body) body = bodyBeside(known, point, settings_.padding, noise);
+    if (body) return body->samples ? Label::kRobot : Label::kKnown;
     const bool is_expected = std::any_of(scene.expected.begin(), scene.expected.end(),
                                          [&](const auto& box) { return box(point); });
     return is_expected ? Label::kExpected : Label::kFree;
@@ -169,10 +237,11 @@ std::vector<Label> ObjectFinder::label(const Points& points, const Scene& scene)
 
 std::vector<FoundObject> ObjectFinder::find(const Points& points, const std::vector<Label>& labels,
                                             const Scene& scene,
-                                            const std::vector<ExpectedObject>& expected) const {
+                                            const std::vector<ExpectedObject>& expected) {
   const Vector3f sensor = scene.global_from_cloud.translation();
   const SupportPlanes planes(surroundings(points, labels, scene.global_from_cloud), sensor,
-                             settings_.surface);
+                             settings_.surface, settings_.noise);
+  learnNoise(planes.noise());
   const FreePoints free = freePoints(points, labels, scene.global_from_cloud, planes);
   const std::vector<Indices> groups =
       divided(largest(clustersOf(free.places, settings_.gap, settings_.fewest), kMostObjects),

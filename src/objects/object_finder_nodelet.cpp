@@ -29,6 +29,7 @@ namespace {
 constexpr double kTransformWait = 0.1;  // s: poses of robots arrive a little later than clouds
 constexpr double kRetryPeriod = 1;      // s: of reading models that are not there yet
 constexpr int kStates = 20;             // of the player: that of a jump must not be overtaken
+constexpr double kStart = 5;            // s: so long a frame may be missing while a cell starts
 constexpr double kRedrawPeriod = 0.25;  // s: while playback is paused, and no clouds come
 
 }  // namespace
@@ -40,6 +41,7 @@ class ObjectFinderNodelet : public nodelet::Nodelet {
   void onInit() override;
   bool isReady();
   void load();
+  void complain(const tf2::TransformException& error);
   void process(const sensor_msgs::PointCloud2::ConstPtr& cloud);
   void find(const sensor_msgs::PointCloud2& cloud);
   Scene sceneOf(const std_msgs::Header& header) const;
@@ -54,7 +56,7 @@ class ObjectFinderNodelet : public nodelet::Nodelet {
   std::unique_ptr<tf2_ros::TransformListener> tf_listener_;
   FinderParameters parameters_;
   std::optional<ObjectFinder> finder_;
-  ros::WallTime next_try_;
+  ros::WallTime next_try_, missing_since_;
   ObjectTracks tracks_;
   visualization_msgs::MarkerArray markers_;
   PlayedJump jump_;
@@ -110,13 +112,22 @@ void ObjectFinderNodelet::process(const sensor_msgs::PointCloud2::ConstPtr& clou
   if (!isReady() || jump_.isBefore(cloud->header.stamp)) return;
   try {
     find(*cloud);
+    missing_since_ = {};
   } catch (const tf2::TransformException& error) {
-    NODELET_WARN_THROTTLE(cloud::kReportPeriod, "No transform for the clouds on %s: %s",
-                          cloud_subscriber_.getTopic().c_str(), error.what());
+    complain(error);
   } catch (const std::invalid_argument& error) {
     NODELET_ERROR_THROTTLE(cloud::kReportPeriod, "Unusable cloud on %s: %s",
                            cloud_subscriber_.getTopic().c_str(), error.what());
   }
+}
+
+/// The parts of a cell start in any order, so a frame may be missing for a moment.
+void ObjectFinderNodelet::complain(const tf2::TransformException& error) {
+  const ros::WallTime now = ros::WallTime::now();
+  if (missing_since_.isZero()) missing_since_ = now;
+  if (now - missing_since_ < ros::WallDuration(kStart)) return;
+  NODELET_WARN_THROTTLE(cloud::kReportPeriod, "No transform for the clouds on %s: %s",
+                        cloud_subscriber_.getTopic().c_str(), error.what());
 }
 
 void ObjectFinderNodelet::find(const sensor_msgs::PointCloud2& cloud) {

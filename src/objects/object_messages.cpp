@@ -42,6 +42,12 @@ DetectedObject messageOf(const TrackedObject& tracked, const Limits& limits) {
   message.size.z = box.size.z();
   message.points = static_cast<std::uint32_t>(tracked.object.points);
   message.is_seen = tracked.is_seen;
+  message.is_confirmed = tracked.is_confirmed;
+  message.is_current = tracked.is_current;
+  message.velocity.x = tracked.velocity.x();
+  message.velocity.y = tracked.velocity.y();
+  message.velocity.z = tracked.velocity.z();
+  message.time_to_contact = tracked.contact_s ? *tracked.contact_s : -1;
   if (!tracked.object.robot) return message;
   message.link = tracked.object.robot->link;
   message.distance = tracked.object.robot->distance;

@@ -115,7 +115,7 @@ std::vector<std::uint32_t> wholes(const std::vector<std::optional<std::size_t>>&
                                   const std::vector<ExpectedObject>& expected,
                                   const std::vector<Bridge>& bridges) {
   const auto mayGrow = [&](const std::optional<std::size_t>& owner) {
-    return !owner || !expected[*owner].is_whole;
+    return !owner || !expected[*owner].is_whole || expected[*owner].is_moving;
   };
   DisjointSets sets(owners.size());
   for (const Bridge& bridge : bridges) {

@@ -4,6 +4,8 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <limits>
 #include <random>
 #include <set>
 #include <utility>
@@ -19,6 +21,11 @@ constexpr float kLeastUpright = 0.985F;  // z of a normal: cosine of 10°
 constexpr float kTile = 0.05F;           // m: areas are counted in tiles of this size
 constexpr int kFewestAround = 10;        // points that tell a surface's height
 constexpr double kMostTrials = 200;
+constexpr int kNoiseRounds = 4;
+constexpr float kNoisiest = 0.012F;        // m at 1 m
+constexpr float kFlattest = 0.2F;          // sine: flatter looks tell little
+constexpr float kMedianOfNormal = 0.674F;  // of the size of what has a standard deviation of 1
+constexpr std::size_t kFewestResiduals = 200;
 constexpr double kMissed = 0.01;  // probability that a better plane is missed
 
 /// The area that points cover, seen from above, m².
@@ -64,8 +71,10 @@ double trialsFor(double share) {
 
 }  // namespace
 
-SupportPlanes::SupportPlanes(std::vector<Vector3f> points, Vector3f sensor, float least_area)
-    : sensor_(std::move(sensor)), least_area_(least_area) {
+SupportPlanes::SupportPlanes(std::vector<Vector3f> points, Vector3f sensor, float least_area,
+                             std::optional<DepthNoise> noise)
+    : sensor_(std::move(sensor)), least_area_(least_area), noise_(noise.value_or(DepthNoise())) {
+  if (!noise) estimateNoise(points);
   while (planes_.size() < kMostPlanes && findNext(points)) {
   }
 }
@@ -110,8 +119,42 @@ Plane SupportPlanes::largest(const std::vector<Vector3f>& points) const {
   return best;
 }
 
+/// The largest plane is where a noisy sensor shows it, too, only that fewer of its points are
+/// within the tolerance, and it leans as the three do that made it. So it is fitted to what is near
+/// it, and how far that is beside it along the line of sight tells how noisy the sensor is; then
+/// again with what is as near as that. What stands on it is seldom half of the points, whose median
+/// counts.
+void SupportPlanes::estimateNoise(const std::vector<Vector3f>& points) {
+  if (areaOf(points) < least_area_) return;
+  Plane plane = largest(points);
+  DepthNoise noise{kNoisiest};
+  for (int round = 0; round < kNoiseRounds; ++round) {
+    std::vector<Vector3f> near;
+    std::copy_if(points.begin(), points.end(), std::back_inserter(near),
+                 [&](const Vector3f& point) {
+                   return alongRay(plane, point) < noise.reachAt((point - sensor_).norm());
+                 });
+    if (near.size() < kFewestResiduals) return;
+    plane = fitted(near);
+    std::vector<float> residuals;
+    for (const Vector3f& point : near)
+      residuals.push_back(alongRay(plane, point) / (point - sensor_).squaredNorm());
+    const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
+    std::nth_element(residuals.begin(), middle, residuals.end());
+    noise.at_one_m = std::clamp(*middle / kMedianOfNormal, DepthNoise::kKinect, kNoisiest);
+  }
+  noise_ = noise;
+}
+
+/// How far a point is from a plane along the line of sight, m; infinitely far at a flat look.
+float SupportPlanes::alongRay(const Plane& plane, const Vector3f& point) const {
+  const float slope = std::abs(plane.normal().dot((point - sensor_).normalized()));
+  return slope < kFlattest ? std::numeric_limits<float>::infinity()
+                           : plane.absDistance(point) / slope;
+}
+
 float SupportPlanes::tolerance(const Vector3f& point) const {
-  return 0.015F + 0.005F * (point - sensor_).squaredNorm();
+  return noise_.toleranceAt((point - sensor_).norm());
 }
 
 bool SupportPlanes::isOn(const Plane& plane, const Vector3f& point) const {

@@ -14,9 +14,10 @@ namespace {
 using Eigen::Vector2f;
 using Eigen::Vector3f;
 
-constexpr float kColumn = 0.03F;    // m: heights are means over columns of this width
-constexpr int kFewestInColumn = 8;  // points
-constexpr float kStrayShare = 500;  // one of so many points may lie beside the object
+constexpr float kColumn = 0.03F;            // m: heights are measured in columns of this width
+constexpr float kLayer = 0.03F;             // m: so much below its top counts in a column
+constexpr std::size_t kFewestInColumn = 8;  // points
+constexpr float kStrayShare = 500;          // one of so many points may lie beside the object
 constexpr float kHover = 0.03F;     // m: how far above a surface something may seem to hover
 constexpr float kSideSeen = 0.04F;  // m: so much of an upright side, seen from above, is not missed
 
@@ -72,19 +73,34 @@ std::pair<float, float> rangeOf(std::vector<float> values) {
   return {least, values[values.size() - 1 - strays]};
 }
 
-/// The height of the highest column: in the mean of its points the sensor's noise is small.
-float topOf(const Cluster& points, float fallback) {
-  std::map<std::pair<int, int>, std::pair<float, int>> columns;
-  for (const Vector3f& point : points) {
-    auto& [sum, count] = columns[{static_cast<int>(std::floor(point.x() / kColumn)),
-                                  static_cast<int>(std::floor(point.y() / kColumn))}];
-    sum += point.z();
+/// The height of a column: the mean of what is near its top, where the sensor's noise is small. Of
+/// an upright face, whose points are as dense everywhere, that mean lies half of the layer below.
+float heightOf(const std::vector<float>& column) {
+  const float top = *std::max_element(column.begin(), column.end()),
+              bottom = *std::min_element(column.begin(), column.end());
+  float sum = 0;
+  int count = 0;
+  for (const float height : column) {
+    if (height < top - kLayer) continue;
+    sum += height;
     ++count;
   }
+  const float mean = sum / static_cast<float>(count);
+  const float even = static_cast<float>(column.size()) * kLayer / (top - bottom);
+  const bool is_face = top - bottom > 2 * kLayer && static_cast<float>(count) < 1.5F * even;
+  return is_face ? std::min(top, mean + kLayer / 3) : mean;
+}
+
+/// The height of the highest column.
+float topOf(const Cluster& points, float fallback) {
+  std::map<std::pair<int, int>, std::vector<float>> columns;
+  for (const Vector3f& point : points)
+    columns[{static_cast<int>(std::floor(point.x() / kColumn)),
+             static_cast<int>(std::floor(point.y() / kColumn))}]
+        .push_back(point.z());
   float top = -std::numeric_limits<float>::infinity();
   for (const auto& [place, column] : columns)
-    if (column.second >= kFewestInColumn)
-      top = std::max(top, column.first / static_cast<float>(column.second));
+    if (column.size() >= kFewestInColumn) top = std::max(top, heightOf(column));
   return std::isfinite(top) ? top : fallback;
 }
 

@@ -55,7 +55,7 @@ class Cell {
 
   std::vector<FoundObject> find(std::mt19937& random) const {
     const Points points = picture().points(random);
-    const ObjectFinder finder(bodies_, FinderSettings());
+    ObjectFinder finder(bodies_, FinderSettings());
     return finder.find(points, finder.label(points, scene()), scene());
   }
 

@@ -50,7 +50,7 @@ std::size_t countObjects(PointCloud2 cloud) {
   scene.cloud_from_body.emplace_back(Eigen::Translation3f(-0.4F, 0, 1.9F));
   FinderSettings settings;
   settings.gap = 0.05F;
-  const ObjectFinder finder(std::move(bodies), settings);
+  ObjectFinder finder(std::move(bodies), settings);
   const Points points = pointsOf(cloud);
   const std::vector<Label> labels = finder.label(points, scene);
   freePart(cloud, labels);

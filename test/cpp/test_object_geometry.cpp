@@ -202,6 +202,27 @@ TEST(SupportPlanes, ATiltedTableIsOneAndAWallIsNone) {
   EXPECT_FALSE(SupportPlanes({}, {0, 0, 2}, 0.5F).contain({0, 0, 0}));
 }
 
+TEST(SupportPlanes, TellHowNoisyTheSensorIs) {
+  std::mt19937 random(3);
+  std::normal_distribution<float> normal(0, 1);
+  const Vector3f sensor(0, 0, 2.2F);
+  Places places;
+  for (const float noise : {0.0F, 0.004F, 0.008F}) {
+    std::vector<Vector3f> points;
+    for (int number = 0; number < 5000; ++number) {
+      const Vector3f place = places.next(0.5F).cwiseProduct(Vector3f(3, 3, 0));
+      const Vector3f way = place - sensor;
+      points.push_back(place + way.normalized() * noise * way.squaredNorm() * normal(random));
+    }
+    const SupportPlanes planes(points, sensor, 0.5F);
+    EXPECT_NEAR(planes.noise().at_one_m, std::max(noise, DepthNoise::kKinect), 0.15F * noise);
+    const auto beside = std::count_if(points.begin(), points.end(), [&](const Vector3f& point) {
+      return !planes.contain(point);
+    });
+    EXPECT_LE(beside, 5);
+  }
+}
+
 TEST(UprightBox, IsTheSmallestWhateverItsYaw) {
   Places places;
   for (const float yaw : {0.0F, 0.4F, 1.2F, -0.8F}) {
@@ -224,6 +245,17 @@ TEST(UprightBox, HoversWhereItsSideWouldBeSeenIfItReachedDown) {
   const UprightBox hand{{0.37F, 0, 1.27F}, {0.2F, 0.1F, 0.06F}, 0};
   EXPECT_NEAR(standing(hand, 0, 0.05F, sensor).size.z(), 0.06, 1e-6);
   EXPECT_NEAR(standing(hand, 1.14F, 0.05F, sensor).size.z(), 0.16, 1e-6);  // 1 cm of it is no sign
+}
+
+/// Of a box that is higher than the sensor only upright sides are seen.
+TEST(UprightBox, IsAsHighAsAnUprightFace) {
+  Places places;
+  Cluster points;
+  for (int number = 0; number < 4000; ++number) {
+    Vector3f place = places.next(0.5F).cwiseProduct(Vector3f(0.4F, 0, 0.6F));
+    points.push_back(place);
+  }
+  EXPECT_NEAR(boxAround(points).size.z(), 0.6, 0.01);
 }
 
 TEST(UprightBox, OnePointHasOne) {

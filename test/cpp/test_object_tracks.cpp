@@ -26,15 +26,59 @@ FoundObject object(const Vector3f& place, const Vector3f& size = {0.1F, 0.2F, 0.
   return {{place, size, yaw}, 100, RobotDistance{"arm", 0.3F, place, place + Vector3f(0.3F, 0, 0)}};
 }
 
-TEST(ObjectTracks, AnObjectIsSeenThreeTimesFirst) {
+const Vector3f kSmall(0.04F, 0.2F, 0.04F);  // m: may be noise
+
+TEST(ObjectTracks, ASmallObjectIsSeenThreeTimesFirst) {
   ObjectTracks tracks;
   EXPECT_TRUE(tracks.update(0, {}).empty());
-  EXPECT_TRUE(tracks.update(0.03, {object({0, 0, 0})}).empty());
-  EXPECT_TRUE(tracks.update(0.06, {object({0, 0, 0})}).empty());
-  const auto seen = tracks.update(0.09, {object({0, 0, 0})});
+  EXPECT_TRUE(tracks.update(0.03, {object({0, 0, 0}, kSmall)}).empty());
+  EXPECT_TRUE(tracks.update(0.06, {object({0, 0, 0}, kSmall)}).empty());
+  const auto seen = tracks.update(0.09, {object({0, 0, 0}, kSmall)});
   ASSERT_EQ(seen.size(), 1U);
   EXPECT_EQ(seen[0].number, 1U);
   EXPECT_TRUE(seen[0].is_seen);
+}
+
+TEST(ObjectTracks, ALargeOneIsShownAtOnceAsUnconfirmed) {
+  ObjectTracks tracks;
+  tracks.update(0, {});
+  for (int frame = 1; frame <= 3; ++frame) {
+    const auto seen = tracks.update(frame * kPeriod, {object({0, 0, 0})});
+    ASSERT_EQ(seen.size(), 1U);
+    EXPECT_EQ(seen[0].number, 1U);
+    EXPECT_EQ(seen[0].is_confirmed, frame == 3);
+  }
+  tracks.reset();
+  tracks.update(0, {});
+  tracks.update(kPeriod, {object({0, 0, 0})});
+  EXPECT_TRUE(tracks.update(2 * kPeriod, {}).empty());
+}
+
+/// A box of 15 cm at 3 m/s, seen five times a second, flies towards a robot that stands.
+TEST(ObjectTracks, WhatIsFastHasOneNumberAVelocityAndATimeToContact) {
+  ObjectTracks tracks;
+  tracks.update(0, {});
+  for (int frame = 1; frame < 6; ++frame) {
+    const float away = 4 - 0.6F * static_cast<float>(frame);
+    FoundObject box = object({-away, 0, 0}, {0.15F, 0.15F, 0.15F});
+    box.robot = RobotDistance{"arm", away, {-away, 0, 0}, {0, 0, 0}};
+    const auto seen = tracks.update(0.2 * frame, {box});
+    ASSERT_EQ(seen.size(), 1U);
+    EXPECT_EQ(seen[0].number, 1U);
+    if (frame == 1) continue;
+    EXPECT_NEAR(seen[0].velocity.x(), 3, 0.01);
+    ASSERT_TRUE(seen[0].contact_s);
+    EXPECT_NEAR(*seen[0].contact_s, away / 3, 0.01);
+  }
+}
+
+TEST(ObjectTracks, WhatGoesAwayHasNoTimeToContact) {
+  ObjectTracks tracks;
+  for (int frame = 0; frame < 9; ++frame) {
+    FoundObject box = object({0, 0, 0});
+    box.robot->distance = 0.3F + 0.05F * static_cast<float>(frame);
+    EXPECT_FALSE(tracks.update(0.1 * frame, {box})[0].contact_s);
+  }
 }
 
 /// A robot that lowers over an object hides it itself, and comes nearer all the time.
@@ -53,6 +97,7 @@ TEST(ObjectTracks, TheDistanceOfAHiddenObjectIsThatOfTheRobotNow) {
     const auto found = tracks.update(frame * kPeriod, {}, isHidden, distanceOf);
     ASSERT_EQ(found.size(), 1U);
     EXPECT_FALSE(found[0].is_seen);
+    EXPECT_FALSE(found[0].is_current);
     EXPECT_NEAR(found[0].object.robot->distance, height - 0.05F, 1e-6);
   }
 }
@@ -84,7 +129,7 @@ TEST(ObjectTracks, NoiseIsNoObject) {
   ObjectTracks tracks;
   for (int frame = 0; frame < 100; ++frame) {
     std::vector<FoundObject> found;
-    if (frame % 3 != 0) found.push_back(object({0, 0, 0}));
+    if (frame % 3 != 0) found.push_back(object({0, 0, 0}, kSmall));
     EXPECT_TRUE(tracks.update(frame * kPeriod, found).empty());
   }
 }
@@ -140,7 +185,9 @@ TEST(ObjectTracks, WhatIsHiddenIsShownUntilItIsGone) {
   ASSERT_EQ(hidden.size(), 1U);
   EXPECT_FALSE(hidden[0].is_seen);
   EXPECT_TRUE(tracks.update(0.9, {}).empty());
-  EXPECT_TRUE(tracks.update(1.0, {object({0, 0, 0})}).empty());
+  const auto another = tracks.update(1.0, {object({0, 0, 0})});
+  ASSERT_EQ(another.size(), 1U);
+  EXPECT_EQ(another[0].number, 2U);
 }
 
 TEST(ObjectTracks, WhatIsHiddenIsRememberedAsLongAsItsPlaceIs) {

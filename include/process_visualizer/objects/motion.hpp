@@ -19,6 +19,9 @@ class Motion {
   /// less than what noise may look like.
   Eigen::Vector3f shiftAt(double stamp) const;
 
+  /// How fast it moved when it was seen last, m/s; nothing where it stands, or is seen too shortly.
+  Eigen::Vector3f velocity() const;
+
   /// By how much it has turned since then, rad; nothing if it turned slowly or unevenly.
   float turnAt(double stamp) const;
 

@@ -8,6 +8,7 @@
 
 #include "process_visualizer/cloud/box.hpp"
 #include "process_visualizer/objects/clusters.hpp"
+#include "process_visualizer/objects/depth_noise.hpp"
 #include "process_visualizer/objects/known_bodies.hpp"
 #include "process_visualizer/objects/pieces.hpp"
 #include "process_visualizer/objects/robot_distance.hpp"
@@ -22,6 +23,7 @@ struct FinderSettings {
   float gap = 0.03F;        ///< things that are nearer to each other are one, m
   std::size_t fewest = 40;  ///< points of an object
   float surface = 0.5F;     ///< larger level surfaces carry objects, and are none, m²
+  std::optional<DepthNoise> noise = std::nullopt;  ///< of the sensor; else it is estimated
 };
 
 /// Where everything was when a cloud was taken.
@@ -61,8 +63,14 @@ class ObjectFinder {
 
   const std::vector<KnownBody>& bodies() const { return bodies_; }
 
-  /// What is known about each point.
-  std::vector<Label> label(const Points& points, const Scene& scene) const;
+  /// What is known about each point. Where the noise of the sensor is not given it is estimated, by
+  /// the first cloud, and then by each in which objects are sought.
+  std::vector<Label> label(const Points& points, const Scene& scene);
+
+  /// The noise of the sensor, given or estimated so far.
+  DepthNoise noise() const {
+    return settings_.noise ? *settings_.noise : noise_.value_or(DepthNoise());
+  }
 
   /// The objects among the points that are free, at most the `kMostObjects` largest.
   /// \param expected  objects of earlier clouds, where they are thought to be now. They tell what
@@ -70,7 +78,7 @@ class ObjectFinder {
   /// this cloud alone
   std::vector<FoundObject> find(const Points& points, const std::vector<Label>& labels,
                                 const Scene& scene,
-                                const std::vector<ExpectedObject>& expected = {}) const;
+                                const std::vector<ExpectedObject>& expected = {});
 
   /// How far the robots are from places in the global frame; nothing if there is none.
   std::optional<RobotDistance> distanceTo(const Cluster& places, const Scene& scene) const;
@@ -78,8 +86,11 @@ class ObjectFinder {
   static constexpr std::size_t kMostObjects = 100;
 
  private:
+  void learnNoise(const DepthNoise& seen);
+
   std::vector<KnownBody> bodies_;
   FinderSettings settings_;
+  std::optional<DepthNoise> noise_;  ///< as estimated
 };
 
 }  // namespace process_visualizer::objects

@@ -3,8 +3,10 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "process_visualizer/objects/motion.hpp"
@@ -17,11 +19,16 @@ struct TrackedObject {
   std::uint32_t number;  ///< stays the same, from 1
   FoundObject object;    ///< as it was seen last, its box smoothed; its distance is the present one
   bool is_seen;          ///< in the last cloud; if not, something may hide it
+  bool is_confirmed = true;  ///< seen often enough that it is no noise
+  bool is_current = true;    ///< whether the distance is to what the last cloud shows
+  Eigen::Vector3f velocity = Eigen::Vector3f::Zero();  ///< m/s
+  std::optional<float> contact_s = std::nullopt;       ///< till contact, if it gets nearer, s
 };
 
 /// Gives objects steady numbers, also while something hides them or a part of them.
 ///
-/// What is new and seen in three clouds in a row is an object; until then it may be noise. One that
+/// What is new and seen in three clouds in a row is an object; until then it may be noise, and is
+/// shown only if it is large, as unconfirmed: what moves fast is gone after three clouds. One that
 /// is not seen is remembered for `kLongestOcclusion`, and as long as its place is hidden. A part of
 /// an object beside something that hides the rest is no new one. Nothing is remembered across a
 /// jump of time: a cloud that is older than the last one, or much younger.
@@ -57,17 +64,24 @@ class ObjectTracks {
     Cluster places;    ///< of its surface, as much as was seen at once, where it was seen last
     std::size_t most;  ///< points were seen at once, of which these places are some
     Motion motion;
-    double seen;            ///< s
-    double hidden;          ///< when its place was hidden, or it was seen, last, s
-    bool is_whole = false;  ///< whether nothing has hidden a part of it, once at least
-    int times = 0;          ///< how often it was seen
+    double seen;             ///< s
+    double hidden;           ///< when its place was hidden, or it was seen, last, s
+    bool is_whole = false;   ///< whether nothing has hidden a part of it, once at least
+    bool is_sure = false;    ///< whether it is no noise
+    bool is_current = true;  ///< whether the distance is to what was seen last
+    int times = 0;           ///< how often it was seen
+    std::deque<std::pair<double, float>> distances = {};  ///< of late: s, m
 
     UprightBox expectedAt(double stamp) const;
+    float farthestAt(double stamp) const;
     bool isPartOf(const UprightBox& expected, const FoundObject& found) const;
     UprightBox measured(const UprightBox& expected, const FoundObject& found) const;
     void follow(double stamp, const FoundObject& found);
     void keepPlaces(const UprightBox& before, const FoundObject& found);
     void measureDistance(double stamp, const DistanceOf& distance_of);
+    void noteDistance(double stamp);
+    std::optional<float> contact() const;
+    TrackedObject shown(double stamp) const;
   };
 
   bool isJump(double stamp) const;

@@ -14,7 +14,8 @@ namespace process_visualizer::objects {
 /// Where an object that is followed is thought to be.
 struct ExpectedObject {
   UprightBox box;
-  bool is_whole;  ///< whether it has been seen without anything that hid a part of it
+  bool is_whole;           ///< whether it has been seen without anything that hid a part of it
+  bool is_moving = false;  ///< fast: what moves may change its shape, as a person does
 };
 
 /// Which expected object, if any, more than half of a group's points belong to, as they lie in its

@@ -5,6 +5,8 @@
 #include <optional>
 #include <vector>
 
+#include "process_visualizer/objects/depth_noise.hpp"
+
 namespace process_visualizer::objects {
 
 /// Level surfaces on which things stand, such as a table or the floor: planes of at most 10° slope
@@ -14,7 +16,12 @@ class SupportPlanes {
   /// \param points  in a frame whose z axis points up, m; more than kMostPoints take time
   /// \param sensor  where they were seen from
   /// \param least_area  of a surface that is seen, m²
-  SupportPlanes(std::vector<Eigen::Vector3f> points, Eigen::Vector3f sensor, float least_area);
+  /// \param noise  of the sensor; without it, it is taken from the largest plane
+  SupportPlanes(std::vector<Eigen::Vector3f> points, Eigen::Vector3f sensor, float least_area,
+                std::optional<DepthNoise> noise = std::nullopt);
+
+  /// What was given or estimated.
+  const DepthNoise& noise() const { return noise_; }
 
   /// Whether a point lies on one of them, within what a depth sensor is wrong by at this distance.
   bool contain(const Eigen::Vector3f& point) const;
@@ -23,8 +30,7 @@ class SupportPlanes {
   /// the place, because a plane may join two tables that differ by a little.
   std::optional<float> heightBelow(const Eigen::Vector3f& place, float radius) const;
 
-  /// How far a point on a surface may be from it, m: 15 mm, and nearly two steps of a Kinect's
-  /// depth (3 mm at 1 m, growing with the square of the distance).
+  /// How far a point on a surface may be from it, m, with this noise.
   float tolerance(const Eigen::Vector3f& point) const;
 
   static constexpr std::size_t kMostPoints = 5000;
@@ -35,9 +41,12 @@ class SupportPlanes {
   bool findNext(std::vector<Eigen::Vector3f>& points);
   Plane largest(const std::vector<Eigen::Vector3f>& points) const;
   bool isOn(const Plane& plane, const Eigen::Vector3f& point) const;
+  float alongRay(const Plane& plane, const Eigen::Vector3f& point) const;
+  void estimateNoise(const std::vector<Eigen::Vector3f>& points);
 
   Eigen::Vector3f sensor_;
   float least_area_;
+  DepthNoise noise_;
   std::vector<Plane> planes_;                         ///< normals point up
   std::vector<std::vector<Eigen::Vector3f>> points_;  ///< of each plane
 };

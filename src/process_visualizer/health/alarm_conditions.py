@@ -207,6 +207,12 @@ def object_conditions(device: str, near: Iterable[NearObject],
     return found
 
 
+def blind_condition(device: str, since_s: float) -> Condition:
+    """Return that nobody knows what a sensor [device] would see: a clear cell must not look so."""
+    return Condition(device, 'objects', 'no objects can be found: none of its clouds is evaluated',
+                     Level.WARNING, since_s=since_s)
+
+
 def departure_conditions(departed: Iterable[Tuple[str, str, str, float]]) -> List[Condition]:
     """Return which channels are out of the band of good runs.
 

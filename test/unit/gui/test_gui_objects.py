@@ -9,7 +9,7 @@ import pytest
 from process_visualizer.cell.errors import Location
 from process_visualizer.cell.model import Cell, Device, DeviceType, Mode, SoughtObjects
 from process_visualizer.generate.choice import Choice
-from process_visualizer.gui.models.cell.objects_model import SILENT_S, ObjectsModel
+from process_visualizer.gui.models.cell.objects_model import SILENT_S, START_S, ObjectsModel
 from process_visualizer.gui.ros.snapshots import ObjectsSnapshot, PlayerSnapshot
 from process_visualizer.health.device_state import Level
 from process_visualizer.health.near_objects import HOLD_S, SeenObject
@@ -69,6 +69,28 @@ def test_sensors_are_followed_while_they_run(stand: Stand) -> None:
     assert stand.followed == [('kinect',), ()]
 
 
+def test_a_sensor_of_which_no_cloud_is_evaluated_is_told(stand: Stand) -> None:
+    stand.let_the_timer_end(START_S)
+    assert [(it.source, it.level) for it in stand.model.conditions] == [('kinect', Level.WARNING)]
+    assert 'none of its clouds is evaluated' in stand.texts()[0]
+    stand.see()
+    assert stand.texts() == []
+    stand.let_the_timer_end(SILENT_S)
+    assert stand.model.conditions[0].since_s == stand.now_s - SILENT_S
+    stand.run(Mode.PLAYBACK)
+    assert stand.texts() == []
+
+
+def test_a_clear_cell_is_told_once(stand: Stand, qtbot: Any) -> None:
+    stand.see()
+    told: List[float] = []
+    stand.model.changed.connect(lambda: told.append(stand.now_s))
+    for _ in range(60):
+        stand.now_s += 1.0
+        stand.see()
+    assert told == []
+
+
 def test_an_object_is_told_at_once_and_its_distance_calmly(stand: Stand) -> None:
     stand.see(NEAR)
     assert stand.texts() == ['object 1 is 0.40']
@@ -98,7 +120,7 @@ def test_it_goes_away(stand: Stand) -> None:
     stand.see()
     assert len(stand.model.conditions) == 1
     stand.let_the_timer_end(HOLD_S)
-    assert stand.model.conditions == () and not stand.model._timer.isActive()
+    assert stand.model.conditions == ()
     assert times(stand.model.live, Level.WARNING) == ((1000.0, 1000.0),)
 
 

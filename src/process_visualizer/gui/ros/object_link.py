@@ -2,7 +2,9 @@
 """Unmodelled objects seen by the depth sensors of the running cell."""
 from __future__ import annotations
 
-from typing import Dict, Iterable, List, Optional
+import math
+import time
+from typing import Callable, Dict, Iterable, List, Optional
 
 import rosgraph
 import rospy
@@ -15,20 +17,24 @@ from process_visualizer.health.near_objects import SeenObject
 from process_visualizer.msg import DetectedObject, DetectedObjects
 from process_visualizer.ros_names import OBJECTS
 
+_BEAT_S = 1.0
 _LEVELS = {DetectedObject.CLEAR: Level.GOOD, DetectedObject.WARN: Level.WARNING,
            DetectedObject.STOP: Level.BAD}
 
 
 class ObjectLink(QObject):
-    """Follows the sensors that it is told to; a clear cell costs the window nothing."""
+    """Follows the sensors that it is told to; a clear cell costs the window little."""
 
     seen = pyqtSignal(object)
-    """An ObjectsSnapshot with something near a robot, or the first one without."""
+    """An ObjectsSnapshot with something near a robot, the first one without, and one a second."""
 
-    def __init__(self, parent: Optional[QObject] = None) -> None:
+    def __init__(self, parent: Optional[QObject] = None,
+                 monotonic_s: Callable[[], float] = time.monotonic) -> None:
         super().__init__(parent)
+        self._monotonic_s = monotonic_s
         self._subscribers: Dict[str, rospy.Subscriber] = {}
         self._was_near: Dict[str, bool] = {}  # each written by the thread of its subscriber
+        self._told_s: Dict[str, float] = {}
 
     def follow(self, devices: Iterable[str]) -> None:
         """Follow these depth sensors (their names), and no others; blocks for a moment.
@@ -52,7 +58,10 @@ class ObjectLink(QObject):
 
     def _take(self, message: DetectedObjects, device: str) -> None:
         is_near = any(it.level != DetectedObject.CLEAR for it in message.objects)
-        if is_near or self._was_near.get(device, False):
+        now_s = self._monotonic_s()
+        is_due = now_s >= self._told_s.get(device, -math.inf) + _BEAT_S
+        if is_near or is_due or self._was_near.get(device, False):
+            self._told_s[device] = now_s
             self.seen.emit(ObjectsSnapshot(device, message.header.stamp.to_sec(),
                                            tuple(_objects(message))))
         self._was_near[device] = is_near

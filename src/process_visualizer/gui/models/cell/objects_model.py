@@ -12,7 +12,7 @@ from process_visualizer.cell.model import Device, Mode, SoughtObjects
 from process_visualizer.generate.choice import Choice
 from process_visualizer.gui.ros.snapshots import ObjectsSnapshot, PlayerSnapshot
 from process_visualizer.health.alarm_board import Condition
-from process_visualizer.health.alarm_conditions import object_conditions
+from process_visualizer.health.alarm_conditions import blind_condition, object_conditions
 from process_visualizer.health.device_state import Level
 from process_visualizer.health.near_objects import NearObject, ObjectWatch
 from process_visualizer.health.object_spans import Moment, ObjectSpans, Span
@@ -20,6 +20,8 @@ from process_visualizer.motion.playback_clock import PlaybackClock, PlaybackStat
 
 SILENT_S = 3.0
 """A running sensor that says nothing for so long does not know any more what is there."""
+START_S = 15.0
+"""So long a sensor that starts, and the models of its cell, may take until it says something."""
 _TEXT_S = 0.2  # a distance can be read if it changes no more often
 _MEMORY_S = 600.0  # of the running cell: as much as its curves show
 
@@ -39,6 +41,7 @@ class ObjectsModel(QObject):
         self._sought: Dict[str, SoughtObjects] = {}
         self._watches: Dict[str, ObjectWatch] = {}
         self._heard_s: Dict[str, float] = {}
+        self._begun_s = 0.0
         self._player = PlaybackClock()
         self._live, self._played = ObjectSpans(), ObjectSpans()
         self._conditions: Tuple[Condition, ...] = ()
@@ -70,6 +73,8 @@ class ObjectsModel(QObject):
             self._live, self._played = ObjectSpans(), ObjectSpans()
         if choice is None or self._mode is not choice.mode or sought != self._sought:
             self._watches = {name: ObjectWatch(it.warn_m, it.stop_m) for name, it in sought.items()}
+        if choice is None or self._mode is not choice.mode or set(sought) != set(self._sought):
+            self._heard_s, self._begun_s = {}, self._wall_s()
         if set(sought) != set(self._sought):
             self.sensors_wanted.emit(tuple(sought))
         self._choice, self._sought = choice, sought
@@ -91,9 +96,10 @@ class ObjectsModel(QObject):
         self._heard_s[snapshot.device] = now_s
         watch.take(snapshot.objects, now_s)
         self._place(snapshot, watch.present(now_s), now_s)
-        self._is_new = True
+        is_calm = not watch.present(now_s) and not self._conditions
+        self._is_new = self._is_new or not is_calm
         is_due = now_s >= self._told_s + _TEXT_S
-        if is_due or _kinds(self._found(now_s)) != _kinds(self._conditions):
+        if (is_due and not is_calm) or _kinds(self._found(now_s)) != _kinds(self._conditions):
             self._tell()
         else:
             self._wait(now_s)
@@ -127,6 +133,7 @@ class ObjectsModel(QObject):
                if ends_s is not None]
         due += [self._told_s + _TEXT_S] if self._is_new else []
         due += [self._silent_s(name) for name, it in self._watches.items() if it.present(now_s)]
+        due += [self._blind_s(name) for name in self._watches]
         due = [it for it in due if it > now_s]
         self._timer.stop()
         if due and min(due) < math.inf:
@@ -138,9 +145,17 @@ class ObjectsModel(QObject):
             return math.inf
         return self._heard_s.get(device, 0.0) + SILENT_S
 
+    def _blind_s(self, device: str) -> float:
+        """When the operator must know that a sensor of the running cell says nothing."""
+        if self._mode is Mode.PLAYBACK:
+            return math.inf
+        return max(self._begun_s + START_S, self._heard_s.get(device, 0.0) + SILENT_S)
+
     def _found(self, now_s: float) -> List[Condition]:
         played = self._played if self._mode is Mode.PLAYBACK else None
-        return [it for device, watch in self._watches.items()
+        blind = [blind_condition(name, self._heard_s.get(name, self._begun_s))
+                 for name in self._watches if now_s >= self._blind_s(name)]
+        return blind + [it for device, watch in self._watches.items()
                 for it in object_conditions(device, watch.present(now_s), played)]
 
     def _place(self, snapshot: ObjectsSnapshot, near: Tuple[NearObject, ...],

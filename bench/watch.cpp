@@ -1,0 +1,475 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// Other sensors, views and speeds than those of bench/objects.cpp: what is seen of things and
+/// people that nobody modelled, how soon, how large and how near to the robot; and beside it what a
+/// plain pipeline (region, planes, clusters) finds.
+///
+/// usage: watch_benchmark CLOUDS SEED [sensor=NAME] [view=NAME] [rate=HZ] [scene=NAME] [late=S]
+///        [plain=1] [verbose=1]
+/// CLOUDS of each combination; late: by how much the poses of the robot are older than clouds.
+#include <pcl/filters/extract_indices.h>
+#include <pcl/filters/voxel_grid.h>
+#include <pcl/search/kdtree.h>
+#include <pcl/segmentation/extract_clusters.h>
+#include <pcl/segmentation/sac_segmentation.h>
+
+#include <cstdlib>
+#include <ctime>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "process_visualizer/objects/hidden_place.hpp"
+#include "process_visualizer/objects/object_tracks.hpp"
+#include "sensed_scenes.hpp"
+
+namespace process_visualizer::objects {
+namespace {
+
+using Eigen::Isometry3f;
+using Eigen::Vector3f;
+
+constexpr int kFloor = 100000, kRobot = 100001;
+constexpr std::size_t kClearly = 80;  // px of a thing that must be seen
+const cloud::Box kRegion({0, 0, 1.05}, {3.6, 3.6, 2.3});
+
+struct Figures {
+  long clouds = 0, false_objects = 0, split = 0, exchanged = 0, due = 0, missed = 0, visits = 0;
+  long late_visits = 0;  ///< first seen later than in the second cloud
+  long distances = 0, too_large = 0;
+  long plain_false = 0, plain_missed = 0;
+  float worst_distance = 0;
+  std::vector<float> size_errors;  ///< beyond 1 cm and 1 % of the range, m
+  double time_s = 0;
+
+  void add(const Figures& it) {
+    clouds += it.clouds, false_objects += it.false_objects, split += it.split;
+    exchanged += it.exchanged, due += it.due, missed += it.missed, visits += it.visits;
+    late_visits += it.late_visits, distances += it.distances, too_large += it.too_large;
+    plain_false += it.plain_false, plain_missed += it.plain_missed;
+    worst_distance = std::max(worst_distance, it.worst_distance), time_s += it.time_s;
+    size_errors.insert(size_errors.end(), it.size_errors.begin(), it.size_errors.end());
+  }
+};
+
+struct Case {
+  SensorModel sensor;
+  View view;
+  double rate;  ///< Hz
+  SceneKind scene;
+  double late;  ///< s
+};
+
+Eigen::AlignedBox3f boundsOf(const Thing& thing) {
+  Eigen::AlignedBox3f bounds;
+  for (const Solid& solid : thing.solids) {
+    const Vector3f half = solids::halfExtents(solid), middle = solid.pose.translation();
+    bounds.extend(Eigen::AlignedBox3f(middle - half, middle + half));
+  }
+  return bounds;
+}
+
+/// What a pipeline of any textbook finds: the region, at a centimetre, without the largest planes,
+/// in clusters.
+std::vector<Vector3f> plainCenters(const Points& points, const Isometry3f& pose,
+                                   const cloud::InsideBox& region) {
+  using Cloud = pcl::PointCloud<pcl::PointXYZ>;
+  Cloud::Ptr cloud(new Cloud), thin(new Cloud);
+  for (const Vector3f& place : points.places) {
+    if (!place.allFinite() || !region(place)) continue;
+    const Vector3f it = pose * place;
+    cloud->push_back({it.x(), it.y(), it.z()});
+  }
+  if (cloud->empty()) return {};
+  pcl::VoxelGrid<pcl::PointXYZ> grid;
+  grid.setInputCloud(cloud);
+  grid.setLeafSize(0.01F, 0.01F, 0.01F);
+  grid.filter(*thin);
+  pcl::SACSegmentation<pcl::PointXYZ> planes;
+  planes.setOptimizeCoefficients(true);
+  planes.setModelType(pcl::SACMODEL_PLANE);
+  planes.setMethodType(pcl::SAC_RANSAC);
+  planes.setMaxIterations(100);
+  planes.setDistanceThreshold(0.02);
+  const std::size_t all = thin->size();
+  while (thin->size() > 0.3 * static_cast<double>(all)) {
+    pcl::PointIndices::Ptr inliers(new pcl::PointIndices);
+    pcl::ModelCoefficients coefficients;
+    planes.setInputCloud(thin);
+    planes.segment(*inliers, coefficients);
+    if (inliers->indices.empty()) break;
+    pcl::ExtractIndices<pcl::PointXYZ> extract;
+    extract.setInputCloud(thin);
+    extract.setIndices(inliers);
+    extract.setNegative(true);
+    Cloud::Ptr rest(new Cloud);
+    extract.filter(*rest);
+    thin = rest;
+  }
+  if (thin->empty()) return {};
+  pcl::search::KdTree<pcl::PointXYZ>::Ptr tree(new pcl::search::KdTree<pcl::PointXYZ>);
+  tree->setInputCloud(thin);
+  std::vector<pcl::PointIndices> clusters;
+  pcl::EuclideanClusterExtraction<pcl::PointXYZ> extraction;
+  extraction.setClusterTolerance(0.03);
+  extraction.setMinClusterSize(40);
+  extraction.setSearchMethod(tree);
+  extraction.setInputCloud(thin);
+  extraction.extract(clusters);
+  std::vector<Vector3f> centers;
+  for (const pcl::PointIndices& cluster : clusters) {
+    Vector3f sum = Vector3f::Zero();
+    for (const int index : cluster.indices) sum += (*thin)[index].getVector3fMap();
+    centers.emplace_back(sum / static_cast<float>(cluster.indices.size()));
+  }
+  return centers;
+}
+
+std::vector<std::uint8_t> readNothing(const std::string& /*name*/) { return {}; }
+
+/// The links of the robot. Their distance fields take a second.
+std::vector<KnownBody> bodies() {
+  std::vector<KnownBody> result;
+  for (const LinkGeometry& link : linkGeometries(sixJointRobot(), readNothing))
+    result.emplace_back(link.frame, link.mesh, FinderSettings().padding + 0.01F, true);
+  return result;
+}
+
+class Watch {
+ public:
+  Watch(const Case& it, const std::vector<KnownBody>& bodies, unsigned seed, bool is_plain,
+        bool is_verbose)
+      : case_(it),
+        scene_(it.scene, seed),
+        world_(it.sensor, seed + 1),
+        robot_(sixJointRobot(), readNothing, Isometry3f::Identity()),
+        finder_(bodies, {}),
+        is_plain_(is_plain),
+        is_verbose_(is_verbose) {
+    std::mt19937 random(seed);
+    robot_.drawPhases(random);
+    std::uniform_real_distribution<float> any(0, 1);
+    turn_ = 6.28F * any(random);
+    begin_ = 10 * any(random);
+  }
+
+  Figures run(int clouds) {
+    for (int number = 0; number < clouds; ++number) step(begin_ + number / case_.rate);
+    return figures_;
+  }
+
+ private:
+  struct Visit {
+    int due = 0;  ///< clouds in which it had to be seen
+    bool is_seen = false;
+    std::set<std::uint32_t> numbers;
+    std::uint32_t last = 0;
+    Cluster shown = {};  ///< where its surface was when it was seen clearly last
+  };
+
+  Isometry3f poseOf(const std::string& link, double time) const {
+    return robot_.poseOf(link, (case_.view == View::kLink ? 0.3 : 0.8) * time);
+  }
+
+  Isometry3f sensorAt(double time) const {
+    const float c = std::cos(turn_), s = std::sin(turn_);
+    switch (case_.view) {
+      case View::kAbove:
+        return lookingFrom({0.1F, 0, 3.2F}, {0.1F, 0, 0});
+      case View::kSlanted:
+        return lookingFrom({2.1F * c, 2.1F * s, 2.4F}, {0, 0, 0.4F});
+      case View::kLow:
+        return lookingFrom({2.6F * c, 2.6F * s, 0.9F}, {0, 0, 0.6F});
+      case View::kLink: {
+        // It looks outwards from the second link, a little downwards.
+        const Isometry3f link = poseOf("l1", time);
+        return link * lookingFrom({0.16F, 0, 0.25F}, {1.2F, 0, -0.1F});
+      }
+    }
+    return Isometry3f::Identity();
+  }
+
+  void draw(double time, const std::vector<Thing>& things) {
+    world_.begin(sensorAt(time));
+    world_.draw({Solid::Kind::kBox, {9, 9, 0.1F}, Isometry3f(Eigen::Translation3f(0, 0, -0.05F))},
+                kFloor);
+    for (const LinkGeometry& link : robot_.links())
+      world_.draw(link.mesh, poseOf(link.frame, time), kRobot);
+    for (const Thing& thing : things)
+      for (const Solid& solid : thing.solids) world_.draw(solid, thing.number);
+  }
+
+  Scene sceneAt(double time) const {
+    Scene scene;
+    scene.global_from_cloud = sensorAt(time);
+    for (const LinkGeometry& link : robot_.links())
+      scene.cloud_from_body.push_back(sensorAt(time).inverse() *
+                                      poseOf(link.frame, time - case_.late));
+    scene.region.emplace(sensorAt(time).cast<double>(), kRegion);
+    return scene;
+  }
+
+  std::vector<Isometry3f> trueBodies(double time) const {
+    std::vector<Isometry3f> poses;
+    for (const LinkGeometry& link : robot_.links()) poses.push_back(poseOf(link.frame, time));
+    return poses;
+  }
+
+  void step(double time) {
+    const std::vector<Thing> things = scene_.at(time);
+    draw(time, things);
+    const std::map<int, Cluster> pixels = placesInRegion();
+    for (const auto& [number, places] : pixels)
+      if (places.size() >= kClearly) visits_[number].shown = places;
+    const Points points = world_.points();
+    const Scene scene = sceneAt(time);
+    const std::clock_t begin = std::clock();
+    const std::vector<Label> labels = finder_.label(points, scene);
+    const auto found = finder_.find(points, labels, scene, tracks_.expectedAt(time));
+    const auto tracked = tracks_.update(
+        time, found,
+        [&](const UprightBox& box) {
+          return isHidden(box, points, labels, scene.global_from_cloud);
+        },
+        [&](const Cluster& places) { return finder_.distanceTo(places, scene); });
+    figures_.time_s += static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+    ++figures_.clouds;
+    score(time, things, pixels, tracked);
+    if (is_plain_) scorePlain(things, pixels, plainCenters(points, sensorAt(time), *scene.region));
+  }
+
+  std::map<int, Cluster> placesInRegion() const {
+    std::map<int, Cluster> places;
+    const Vector3f middle = kRegion.center().cast<float>();
+    const Eigen::Array3f half = kRegion.halfExtents().cast<float>();
+    for (std::size_t pixel = 0; pixel < world_.things().size(); ++pixel) {
+      const int thing = world_.things()[pixel];
+      if (thing < 0 || thing >= kFloor) continue;
+      const Vector3f place = world_.place(pixel);
+      if (((place - middle).cwiseAbs().array() < half).all()) places[thing].push_back(place);
+    }
+    return places;
+  }
+
+  const Thing* thingAt(const std::vector<Thing>& things, const Vector3f& center) const {
+    const Thing* best = nullptr;
+    float least = 0.05F + 0.02F * (center - sensor()).norm();
+    for (const Thing& thing : things) {
+      const float away = std::sqrt(boundsOf(thing).squaredExteriorDistance(center));
+      if (away >= least) continue;
+      least = away;
+      best = &thing;
+    }
+    return best;
+  }
+
+  Vector3f sensor() const { return sensor_; }
+
+  void score(double time, const std::vector<Thing>& things, const std::map<int, Cluster>& pixels,
+             const std::vector<TrackedObject>& tracked) {
+    sensor_ = sensorAt(time).translation();
+    std::map<int, int> times;
+    std::map<int, const TrackedObject*> nearest;
+    std::set<int> seen;
+    for (const TrackedObject& it : tracked) {
+      const Thing* thing = thingAt(things, it.object.box.center);
+      if (!thing) {
+        if (it.is_seen) falseObject(time, it);
+        continue;
+      }
+      const TrackedObject*& known = nearest[thing->number];
+      if (it.object.robot && (!known || it.object.robot->distance < known->object.robot->distance))
+        known = &it;
+      if (!it.is_seen) continue;
+      seen.insert(thing->number);
+      ++times[thing->number];
+      scoreNumber(time, *thing, it.number);
+      scoreSize(time, *thing, it);
+    }
+    for (const Thing& thing : things)
+      if (nearest.count(thing.number) > 0 && nearest[thing.number])
+        scoreDistance(time, thing, *nearest[thing.number],
+                      pixels.count(thing.number) > 0 && pixels.at(thing.number).size() >= kClearly);
+    for (const auto& [number, count] : times) figures_.split += count > 1 ? 1 : 0;
+    for (const Thing& thing : things) {
+      const auto shown = pixels.find(thing.number);
+      const bool is_due = shown != pixels.end() && shown->second.size() >= kClearly;
+      Visit& visit = visits_[thing.number];
+      visit.is_seen = visit.is_seen || seen.count(thing.number) > 0;
+      if (!is_due || isNearRobot(time, thing)) continue;
+      ++figures_.due;
+      ++visit.due;
+      if (visit.due == 1) ++figures_.visits;
+      if (seen.count(thing.number) == 0 && visit.due > 1) {
+        ++figures_.missed;
+        if (is_verbose_)
+          std::printf("%.2f s: thing %d (%zu px) is not seen\n", time, thing.number,
+                      shown->second.size());
+      }
+      if (visit.due == 2 && !visit.is_seen) ++figures_.late_visits;
+    }
+  }
+
+  void falseObject(double time, const TrackedObject& it) {
+    ++figures_.false_objects;
+    if (is_verbose_)
+      std::printf("%.2f s: false object %u at %.2f %.2f %.2f, %.2f x %.2f x %.2f, %zu points\n",
+                  time, it.number, it.object.box.center.x(), it.object.box.center.y(),
+                  it.object.box.center.z(), it.object.box.size.x(), it.object.box.size.y(),
+                  it.object.box.size.z(), it.object.points);
+  }
+
+  bool isNearRobot(double time, const Thing& thing) const {
+    const Cluster& shown = visits_.at(thing.number).shown;
+    const auto way = distanceToRobots(shown, finder_.bodies(), trueBodies(time));
+    return way && way->distance < 0.08F;
+  }
+
+  /// The distance of what the sensor sees of a thing, or saw of one that stands.
+  void scoreDistance(double time, const Thing& thing, const TrackedObject& it, bool is_shown) {
+    const auto visit = visits_.find(thing.number);
+    if (visit == visits_.end() || visit->second.shown.empty()) return;
+    if (!is_shown && !thing.stands) return;
+    const auto way = distanceToRobots(visit->second.shown, finder_.bodies(), trueBodies(time));
+    if (!way) return;
+    const float range = (it.object.box.center - sensor()).norm();
+    const float wrong =
+        it.object.robot->distance - way->distance - 3 * noiseOf(case_.sensor, range);
+    ++figures_.distances;
+    figures_.worst_distance = std::max(figures_.worst_distance, wrong);
+    if (wrong < 0.02F) return;
+    ++figures_.too_large;
+    if (is_verbose_)
+      std::printf("%.2f s: thing %d is %.3f m away, not %.3f (%s)\n", time, thing.number,
+                  way->distance, it.object.robot->distance, it.is_seen ? "seen" : "hidden");
+  }
+
+  void scoreNumber(double time, const Thing& thing, std::uint32_t number) {
+    Visit& visit = visits_[thing.number];
+    if (visit.last != 0 && visit.numbers.count(number) == 0) {
+      ++figures_.exchanged;
+      if (is_verbose_)
+        std::printf("%.2f s: thing %d has number %u, not %u\n", time, thing.number, number,
+                    visit.last);
+    }
+    visit.numbers.insert(number);
+    visit.last = number;
+  }
+
+  void scoreSize(double time, const Thing& thing, const TrackedObject& it) {
+    if (!thing.stands || it.object.isCut()) return;
+    Vector3f size = it.object.box.size, expected = thing.solids[0].size;
+    std::sort(size.data(), size.data() + 2);
+    std::sort(expected.data(), expected.data() + 2);
+    const float range = (it.object.box.center - sensor()).norm();
+    for (int axis = 0; axis < 3; ++axis) {
+      figures_.size_errors.push_back(std::abs(size[axis] - expected[axis]) -
+                                     (0.01F + 0.01F * range));
+      if (is_verbose_ && figures_.size_errors.back() > 0)
+        std::printf("%.2f s: thing %d: edge %d is %.3f m, not %.3f\n", time, thing.number, axis,
+                    size[axis], expected[axis]);
+    }
+  }
+
+  void scorePlain(const std::vector<Thing>& things, const std::map<int, Cluster>& pixels,
+                  const std::vector<Vector3f>& centers) {
+    std::set<int> seen;
+    for (const Vector3f& center : centers) {
+      const Thing* thing = thingAt(things, center);
+      if (thing) seen.insert(thing->number);
+      figures_.plain_false += thing ? 0 : 1;
+    }
+    for (const auto& [number, count] : pixels)
+      figures_.plain_missed += count.size() >= kClearly && seen.count(number) == 0 ? 1 : 0;
+  }
+
+  Case case_;
+  SensedScene scene_;
+  SensedWorld world_;
+  MovingRobot robot_;
+  ObjectFinder finder_;
+  ObjectTracks tracks_;
+  bool is_plain_, is_verbose_;
+  float turn_ = 0;
+  double begin_ = 0;
+  Vector3f sensor_ = Vector3f::Zero();
+  std::map<int, Visit> visits_;
+  Figures figures_;
+};
+
+void printRow(const std::string& name, const Figures& it, bool is_plain) {
+  const double thousand = 1000.0 / static_cast<double>(std::max(it.clouds, 1L));
+  const auto wrong = std::count_if(it.size_errors.begin(), it.size_errors.end(),
+                                   [](float error) { return error > 0; });
+  std::printf(
+      "| %s | %ld | %.1f | %.1f | %.1f | %ld of %ld | %ld of %ld | %.1f %% | %.2f %% | "
+      "%.0f mm | %.1f ms |",
+      name.c_str(), it.clouds, thousand * static_cast<double>(it.false_objects),
+      thousand * static_cast<double>(it.exchanged), thousand * static_cast<double>(it.split),
+      it.late_visits, it.visits, it.missed, it.due,
+      100.0 * static_cast<double>(wrong) /
+          static_cast<double>(std::max<std::size_t>(it.size_errors.size(), 1)),
+      100.0 * static_cast<double>(it.too_large) / static_cast<double>(std::max(it.distances, 1L)),
+      1000 * it.worst_distance, 1000 * it.time_s / static_cast<double>(it.clouds));
+  if (is_plain)
+    std::printf(" %.1f | %ld |", static_cast<double>(it.plain_false) * thousand, it.plain_missed);
+  std::printf("\n");
+  std::fflush(stdout);
+}
+
+std::map<std::string, std::string> optionsOf(int argc, char** argv) {
+  std::map<std::string, std::string> options;
+  for (int number = 3; number < argc; ++number) {
+    const std::string text = argv[number];
+    const std::size_t end = text.find('=');
+    if (end != std::string::npos) options[text.substr(0, end)] = text.substr(end + 1);
+  }
+  return options;
+}
+
+}  // namespace
+}  // namespace process_visualizer::objects
+
+int main(int argc, char** argv) {
+  using namespace process_visualizer::objects;
+  if (argc < 3) return 1;
+  auto options = optionsOf(argc, argv);
+  const auto isAsked = [&](const char* option, const std::string& name) {
+    return options.count(option) == 0 || options[option] == name;
+  };
+  const double late = options.count("late") > 0 ? std::atof(options["late"].c_str()) : 0;
+  const bool is_plain = options.count("plain") > 0, is_verbose = options.count("verbose") > 0;
+  std::printf(
+      "| | clouds | false objects in 1,000 | exchanged numbers | seen as several | seen "
+      "late | not seen | sizes wrong | distance too large | by | time |%s\n",
+      is_plain ? " plain: false | not seen |" : "");
+  std::map<std::string, Figures> groups;
+  Figures all;
+  const std::vector<KnownBody> known = bodies();
+  unsigned seed = static_cast<unsigned>(std::atoi(argv[2])) * 1000;
+  for (const SensorModel& sensor : {kinect(), realsense(), timeOfFlight()})
+    for (const View view : {View::kAbove, View::kSlanted, View::kLow, View::kLink})
+      for (const double rate : {5.0, 10.0, 30.0})
+        for (const SceneKind scene : {SceneKind::kThings, SceneKind::kPerson, SceneKind::kFast}) {
+          ++seed;
+          if (!isAsked("sensor", sensor.name) || !isAsked("view", nameOf(view)) ||
+              !isAsked("rate", std::to_string(static_cast<int>(rate))) ||
+              !isAsked("scene", nameOf(scene)))
+            continue;
+          const Figures it =
+              Watch({sensor, view, rate, scene, late}, known, seed, is_plain, is_verbose)
+                  .run(std::atoi(argv[1]));
+          const std::string hertz = std::to_string(static_cast<int>(rate)) + " Hz";
+          if (is_verbose)
+            printRow(sensor.name + " " + nameOf(view) + " " + hertz + " " + nameOf(scene), it,
+                     is_plain);
+          for (const std::string& name : {"1 " + sensor.name, "2 " + std::string(nameOf(view)),
+                                          "3 " + std::string(rate < 10 ? " " : "") + hertz,
+                                          "4 " + std::string(nameOf(scene))})
+            groups[name].add(it);
+          all.add(it);
+        }
+  for (const auto& [name, it] : groups) printRow(name.substr(2), it, is_plain);
+  printRow("all", all, is_plain);
+  return 0;
+}
