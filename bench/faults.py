@@ -44,6 +44,7 @@ CONFIG = '''<visualizer>
     <node ifstate="realtime" pkg="sewing_cell" type="simulator" name="simulator">
       <param name="image_rate" value="0" /><param name="force_rate" value="0" />
       <remap from="/driver/ur_rt_upper/q_act" to="/ur_rt_upper/q_act" />
+      <remap from="/driver/ur_rt_upper/tcf" to="/ur_rt_upper/tcf" />
     </node>
   </device>
 </visualizer>
