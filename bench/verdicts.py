@@ -35,7 +35,7 @@ class Tried(NamedTuple):
 def references(cell: ProcessCell, count: int, bad: float, seed: int) -> List[MadeRun]:
     """Good runs; of which a share is none."""
     found = [good_run(cell, _REFERENCE_SEED * seed + number) for number in range(count)]
-    random = np.random.default_rng([seed, count, 3])
+    random = np.random.default_rng([seed, count, 3, CELLS.index(cell)])  # others in each cell
     for number in random.choice(count, int(bad * count), replace=False).tolist():
         kind = cell.kinds[int(random.integers(len(cell.kinds)))]
         found[number] = faulty_run(cell, kind, 'large', _BAD_SEED + 100 * seed + number)
