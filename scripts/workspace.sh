@@ -120,7 +120,7 @@ build() {
 }
 
 build_sanitized() {
-  exec 9>"$cache/lock"
+  exec 9>"$workspace/lock"
   flock 9
   logged "$workspace/sanitized.log" make -C "$workspace/build" -j"$(nproc)" sanitized
   exec 9>&-
@@ -147,7 +147,8 @@ restore_network() {
   [ -z "$named_ip" ] || export ROS_IP=$named_ip
 }
 
-# Installs what is missing, under a lock, so that concurrent calls do not disturb each other.
+# Installs what is missing, under a lock, so that concurrent calls do not disturb each other. Each
+# workspace has a lock of its own for building: who only checks does not wait for a build.
 install_all() {
   unset "${!ROS_@}" CMAKE_PREFIX_PATH PYTHONPATH
   export PATH="/usr/bin:/bin:/usr/sbin:/sbin:$PATH"
@@ -157,11 +158,14 @@ install_all() {
   install_packages
   if [ -f "$noetic" ]; then load "$noetic"; fi
   install_python
+  exec 9>&-
 }
 
 prepare() {
   what=${1:-tests}
   install_all
+  exec 9>"$workspace/lock"
+  flock 9
   build
   exec 9>&-
   load "$workspace/devel/setup.bash"
@@ -171,6 +175,5 @@ prepare() {
 prepare_checkers() {
   what=checkers
   install_all
-  exec 9>&-
   export PATH="$venv/bin:$PATH"
 }
