@@ -143,7 +143,7 @@ def _judged(run: Run, good: Optional[GoodRuns]) -> Judged:
 
 
 def _span(run: Run, begin: Optional[str], end: Optional[str]) -> Span:
-    """What of a run is shown [s of its recording].
+    """Return what of a run is shown [s of its recording].
 
     Raises:
         ValueError: a time is none, or is not in the run.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a model looks like: the shapes of its links."""
+"""Visual shapes of a model's links."""
 from __future__ import annotations
 
 from enum import Enum

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the operator chose: devices, mode, and how RViz is started."""
+"""The operator's choice: devices, mode, and how RViz is started."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from process_visualizer.rviz.window_geometry import Rectangle
 
 
 class RvizStart(Enum):
-    """Whether RViz is started, and whether closing it ends the run."""
+    """The start of RViz: none, optional, or required for the run."""
 
     NONE = 'none'
     OPTIONAL = 'optional'
@@ -21,7 +21,7 @@ class RvizStart(Enum):
 
 @dataclass(frozen=True)
 class Viewers:
-    """Who may watch with ``cell view``: other computers, too, if ``is_remote``.
+    """Permitted viewers for ``cell view``: other computers, too, if ``is_remote``.
 
     The relay listens on the first free one of the ``ports`` (FIRST-LAST); empty: the usual ones.
     """

@@ -278,7 +278,7 @@ def urdf_file(device: Device) -> str:
 
 
 def has_ghost(choice: Choice, descriptions: Mapping[str, RobotDescription]) -> bool:
-    """Whether robots of another run can be drawn beside those of this one.
+    """Return whether robots of another run can be drawn beside those of this one.
 
     In both modes, so that RViz and the frames keep running when the mode is changed.
     """
@@ -287,13 +287,13 @@ def has_ghost(choice: Choice, descriptions: Mapping[str, RobotDescription]) -> b
 
 
 def has_sensor_fit(choice: Choice) -> bool:
-    """Whether there is a depth sensor whose pose could be found."""
+    """Return whether there is a depth sensor whose pose could be found."""
     return not choice.is_replay and any(
         it.type is DeviceType.DEPTH_SENSOR and it.base is not None for it in choice.devices)
 
 
 def has_recorder(choice: Choice) -> bool:
-    """Whether a recorder is started: in real-time mode, if there is something to record."""
+    """Return whether a recorder is started: in real-time mode, if there is something to record."""
     return choice.mode is Mode.REALTIME and bool(recorded_topics(choice.devices))
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whether a cell is already running: ROS ends a node when another of the same name starts."""
+"""Detection of another cell: ROS ends a node when another of the same name starts."""
 from __future__ import annotations
 
 import rosgraph

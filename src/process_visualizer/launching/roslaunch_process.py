@@ -46,7 +46,7 @@ def start_for_this_computer(arguments: List[str], environment: Mapping[str, str]
 
 
 def is_for_this_computer(master_uri: str, environment: Mapping[str, str]) -> bool:
-    """Whether a master at that address can be meant for this computer only."""
+    """Return whether a master at that address can be meant for this computer only."""
     return urlparse(master_uri).hostname in _LOCAL_HOSTS and not _NAMED & {
         name for name, value in environment.items() if value}
 

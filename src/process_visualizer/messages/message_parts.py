@@ -33,7 +33,7 @@ _REMARK = re.compile(r'#.*|^\s*\n', re.MULTILINE)
 
 
 class MessagePart(NamedTuple):
-    """What a message says of one thing: which, and for how long [ns] (0: until it is replaced)."""
+    """A message's part about one thing: which, and for how long [ns] (0: until replaced)."""
 
     key: bytes
     lifetime_ns: int = 0

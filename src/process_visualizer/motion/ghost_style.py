@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How the reference is drawn beside a run: the same in RViz and on a page."""
+"""The style of the reference beside a run: the same in RViz and on a page."""
 from __future__ import annotations
 
 from typing import Tuple

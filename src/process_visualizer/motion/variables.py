@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How a process variable is written beside its arrow, how long the arrow is, where the text is."""
+"""Display of a process variable: its text, the length of its arrow, the place of the text."""
 from __future__ import annotations
 
 import math

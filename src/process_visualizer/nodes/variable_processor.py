@@ -64,7 +64,7 @@ class Variable:
 
     @property
     def has_limits(self) -> bool:
-        """Whether there is anything to judge."""
+        """Return whether there is anything to judge."""
         return self._parameters.colors.limits.exist
 
     def judge(self, now_s: float) -> None:

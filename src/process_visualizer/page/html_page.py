@@ -27,7 +27,7 @@ _PACKAGE = 'process_visualizer'
 
 
 class PageParts(NamedTuple):
-    """What is in a page: the runs and meshes as data, the columns that they refer to, and words.
+    """Contents of a page: runs and meshes as data, the columns that they refer to, and words.
 
     ``figures`` are further HTML for each run.
     """
@@ -64,7 +64,7 @@ def page_html(parts: PageParts) -> str:
 
 
 def _words(parts: PageParts) -> List[str]:
-    """What is read without any script."""
+    """Return what is read without any script."""
     shown = 'shown'
     found = [f'<h1>{escape(parts.title)}</h1>', f'<p class="sub">{escape(parts.subtitle)}</p>']
     found += [f'<p class="note">{escape(it)}</p>' for it in parts.notes]
@@ -122,7 +122,7 @@ def _link(run: int, time_s: float, text: str) -> str:
 
 
 def _origin(parts: PageParts, packages: rospkg.RosPack) -> str:
-    """Where and when it was recorded, and what made the page."""
+    """Return where and when it was recorded, and what made the page."""
     runs = list(parts.runs)
     recorded = '' if not runs else datetime.fromtimestamp(
         runs[0]['recorded'], timezone.utc).strftime('Recorded %Y-%m-%d %H:%M UTC. ')
@@ -138,7 +138,7 @@ def _json(data: Dict[str, Any]) -> str:
 
 
 def _hash(text: str) -> str:
-    """How a policy names a script or style in the page itself."""
+    """Return how a policy names a script or style in the page itself."""
     return f"'sha256-{b64encode(sha256(text.encode()).digest()).decode()}'"
 
 

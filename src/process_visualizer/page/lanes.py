@@ -31,7 +31,7 @@ class Grid(NamedTuple):
 
     @property
     def step_s(self) -> float:
-        """Of a column."""
+        """The length of a column."""
         return self.duration_s / self.columns
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What links look like, as one mesh for each: files and shapes, joined, and thinned if large."""
+"""Meshes of links, one for each: files and shapes, joined, and thinned if large."""
 from __future__ import annotations
 
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
@@ -75,7 +75,7 @@ def thinned(meshes: Sequence[ColoredMesh], most: int = MOST_TRIANGLES) -> List[C
 
 
 def _level(counts: np.ndarray, most: int) -> int:
-    """How many triangles each mesh may have."""
+    """Return how many triangles each mesh may have."""
     low, high = 1, int(counts.max())
     while low < high:
         middle = (low + high + 1) // 2
@@ -162,7 +162,7 @@ def _flat(corners: Sequence[Sequence[float]], normal: Sequence[float],
 
 
 def _box() -> ColoredMesh:
-    """Of edges of length 1."""
+    """Return a box with edges of length 1."""
     faces = []
     for axis in range(3):
         for sign in (-0.5, 0.5):
@@ -174,7 +174,7 @@ def _box() -> ColoredMesh:
 
 
 def _cylinder() -> ColoredMesh:
-    """Of diameter and height 1, upright."""
+    """Return an upright cylinder of diameter and height 1."""
     angles = np.arange(_ROUND) * (2.0 * np.pi / _ROUND)
     ring = np.column_stack((np.cos(angles), np.sin(angles)))
     parts = []
@@ -193,7 +193,7 @@ def _cylinder() -> ColoredMesh:
 
 
 def _sphere() -> ColoredMesh:
-    """Of diameter 1."""
+    """Return a sphere of diameter 1."""
     rows = _ROUND // 2
     up = np.pi * np.arange(rows + 1) / rows
     around = 2.0 * np.pi * np.arange(_ROUND + 1) / _ROUND

@@ -29,7 +29,7 @@ _AFTER_S = 1e-6
 
 
 class SourceSamples(NamedTuple):
-    """What was read of a source; ``is_whole``: its type knows whole numbers only."""
+    """Samples of a source; ``is_whole``: its type knows whole numbers only."""
 
     samples: Samples
     is_whole: bool
@@ -148,7 +148,7 @@ def variable_of(device: Device, source: CurveSource) -> 'Variable | None':
 
 def _colors(device: Device, source: CurveSource, values: np.ndarray,
             packed: Packed) -> Dict[str, Any]:
-    """Of a variable whose colour tells its value: the colours, and which belongs to each value."""
+    """Return the colors of a variable whose color tells its value, and each value's color."""
     variable = variable_of(device, source)
     if variable is None or variable.limits is None and variable.color_scale is None:
         return {}

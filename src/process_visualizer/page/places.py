@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where frames are in the cell's, over the time of a recording."""
+"""Poses of frames in the cell's, over the time of a recording."""
 from __future__ import annotations
 
 from typing import Any, Dict, List, NamedTuple, Optional, Tuple, Union

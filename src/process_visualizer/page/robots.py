@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where the links of models are: by the recorded joints, in the run and in its reference."""
+"""Poses of models' links: by the recorded joints, in the run and in its reference."""
 from __future__ import annotations
 
 from typing import Any, Dict, List, NamedTuple, Optional, Tuple

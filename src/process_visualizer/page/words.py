@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a page says of a run: its verdict, the notes, the departures, and the moments."""
+"""Words of a page on a run: its verdict, the notes, the departures, and the moments."""
 from __future__ import annotations
 
 from typing import Any, Dict, List, Optional, Sequence

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a cell and its viewers on other computers say to each other, and how fast (no ROS)."""
+"""The protocol between a cell and its viewers on other computers, and its pace (no ROS)."""

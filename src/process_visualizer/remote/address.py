@@ -72,7 +72,7 @@ def listening_address(environment: Mapping[str, str], is_remote: bool) -> str:
 
 
 def is_loopback(host: str) -> bool:
-    """Whether an address or name can only be this computer; a name is looked up."""
+    """Return whether an address or name can only be this computer; a name is looked up."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How far another computer's clock is ahead, as its quickest answers tell."""
+"""The offset of another computer's clock, by its quickest answers."""
 from __future__ import annotations
 
 from collections import deque
@@ -26,15 +26,15 @@ class ClockOffset:
 
     @property
     def is_known(self) -> bool:
-        """Whether there is an answer."""
+        """Return whether there is an answer."""
         return bool(self._answers)
 
     @property
     def answer_s(self) -> float:
-        """How long the quickest answer took [s]; 0 if there is none."""
+        """Return how long the quickest answer took [s]; 0 if there is none."""
         return min(self._answers)[0] if self._answers else 0.0
 
     @property
     def ahead_s(self) -> float:
-        """How far the other clock is ahead of this one [s]; 0 if nothing is known."""
+        """Return how far the other clock is ahead of this one [s]; 0 if nothing is known."""
         return min(self._answers)[1] if self._answers else 0.0

@@ -28,7 +28,7 @@ _TIMES = Struct('<QQ')
 
 
 class Kind(IntEnum):
-    """What a frame is. The relay sends the first ones, the viewer those from WANT on."""
+    """The kind of a frame. The relay sends the first ones, the viewer those from WANT on."""
 
     OFFER = 1
     TOPICS = 2

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How many bytes may be under way to a viewer, so that what is sent is there soon."""
+"""The limit of bytes under way to a viewer, so that they arrive soon."""
 from __future__ import annotations
 
 from collections import deque
@@ -43,12 +43,12 @@ class LinkWindow:
 
     @property
     def bytes_s(self) -> float:
-        """What the viewer gets at present [bytes/s]; 0 while nothing is known."""
+        """Return what the viewer gets at present [bytes/s]; 0 while nothing is known."""
         return self._bytes_s
 
     @property
     def carries_bytes_s(self) -> float:
-        """What the link would carry [bytes/s]; a cautious guess while nothing is known."""
+        """Return what the link would carry [bytes/s]; a cautious guess while nothing is known."""
         return self._window / (self.answer_s or _BEGIN_S)
 
     def large_bytes(self, count: int) -> float:
@@ -56,11 +56,11 @@ class LinkWindow:
         return max(_LEAST_LARGE_BYTES, _LARGE_S * self.carries_bytes_s / max(1, count))
 
     def may_send(self) -> bool:
-        """Whether more may be sent now, if it is small: it need not wait for what is large."""
+        """Return whether more may be sent now, if it is small: it need not wait for large data."""
         return self.under_way < _RESERVE * self._window
 
     def may_send_large(self) -> bool:
-        """Whether more may be sent now, whatever it is."""
+        """Return whether more may be sent now, whatever it is."""
         return self.under_way < self._window
 
     def sent(self, count: int, now_s: float) -> None:

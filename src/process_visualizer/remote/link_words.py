@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is wrong between a viewer and a cell, in words: what, where, and what to do."""
+"""Faults between a viewer and a cell, in words: what, where, and what to do."""
 from __future__ import annotations
 
 import errno

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a running cell offers to viewers: its view, its models, its topics; all of it is data."""
+"""The offer of a running cell to viewers: its view, models and topics; all of it is data."""
 from __future__ import annotations
 
 import hashlib
@@ -36,7 +36,7 @@ class Mesh(NamedTuple):
 
 
 class Offer(NamedTuple):
-    """What a viewer gets first.
+    """The first message to a viewer.
 
     ``view`` is the content of an .rviz file, ``models`` has descriptions by parameter, ``meshes``
     the files by the URI in them. ``remark`` says in words what cannot be shown.

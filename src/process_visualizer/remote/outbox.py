@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What waits to be sent to one viewer: never old data, and never much."""
+"""The outbox of one viewer: never old data, and never much."""
 from __future__ import annotations
 
 from collections import deque
@@ -71,7 +71,7 @@ class Outbox:
 
     @property
     def transfers(self) -> int:
-        """How many large messages are under way, or wait."""
+        """Return how many large messages are under way, or wait."""
         return len(self._transfers.keys() | self._large.keys())
 
     def next_frames(self, now_s: float, thinned: Thinner,

@@ -33,7 +33,7 @@ class CellNotFound(Exception):
 
 
 class _Said(NamedTuple):
-    """What a master says: where the relay listens, None if it knows none."""
+    """A master's answer: where the relay listens, None if it knows none."""
 
     listens: Optional[str]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What comes from a cell, published on the viewer's own ROS master."""
+"""The cell's messages, published on the viewer's own ROS master."""
 from __future__ import annotations
 
 import threading
@@ -98,7 +98,7 @@ class _OwnTopic:
         self.publisher = publisher
 
     def problem(self, source: Source, data: bytes) -> str:
-        """What is wrong with a message; empty if nothing is."""
+        """Return what is wrong with a message; empty if nothing is."""
         if source.md5sum != self._connection.md5sum:
             return f'{source.caller} sends another {source.type}'
         try:

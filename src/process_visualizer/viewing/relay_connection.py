@@ -169,7 +169,7 @@ class RelayConnection:
 
 
 class _Talk:
-    """What comes on one connection."""
+    """The incoming messages of one connection."""
 
     def __init__(self, connection: RelayConnection, listener: Listener) -> None:
         self._connection, self._listener = connection, listener

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which topics are no device's: those of this program, of ROS itself and of RViz."""
+"""Topics of this program, of ROS itself and of RViz, which are no device's."""
 from __future__ import annotations
 
 import re
@@ -70,27 +70,27 @@ def _is_other_node(name: str) -> bool:
 
 
 def _robots_outputs(names: Set[str]) -> Set[str]:
-    """What a robot's processor sends, known by names: not every bag says who sent its messages."""
+    """Return outputs of robot processors, by names: not every bag has its messages' senders."""
     robots = {name[:-len('/tool_velocity')] for name in names if name.endswith('/tool_velocity')}
     return {f'{robot}/{output}' for robot in robots if f'{robot}/marker_array' in names
             for output in ROBOT_OUTPUTS}
 
 
 def _crops_outputs(names: Set[str]) -> Set[str]:
-    """What a depth sensor's crop sends, which may run in a manager of any name, and is shown."""
+    """Return outputs of a depth sensor's crop, which runs in a manager of any name and is shown."""
     outline = f'/{ROI_FILTER}/outline'
     sensors = {name[:-len(outline)] for name in names if name.endswith(outline)}
     return {f'{sensor}{output}' for sensor in sensors for output in (outline, _CROPPED, *_SHOWN)}
 
 
 def _is_source(group: CameraGroup, cloud: SeenTopic) -> bool:
-    """Whether a cloud may have been made of what a camera sends."""
+    """Return whether a cloud may have been made of what a camera sends."""
     is_near = group.namespace.partition('/')[0] == cloud.name.split('/')[1]
     return group.is_depth_sensor and (is_near or bool(set(group.frames) & set(cloud.frames)))
 
 
 def _finders_outputs(names: Set[str]) -> Set[str]:
-    """What a depth sensor's object finder sends, likewise."""
+    """Return what a depth sensor's object finder sends, likewise."""
     sensors = [name[:-len(OBJECTS_MARKERS)] for name in names
                if name.endswith(f'/{OBJECTS_MARKERS}')]
     return {f'{sensor}{output}' for sensor in sensors for output in FINDER_OUTPUTS}

@@ -68,7 +68,7 @@ class WatchDialog(QDialog):
 
     @property
     def is_watching(self) -> bool:
-        """Whether the command runs."""
+        """Return whether the command runs."""
         return bool(self._process.state() != QProcess.NotRunning)
 
     def done(self, result: int) -> None:

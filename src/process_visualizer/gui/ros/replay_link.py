@@ -67,7 +67,7 @@ class ReplayLink(QObject):
 
     @property
     def folder(self) -> str:
-        """Where what it plays is."""
+        """Return where what it plays is."""
         return self._cell.folder
 
     def copy_memory(self) -> str:

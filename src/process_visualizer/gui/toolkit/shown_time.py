@@ -41,7 +41,7 @@ class ShownTime(NamedTuple):
         return self.part(begin_s, self.duration_s)
 
     def showing(self, time_s: float) -> ShownTime:
-        """As long a part, moved only if a moment is out of sight: then near that edge."""
+        """Return a part of the same length, moved only if a moment is out of sight."""
         if self.contains(time_s):
             return self
         edge_s = _EDGE_SHARE * self.duration_s

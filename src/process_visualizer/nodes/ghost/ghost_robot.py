@@ -26,14 +26,14 @@ _TEXT_M, _ABOVE_M = 0.06, 0.12
 
 
 class Deviation(NamedTuple):
-    """Where the tool is in the other run, and how far from there it is in this one [m]."""
+    """The tool's position in the other run, and its distance from there in this one [m]."""
 
     foot: Placement
     vector: Triple
 
     @property
     def length_m(self) -> float:
-        """How far."""
+        """Return how far."""
         return math.hypot(*self.vector)
 
 
@@ -88,7 +88,7 @@ class GhostRobot:
         return float(self._there.times_s[-1]) if len(self._there.times_s) else 0.0
 
     def has_link(self, name: str) -> bool:
-        """Whether a frame is one of its links."""
+        """Return whether a frame is one of its links."""
         return name in self._kinematics.links
 
     def link(self, name: str, time_s: float) -> Optional[Placement]:

@@ -58,7 +58,7 @@ class ViewRelay:
 
     @property
     def address(self) -> str:
-        """Where it listens."""
+        """Return where it listens."""
         host, port = self._listener.getsockname()[:2]
         return f'{host}:{port}'
 
@@ -133,7 +133,7 @@ class ViewRelay:
         return Path(self._view_file).read_text(encoding='utf-8')
 
     def _topics(self) -> Dict[str, Topic]:
-        """What the view shows, and what is published of it."""
+        """Return what the view shows, and what is published of it."""
         view = parsed_view(self._view())
         wanted = {*named_topics(view), *rospy.get_param('~topics', []), TF_TOPIC, STATIC_TF_TOPIC}
         types = {name: kind for name, kind in self._master.getTopicTypes() if name in wanted}

@@ -174,7 +174,7 @@ class ViewerLink:
             self.close()
 
     def _next(self) -> Optional[bytes]:
-        """What is to be sent next, when there is something and the link carries it; None: end."""
+        """Wait for the next message to send that the link carries; None: end."""
         with self._changed:
             while not self._is_closed:
                 if self._window.may_send():

@@ -12,7 +12,7 @@ from process_visualizer.runs.run import Run
 
 
 class Means(Enum):
-    """What two runs were aligned by."""
+    """The basis of an alignment of two runs."""
 
     MOTION = 'the motion of the tools'
     EVENTS = 'their events'
@@ -22,7 +22,7 @@ class Means(Enum):
 
 
 class Alignment(NamedTuple):
-    """Which moment of a run belongs to which of the reference, and what could not be used."""
+    """A map from moments of a run to those of the reference, and what could not be used."""
 
     time_map: TimeMap
     means: Means

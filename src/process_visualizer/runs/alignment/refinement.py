@@ -41,7 +41,7 @@ def refined(rough: TimeMap, reference: Motion, run: Motion) -> TimeMap:
 
 def _shift_s(reference: Motion, velocity: np.ndarray, moves: np.ndarray, found_s: np.ndarray,
              positions: np.ndarray, has_offset: bool) -> Tuple[np.ndarray, np.ndarray]:
-    """How much later in the reference (n,) [s] each moment of the run is, and its weight (n,)."""
+    """Return the shift (n,) [s] of each moment of the run in the reference, and weights (n,)."""
     there, speed = (_at(found_s, reference, values) for values in (reference.positions, velocity))
     difference = positions - there
     known = np.isfinite(difference) & np.isfinite(speed)
@@ -80,7 +80,7 @@ def _offset(difference: np.ndarray, velocity: np.ndarray) -> np.ndarray:
 
 
 def _beside(difference: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-    """How far (n,) [m] differences (n, d) are beside the path."""
+    """Return how far (n,) [m] differences (n, d) are beside the path."""
     along = (difference * velocity).sum(axis=1) / np.square(velocity).sum(axis=1)
     result: np.ndarray = np.linalg.norm(difference - along[:, np.newaxis] * velocity, axis=1)
     return result

@@ -28,7 +28,7 @@ _APART_S = 0.04
 
 
 class _Stay(NamedTuple):
-    """Where, in rows of a motion, the tools come into the ball, and where they leave it."""
+    """A stay: the rows of a motion at which the tools enter the ball, and leave it."""
 
     begin: float
     end: float
@@ -101,7 +101,7 @@ def _stillest(part: np.ndarray) -> int:
 
 
 def _noise_m(part: np.ndarray) -> float:
-    """How far positions scatter, by their second differences, in which motion is hardly seen."""
+    """Return the scatter of positions, by second differences, which hardly show motion."""
     if len(part) < 3:
         return 0.0
     away_m = np.linalg.norm(part[2:] - 2.0 * part[1:-1] + part[:-2], axis=1)

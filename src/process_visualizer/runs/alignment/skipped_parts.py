@@ -71,7 +71,7 @@ def _count(found: States) -> int:
 
 def _different(mine: States, other: States, reference_end_s: float,
                run_end_s: float) -> List[SkippedPart]:
-    """Where one of two orders has states besides."""
+    """Return where one of two orders has states besides."""
     mine_s, other_s = [*mine.since_s, reference_end_s], [*other.since_s, run_end_s]
     same = next((row for row, (one, two) in enumerate(zip(mine.values, other.values))
                  if one != two), min(_count(mine), _count(other)))
@@ -92,7 +92,7 @@ def _still(time_s: float) -> Tuple[float, float]:
 
 
 def _is_explained(part: SkippedPart, rough: TimeMap, reference: Run, run: Run) -> bool:
-    """Whether around a part about as much time was lost, or won, as it takes."""
+    """Return whether around a part about as much time was lost, or won, as it takes."""
     lost_s = float(np.ptp(part.run_s) - np.ptp(part.reference_s))
     if abs(lost_s) < _SHORTEST_S:
         return False
@@ -185,7 +185,7 @@ def _jump(reference: Motion, run: Motion,
 
 def _stepped(total: np.ndarray, before: np.ndarray, distance: np.ndarray,
              row: int) -> Tuple[np.ndarray, np.ndarray]:
-    """What it costs to come to each column of a row by an even step, and which one that was."""
+    """Return the cost of each column of a row by the best even step, and that step."""
     candidates = np.stack((_moved(total, 1), _moved(total, 2),
                            _moved(before, 1) + distance[row - 1]))
     came = candidates.argmin(axis=0)

@@ -39,7 +39,7 @@ def aligned_by_states(reference: Run, run: Run) -> Optional[Alignment]:
 
 
 def _common(mine: States, other: States) -> List[Tuple[float, float]]:
-    """When (s of both) the states begin that both have in the same order; none if few are."""
+    """Return begins (s of both) of states that both have in the same order; none if few."""
     blocks = SequenceMatcher(None, mine.values, other.values, False).get_matching_blocks()
     found = [(mine.since_s[block.a + row], other.since_s[block.b + row])
              for block in blocks for row in range(block.size)]

@@ -86,7 +86,7 @@ class Unjudged(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """What came of a run: its signals on the reference's clock, and where they left a band.
+    """The result for a run: its signals on the reference's clock, and where they left a band.
 
     ``why_not`` says why it was not judged, if it was not.
     """
@@ -102,14 +102,14 @@ class Comparison(NamedTuple):
 
     @property
     def nearest(self) -> Optional[Nearness]:
-        """What came nearest to leaving its band; None where nothing was judged."""
+        """Return what came nearest to leaving its band; None where nothing was judged."""
         rows = max((len(it) for it in self.columns.values()), default=0)
         found = nearness(np.arange(rows) / RATE_HZ, self.columns, self.band)
         return found[0] if found else None
 
     @property
     def badness(self) -> float:
-        """How many times as far from what is usual as its band is wide; up to 1 it is in range."""
+        """Return the distance from the usual in widths of the band; up to 1 it is in range."""
         nearest = self.nearest
         return max([it.severity for it in self.departures]
                    + ([] if nearest is None else [min(nearest.share, 1.0)]), default=0.0)
@@ -207,7 +207,7 @@ class GoodRuns:
         self._orders = {key: self._order(key, None) for key in _state_keys(self.reference)}
 
     def _left_out(self) -> Dict[int, str]:
-        """Which good runs are none, and why; that one has other states is sought first."""
+        """Return which good runs are none, and why; that one has other states is sought first."""
         self._by_states: Dict[int, str] = {}
         for key, order in self._orders.items():
             for row, words in order.outstanding().items():
@@ -316,7 +316,7 @@ class GoodRuns:
         return band._replace(signals=found)
 
     def _learned_of_place(self, alike: Sequence[int]) -> Dict[Signal, SignalBand]:
-        """Where the tools were; as time is found by the motion to another place, with a margin."""
+        """Return tool places; with a margin, as time is found by the motion to another place."""
         columns = [self._good[row].columns for row in alike]
         band = BandLearner(columns, self._tolerance).band()
         return {signal: widened(limits._replace(half_width=limits.half_width + signal_tolerance(
@@ -376,7 +376,7 @@ def _wider_in_time(band: Band) -> Band:
 
 
 def _without_place(good: _Good, reference: Run) -> Columns:
-    """What a good run tells of all places: not where the tools are, if it is another one."""
+    """Return what a good run tells of all places: not where the tools are, if it is another one."""
     if good.run.place == reference.place:
         return good.columns
     return {signal: values for signal, values in good.columns.items()
@@ -384,13 +384,13 @@ def _without_place(good: _Good, reference: Run) -> Columns:
 
 
 def _context_text(context: Context) -> str:
-    """What decides what is expected, and its value, in words."""
+    """Return what decides what is expected, and its value, in words."""
     return ', '.join(f'{name} {"unknown" if value is None else format(value, "g")}'
                      for name, value in context) or 'no variant'
 
 
 def _wait_anchors(reference: Run, run: Run) -> List[Anchor]:
-    """Where waits begin and end: how long they take says nothing of which moments are the same."""
+    """Return begins and ends of waits, whose length says nothing about equal moments."""
     mine, theirs = reference.waits_s, run.waits_s
     if len(mine) != len(theirs):
         return []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What grows or falls from run to run of one recording, before any run is out of range."""
+"""Drift: growth or fall from run to run of one recording, before any is out of range."""
 from __future__ import annotations
 
 from typing import Dict, List, NamedTuple, Sequence, Tuple

@@ -102,7 +102,7 @@ def _force_arrow(arm: Arm, force: ToolForce) -> GhostArrow:
 
 def _tool_arrow(arm: Arm, quantity: str, frame: str, times_s: np.ndarray,
                 vectors: np.ndarray) -> GhostArrow:
-    """What is in a frame that the arm does not move acts at the tool, otherwise in its frame."""
+    """Return the arrow: at the tool for a frame that the arm does not move, else in its frame."""
     link, place = arm.fixed(frame) or (frame, Placement())
     is_carried = not arm.kinematics.connects(frame, arm.root) or arm.kinematics.moves(
         frame, arm.root)

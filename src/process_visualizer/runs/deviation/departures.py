@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where a run is outside of the band, and which signal left it first."""
+"""Departures of a run from the band, and which signal left it first."""
 from __future__ import annotations
 
 from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
@@ -59,7 +59,7 @@ class Departure(NamedTuple):
 
     @property
     def severity(self) -> float:
-        """How many times as far from the middle as the band is wide."""
+        """Return how many times as far from the middle as the band is wide."""
         return abs(self.deviation) / self.half_width
 
 
@@ -83,7 +83,7 @@ def departures(times_s: np.ndarray, run: Mapping[Signal, np.ndarray],
 
 
 class Nearness(NamedTuple):
-    """How near a run came to leaving its band: at a time of the reference, as a share of it."""
+    """The nearest approach of a run to leaving its band: time of the reference, and share."""
 
     signal: Signal
     share: float
@@ -156,7 +156,7 @@ def _departure(times_s: np.ndarray, signal: Signal, run: Mapping[Signal, np.ndar
 
 
 def _usual_width(limits: SignalBand) -> np.ndarray:
-    """How wide the band is around each moment, apart from edges, at which it is for a moment."""
+    """Return the width of the band around each moment, apart from edges."""
     known = np.isfinite(limits.half_width)
     narrow = -moving_maximum(np.where(known, -limits.half_width, -np.inf), _EDGE_ROWS)
     return np.where(known, narrow, np.nan)
@@ -213,12 +213,12 @@ def _of_channels(found: Sequence[Departure]) -> List[Departure]:
 
 
 def _clearness(departure: Departure) -> Tuple[bool, float]:
-    """What is seen without a mean, and clearly, is told as such."""
+    """Return what is seen without a mean, and clearly, is told as such."""
     return (not departure.signal.over_s and departure.severity >= _FAINT, departure.severity)
 
 
 def _tells_onset(it: Departure, other: Departure) -> bool:
-    """Whether it left first; what has no window around it tells when that was more exactly."""
+    """Return whether it left first; a signal without a window around it is more exact."""
     if it.signal.over_s:
         return (it.severity > _EARLIER_SHARE * other.severity
                 and it.left_s < other.left_s - _SOONER_S)
@@ -235,7 +235,7 @@ def ranked(found: Sequence[Departure]) -> Tuple[Departure, ...]:
 
 
 def _size(departure: Departure) -> float:
-    """What is greater comes first: distances are compared as such."""
+    """Return what is greater comes first: distances are compared as such."""
     return abs(departure.deviation) if departure.signal.kind is SignalKind.PLACE \
         else departure.severity
 
@@ -252,7 +252,7 @@ def _rank(departure: Departure, beside: float) -> float:
 
 
 def _began_s(it: Departure, found: Sequence[Departure]) -> float:
-    """When it began; a mean over a longer time may tell of what is clearer elsewhere in it."""
+    """Return its begin; a mean over a longer time may be clearer elsewhere in it."""
     inside = [other.onset_s for other in found if it.signal.over_s and not other.signal.over_s
               and other.severity > it.severity and it.onset_s < other.onset_s <= it.left_s]
     return min(inside, default=it.onset_s)

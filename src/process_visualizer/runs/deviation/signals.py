@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What of a run is compared: its signals on the reference's clock, all with the same times."""
+"""Compared signals of a run on the reference's clock, all with the same times."""
 from __future__ import annotations
 
 from enum import Enum
@@ -44,7 +44,7 @@ DIRECTION_LABEL = 'tool force direction'
 
 
 class SignalKind(Enum):
-    """What a signal is: of those that depart together, the one named first here is the cause."""
+    """The kind of a signal: of those that depart together, the one named first is the cause."""
 
     STATE = 'state'
     TIMING = 'timing'
@@ -186,7 +186,7 @@ def _places(reference: ToolMotion, run: ToolMotion, times_s: np.ndarray,
 
 def _direction(reference: ToolForce, run: ToolForce, times_s: np.ndarray,
                run_s: np.ndarray) -> Columns:
-    """How far a force is turned from the reference's, where that is no small one."""
+    """Return how far a force is turned from the reference's, where that is no small one."""
     mine, theirs = (moving_mean(known_at(at_s, it.times_s, it.vectors.astype(float)).T, _TURN_ROWS)
                     for it, at_s in ((reference, times_s), (run, run_s)))
     size, other = np.sqrt((mine * mine).sum(axis=0)), np.sqrt((theirs * theirs).sum(axis=0))

@@ -23,7 +23,7 @@ _KNOWN_S = 0.02
 
 
 class StuckSensors:
-    """For how long values stay the same in good runs, at each moment of the reference."""
+    """Detector of stuck sensors, by how long values stay the same in good runs."""
 
     def __init__(self, times_s: np.ndarray, good: Iterable[Tuple[Run, TimeMap]]) -> None:
         """Take the times (t,) [s] of the reference, and the good runs with their maps."""
@@ -80,7 +80,7 @@ def _measured(channels: Sequence[Channel]) -> Iterator[Channel]:
 
 
 def _unchanged_s(channel: Channel, run_s: np.ndarray) -> np.ndarray:
-    """For how long (t,) [s] messages have had the same value at times of the run (t,)."""
+    """Return how long (t,) [s] messages have had the same value at times of the run (t,)."""
     finite = np.isfinite(channel.values)
     times_s, values = channel.times_s[finite], channel.values[finite]
     if not len(values):

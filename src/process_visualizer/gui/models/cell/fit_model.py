@@ -50,7 +50,7 @@ class FitModel(QObject):
 
     @property
     def text(self) -> str:
-        """What was found for the chosen device, or why nothing was; '' before and afterwards."""
+        """Return the chosen device's result, or why there is none; '' before and after."""
         name = self._calibration.device
         return self._results.get(name) or self._refused.get(name, '')
 

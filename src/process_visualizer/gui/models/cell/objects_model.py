@@ -146,7 +146,7 @@ class ObjectsModel(QObject):
         return self._heard_s.get(device, 0.0) + SILENT_S
 
     def _blind_s(self, device: str) -> float:
-        """When the operator must know that a sensor of the running cell says nothing."""
+        """Return when the operator must know that a sensor of the running cell says nothing."""
         if self._mode is Mode.PLAYBACK:
             return math.inf
         return max(self._begun_s + START_S, self._heard_s.get(device, 0.0) + SILENT_S)

@@ -30,7 +30,7 @@ class ReplayPhase(Enum):
 
 
 class ReplayTools(Protocol):
-    """What a replay is made with (ReplayLink in gui/ros/replay_link.py); each call may block."""
+    """Tools that make a replay (ReplayLink in gui/ros/replay_link.py); each call may block."""
 
     def copy_memory(self) -> str:
         """Write what the recorder has in memory into a bag; return its path."""
@@ -86,12 +86,12 @@ class ReplayModel(QObject):
 
     @property
     def phase(self) -> ReplayPhase:
-        """What is to be seen."""
+        """Return what is to be seen."""
         return self._phase
 
     @property
     def is_live(self) -> bool:
-        """Whether the scene is that of the running cell."""
+        """Return whether the scene is that of the running cell."""
         return self._phase is ReplayPhase.LIVE
 
     @property
@@ -169,7 +169,7 @@ class ReplayModel(QObject):
         self._look_whether_ready()
 
     def _holds(self, time_s: float, choice: Choice) -> bool:
-        """Whether the last copy has the moment, and everything still runs that shows it."""
+        """Return whether the last copy has the moment, and everything still runs that shows it."""
         states = [self._reports[part].state for part in (BAG_PART, RVIZ_PART)
                   if part in self._reports]
         return (self._has_state and states == 2 * [PartState.RUNNING] and self._choice is not None
@@ -192,7 +192,7 @@ class ReplayModel(QObject):
         self.changed.emit()
 
     def _started(self, choice: Choice) -> str:
-        """In the line of tasks."""
+        """Run in the line of tasks."""
         path = self._tools.copy_memory()
         self._tools.start(replace(choice, mode=Mode.PLAYBACK, rviz=RvizStart.OPTIONAL, bag=path,
                                   further_bags=(), left_out=(), is_replay=True))
@@ -218,7 +218,7 @@ class ReplayModel(QObject):
             self._run(self._tools.hide)  # the operator has left before
 
     def _move(self, _is_moved: bool) -> None:
-        """In the line of tasks; by then the operator may have left."""
+        """Run in the line of tasks; by then the operator may have left."""
         if not self.is_live:
             self._tools.move()
 

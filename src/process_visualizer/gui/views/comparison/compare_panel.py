@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Why was this run poor: the runs, which of them are good, and the first departure."""
+"""The panel *Why was this run poor*: runs, which of them are good, the first departure."""
 from __future__ import annotations
 
 import time

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is below RViz in real-time mode: the curves of the last seconds."""
+"""The panel below RViz in real-time mode: the curves of the last seconds."""
 from __future__ import annotations
 
 import time
@@ -166,7 +166,7 @@ class LivePanel(QWidget):
                                   else self._replay.time_s - self._end_s())
 
     def _end_s(self) -> float:
-        """What the right end is on the recorder's clock."""
+        """Return what the right end is on the recorder's clock."""
         window = self._curves.window
         return 0.0 if window is None else window.epoch_s + window.begin_s + window.duration_s
 
