@@ -242,7 +242,7 @@ def test_the_simulator_draws_the_robots_as_their_models(robots: Models, name: st
     for visual in visuals:
         mesh = robot_picture.MESHES[links.index(visual.link)]
         assert visual[1:] == (Placement(), ShapeKind.MESH, (1.0, 1.0, 1.0),
-                              f"package://process_visualizer/meshes/{mesh}.dae")
+                              f"package://process_visualizer/meshes/{mesh}.dae", None)
 
 
 def test_meshes_together_stay_small() -> None:

@@ -158,7 +158,8 @@ def test_record_names_its_owner(ros_home: Path) -> None:
     (path,) = ros_home.iterdir()
     assert path.name == f'{record.run_id}.json'
     assert json.loads(path.read_text()) == {
-        'pid': os.getpid(), 'start_time': start_time(os.getpid()), 'folder': ''}
+        'pid': os.getpid(), 'start_time': start_time(os.getpid()), 'folder': '',
+        'is_replay': False}
     record.remove()
     record.remove()
     assert list(ros_home.iterdir()) == []
