@@ -19,6 +19,7 @@ import rosgraph
 import rospkg
 import rospy
 
+from process_visualizer.launching.asked_master import PATIENT_TIMEOUT_S, AskedMaster
 from process_visualizer.messages.connection import Connection
 from process_visualizer.messages.installed_definitions import installed_connection
 from process_visualizer.nodes.common.process_end import spin_to_end, start_node
@@ -48,7 +49,7 @@ class ViewRelay:
         """
         self._listener = _listening(address, ports)
         self._view_file, self._mode = view_file, mode
-        self._master = rosgraph.Master(rospy.get_name())
+        self._master = AskedMaster(rospy.get_name(), timeout_s=PATIENT_TIMEOUT_S)
         self._feed = TopicFeed()
         self._lock = threading.Lock()
         self._links: Set[ViewerLink] = set()
