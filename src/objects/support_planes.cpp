@@ -137,6 +137,7 @@ void SupportPlanes::estimateNoise(const std::vector<Vector3f>& points) {
     if (near.size() < kFewestResiduals) return;
     plane = fitted(near);
     std::vector<float> residuals;
+    residuals.reserve(near.size());
     for (const Vector3f& point : near)
       residuals.push_back(alongRay(plane, point) / (point - sensor_).squaredNorm());
     const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
