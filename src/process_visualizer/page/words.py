@@ -22,9 +22,9 @@ def run_words(run: Run, comparison: Optional[Comparison], notes: Sequence[str],
                              'notes': list(notes), 'departures': [], 'moments': _moments(run, span)}
     if comparison is None:
         return words
-    is_poor = bool(comparison.departures or comparison.why_not)
     found = comparison.departures
-    return {**words, 'state': 'poor' if is_poor else 'good', 'verdict': verdict(comparison),
+    state = 'plain' if comparison.why_not else 'poor' if found else 'good'
+    return {**words, 'state': state, 'verdict': verdict(comparison),
             'notes': [*comparison.notes, *unjudged_texts(comparison), *notes],
             'departures': [_departure(comparison, row) for row in range(len(found[:MOST_ROWS]))],
             'more': max(len(found) - MOST_ROWS, 0)}
