@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import re
 import sys
 from contextlib import ExitStack
 from typing import Any, Dict, List, Optional, Sequence
@@ -15,6 +14,7 @@ from process_visualizer.bags.recording_parts import recording_parts
 from process_visualizer.cell.model import Cell
 from process_visualizer.cell.xml_parser import XmlParser
 from process_visualizer.commands.whole_file import write_whole
+from process_visualizer.health.figures import clock_seconds
 from process_visualizer.page.html_page import PageParts, page_html
 from process_visualizer.page.packed import Packed
 from process_visualizer.page.places import Span
@@ -31,7 +31,6 @@ from process_visualizer.shown_text import say
 
 LONGEST_S = 900.0
 """Of what one page shows: a browser has all of it in memory."""
-_TIME = re.compile(r'(?:(?:(\d+):)?(\d+):)?(\d+(?:\.\d*)?)\Z')
 
 
 def add_share_options(command: argparse.ArgumentParser) -> None:
@@ -149,22 +148,9 @@ def _span(run: Run, begin: Optional[str], end: Optional[str]) -> Span:
         ValueError: a time is none, or is not in the run.
     """
     first_s, last_s = run.begin_s, run.begin_s + run.duration_s
-    begin_s = first_s if begin is None else seconds(begin)
-    end_s = last_s if end is None else seconds(end)
+    begin_s = first_s if begin is None else clock_seconds(begin)
+    end_s = last_s if end is None else clock_seconds(end)
     if not begin_s < end_s or end_s <= first_s or begin_s >= last_s:
         raise ValueError(f'{run.name} goes from {clock(first_s)} to {clock(last_s)}, not from '
                          f'{clock(begin_s)} to {clock(end_s)}')
     return Span(max(begin_s, first_s), min(end_s, last_s))
-
-
-def seconds(text: str) -> float:
-    """Return a time such as 12.5, 0:05 or 1:02:03.5 in s.
-
-    Raises:
-        ValueError: it is none.
-    """
-    found = _TIME.match(text)
-    if found is None:
-        raise ValueError(f'"{text}" is not a time; write it as 0:05 or 12.5')
-    hours, minutes, rest = found.groups()
-    return 3600.0 * int(hours or 0) + 60.0 * int(minutes or 0) + float(rest)

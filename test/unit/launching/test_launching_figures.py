@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from process_visualizer.health.figures import (
+    clock_seconds,
     clock_text,
     count_text,
     live_rate_text,
@@ -32,3 +33,13 @@ from process_visualizer.health.figures import (
 ])
 def test_text(text: str, expected: str):
     assert text.replace('\u2009', ' ') == expected
+
+
+def test_times_as_people_write_them() -> None:
+    assert [clock_seconds(it) for it in ('12.5', '0:05', '1:02:03.5')] == [12.5, 5.0, 3723.5]
+
+
+@pytest.mark.parametrize('text', ['', 'soon', '-1', '1:2:3:4', '1:-2', 'nan', '1e3', '0:05,5'])
+def test_what_is_no_time_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match='is not a time'):
+        clock_seconds(text)
